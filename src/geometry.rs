@@ -1,0 +1,238 @@
+//! Rays, triangles, frames and transforms. Lengths are metres; single precision is relative to
+//! the centre of the scene, double precision to the user's origin.
+
+use std::f32::consts::PI;
+
+use glam::{DMat3, DVec3, Vec2, Vec3};
+
+/// A half-line: `origin + t direction`, t > 0; `direction` is of unit length.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where it starts, m.
+    pub origin: Vec3,
+    /// Where it goes, unit vector.
+    pub direction: Vec3,
+}
+
+impl Ray {
+    /// The point at distance `t`, m.
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + t * self.direction
+    }
+}
+
+/// A triangle; its front is the side from which a, b, c run counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// First corner, m.
+    pub a: Vec3,
+    /// Second corner, m.
+    pub b: Vec3,
+    /// Third corner, m.
+    pub c: Vec3,
+}
+
+impl Triangle {
+    /// Twice the area, along the front normal, m2.
+    pub fn cross(&self) -> Vec3 {
+        (self.b - self.a).cross(self.c - self.a)
+    }
+
+    /// Area, m2.
+    pub fn area(&self) -> f32 {
+        0.5 * self.cross().length()
+    }
+
+    /// Unit normal of the front; zero for a triangle without area.
+    pub fn normal(&self) -> Vec3 {
+        self.cross().normalize_or_zero()
+    }
+
+    /// Mean of the corners.
+    pub fn centroid(&self) -> Vec3 {
+        (self.a + self.b + self.c) / 3.0
+    }
+
+    /// The point a + u (b - a) + v (c - a).
+    pub fn point(&self, u: f32, v: f32) -> Vec3 {
+        (1.0 - u - v) * self.a + u * self.b + v * self.c
+    }
+
+    /// The point of the triangle nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
+    pub fn nearest_point(&self, p: Vec3) -> Vec3 {
+        let (ab, ac, ap) = (self.b - self.a, self.c - self.a, p - self.a);
+        let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+        if d1 <= 0.0 && d2 <= 0.0 {
+            return self.a;
+        }
+        let bp = p - self.b;
+        let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+        if d3 >= 0.0 && d4 <= d3 {
+            return self.b;
+        }
+        let vc = d1 * d4 - d3 * d2;
+        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+            return self.a + d1 / (d1 - d3) * ab;
+        }
+        let cp = p - self.c;
+        let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+        if d6 >= 0.0 && d5 <= d6 {
+            return self.c;
+        }
+        let vb = d5 * d2 - d1 * d6;
+        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+            return self.a + d2 / (d2 - d6) * ac;
+        }
+        let va = d3 * d6 - d5 * d4;
+        if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+            return self.b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (self.c - self.b);
+        }
+        let denominator = va + vb + vc;
+        self.a + vb / denominator * ab + vc / denominator * ac
+    }
+
+    /// Area of the part of the triangle inside the ball of `radius` around `center`, m2, exact:
+    /// the ball cuts a disc out of the plane, and each edge adds its sector or triangle.
+    pub fn area_in_ball(&self, center: Vec3, radius: f32) -> f32 {
+        let frame = Frame::new(self.normal());
+        let height = frame.normal.dot(self.a - center);
+        let r2 = radius * radius - height * height;
+        if r2 <= 0.0 {
+            return 0.0;
+        }
+        let flat = |p: Vec3| {
+            let d = p - center;
+            Vec2::new(d.dot(frame.tangent), d.dot(frame.bitangent))
+        };
+        let corners = [flat(self.a), flat(self.b), flat(self.c)];
+        let area: f32 = (0..3).map(|i| edge_in_disc(corners[i], corners[(i + 1) % 3], r2)).sum();
+        area.abs()
+    }
+}
+
+/// Signed area between the origin and the edge p-q inside the disc of squared radius `r2`.
+fn edge_in_disc(p: Vec2, q: Vec2, r2: f32) -> f32 {
+    let edge = q - p;
+    let length2 = edge.length_squared();
+    if length2 == 0.0 {
+        return 0.0;
+    }
+    let sector = |u: Vec2, v: Vec2| 0.5 * r2 * u.perp_dot(v).atan2(u.dot(v));
+    // where the edge's line enters and leaves the disc, as fractions of the edge
+    let middle = -p.dot(edge) / length2;
+    let half2 = (r2 - (p + middle * edge).length_squared()) / length2;
+    if half2 <= 0.0 {
+        return sector(p, q);
+    }
+    let half = half2.sqrt();
+    let (enter, leave) = ((middle - half).max(0.0), (middle + half).min(1.0));
+    if enter >= leave {
+        return sector(p, q);
+    }
+    let (inner_p, inner_q) = (p + enter * edge, p + leave * edge);
+    let mut area = 0.5 * inner_p.perp_dot(inner_q);
+    if enter > 0.0 {
+        area += sector(p, inner_p);
+    }
+    if leave < 1.0 {
+        area += sector(inner_q, q);
+    }
+    area
+}
+
+/// A right-handed orthonormal frame around a normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// First axis across the normal.
+    pub tangent: Vec3,
+    /// Second axis across the normal.
+    pub bitangent: Vec3,
+    /// The axis z of the frame.
+    pub normal: Vec3,
+}
+
+impl Frame {
+    /// The frame whose z is the unit vector `normal` (Duff et al., JCGT 6 (1), 2017).
+    #[inline]
+    pub fn new(normal: Vec3) -> Self {
+        let sign = 1f32.copysign(normal.z);
+        let a = -1.0 / (sign + normal.z);
+        let b = normal.x * normal.y * a;
+        Self {
+            tangent: Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
+            bitangent: Vec3::new(b, sign + normal.y * normal.y * a, -normal.y),
+            normal,
+        }
+    }
+
+    /// From the frame's coordinates to the scene's.
+    #[inline]
+    pub fn to_world(&self, v: Vec3) -> Vec3 {
+        v.x * self.tangent + v.y * self.bitangent + v.z * self.normal
+    }
+}
+
+/// Scale, then rotation about x, then y, then z, then translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    linear: DMat3,
+    translate: DVec3,
+}
+
+impl Transform {
+    /// From a positive `scale`, angles in degrees and a shift in metres.
+    pub fn new(scale: f64, rotate_deg: DVec3, translate: DVec3) -> Self {
+        let r = DVec3::new(
+            rotate_deg.x.to_radians(),
+            rotate_deg.y.to_radians(),
+            rotate_deg.z.to_radians(),
+        );
+        let rotation =
+            DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
+        Self { linear: rotation * scale, translate }
+    }
+
+    /// Applies it to a point, m.
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        self.linear * p + self.translate
+    }
+
+    /// `self` after `first`.
+    pub fn after(&self, first: &Self) -> Self {
+        Self { linear: self.linear * first.linear, translate: self.point(first.translate) }
+    }
+}
+
+/// Cuts a planar polygon, convex or not, into triangles (corner indices, same orientation).
+/// A convex one becomes a fan; one that no ear can be cut from yields what could be cut.
+pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
+    let fan = || (1..polygon.len().saturating_sub(1)).map(|i| [0, i, i + 1]).collect();
+    // Newell's normal: robust for collinear corners and slightly bent polygons
+    let n = polygon.len();
+    let normal: DVec3 = (0..n).map(|i| polygon[i].cross(polygon[(i + 1) % n])).sum();
+    let convex = (0..n).all(|i| {
+        let (p, q, r) = (polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]);
+        (q - p).cross(r - q).dot(normal) >= 0.0
+    });
+    if n <= 3 || convex || normal.length_squared() == 0.0 {
+        return fan();
+    }
+    let z = normal.normalize();
+    let (x, y) = z.any_orthonormal_pair();
+    let flat = polygon.iter().map(|p| [p.dot(x), p.dot(y)]);
+    let mut corners: Vec<usize> = Vec::new();
+    earcut::Earcut::new().earcut(flat, &[], &mut corners);
+    let mut triangles: Vec<[usize; 3]> = corners.as_chunks::<3>().0.to_vec();
+    for t in &mut triangles {
+        let [p, q, r] = t.map(|i| polygon[i]);
+        if (q - p).cross(r - p).dot(normal) < 0.0 {
+            t.swap(1, 2);
+        }
+    }
+    triangles
+}
+
+/// Area of the disc of the same `radius`, m2.
+pub fn disc_area(radius: f32) -> f32 {
+    PI * radius * radius
+}
