@@ -45,6 +45,16 @@ impl Error {
         self
     }
 
+    /// The same at another place.
+    pub fn at(self, place: impl fmt::Display) -> Self {
+        Self { place: place.to_string(), ..self }
+    }
+
+    /// Where it is.
+    pub fn place(&self) -> &str {
+        &self.place
+    }
+
     /// Whose fault it is.
     pub fn kind(&self) -> ErrorKind {
         self.kind

@@ -1,8 +1,6 @@
 //! Rays, triangles, frames and transforms. Lengths are metres; single precision is relative to
 //! the centre of the scene, double precision to the user's origin.
 
-use std::f32::consts::PI;
-
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 /// A half-line: `origin + t direction`, t > 0; `direction` is of unit length.
@@ -107,6 +105,12 @@ impl Triangle {
         let corners = [flat(self.a), flat(self.b), flat(self.c)];
         let area: f32 = (0..3).map(|i| edge_in_disc(corners[i], corners[(i + 1) % 3], r2)).sum();
         area.abs()
+    }
+}
+
+impl From<[Vec3; 3]> for Triangle {
+    fn from([a, b, c]: [Vec3; 3]) -> Self {
+        Self { a, b, c }
     }
 }
 
@@ -230,9 +234,4 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
         }
     }
     triangles
-}
-
-/// Area of the disc of the same `radius`, m2.
-pub fn disc_area(radius: f32) -> f32 {
-    PI * radius * radius
 }

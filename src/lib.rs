@@ -1,5 +1,31 @@
 //! phylux
+mod bvh;
+mod captor;
+mod captor_csv;
+pub mod cli;
 mod error;
+mod estimate;
 mod geometry;
+mod input;
+mod light;
+mod material;
+mod obj;
+mod photon_map;
+mod result;
+mod result_file;
+mod rng;
+mod sampling;
+mod scene;
+mod scene_file;
+mod settings;
+mod simulate;
+mod spectrum;
+#[cfg(test)]
+mod spoil;
+mod stats;
+mod tally;
+mod trace;
+mod units;
 pub use error::{Error, ErrorKind, Result};
 pub use geometry::{Frame, Ray, Transform, Triangle};
+pub use scene_file::load;

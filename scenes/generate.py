@@ -1,0 +1,412 @@
+#!/usr/bin/env python3
+"""Write the meshes (OBJ) and captor tables (CSV) of the shipped scenes.
+
+    python3 scenes/generate.py
+
+writes beside itself and in ../captors, always the same bytes. The scene files
+(JSON) are written by hand and are not touched.
+
+Lengths are metres, or centimetres where a function says so (the growth chamber);
+angles are degrees; z is up. The front of a triangle is its counter-clockwise side: the
+outside of a solid, the inside of a room, the adaxial (upper) side of a leaf.
+"""
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+SCENES = Path(__file__).resolve().parent
+CAPTORS = SCENES.parent / "captors"
+
+# Divergence of successive leaves in the common spiral phyllotaxis, 360 / golden ratio
+# squared (Prusinkiewicz & Lindenmayer 1990, The Algorithmic Beauty of Plants, ch. 4).
+GOLDEN_ANGLE = 137.508
+
+# Leaf outlines, left half. One row per lateral vein: where it leaves the midrib (m) and
+# where it meets the margin (x along the midrib, y across), in lamina lengths; base at 0,
+# tip at 1. Drawn by eye after the usual form of the species.
+TOMATO_LEAFLET = [  # ovate, coarsely toothed: tooth, notch, tooth, notch ...
+    (0.00, 0.00, 0.00), (0.05, 0.07, 0.17), (0.14, 0.19, 0.20), (0.21, 0.33, 0.31),
+    (0.34, 0.40, 0.21), (0.42, 0.61, 0.24), (0.62, 0.67, 0.12), (1.00, 1.00, 0.00)]
+CUCUMBER_LEAF = [  # cordate, five-angled, toothed
+    (0.00, -0.13, 0.07), (0.00, -0.23, 0.28), (0.00, -0.08, 0.40), (0.00, 0.03, 0.54),
+    (0.03, 0.15, 0.45), (0.08, 0.36, 0.53), (0.20, 0.44, 0.39), (0.32, 0.60, 0.37),
+    (0.48, 0.66, 0.24), (0.62, 0.80, 0.20), (0.78, 0.85, 0.09), (1.00, 1.00, 0.00)]
+
+# The greenhouse bay (m): where things stand. greenhouse.json uses the same numbers.
+BAY_LENGTH, BAY_WIDTH, EAVE, RIDGE, PLINTH = 6.4, 4.8, 2.5, 4.0, 0.40
+BENCH_START, BENCH_LENGTH, BENCH_WIDTH, BENCH_TOP = 0.95, 4.5, 1.1, 0.80
+BENCH_CENTRES_Y = (0.85, 2.40, 3.95)
+PLANT_START, PLANT_STEP, PLANT_ROW = 1.4, 0.64, 0.26  # two rows, the second half a step on
+
+# -------------------------------------------------------------------------- vectors and frames
+def add(point, *terms):
+    """Point plus weighted vectors, given as (weight, vector) pairs."""
+    return tuple(p + sum(w * v[i] for w, v in terms) for i, p in enumerate(point))
+
+
+def cross(a, b):
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def unit(v):
+    """The vector of length 1 in the direction of v."""
+    length = math.hypot(*v)
+    return tuple(x / length for x in v)
+
+
+def spin(a, b, angle):
+    """Turn the perpendicular unit vectors a and b in their plane, a towards b."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    return add((0, 0, 0), (c, a), (s, b)), add((0, 0, 0), (c, b), (-s, a))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A place and an orientation: where an organ starts, and which way it grows."""
+
+    origin: tuple = (0.0, 0.0, 0.0)
+    forward: tuple = (1.0, 0.0, 0.0)
+    left: tuple = (0.0, 1.0, 0.0)
+    up: tuple = (0.0, 0.0, 1.0)
+
+    def point(self, x, y, z):
+        """The point x forward, y left, z up from the origin."""
+        return add(self.origin, (x, self.forward), (y, self.left), (z, self.up))
+
+    def moved(self, x, y, z):
+        """The same orientation, x forward, y left, z up from here."""
+        return Frame(self.point(x, y, z), self.forward, self.left, self.up)
+
+    def turned(self, yaw=0.0, pitch=0.0, roll=0.0):
+        """Turned to the left, then nose up, then about the way forward (left side up)."""
+        forward, left = spin(self.forward, self.left, yaw)
+        forward, up = spin(forward, self.up, pitch)
+        left, up = spin(left, up, roll)
+        return Frame(self.origin, forward, left, up)
+
+    def along(self, distance, bend):
+        """The frame `distance` on, along an arc that bends down by `bend` per unit length."""
+        angle = math.radians(bend) * distance
+        straight = abs(angle) < 1e-9
+        ahead = distance if straight else distance * math.sin(angle) / angle
+        down = 0.0 if straight else distance * (1 - math.cos(angle)) / angle
+        return self.moved(ahead, 0, -down).turned(pitch=-math.degrees(angle))
+
+
+# --------------------------------------------------------------- solids and sheets (triangles)
+def polygon(*points):
+    """A convex polygon, counter-clockwise from its front, as a fan of triangles."""
+    return [(points[0], points[i], points[i + 1]) for i in range(1, len(points) - 1)]
+
+
+def room(low, high):
+    """The six walls of a closed room, normals in: name -> triangles."""
+    (x, y, z), (X, Y, Z) = low, high
+    return {
+        "floor": polygon((x, y, z), (X, y, z), (X, Y, z), (x, Y, z)),
+        "ceiling": polygon((x, y, Z), (x, Y, Z), (X, Y, Z), (X, y, Z)),
+        "west": polygon((x, y, z), (x, Y, z), (x, Y, Z), (x, y, Z)),
+        "east": polygon((X, y, z), (X, y, Z), (X, Y, Z), (X, Y, z)),
+        "south": polygon((x, y, z), (x, y, Z), (X, y, Z), (X, y, z)),
+        "north": polygon((x, Y, z), (X, Y, z), (X, Y, Z), (x, Y, Z)),
+    }
+
+
+def flipped(triangles):
+    """The same triangles, seen from behind."""
+    return [(a, c, b) for a, b, c in triangles]
+
+
+def box(low, high):
+    """A closed box, normals out."""
+    return flipped(t for wall in room(low, high).values() for t in wall)
+
+
+def loft(rows):
+    """The surface between rows of points, each to the next; front to the right of the rows'
+    order. Where points coincide it closes to a fan."""
+    triangles = []
+    for near, far in zip(rows, rows[1:]):
+        for j in range(len(near) - 1):
+            triangles += polygon(near[j], near[j + 1], far[j + 1], far[j])
+    return [t for t in triangles if len(set(t)) == 3]
+
+
+def ring(centre, radius, a, b, sides, start=0.0):
+    """A closed row of points around a centre, from a towards b."""
+    turns = [2 * math.pi * (k % sides + start) / sides for k in range(sides + 1)]
+    return [add(centre, (radius * math.cos(t), a), (radius * math.sin(t), b)) for t in turns]
+
+
+def tube(path, radii, sides):
+    """A closed prism along a polyline, with one radius per point (stems, bars)."""
+    rings = []
+    first = unit(add(path[1], (-1, path[0])))
+    reference = (1.0, 0.0, 0.0) if abs(first[2]) > 0.9 else (0.0, 0.0, 1.0)
+    for i, (centre, radius) in enumerate(zip(path, radii)):
+        tangent = unit(add(path[min(i + 1, len(path) - 1)], (-1, path[max(i - 1, 0)])))
+        a = unit(cross(reference, tangent))
+        rings.append(ring(centre, radius, a, cross(tangent, a), sides, start=0.5))
+    return polygon(*rings[0][:0:-1]) + loft(rings) + polygon(*rings[-1][1:])
+
+
+def bar(start, end, width):
+    """A closed bar of square section."""
+    return tube([start, end], [width / math.sqrt(2)] * 2, 4)
+
+
+def lathe(profile, sides):
+    """The surface that a profile of (radius, z) sweeps about the z axis: normals point to
+    the right of the way the profile goes (from the bottom, outward and up: outside)."""
+    return loft([ring((0, 0, z), radius, (1, 0, 0), (0, 1, 0), sides) for radius, z in profile])
+
+
+def lamina(base, length, veins, bend, fold, cells=1):
+    """A leaf blade: a thin sheet in the outline `veins`, `length` long, whose midrib bends
+    down by `bend` from base to tip and whose halves are folded up by `fold`.
+    Each vein is cut into `cells` parts."""
+    def point(x, y, side):
+        rise = math.radians(fold)
+        here = base.along(x * length, bend / length)
+        return here.point(0, side * y * length * math.cos(rise), y * length * math.sin(rise))
+
+    def half(side):
+        return loft([[point(m + (x - m) * j / cells, y * j / cells, side) for j in range(cells + 1)]
+                     for m, x, y in veins])
+
+    return flipped(half(1)) + half(-1)
+
+
+# ------------------------------------------------------------------------------------ OBJ, CSV
+def save(path, lines):
+    """Write lines, alike on every system."""
+    path.write_bytes("".join(line + "\n" for line in lines).encode("ascii"))
+
+
+def write_obj(path, title, parts, decimals=5):
+    """Write an OBJ file; `parts` maps (group, material) to triangles. Shared vertices once;
+    no material for captors."""
+    vertices, faces = {}, []
+    for (group, material), triangles in parts.items():
+        faces += [f"g {group}"] + ([f"usemtl {material}"] if material else [])
+        for triangle in triangles:
+            corners = [" ".join(f"{round(c, decimals) + 0.0:.{decimals}f}" for c in p) for p in triangle]
+            faces.append("f " + " ".join(str(vertices.setdefault(c, len(vertices) + 1)) for c in corners))
+    save(path, [f"# {title}", "# written by scenes/generate.py", *(f"v {v}" for v in vertices), *faces])
+
+
+def write_discs(path, rows, decimals=3):
+    """Write a captor table; a row is (id, position, radius, normal)."""
+    lines = ["id,x,y,z,radius,nx,ny,nz"]
+    for name, position, radius, normal in rows:
+        numbers = [f"{v:.{decimals}f}" for v in (*position, radius)] + [f"{v:g}" for v in normal]
+        lines.append(",".join([name, *numbers]))
+    save(path, lines)
+
+
+# -------------------------------------------------------------------------------------- plants
+def wobble(i):
+    """A number in [-1, 1) that looks irregular from one i to the next, and never changes."""
+    return (i * 0.6180339887 + 0.3) % 1.0 * 2 - 1
+
+
+def grow_stem(parts, count, internode, sway, radius):
+    """Add a stem that starts 1 cm below the soil and tapers to 40 % of its radius, with
+    internodes that shorten to the top (m). Returns its nodes."""
+    nodes, z = [(0.0, 0.0, -0.01)], 0.02
+    for i in range(count):
+        z += internode * (1 - 0.6 * i / count)
+        nodes.append((sway * wobble(i), sway * wobble(i + 7), z))
+    parts["stem", "stem"] += tube(nodes, [radius * (1 - 0.6 * i / count) for i in range(count + 1)], 6)
+    return nodes[1:]
+
+
+def tomato():
+    """A young tomato plant (Solanum lycopersicum), 0.47 m tall: seven pinnate leaves of
+    five or seven leaflets. Origin at the soil."""
+    parts = defaultdict(list)
+    nodes = grow_stem(parts, 7, internode=0.075, sway=0.006, radius=0.005)
+    lengths = [0.20, 0.24, 0.26, 0.26, 0.22, 0.16, 0.10]  # petiole and rachis, oldest first
+    for i, (node, length) in enumerate(zip(nodes, lengths)):
+        youth = i / 6
+        start = Frame(node).turned(yaw=GOLDEN_ANGLE * i, pitch=27 + 35 * youth + 4 * wobble(i))
+        bend = (68 - 18 * youth) / length
+        thick = 0.0030 - 0.0014 * youth
+        path = [start.along(length * t, bend).origin for t in (0, 0.3, 0.65, 1)]
+        parts["stem", "stem"] += tube(path, [thick * f for f in (1, 0.8, 0.6, 0.4)], 3)
+        pairs = [(0.40, 0.36), (0.66, 0.40), (0.90, 0.34)] if length > 0.22 else [(0.45, 0.38), (0.84, 0.38)]
+        leaflets = [(1.0, 0, 0.44)] + [(t, side, size) for t, size in pairs for side in (1, -1)]
+        for k, (t, side, size) in enumerate(leaflets):
+            # left and right leaflets leave the rachis a little apart, on stalks, and slope down
+            here = start.along(length * (t - 0.02 * (side < 0)), bend).turned(
+                yaw=side * (62 + 5 * wobble(k + i)), pitch=-4 - 6 * abs(side), roll=5 * wobble(3 * k + i))
+            stalk = 0.05 * length * abs(side)
+            if side:
+                parts["stem", "stem"] += tube([here.origin, here.point(stalk, 0, 0)], [0.0008, 0.0006], 3)
+            blade = lamina(here.moved(stalk, 0, 0), size * length * (1 + 0.06 * wobble(5 * k + i)),
+                           TOMATO_LEAFLET, bend=32 + 8 * wobble(k), fold=14 + 4 * wobble(k + 2 * i))
+            parts[f"leaf{i}", "leaf"] += blade
+    write_obj(SCENES / "tomato.obj", "young tomato plant, m; origin at the soil", parts)
+
+
+def cucumber():
+    """A young cucumber plant (Cucumis sativus), 0.49 m tall: eight simple leaves on long
+    petioles. Origin at the soil."""
+    parts = defaultdict(list)
+    nodes = grow_stem(parts, 8, internode=0.072, sway=0.008, radius=0.0045)
+    lengths = [0.105, 0.125, 0.140, 0.145, 0.140, 0.120, 0.090, 0.060]  # lamina, oldest first
+    for i, (node, length) in enumerate(zip(nodes, lengths)):
+        youth = i / 7
+        petiole = 0.85 * length
+        start = Frame(node).turned(yaw=GOLDEN_ANGLE * i, pitch=28 + 30 * youth + 4 * wobble(i))
+        bend = 40 / petiole
+        path = [start.along(petiole * t, bend).origin for t in (0, 0.35, 0.7, 1)]
+        parts["stem", "stem"] += tube(path, [0.0030 - 0.0014 * youth - 0.0003 * k for k in range(4)], 4)
+        base = start.along(petiole, bend).turned(pitch=-18 - 10 * (1 - youth), roll=6 * wobble(2 * i + 1))
+        parts[f"leaf{i}", "leaf"] += lamina(base, length, CUCUMBER_LEAF, bend=42, fold=12 + 8 * youth, cells=2)
+    write_obj(SCENES / "cucumber.obj", "young cucumber plant, m; origin at the soil", parts)
+
+
+def pot():
+    """A 13 cm flower pot with its soil; together they are closed. Origin at the bottom."""
+    parts, rim, level = defaultdict(list), 0.058, 0.100
+    parts["pot", "pot"] += lathe([(0, 0), (0.048, 0), (0.065, 0.112), (0.060, 0.112), (rim, level)], 12)
+    parts["soil", "soil"] += lathe([(rim, level), (0, level)], 12)
+    write_obj(SCENES / "pot.obj", "flower pot, m; origin at the bottom, soil at 0.1", parts)
+
+
+# ---------------------------------------------------------------------------- the scenes' rest
+def unit_room():
+    """The room of box.json: a cube of 1 m, normals in, one group per wall."""
+    parts = defaultdict(list)
+    for name, wall in room((0, 0, 0), (1, 1, 1)).items():
+        parts[name, "wall"] += wall
+    write_obj(SCENES / "box.obj", "closed room, 1 m; 12 triangles, normals in", parts, decimals=0)
+
+
+def greenhouse():
+    """The bay: floor, plinth, frame of closed bars, panes. A pane reaches to the centre lines
+    of the bars around it, so its edges lie inside them: no gap, nothing coincident."""
+    parts, middle = defaultdict(list), BAY_WIDTH / 2
+    parts["floor", "concrete"] += room((0, 0, 0), (BAY_LENGTH, BAY_WIDTH, RIDGE))["floor"]
+    for y in (0, BAY_WIDTH):
+        parts["plinth", "concrete"] += box((0, y - 0.05, -0.05), (BAY_LENGTH, y + 0.05, PLINTH))
+    for x in (0, BAY_LENGTH):
+        low, high = (x - 0.06, -0.06, -0.06), (x + 0.06, BAY_WIDTH + 0.06, PLINTH + 0.01)
+        parts["plinth", "concrete"] += box(low, high)
+
+    sill = PLINTH - 0.05  # columns and panes start inside the plinth
+    stations = [BAY_LENGTH * k / 8 for k in range(9)]
+    for y, width in ((0, 0.09), (middle, 0.08), (BAY_WIDTH, 0.09)):
+        z = RIDGE if y == middle else EAVE
+        parts["frame", "aluminium"] += bar((-0.06, y, z), (BAY_LENGTH + 0.06, y, z), width)
+    for y in (0, BAY_WIDTH):
+        for x in stations:
+            parts["frame", "aluminium"] += bar((x, y, sill), (x, y, EAVE), 0.06)
+            parts["frame", "aluminium"] += bar((x, y, EAVE), (x, middle, RIDGE), 0.05)
+        for x, X in zip(stations, stations[1:]):
+            for (v, z), (V, Z) in (((y, sill), (y, EAVE)), ((y, EAVE), (middle, RIDGE))):
+                parts["panes", "glass"] += polygon((x, v, z), (X, v, z), (X, V, Z), (x, V, Z))
+
+    def roof(y):
+        return EAVE + (RIDGE - EAVE) * (1 - abs(y - middle) / middle)
+
+    posts = [BAY_WIDTH * k / 4 for k in range(5)]
+    for x in (0, BAY_LENGTH):
+        for y in posts[1:-1]:
+            parts["frame", "aluminium"] += bar((x, y, sill), (x, y, roof(y)), 0.045)
+        for y, Y in zip(posts, posts[1:]):
+            parts["panes", "glass"] += polygon((x, y, sill), (x, Y, sill), (x, Y, roof(Y)), (x, y, roof(y)))
+    write_obj(SCENES / "greenhouse.obj", "greenhouse bay, 6.4 x 4.8 x 4 m; z up, a corner at the origin", parts)
+
+
+def bench():
+    """A bench: a polystyrene top on aluminium legs. Origin on the floor below its centre."""
+    parts, x, y = defaultdict(list), BENCH_LENGTH / 2, BENCH_WIDTH / 2
+    parts["top", "polystyrene"] += box((-x, -y, BENCH_TOP - 0.05), (x, y, BENCH_TOP))
+    for lx in (-x + 0.3, 0, x - 0.3):
+        for ly in (-y + 0.1, y - 0.1):
+            parts["legs", "aluminium"] += bar((lx, ly, -0.02), (lx, ly, BENCH_TOP - 0.02), 0.04)
+    write_obj(SCENES / "bench.obj", "bench, 4.5 x 1.1 x 0.8 m; origin on the floor below its centre", parts)
+
+
+def reflector():
+    """A lamp's reflector: a hood of thin sheet, open below. Origin at the lamp's centre."""
+    parts = defaultdict(list)
+    top, edge = ([(x, y, z) for x, y in ((-a, -b), (a, -b), (a, b), (-a, b), (-a, -b))]
+                 for a, b, z in ((0.16, 0.06, 0.06), (0.20, 0.12, -0.07)))
+    parts["sheet", "reflector"] += polygon(*top[:4]) + loft([edge, top])
+    write_obj(SCENES / "reflector.obj", "lamp reflector, m; origin at the lamp's centre", parts)
+
+
+def chamber():
+    """The growth chamber, in cm: walls, a shelf held by the side walls, a mirror in the back wall."""
+    parts = defaultdict(list)
+    for name, wall in room((0, 0, 0), (120, 80, 150)).items():
+        parts[name, "wall"] += wall
+    parts["shelf", "shelf"] += box((-1, 6, 38), (121, 74, 40))
+    parts["mirror", "mirror"] += box((20, 79.5, 60), (100, 81, 110))
+    write_obj(SCENES / "chamber.obj", "growth chamber, cm; normals in; shelf top at z = 40", parts, decimals=3)
+
+    strip = defaultdict(list)
+    strip["strip", "housing"] += box((-1, -2, -30), (1, 2, 30))
+    write_obj(SCENES / "strip.obj", "strip lamp, cm; a closed box around the origin", strip, decimals=3)
+
+
+def beaker():
+    """A beaker and the water in it, in cm: two closed solids, 0.05 cm apart (outside every solid
+    is air, so solids must not touch)."""
+    parts, inner, gap = defaultdict(list), 3.2, 0.05
+    glass = [(0, 0), (3.5, 0), (3.5, 10), (inner, 10), (inner, 0.3), (0, 0.3)]
+    water = [(0, 0.3 + gap), (inner - gap, 0.3 + gap), (inner - gap, 7), (0, 7)]
+    parts["glass", "glass"] += lathe(glass, 32)
+    parts["water", "water"] += lathe(water, 32)
+    write_obj(SCENES / "beaker.obj", "beaker of water, cm; two closed solids", parts, decimals=4)
+
+
+# ------------------------------------------------------------------------------------- captors
+def greenhouse_captors():
+    """Discs on the benches, within the canopy and below it, and a plane over each bench."""
+    up, down, bench_grid, inside, below, planes = (0, 0, 1), (0, 0, -1), [], [], [], defaultdict(list)
+    for b, y in enumerate(BENCH_CENTRES_Y, start=1):
+        # 1 cm over the bench, on its centre line, at every half step of the plants
+        for k in range(12):
+            x = PLANT_START + PLANT_STEP * k / 2
+            bench_grid.append((f"bench{b}-{k:02}", (x, y, BENCH_TOP + 0.01), 0.04, up))
+        # at mid-height on the centre line: up, down, along and across the bench
+        for k in range(4):
+            x = PLANT_START + PLANT_STEP * (0.5 + 1.5 * k)
+            for name, normal in (("up", up), ("down", down), ("east", (1, 0, 0)), ("north", (0, 1, 0))):
+                inside.append((f"bench{b}-{k}-{name}", (x, y, 1.15), 0.04, normal))
+        # under most leaves, between the pots of one row
+        for k in range(5):
+            x = PLANT_START + PLANT_STEP * (k + 0.5)
+            below.append((f"bench{b}-{k}", (x, y - PLANT_ROW, 0.95), 0.05, up))
+        x, w = BENCH_START, BENCH_WIDTH / 2
+        planes[f"bench{b}", None] += room((x, y - w, 1.6), (x + BENCH_LENGTH, y + w, 2))["floor"]
+    write_discs(CAPTORS / "bench-grid.csv", bench_grid)
+    write_discs(CAPTORS / "inside-canopy.csv", inside)
+    write_discs(CAPTORS / "below-canopy.csv", below)
+    write_obj(CAPTORS / "canopy-top.obj", "a plane over each bench of the greenhouse, m; normals up", planes)
+
+
+def chamber_captors():
+    """Discs 1 cm over the shelf of the growth chamber, in cm."""
+    rows = [(f"{row}{i}", (15 + 18 * i, y, 41), 3, (0, 0, 1))
+            for row, y in (("a", 18), ("b", 40), ("c", 62)) for i in range(6)]
+    write_discs(CAPTORS / "shelf-grid.csv", rows, decimals=1)
+
+
+def main():
+    """Write every file."""
+    CAPTORS.mkdir(exist_ok=True)
+    for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker,
+                 greenhouse_captors, chamber_captors):
+        make()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+//! The ray kernel: nearest hit, occlusion and crossings among triangles, without losing a hit.
+//!
+//! obvhs builds the tree (PLOC, then reinsertion, then eight children a node); the walk and both
+//! intersection tests are our own, because a photon that slips between two triangles is flux that
+//! nobody can account for. Every path through here gives the same bits on every processor.
+
+mod build;
+mod triangle;
+mod walk;
+
+#[cfg(test)]
+mod tests;
+
+use glam::{Vec3, Vec4};
+
+use crate::geometry::{Ray, Triangle};
+use walk::Node;
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, > 0, in lengths of its direction (m when that is a unit vector).
+    pub t: f32,
+    /// Index of the triangle in the list the structure was built from.
+    pub triangle: u32,
+    /// Weight of the triangle's corner b, in [0, 1].
+    pub u: f32,
+    /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
+    pub v: f32,
+}
+
+/// Triangles arranged for rays. Coordinates of triangles and rays must stay below 1e9 m.
+#[derive(Clone, Debug, Default)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    /// Rows x, y, z, each with the corners a, b, c (and 0), in leaf order.
+    corners: Vec<[Vec4; 3]>,
+    /// For each of `corners`, its index in the list that was built from.
+    indices: Vec<u32>,
+    /// Largest |x|, |y|, |z| of any corner: the scale of rounding errors, m.
+    reach: Vec3,
+    /// How many nodes can wait at a time in the worst walk.
+    stack_size: usize,
+}
+
+impl Bvh {
+    /// Arranges `triangles`, all finite. Those without area are left out: no ray hits them. The same
+    /// triangles give the same structure on any number of threads (of the rayon pool it is called
+    /// in).
+    pub fn build(triangles: &[Triangle]) -> Self {
+        build::build(triangles)
+    }
+
+    /// The nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same t the
+    /// one with the lowest triangle index.
+    pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
+        let mut best = Hit { t: t_max, triangle: 0, u: 0.0, v: 0.0 };
+        let mut found = false;
+        self.walk(ray, t_max, |hit| {
+            if hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle) {
+                best = hit;
+                found = true;
+            }
+            best.t
+        });
+        found.then_some(best)
+    }
+
+    /// Whether any triangle is hit with 0 < t < `t_max` (which may be infinite).
+    pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
+        let mut found = false;
+        self.walk(ray, t_max, |hit| {
+            found |= hit.t < t_max;
+            if found { -1.0 } else { t_max }
+        });
+        found
+    }
+
+    /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order.
+    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Hit)) {
+        self.walk(ray, t_max, |hit| {
+            if hit.t < t_max {
+                visit(hit);
+            }
+            t_max
+        });
+    }
+
+    /// Calls `visit` for hits with 0 < t <= limit, where the limit is `t_max` at first and then
+    /// what `visit` returned last; a negative one ends the walk.
+    #[inline(always)]
+    fn walk(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit) -> f32) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") {
+            #[allow(unsafe_code)]
+            // SAFETY: the processor has both, as was just asked.
+            unsafe {
+                self.walk_avx2(ray, t_max, visit)
+            };
+            return;
+        }
+        self.walk_plain(ray, t_max, visit);
+    }
+
+    fn walk_plain(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit) -> f32) {
+        self.walk_with(ray, t_max, visit, |slabs, node, limit| slabs.enter(node, limit));
+    }
+
+    /// The same bits: Rust never contracts a * b + c.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1")]
+    fn walk_avx2(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit) -> f32) {
+        self.walk_with(ray, t_max, visit, |slabs, node, limit| slabs.enter_avx2(node, limit));
+    }
+}

@@ -1,0 +1,272 @@
+//! The walk through the tree, and ray against eight boxes.
+
+use glam::Vec3;
+
+use super::triangle::{Shear, main_axis};
+use super::{Bvh, Hit};
+use crate::geometry::Ray;
+
+/// Eight children: their boxes and what is inside.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub(super) struct Node {
+    /// Along x, y, z the lower (0) and upper (1) planes of the boxes, m. Children that do not exist have
+    /// +infinity and -infinity.
+    planes: [[[f32; 8]; 2]; 3],
+    /// Where each child is.
+    children: [Child; 8],
+}
+
+/// An inner node's index, or with the highest bit set a leaf: first triangle and count (1 to 3).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Child(u32);
+
+const LEAF: u32 = 1 << 31;
+
+impl Node {
+    /// No children.
+    pub const EMPTY: Self = Self {
+        planes: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
+        children: [Child::NONE; 8],
+    };
+
+    /// Makes `child`, whose box is `min` to `max`, the one at `place`.
+    pub fn set(&mut self, place: usize, child: Child, min: Vec3, max: Vec3) {
+        self.children[place] = child;
+        for axis in 0..3 {
+            self.planes[axis][0][place] = min[axis];
+            self.planes[axis][1][place] = max[axis];
+        }
+    }
+}
+
+impl Child {
+    const NONE: Self = Self(LEAF);
+
+    pub fn inner(node: u32) -> Self {
+        assert!(node < LEAF);
+        Self(node)
+    }
+
+    pub fn leaf(first: u32, count: u32) -> Self {
+        assert!(first < LEAF >> 2 && count < 4);
+        Self(LEAF | first << 2 | count)
+    }
+
+    #[inline(always)]
+    fn is_leaf(self) -> bool {
+        self.0 & LEAF != 0
+    }
+
+    #[inline(always)]
+    fn triangles(self) -> std::ops::Range<usize> {
+        let first = (self.0 & !LEAF) >> 2;
+        first as usize..(first + (self.0 & 3)) as usize
+    }
+}
+
+/// A child that waits, with the distance at which the ray enters its box: the bits of a float >= 0
+/// above the child's. So the nearest is the least.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Waiting(u64);
+
+impl Waiting {
+    #[inline(always)]
+    fn new(near: f32, child: Child) -> Self {
+        Self(u64::from(near.to_bits()) << 32 | u64::from(child.0))
+    }
+
+    #[inline(always)]
+    fn near(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child(self.0 as u32)
+    }
+}
+
+/// Nodes that can wait without a heap allocation; deeper trees are rare and get one.
+const STACK: usize = 96;
+
+impl Bvh {
+    #[inline(always)]
+    pub(super) fn walk_with(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        mut visit: impl FnMut(Hit) -> f32,
+        enter: impl Fn(&Slabs, &Node, f32) -> Entered,
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut small = [Waiting::default(); STACK];
+        let mut large = Vec::new();
+        let stack: &mut [Waiting] = if self.stack_size <= STACK {
+            &mut small
+        } else {
+            large.resize(self.stack_size, Waiting::default());
+            &mut large
+        };
+        let slabs = Slabs::new(ray, self.reach);
+        let shear = Shear::new(ray, slabs.inverse);
+        let mut limit = t_max;
+        let mut waiting = 0;
+        let mut child = Child::inner(0);
+        loop {
+            if child.is_leaf() {
+                for i in child.triangles() {
+                    if let Some(m) = shear.meet(&self.corners[i], limit) {
+                        limit = visit(Hit { t: m.t, triangle: self.indices[i], u: m.u, v: m.v });
+                    }
+                }
+            } else {
+                let node = &self.nodes[child.0 as usize];
+                let Entered { near, mut mask } = enter(&slabs, node, limit);
+                if mask != 0 {
+                    let mut next = || {
+                        let i = mask.trailing_zeros() as usize & 7;
+                        mask &= mask - 1;
+                        (Waiting::new(near[i], node.children[i]), mask == 0)
+                    };
+                    let (mut nearest, mut last) = next();
+                    let bottom = waiting;
+                    while !last {
+                        let other;
+                        (other, last) = next();
+                        // those that wait stay in order, the nearest on top
+                        let farther = nearest.max(other);
+                        nearest = nearest.min(other);
+                        let mut place = waiting;
+                        while place > bottom && stack[place - 1] < farther {
+                            stack[place] = stack[place - 1];
+                            place -= 1;
+                        }
+                        stack[place] = farther;
+                        waiting += 1;
+                    }
+                    child = nearest.child();
+                    continue;
+                }
+            }
+            child = loop {
+                if waiting == 0 {
+                    return;
+                }
+                waiting -= 1;
+                if stack[waiting].near() <= limit {
+                    break stack[waiting].child();
+                }
+            };
+        }
+    }
+}
+
+/// A ray, and what the box test needs of it: the distance of the plane x = p is p `inverse.x` +
+/// `near.x` or + `far.x`, rounded to the safe side.
+///
+/// With u = 2^-24, |plane| <= r and |origin| = o on an axis of inverse direction k, the products and
+/// sums below err by less than 5 u (r + o) k. The triangle test moves a corner across the ray
+/// by its own roundings: (Woop et al., section 3.3) 2 u (r + o) on the axis itself and, through the
+/// slope, 5 u (r + o) of the main axis, seen as distances along the ray: 2 u (r + o) k and 5 u (r + o) k of the main axis.
+/// 16 u of each covers all of it.
+pub(super) struct Slabs {
+    inverse: [f32; 3],
+    near: [f32; 3],
+    far: [f32; 3],
+    /// Which of the two planes the ray meets first.
+    first: [usize; 3],
+}
+
+/// Which of the children a ray enters before its limit, as a bit mask, and at what distance.
+pub(super) struct Entered {
+    near: [f32; 8],
+    mask: u32,
+}
+
+const PAD: f32 = 16.0 / (1 << 24) as f32;
+
+/// Stands for 1/0: large enough for every other distance to be small beside it, small enough for
+/// no product to overflow. With it a ray in the plane of a box's face counts as inside: the pad
+/// of that axis exceeds every distance.
+const LARGEST_INVERSE: f32 = (1u128 << 96) as f32;
+
+impl Slabs {
+    #[inline(always)]
+    fn new(ray: &Ray, reach: Vec3) -> Self {
+        let d = ray.direction;
+        let zero = d.abs().cmplt(Vec3::splat(1.0 / LARGEST_INVERSE));
+        let inverse = Vec3::select(zero, Vec3::splat(LARGEST_INVERSE).copysign(d), 1.0 / d);
+        let error = (reach + ray.origin.abs()) * inverse.abs() * PAD;
+        let pad = error + Vec3::splat(error.to_array()[main_axis(d)]);
+        let shift = -ray.origin * inverse;
+        let first = d.is_negative_bitmask() as usize;
+        Self {
+            inverse: inverse.to_array(),
+            near: (shift - pad).to_array(),
+            far: (shift + pad).to_array(),
+            first: [first & 1, first >> 1 & 1, first >> 2],
+        }
+    }
+
+    #[inline(always)]
+    pub fn enter(&self, node: &Node, limit: f32) -> Entered {
+        let mut near = [0.0; 8];
+        let mut far = [limit; 8];
+        for axis in 0..3 {
+            let first = self.first[axis] & 1;
+            let (entry, exit) = (&node.planes[axis][first], &node.planes[axis][1 - first]);
+            for i in 0..8 {
+                let t = entry[i] * self.inverse[axis] + self.near[axis];
+                near[i] = if t > near[i] { t } else { near[i] };
+                let t = exit[i] * self.inverse[axis] + self.far[axis];
+                far[i] = if t < far[i] { t } else { far[i] };
+            }
+        }
+        let mask = (0..8).map(|i| u32::from(near[i] <= far[i]) << i).sum();
+        Entered { near, mask }
+    }
+
+    /// The same eight at a time.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    pub fn enter_avx2(&self, node: &Node, limit: f32) -> Entered {
+        use std::arch::x86_64::*;
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            let first = self.first[axis] & 1;
+            let inverse = _mm256_set1_ps(self.inverse[axis]);
+            let entry = _mm256_mul_ps(load(&node.planes[axis][first]), inverse);
+            let exit = _mm256_mul_ps(load(&node.planes[axis][1 - first]), inverse);
+            let near = _mm256_add_ps(entry, _mm256_set1_ps(self.near[axis]));
+            let far = _mm256_add_ps(exit, _mm256_set1_ps(self.far[axis]));
+            (near, far)
+        });
+        let near = _mm256_max_ps(_mm256_max_ps(x.0, y.0), _mm256_max_ps(z.0, _mm256_setzero_ps()));
+        let far = _mm256_min_ps(_mm256_min_ps(x.1, y.1), _mm256_min_ps(z.1, _mm256_set1_ps(limit)));
+        let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as u32;
+        Entered { near: store(near), mask }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+#[inline]
+#[allow(unsafe_code)]
+fn load(lanes: &[f32; 8]) -> std::arch::x86_64::__m256 {
+    // SAFETY: reads the eight numbers that the reference stands for.
+    unsafe { std::arch::x86_64::_mm256_loadu_ps(lanes.as_ptr()) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+#[inline]
+#[allow(unsafe_code)]
+fn store(lanes: std::arch::x86_64::__m256) -> [f32; 8] {
+    let mut out = [0.0; 8];
+    // SAFETY: writes the eight numbers of `out`.
+    unsafe { std::arch::x86_64::_mm256_storeu_ps(out.as_mut_ptr(), lanes) };
+    out
+}

@@ -1,0 +1,71 @@
+//! The command line: one file per command.
+
+mod check;
+mod run;
+mod schema;
+mod summary;
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
+
+use clap::{Parser, Subcommand};
+
+use crate::error::{Error, ErrorKind, Result};
+
+/// Photon mapping for plant science: how much light every sensor and every leaf receives.
+#[derive(Parser)]
+#[command(name = "phylux", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Trace photons through a scene and write what its captors received
+    Run(run::Arguments),
+    /// Say what a scene holds, and warn of what looks wrong in it
+    Check {
+        /// Scene file (JSON)
+        scene: PathBuf,
+    },
+    /// Print the JSON Schema of scene and results files
+    Schema {
+        /// Which of the two
+        #[arg(value_enum, default_value = "scene")]
+        of: schema::Of,
+    },
+}
+
+/// Runs the command line of this process: 0 done, 1 the run failed, 2 wrong usage or input.
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check { scene } => check::check(&scene),
+        Command::Schema { of } => schema::print(of),
+    };
+    let Err(error) = outcome else { return ExitCode::SUCCESS };
+    // a reader that has gone away needs no message
+    let _ = writeln!(io::stderr(), "error: {error}");
+    match error.kind() {
+        ErrorKind::Run => ExitCode::from(1),
+        ErrorKind::Input => ExitCode::from(2),
+    }
+}
+
+/// Prints to the terminal; whoever stops reading has read enough.
+fn print(text: &str) -> Result<()> {
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::run("terminal", e)),
+        _ => Ok(()),
+    }
+}
+
+fn warn(warnings: &[String]) {
+    for warning in warnings {
+        let _ = writeln!(io::stderr(), "warning: {warning}");
+    }
+}

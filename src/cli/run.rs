@@ -1,0 +1,220 @@
+//! `phylux run`
+
+use std::{
+    io::{self, IsTerminal},
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use super::summary::summary;
+use crate::{
+    error::{Error, Result},
+    result::RunResult,
+    result_file::{OutputFile, OutputFolder, write_csv, write_json},
+    scene_file::{self, LoadedScene},
+    settings::{Checked, Settings},
+    simulate::{Control, Progress, simulate},
+};
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// Photons to trace, e.g. 5e6; with --tolerance: at most so many
+    #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
+    photons: Option<u64>,
+    /// Seed of the random numbers: the same seed gives the same results, byte for byte
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Go on until the relative standard error of every captor, face and band is at most this
+    #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// End at the first block border after this time (--photons and --tolerance end it too)
+    #[arg(long, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
+    max_time: Option<Duration>,
+    /// Photons of a k-nearest estimate; 0 makes none and stores no photons
+    #[arg(long, value_name = "N", value_parser = k, allow_negative_numbers = true)]
+    k: Option<usize>,
+    /// The most arrivals to store for k-nearest estimates
+    #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
+    map_photons: Option<usize>,
+    /// Threads; 0 takes all processors. The results do not depend on it
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    threads: Option<usize>,
+    /// Results file (JSON)
+    #[arg(short, long, value_name = "FILE", default_value = "results.json")]
+    output: PathBuf,
+    /// Also write one JSON file per captor into this folder
+    #[arg(long, value_name = "DIR")]
+    per_captor: Option<PathBuf>,
+    /// Also write a tidy table: captor, face, band, quantity, value, standard error
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Also write times and speeds (JSON)
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+}
+
+/// A whole number that may be written 1e8.
+fn count(text: &str) -> Checked<u64> {
+    if let Ok(count) = text.parse() {
+        return Ok(count);
+    }
+    match text.parse::<f64>() {
+        Ok(v) if v >= 0.0 && v.fract() == 0.0 && v <= 9e15 => Ok(v as u64),
+        _ => Err("must be a whole number, at least 0 (1e6 is one)".into()),
+    }
+}
+
+fn number(text: &str) -> Checked<f64> {
+    text.parse().map_err(|_| "must be a number".into())
+}
+
+fn photons(text: &str) -> Checked<u64> {
+    Settings::check_photons(count(text)?)
+}
+
+fn k(text: &str) -> Checked<usize> {
+    Settings::check_k(count(text)?)
+}
+
+fn map_photons(text: &str) -> Checked<usize> {
+    Settings::check_map_photons(count(text)?)
+}
+
+fn threads(text: &str) -> Checked<usize> {
+    Settings::check_threads(count(text)?)
+}
+
+fn tolerance(text: &str) -> Checked<f64> {
+    Settings::check_tolerance(number(text)?)
+}
+
+fn max_time(text: &str) -> Checked<Duration> {
+    Settings::check_max_time(number(text)?)
+}
+
+/// Times and speeds of a run: what must not be in the results, which are the same each time.
+#[derive(Serialize)]
+struct Stats {
+    photons: u64,
+    segments: u64,
+    threads: usize,
+    load_seconds: f64,
+    trace_seconds: f64,
+    estimate_seconds: f64,
+    photons_per_second: f64,
+    segments_per_second: f64,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let started = Instant::now();
+    let output = OutputFile::create(&arguments.output)?;
+    let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
+    let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
+    let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
+
+    let LoadedScene { scene, settings, warnings, .. } = scene_file::load(&arguments.scene)?;
+    super::warn(&warnings);
+    if scene.captors.is_empty() {
+        return Err(Error::input(
+            format!("{}: /captors", arguments.scene.display()),
+            "the scene has no captor, so there is nothing to run",
+        )
+        .remedy("add a captor, or `\"captor\": true` to an object"));
+    }
+    let settings = Settings {
+        photons: arguments.photons.or(settings.photons),
+        seed: arguments.seed.unwrap_or(settings.seed),
+        k: arguments.k.unwrap_or(settings.k),
+        map_photons: arguments.map_photons.unwrap_or(settings.map_photons),
+        tolerance: arguments.tolerance.or(settings.tolerance),
+        tolerance_limit: arguments.photons,
+        max_time: arguments.max_time.or(settings.max_time),
+        threads: arguments.threads.unwrap_or(settings.threads),
+    };
+    let loaded = Instant::now();
+
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = stop.clone();
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(|e| Error::run("Ctrl-C", e))?;
+    let bar = progress_bar(&settings);
+    let progress = |progress: Progress| show(&bar, progress);
+    let simulation = simulate(&scene, &settings, &Control { stop: &stop, progress: &progress });
+    bar.finish_and_clear();
+    let simulation = simulation?;
+    let traced = Instant::now();
+    let result = RunResult::new(&scene, &settings, &simulation);
+    let estimated = Instant::now();
+
+    output.write(|writer| write_json(&result, writer))?;
+    if let Some(folder) = per_captor {
+        folder.write(&result)?;
+    }
+    if let Some(csv) = csv {
+        csv.write(|writer| write_csv(&result, writer))?;
+    }
+    let trace_seconds = (traced - loaded).as_secs_f64();
+    let totals = &simulation.totals;
+    let stats = Stats {
+        photons: totals.histories,
+        segments: totals.segments,
+        threads: simulation.threads,
+        load_seconds: (loaded - started).as_secs_f64(),
+        trace_seconds,
+        estimate_seconds: (estimated - traced).as_secs_f64(),
+        photons_per_second: totals.histories as f64 / trace_seconds,
+        segments_per_second: totals.segments as f64 / trace_seconds,
+    };
+    if let Some(file) = stats_file {
+        file.write(|writer| {
+            serde_json::to_writer_pretty(&mut *writer, &stats)?;
+            writer.write_all(b"\n")
+        })?;
+    }
+    let summary = summary(&result, simulation.end);
+    super::warn(&summary.warnings);
+    let speed = format!(
+        "{:.1} s on {} threads, {:.2e} photons/s\n{}\n",
+        trace_seconds,
+        stats.threads,
+        stats.photons_per_second,
+        arguments.output.display(),
+    );
+    super::print(&(summary.text + &speed))
+}
+
+fn progress_bar(settings: &Settings) -> ProgressBar {
+    let target = match io::stderr().is_terminal() {
+        true => ProgressDrawTarget::stderr_with_hz(10),
+        false => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(None, target);
+    let template = match settings.tolerance {
+        Some(_) => "{elapsed} {human_pos} photons, {per_sec}, {msg}",
+        None => "{bar:30} {percent}% {human_pos} photons, {per_sec}, {eta} left",
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: Progress) {
+    if let Some(of) = progress.of {
+        bar.set_length(of);
+    }
+    if let Some(worst) = progress.worst_error {
+        bar.set_message(format!("worst relative error {:.2} %", 100.0 * worst));
+    }
+    bar.set_position(progress.photons);
+}

@@ -1,0 +1,27 @@
+//! `phylux schema`
+
+use clap::ValueEnum;
+
+use crate::{
+    error::{Error, Result},
+    result::RunResult,
+    scene_file::SceneFile,
+};
+
+/// What to print the schema of.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum Of {
+    /// Scene files
+    Scene,
+    /// Results files
+    Results,
+}
+
+pub(super) fn print(of: Of) -> Result<()> {
+    let schema = match of {
+        Of::Scene => schemars::schema_for!(SceneFile),
+        Of::Results => schemars::schema_for!(RunResult),
+    };
+    let text = serde_json::to_string_pretty(&schema).map_err(|e| Error::run("schema", e))?;
+    super::print(&(text + "\n"))
+}

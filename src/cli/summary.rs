@@ -1,0 +1,164 @@
+//! What a run found, on one screen.
+
+use std::fmt::Write;
+
+use crate::{
+    result::{CaptorResult, FaceResult, RunResult},
+    simulate::End,
+};
+
+/// More bands than this are not shown.
+const SHOWN_BANDS: usize = 8;
+/// Share of the emitted power above which lost power is warned of.
+const MUCH_LOST: f64 = 1e-3;
+
+pub(super) struct Summary {
+    pub(super) text: String,
+    pub(super) warnings: Vec<String>,
+}
+
+pub(super) fn summary(result: &RunResult, end: End) -> Summary {
+    let mut text = String::new();
+    let reason = match end {
+        End::Photons => "",
+        End::Tolerance => ", tolerance met",
+        End::Time => ", time is up",
+    };
+    let _ = writeln!(
+        text,
+        "{}: {} photons in {} blocks, seed {}{reason}",
+        result.scene, result.photons, result.blocks, result.seed
+    );
+    energy(&mut text, result);
+    let mut kinds = vec![("sensors", "virtual"), ("surfaces", "surface")];
+    kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
+    for (title, kind) in kinds {
+        captors(&mut text, result, title, kind);
+    }
+    Summary { text, warnings: warnings(result) }
+}
+
+fn energy(text: &mut String, result: &RunResult) {
+    let energy = &result.energy;
+    let unit = result.unit.flux;
+    let _ = writeln!(
+        text,
+        "\n{:<24}{:>11}{:>11}{:>11}{:>11}",
+        format!("energy, {unit}"),
+        "emitted",
+        "absorbed",
+        "escaped",
+        "lost"
+    );
+    for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+        let _ = writeln!(
+            text,
+            "  {:<22}{:>11}{:>11}{:>11}{:>11}",
+            band.name,
+            short(energy.emitted[b]),
+            short(energy.absorbed[b]),
+            short(energy.escaped[b]),
+            short(energy.lost[b])
+        );
+    }
+}
+
+fn captors(text: &mut String, result: &RunResult, title: &str, kind: &str) {
+    let count = result.captors.iter().filter(|captor| captor.kind == kind).count();
+    let _ = writeln!(
+        text,
+        "\n{:<24}{:>11}{:>11}{:>11}   relative error",
+        format!("{count} {title}, {}", result.unit.irradiance),
+        "min",
+        "median",
+        "max"
+    );
+    type Face = fn(&CaptorResult) -> Option<&FaceResult>;
+    let faces: [(&str, Face); 2] =
+        [("front", |captor| Some(&captor.front)), ("back", |captor| captor.back.as_ref())];
+    for (name, face) in faces {
+        let faces: Vec<&FaceResult> =
+            result.captors.iter().filter(|c| c.kind == kind).filter_map(face).collect();
+        if faces.is_empty() {
+            continue;
+        }
+        for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+            let irradiance = Spread::of(faces.iter().map(|face| face.irradiance[b]).collect());
+            let relative = |face: &&FaceResult| Some(face.flux_se[b]? / face.flux[b]);
+            let errors: Vec<f64> = faces.iter().filter_map(relative).collect();
+            let errors = match errors.is_empty() {
+                true => "-".to_string(),
+                false => Spread::of(errors).percent(),
+            };
+            let _ = writeln!(
+                text,
+                "  {:<22}{:>11}{:>11}{:>11}   {errors}",
+                format!("{name} {}", band.name),
+                short(irradiance.min),
+                short(irradiance.median),
+                short(irradiance.max),
+            );
+        }
+    }
+}
+
+struct Spread {
+    min: f64,
+    median: f64,
+    max: f64,
+}
+
+impl Spread {
+    /// Of at least one value.
+    fn of(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        let (min, max) = (values[0], values[values.len() - 1]);
+        Self { min, median: values[values.len() / 2], max }
+    }
+
+    fn percent(&self) -> String {
+        format!(
+            "{:.2} to {:.2} %, median {:.2} %",
+            100.0 * self.min,
+            100.0 * self.max,
+            100.0 * self.median
+        )
+    }
+}
+
+/// Four digits, however large or small.
+fn short(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        v if (1e-3..1e6).contains(&v) => {
+            let decimals = (3 - v.log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => format!("{value:.3e}"),
+    }
+}
+
+fn warnings(result: &RunResult) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let energy = &result.energy;
+    let lost =
+        energy.lost.iter().zip(&energy.emitted).map(|(l, e)| if *e > 0.0 { l / e } else { 0.0 });
+    let lost = lost.fold(0.0, f64::max);
+    if lost > MUCH_LOST {
+        warnings.push(format!(
+            "{:.2} % of the power was on paths cut off at the length limits (lost)",
+            100.0 * lost
+        ));
+    }
+    let reached = |captor: &CaptorResult| {
+        captor.front.photons + captor.back.as_ref().map_or(0, |back| back.photons) > 0
+    };
+    let dark: Vec<&str> =
+        result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
+    if !dark.is_empty() {
+        let more =
+            if dark.len() > 5 { format!(" and {} more", dark.len() - 5) } else { String::new() };
+        warnings.push(format!("no photon reached {}{more}", dark[..dark.len().min(5)].join(", ")));
+    }
+    warnings
+}

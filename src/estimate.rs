@@ -1,0 +1,3 @@
+//! Estimates at captors from what a run has collected.
+
+pub mod nearest;

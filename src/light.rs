@@ -1,0 +1,241 @@
+//! Where photons start: point, spot, tube and area lights.
+
+use glam::{DVec3, Vec3};
+
+use crate::{
+    geometry::{Frame, Ray, Triangle},
+    rng::Stream,
+    sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
+};
+
+/// Shape and direction pattern of a light, in metres from the user's origin.
+#[derive(Clone, Debug)]
+pub enum LightShape {
+    /// A point, alike in all directions.
+    Point {
+        /// Where it is.
+        position: DVec3,
+    },
+    /// A point with uniform intensity inside a cone.
+    Spot {
+        /// Where it is.
+        position: DVec3,
+        /// Axis of the cone; not zero.
+        direction: DVec3,
+        /// Half angle of the cone, rad, in (0, pi].
+        half_angle: f64,
+    },
+    /// Lateral surface of a cylinder, Lambertian.
+    Tube {
+        /// One end of the axis.
+        from: DVec3,
+        /// The other end, not the same.
+        to: DVec3,
+        /// Radius, m; 0 is the line (intensity ~ sine of the angle to the axis).
+        radius: f64,
+    },
+    /// Points uniform on a line, directions uniform on the sphere.
+    IsotropicLine {
+        /// One end.
+        from: DVec3,
+        /// The other end.
+        to: DVec3,
+    },
+    /// Triangles, Lambertian from the front, or from both sides.
+    Area {
+        /// Corners, counter-clockwise seen from the front; total area above zero.
+        triangles: Vec<[DVec3; 3]>,
+        /// Whether the back emits too.
+        two_sided: bool,
+    },
+}
+
+/// A light: power per band and a way to emit it.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Unique name.
+    pub name: String,
+    /// Total emitted flux per band, W or umol/s, at least 0.
+    pub power: Vec<f64>,
+    emitter: Emitter,
+}
+
+#[derive(Clone, Debug)]
+enum Emitter {
+    Cone { position: Vec3, frame: Frame, versine: f32 },
+    Tube { from: Vec3, axis: Vec3, frame: Frame, radius: f32 },
+    IsotropicLine { from: Vec3, axis: Vec3 },
+    Area { triangles: Vec<Triangle>, cumulative_area: Vec<f64>, two_sided: bool },
+}
+
+impl Light {
+    /// From its shape, with coordinates taken relative to `center`.
+    pub fn new(name: String, power: Vec<f64>, shape: &LightShape, center: DVec3) -> Self {
+        let local = |p: DVec3| (p - center).as_vec3();
+        let along = |v: DVec3| Frame::new(v.normalize().as_vec3().normalize());
+        let emitter = match shape {
+            LightShape::Point { position } => Emitter::Cone {
+                position: local(*position),
+                frame: Frame::new(Vec3::Z),
+                versine: 2.0,
+            },
+            LightShape::Spot { position, direction, half_angle } => Emitter::Cone {
+                position: local(*position),
+                frame: along(*direction),
+                versine: (2.0 * (half_angle / 2.0).sin().powi(2)) as f32,
+            },
+            LightShape::Tube { from, to, radius } => Emitter::Tube {
+                from: local(*from),
+                axis: (*to - *from).as_vec3(),
+                frame: along(*to - *from),
+                radius: *radius as f32,
+            },
+            LightShape::IsotropicLine { from, to } => {
+                Emitter::IsotropicLine { from: local(*from), axis: (*to - *from).as_vec3() }
+            }
+            LightShape::Area { triangles, two_sided } => {
+                let mut area = 0.0;
+                let mut cumulative_area = Vec::with_capacity(triangles.len());
+                for [a, b, c] in triangles {
+                    area += 0.5 * (*b - *a).cross(*c - *a).length();
+                    cumulative_area.push(area);
+                }
+                let triangles = triangles.iter().map(|t| Triangle::from(t.map(local))).collect();
+                Emitter::Area { triangles, cumulative_area, two_sided: *two_sided }
+            }
+        };
+        Self { name, power, emitter }
+    }
+
+    /// The ray of one photon. It starts `offset` metres off a light that has a surface.
+    #[inline]
+    pub fn emit(&self, offset: f32, rng: &mut Stream) -> Ray {
+        match &self.emitter {
+            Emitter::Cone { position, frame, versine } => Ray {
+                origin: *position,
+                direction: frame.to_world(uniform_cone(*versine, rng.square())),
+            },
+            Emitter::Tube { from, axis, frame, radius } => {
+                let turn = uniform_circle(rng.uniform());
+                let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
+                let on_axis = *from + rng.uniform() * *axis;
+                leave(on_axis + *radius * normal, normal, offset, rng)
+            }
+            Emitter::IsotropicLine { from, axis } => Ray {
+                origin: *from + rng.uniform() * *axis,
+                direction: uniform_cone(2.0, rng.square()),
+            },
+            Emitter::Area { triangles, cumulative_area, two_sided } => {
+                let target = rng.uniform_fine() * cumulative_area[cumulative_area.len() - 1];
+                let chosen = cumulative_area.partition_point(|&area| area <= target);
+                let triangle = &triangles[chosen.min(triangles.len() - 1)];
+                let weights = uniform_triangle(rng.square());
+                let front = !*two_sided || rng.uniform() < 0.5;
+                let normal = if front { triangle.normal() } else { -triangle.normal() };
+                leave(triangle.point(weights.x, weights.y), normal, offset, rng)
+            }
+        }
+    }
+}
+
+/// A ray with Lambertian direction from a surface.
+#[inline]
+fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
+    Ray {
+        origin: point + offset * normal,
+        direction: Frame::new(normal).to_world(cosine_hemisphere(rng.square())),
+    }
+}
+
+/// How the histories of one piece are shared among the lights: which history belongs to which
+/// light, and the power that each carries.
+#[derive(Clone, Debug)]
+pub struct Strata {
+    /// First rank of each light, and the number of histories at the end.
+    first: Vec<u64>,
+    stride: u64,
+    /// Per light and lane: power of a photon x histories of the piece.
+    weights: Vec<f64>,
+    lanes: usize,
+}
+
+impl Strata {
+    /// Shares `histories` (at least one for each light) in proportion to the lights' largest band
+    /// power, but at least 1 % / number of lights each.
+    pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
+        let counts = apportion(lights, histories);
+        let mut first = vec![0];
+        let mut weights = vec![0.0; lights.len() * lanes];
+        for (l, light) in lights.iter().enumerate() {
+            first.push(first[l] + counts[l]);
+            for (b, power) in light.power.iter().enumerate() {
+                weights[l * lanes + b] = power * (histories as f64 / counts[l] as f64);
+            }
+        }
+        Self { first, stride: golden_stride(histories), weights, lanes }
+    }
+
+    /// Number of histories.
+    pub fn histories(&self) -> u64 {
+        self.first[self.first.len() - 1]
+    }
+
+    /// The light of history `index`. Ranks follow a golden-ratio sequence, so that any run of
+    /// neighbouring histories has nearly each light's share.
+    #[inline]
+    pub fn light(&self, index: u64) -> usize {
+        let rank =
+            (u128::from(index) * u128::from(self.stride) % u128::from(self.histories())) as u64;
+        self.first.partition_point(|&first| first <= rank) - 1
+    }
+
+    /// Power of a photon of `light` per lane, times the histories of the piece, W or umol/s.
+    #[inline]
+    pub fn weights(&self, light: usize) -> &[f64] {
+        &self.weights[light * self.lanes..][..self.lanes]
+    }
+}
+
+/// Whole numbers of histories: largest remainders, at least one each.
+fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
+    let largest: Vec<f64> =
+        lights.iter().map(|light| light.power.iter().copied().fold(0.0, f64::max)).collect();
+    let total: f64 = largest.iter().sum();
+    let least = 0.01 / lights.len() as f64;
+    let shares: Vec<f64> = largest
+        .iter()
+        .map(|power| if total > 0.0 { (power / total).max(least) } else { 1.0 })
+        .collect();
+    let scale = histories as f64 / shares.iter().sum::<f64>();
+    let mut counts: Vec<u64> =
+        shares.iter().map(|share| ((share * scale).floor() as u64).max(1)).collect();
+    let remainder = |counts: &[u64], l: usize| shares[l] * scale - counts[l] as f64;
+    let mut rest = histories as i64 - counts.iter().sum::<u64>() as i64;
+    let mut order: Vec<usize> = (0..lights.len()).collect();
+    order.sort_by(|&a, &b| remainder(&counts, b).total_cmp(&remainder(&counts, a)));
+    for &l in order.iter().cycle() {
+        if rest <= 0 {
+            break;
+        }
+        counts[l] += 1;
+        rest -= 1;
+    }
+    // the minimum of one may have handed out too many: the largest give back
+    while rest < 0 {
+        let l = (0..counts.len()).max_by_key(|&l| counts[l]).expect("there is a light");
+        counts[l] -= 1;
+        rest += 1;
+    }
+    counts
+}
+
+/// The number nearest to the golden section of `n` that has no common divisor with it.
+fn golden_stride(n: u64) -> u64 {
+    let golden = (n as f64 * 0.618_033_988_749_895) as u64;
+    let coprime = |&k: &u64| gcd(k, n) == 1;
+    (golden.max(1)..=n.max(1)).find(coprime).unwrap_or(1)
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}

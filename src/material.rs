@@ -1,0 +1,262 @@
+//! What a surface does with light: scatter it or absorb it. A closed set; every one conserves energy.
+
+mod dielectric;
+mod fresnel;
+mod leaf;
+mod phong;
+
+pub use dielectric::{Dielectric, Pane};
+pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};
+pub use leaf::{Leaf, LeafFace};
+pub use phong::{Phong, PhongFractions};
+
+use glam::Vec3;
+
+use crate::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
+
+/// Which way a path is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Photons, from the lights.
+    Light,
+    /// Paths from a captor: what they carry is importance (Veach 1997, ch. 5).
+    Importance,
+}
+
+/// A path meeting a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Encounter {
+    /// The way the path travels, unit vector.
+    pub direction: Vec3,
+    /// Unit normal on the side that the path comes from.
+    pub normal: Vec3,
+    /// Cosine of the angle of incidence, in (0, 1].
+    pub cos: f32,
+    /// Whether that side is the surface's front.
+    pub front: bool,
+}
+
+impl Encounter {
+    /// A path along `direction` at a surface with unit normal `front_normal`.
+    #[inline]
+    pub fn new(direction: Vec3, front_normal: Vec3) -> Self {
+        let dot = direction.dot(front_normal);
+        let front = dot < 0.0;
+        let normal = if front { front_normal } else { -front_normal };
+        Self { direction, normal, cos: dot.abs().clamp(1e-7, 1.0), front }
+    }
+
+    /// The mirror direction.
+    #[inline]
+    fn mirrored(&self) -> Vec3 {
+        (self.direction + 2.0 * self.cos * self.normal).normalize()
+    }
+}
+
+/// How a path goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter<const N: usize> {
+    /// The new direction, unit vector.
+    pub direction: Vec3,
+    /// What each band's power is multiplied with.
+    pub factor: Spectrum<N>,
+    /// Whether the path goes on at the other side of the surface.
+    pub crosses: bool,
+    /// Whether this was a total internal reflection.
+    pub total_reflection: bool,
+}
+
+impl<const N: usize> Scatter<N> {
+    #[inline]
+    fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
+        Self { direction, factor, crosses, total_reflection: false }
+    }
+}
+
+/// One way to scatter: the fraction of the incident power per band, as its largest value and
+/// the bands relative to that.
+#[derive(Clone, Debug, PartialEq)]
+struct Lobe {
+    largest: f32,
+    relative: Vec<f32>,
+}
+
+impl Lobe {
+    fn new(fractions: &[f32]) -> Self {
+        let largest = fractions.iter().copied().fold(0.0, f32::max);
+        let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+        Self { largest, relative: fractions.iter().map(|f| f * scale).collect() }
+    }
+
+    #[inline]
+    fn relative<const N: usize>(&self) -> Spectrum<N> {
+        Spectrum::load(&self.relative)
+    }
+
+    #[inline]
+    fn fraction<const N: usize>(&self) -> Spectrum<N> {
+        self.relative().scaled(self.largest)
+    }
+}
+
+/// The lobe that a path takes, by the largest band fraction of each; `None` ends the path. What
+/// a lobe's relative bands are then multiplied with is `weight`: 1 unless the fractions sum to
+/// more than 1.
+struct Choice {
+    lobe: usize,
+    weight: f32,
+}
+
+#[inline]
+fn choose<const K: usize>(fractions: [f32; K], u: f32) -> Option<Choice> {
+    let weight = fractions.iter().sum::<f32>().max(1.0);
+    let mut rest = u * weight;
+    for (lobe, fraction) in fractions.into_iter().enumerate() {
+        if rest < fraction {
+            return Some(Choice { lobe, weight });
+        }
+        rest -= fraction;
+    }
+    None
+}
+
+/// The diffuse direction about `normal`.
+#[inline]
+fn diffuse(normal: Vec3, rng: &mut Stream) -> Vec3 {
+    Frame::new(normal).to_world(cosine_hemisphere(rng.square()))
+}
+
+/// A surface's optical behaviour. Per-band values are padded with zeros to the scene's lanes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Material {
+    /// Opaque and Lambertian, alike on both faces.
+    Lambert(Lambert),
+    /// Smooth interface of a closed solid: glass, water, the solid leaf.
+    Dielectric(Dielectric),
+    /// Thin pane with two parallel faces.
+    Pane(Pane),
+    /// Thin leaf with a cuticle.
+    Leaf(Leaf),
+    /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
+    Phong(Phong),
+    /// Perfect mirror of some reflectance.
+    Mirror(Mirror),
+}
+
+impl Material {
+    /// Follows a path one interaction further; `None` where it ends (absorbed or roulette).
+    #[inline]
+    pub fn sample<const N: usize>(
+        &self,
+        encounter: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        match self {
+            Self::Lambert(m) => m.sample(encounter, rng),
+            Self::Dielectric(m) => m.sample(encounter, transport, rng),
+            Self::Pane(m) => m.sample(encounter, rng),
+            Self::Leaf(m) => m.sample(encounter, transport, rng),
+            Self::Phong(m) => m.sample(encounter, rng),
+            Self::Mirror(m) => m.sample(encounter, rng),
+        }
+    }
+
+    /// Scattering function f per band, 1/sr, for light that meets the surface at `encounter` and
+    /// leaves along `outgoing`, without the lobes that are mirrors.
+    pub fn evaluate<const N: usize>(&self, encounter: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        match self {
+            Self::Lambert(m) => m.evaluate(encounter, outgoing),
+            Self::Leaf(m) => m.evaluate(encounter, outgoing),
+            Self::Phong(m) => m.evaluate(encounter, outgoing),
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => Spectrum::ZERO,
+        }
+    }
+
+    /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
+    /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
+    pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+        match self {
+            Self::Lambert(m) => m.density(encounter, outgoing),
+            Self::Leaf(m) => m.density(encounter, transport, outgoing),
+            Self::Phong(m) => m.density(encounter, outgoing),
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => 0.0,
+        }
+    }
+
+    /// Fraction of the incident power that is absorbed, per band; `None` where no closed form is
+    /// known (the Phong lobe).
+    #[inline]
+    pub fn absorptance<const N: usize>(&self, encounter: &Encounter) -> Option<Spectrum<N>> {
+        match self {
+            Self::Lambert(m) => Some(complement(m.lobe.fraction())),
+            Self::Dielectric(m) => Some(m.absorptance(encounter)),
+            Self::Pane(m) => Some(m.absorptance(encounter)),
+            Self::Leaf(m) => Some(m.absorptance(encounter)),
+            Self::Phong(m) => m.absorptance(),
+            Self::Mirror(m) => Some(complement(m.lobe.fraction())),
+        }
+    }
+
+    /// Whether light leaves it by other ways than mirrors, so that it has a radiance to estimate.
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
+    }
+
+    /// Whether it is the interface of a closed solid.
+    pub fn is_solid(&self) -> bool {
+        matches!(self, Self::Dielectric(_))
+    }
+}
+
+fn complement<const N: usize>(scattered: Spectrum<N>) -> Spectrum<N> {
+    Spectrum(scattered.0.map(|s| (1.0 - s).max(0.0)))
+}
+
+/// Opaque Lambertian surface: f = reflectance / pi on both faces (Lambert 1760).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lambert {
+    lobe: Lobe,
+}
+
+impl Lambert {
+    /// From the reflectance per lane, in [0, 1].
+    pub fn new(reflectance: &[f32]) -> Self {
+        Self { lobe: Lobe::new(reflectance) }
+    }
+
+    #[inline]
+    fn sample<const N: usize>(&self, at: &Encounter, rng: &mut Stream) -> Option<Scatter<N>> {
+        choose([self.lobe.largest], rng.uniform())?;
+        Some(Scatter::new(diffuse(at.normal, rng), self.lobe.relative(), false))
+    }
+
+    fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        let above = outgoing.dot(at.normal) > 0.0;
+        if above { self.lobe.fraction().scaled(1.0 / std::f32::consts::PI) } else { Spectrum::ZERO }
+    }
+
+    fn density(&self, at: &Encounter, outgoing: Vec3) -> f32 {
+        use crate::sampling::cosine_hemisphere_density;
+        self.lobe.largest * cosine_hemisphere_density(outgoing.dot(at.normal))
+    }
+}
+
+/// Mirror that reflects the same fraction at every angle, on both faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    lobe: Lobe,
+}
+
+impl Mirror {
+    /// From the reflectance per lane, in [0, 1].
+    pub fn new(reflectance: &[f32]) -> Self {
+        Self { lobe: Lobe::new(reflectance) }
+    }
+
+    #[inline]
+    fn sample<const N: usize>(&self, at: &Encounter, rng: &mut Stream) -> Option<Scatter<N>> {
+        choose([self.lobe.largest], rng.uniform())?;
+        Some(Scatter::new(at.mirrored(), self.lobe.relative(), false))
+    }
+}

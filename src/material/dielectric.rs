@@ -1,0 +1,97 @@
+//! Smooth dielectrics: the interface of a closed solid, and the thin pane.
+
+use super::{Encounter, Fresnel, Lobe, Scatter, Transport, choose, complement};
+use crate::{rng::Stream, spectrum::Spectrum};
+
+/// Interface between air, on the front, and a solid: Fresnel reflection, Snell refraction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dielectric {
+    ior: f32,
+    tint: Lobe,
+}
+
+impl Dielectric {
+    /// From the index of refraction (at least 1) and the tint per lane, in [0, 1], that
+    /// multiplies what is transmitted at each crossing.
+    pub fn new(ior: f32, tint: &[f32]) -> Self {
+        Self { ior, tint: Lobe::new(tint) }
+    }
+
+    /// Index beyond the surface relative to the index on the side of incidence.
+    #[inline]
+    fn eta(&self, at: &Encounter) -> f32 {
+        if at.front { self.ior } else { 1.0 / self.ior }
+    }
+
+    #[inline]
+    pub(super) fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let eta = self.eta(at);
+        let fresnel = Fresnel::new(at.cos, eta);
+        let reflected = fresnel.unpolarised();
+        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
+        if choice.lobe == 0 {
+            let total_reflection = fresnel.is_total();
+            let scatter = Scatter::new(at.mirrored(), Spectrum::ONE, false);
+            return Some(Scatter { total_reflection, ..scatter });
+        }
+        let along = at.cos / eta - fresnel.cos_refracted;
+        let direction = (at.direction / eta + along * at.normal).normalize();
+        // radiance, seen backward, scales by (n here / n there)^2; photon power does not
+        let scale = match transport {
+            Transport::Light => 1.0,
+            Transport::Importance => 1.0 / (eta * eta),
+        };
+        Some(Scatter::new(direction, self.tint.relative().scaled(scale), true))
+    }
+
+    #[inline]
+    pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+        let transmitted = 1.0 - Fresnel::new(at.cos, self.eta(at)).unpolarised();
+        complement(self.tint.fraction()).scaled(transmitted)
+    }
+}
+
+/// A pane with two parallel faces, seen as one polygon: with F the reflectance of one face,
+/// 2F/(1+F) is mirrored and (1-F)/(1+F) goes straight on, averaged over the polarisations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pane {
+    ior: f32,
+    tint: Lobe,
+}
+
+impl Pane {
+    /// From the index of refraction (at least 1) and the tint of the whole pane per lane, in [0, 1].
+    pub fn new(ior: f32, tint: &[f32]) -> Self {
+        Self { ior, tint: Lobe::new(tint) }
+    }
+
+    #[inline]
+    fn reflectance(&self, at: &Encounter) -> f32 {
+        let Fresnel { s, p, .. } = Fresnel::new(at.cos, self.ior);
+        s / (1.0 + s) + p / (1.0 + p)
+    }
+
+    #[inline]
+    pub(super) fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let reflected = self.reflectance(at);
+        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
+        Some(match choice.lobe {
+            0 => Scatter::new(at.mirrored(), Spectrum::ONE, false),
+            _ => Scatter::new(at.direction, self.tint.relative(), true),
+        })
+    }
+
+    #[inline]
+    pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+        complement(self.tint.fraction()).scaled(1.0 - self.reflectance(at))
+    }
+}

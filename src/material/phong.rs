@@ -1,0 +1,113 @@
+//! Lambertian reflection and transmission with a Phong or mirror lobe.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::{Encounter, Lobe, Scatter, choose, complement, diffuse};
+use crate::{
+    geometry::Frame,
+    rng::Stream,
+    sampling::{cosine_hemisphere_density, cosine_power, cosine_power_density},
+    spectrum::Spectrum,
+};
+
+/// Modified Phong model, alike on both faces: f = reflectance / pi
+/// + specular (n+2) / (2 pi) cos^n(alpha) above the surface, transmittance / pi below
+/// (Lafortune and Willems, 1994). Without exponent the lobe is a mirror at every angle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phong {
+    reflected: Lobe,
+    specular: Lobe,
+    transmitted: Lobe,
+    exponent: Option<f32>,
+}
+
+/// Fractions per lane of a [`Phong`] material; each in [0, 1], their sum at most 1.
+#[derive(Clone, Copy, Debug)]
+pub struct PhongFractions<'a> {
+    /// Lambertian reflectance.
+    pub reflectance: &'a [f32],
+    /// Specular reflectance, at normal incidence.
+    pub specular: &'a [f32],
+    /// Lambertian transmittance.
+    pub transmittance: &'a [f32],
+}
+
+impl Phong {
+    /// From its fractions and the exponent of the lobe (at least 0), if it is not a mirror.
+    pub fn new(fractions: PhongFractions, exponent: Option<f32>) -> Self {
+        Self {
+            reflected: Lobe::new(fractions.reflectance),
+            specular: Lobe::new(fractions.specular),
+            transmitted: Lobe::new(fractions.transmittance),
+            exponent,
+        }
+    }
+
+    fn fractions(&self) -> [f32; 3] {
+        [self.reflected.largest, self.specular.largest, self.transmitted.largest]
+    }
+
+    #[inline]
+    pub(super) fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let choice = choose(self.fractions(), rng.uniform())?;
+        let scale = |s: Spectrum<N>| s.scaled(choice.weight);
+        Some(match (choice.lobe, self.exponent) {
+            (0, _) => {
+                Scatter::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
+            }
+            (1, None) => Scatter::new(at.mirrored(), scale(self.specular.relative()), false),
+            (1, Some(n)) => {
+                let around_mirror = cosine_power(n, rng.square());
+                let direction = Frame::new(at.mirrored()).to_world(around_mirror);
+                let cos = direction.dot(at.normal);
+                if cos <= 0.0 {
+                    return None;
+                }
+                let weight = (n + 2.0) / (n + 1.0) * cos;
+                Scatter::new(direction, scale(self.specular.relative()).scaled(weight), false)
+            }
+            _ => Scatter::new(diffuse(-at.normal, rng), scale(self.transmitted.relative()), true),
+        })
+    }
+
+    pub(super) fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        if outgoing.dot(at.normal) <= 0.0 {
+            return self.transmitted.fraction().scaled(1.0 / PI);
+        }
+        let diffuse = self.reflected.fraction().scaled(1.0 / PI);
+        let Some(n) = self.exponent else { return diffuse };
+        let lobe = (n + 2.0) / (2.0 * PI) * outgoing.dot(at.mirrored()).max(0.0).powf(n);
+        diffuse.zip(self.specular.fraction().scaled(lobe), |d, s| d + s)
+    }
+
+    pub(super) fn density(&self, at: &Encounter, outgoing: Vec3) -> f32 {
+        let [reflected, specular, transmitted] = self.fractions();
+        let total = (reflected + specular + transmitted).max(1.0);
+        let cos = outgoing.dot(at.normal);
+        let density = if cos <= 0.0 {
+            transmitted * cosine_hemisphere_density(-cos)
+        } else {
+            let lobe = match self.exponent {
+                Some(n) => cosine_power_density(n, outgoing.dot(at.mirrored())),
+                None => 0.0,
+            };
+            reflected * cosine_hemisphere_density(cos) + specular * lobe
+        };
+        density / total
+    }
+
+    #[inline]
+    pub(super) fn absorptance<const N: usize>(&self) -> Option<Spectrum<N>> {
+        if self.exponent.is_some() && self.specular.largest > 0.0 {
+            return None;
+        }
+        let diffuse = self.reflected.fraction().zip(self.transmitted.fraction(), |r, t| r + t);
+        Some(complement(diffuse.zip(self.specular.fraction(), |d, s| d + s)))
+    }
+}

@@ -1,0 +1,211 @@
+//! The photon map: stored arrivals, and the k nearest of them (kiddo's kd-tree).
+
+use std::{collections::BTreeMap, num::NonZero, ops::Range};
+
+use glam::{Mat3, Vec3};
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+
+/// A photon that arrived on, or crossed, a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// Where, relative to the centre of the scene, m.
+    pub position: Vec3,
+    /// The way it travelled, unit vector.
+    pub direction: Vec3,
+    /// Index of the triangle, among the surfaces or the virtual captors.
+    pub triangle: u32,
+    /// What it is filed under: a channel of a captor, for a run.
+    pub shelf: u32,
+    /// Index of the light that it came from.
+    pub light: u32,
+    /// Index of its history in the piece.
+    pub history: u32,
+    /// Whether it came against the triangle's normal.
+    pub front: bool,
+}
+
+/// Order of a piece of histories in a run: round, piece within the block, block. Every block
+/// has its first piece before any has its second.
+pub type PieceKey = (u64, u64, u64);
+
+/// Arrivals of one piece, in order, and their powers per band.
+#[derive(Clone, Debug, Default)]
+pub struct Piece {
+    arrivals: Vec<Arrival>,
+    power: Vec<f32>,
+}
+
+impl Piece {
+    /// Stores an arrival, as long as there are at most `limit`.
+    #[inline]
+    pub fn push(&mut self, limit: usize, arrival: Arrival, power: impl Iterator<Item = f32>) {
+        if self.arrivals.len() <= limit {
+            self.arrivals.push(arrival);
+            self.power.extend(power);
+        }
+    }
+}
+
+/// Collects arrivals piece by piece, in any order, and keeps those of the first histories that
+/// fit, whatever that order was.
+#[derive(Debug)]
+pub struct MapBuilder {
+    limit: usize,
+    bands: usize,
+    pieces: BTreeMap<PieceKey, Piece>,
+    stored: usize,
+    /// The first piece that no longer fits.
+    end: Option<PieceKey>,
+}
+
+impl MapBuilder {
+    /// For at most `limit` arrivals of `bands` bands.
+    pub fn new(limit: usize, bands: usize) -> Self {
+        Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
+    }
+
+    /// Whether arrivals of this piece may still be kept.
+    pub fn wants(&self, key: PieceKey) -> bool {
+        self.end.is_none_or(|end| key < end)
+    }
+
+    /// Adds the arrivals of a piece.
+    pub fn add(&mut self, key: PieceKey, piece: Piece) {
+        if piece.arrivals.is_empty() || !self.wants(key) {
+            return;
+        }
+        self.stored += piece.arrivals.len();
+        self.pieces.insert(key, piece);
+        while let Some(last) = self.pieces.last_entry() {
+            let rest = self.stored - last.get().arrivals.len();
+            if rest <= self.limit {
+                break;
+            }
+            self.stored = rest;
+            self.end = Some(last.remove_entry().0);
+        }
+    }
+
+    /// The map of the run's first histories. `histories` tells how many come before a piece;
+    /// `all` is how many there are. Powers are multiplied by `scale` / histories in the map.
+    pub fn build(self, all: u64, histories: impl Fn(PieceKey) -> u64) -> PhotonMap {
+        let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
+        let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
+        let mut count = self.end.map_or(all, &histories);
+        for (key, mut piece) in self.pieces {
+            let room = self.limit - arrivals.len();
+            if piece.arrivals.len() > room {
+                // cut before the first history that does not fit whole
+                let history = piece.arrivals[room].history;
+                let whole = piece.arrivals.partition_point(|a| a.history < history);
+                piece.arrivals.truncate(whole);
+                piece.power.truncate(whole * self.bands);
+                count = histories(key) + u64::from(history);
+            }
+            arrivals.append(&mut piece.arrivals);
+            power.append(&mut piece.power);
+        }
+        PhotonMap::new(arrivals, power, self.bands, count)
+    }
+}
+
+/// Stored arrivals, shelf by shelf, with a tree over each large shelf.
+pub struct PhotonMap {
+    /// All arrivals; those of one shelf stand side by side.
+    pub arrivals: Vec<Arrival>,
+    power: Vec<f32>,
+    bands: usize,
+    /// The histories that these are all arrivals of.
+    pub histories: u64,
+    shelves: BTreeMap<u32, Shelf>,
+}
+
+struct Shelf {
+    range: Range<usize>,
+    tree: Option<ImmutableKdTree<f32, 3>>,
+}
+
+/// A stored arrival near a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbour {
+    /// Index of the arrival.
+    pub index: usize,
+    /// Squared distance, m2.
+    pub distance2: f32,
+}
+
+/// Shelves of at most this many arrivals are searched one by one.
+const SMALL_SHELF: usize = 1024;
+
+impl PhotonMap {
+    fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
+        let mut order: Vec<u32> = (0..arrivals.len() as u32).collect();
+        order.sort_by_key(|&i| arrivals[i as usize].shelf);
+        let sorted: Vec<Arrival> = order.iter().map(|&i| arrivals[i as usize]).collect();
+        let power = order.iter().flat_map(|&i| &power[i as usize * bands..][..bands]).copied();
+        let power = power.collect();
+        let mut shelves = BTreeMap::new();
+        let mut first = 0;
+        for group in sorted.chunk_by(|a, b| a.shelf == b.shelf) {
+            let range = first..first + group.len();
+            first = range.end;
+            let tree = (group.len() > SMALL_SHELF).then(|| tree_of(group)).flatten();
+            shelves.insert(group[0].shelf, Shelf { range, tree });
+        }
+        Self { arrivals: sorted, power, bands, histories, shelves }
+    }
+
+    /// Power of an arrival per band, W or umol/s x [`histories`](Self::histories).
+    pub fn power(&self, index: usize) -> &[f32] {
+        &self.power[index * self.bands..][..self.bands]
+    }
+
+    /// The `k` (at least 1) arrivals of a shelf nearest to `point`, nearest first; fewer where the
+    /// shelf has fewer.
+    pub fn nearest(&self, shelf: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
+        let (Some(Shelf { range, tree }), Some(k)) = (self.shelves.get(&shelf), NonZero::new(k))
+        else {
+            return Vec::new();
+        };
+        if let Some(tree) = tree.as_ref().filter(|_| k.get() < range.len()) {
+            let point = turned(point);
+            let found = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(k).execute();
+            let neighbour =
+                |item: usize, distance2| Neighbour { index: range.start + item, distance2 };
+            return found.iter().map(|f| neighbour(f.item as usize, f.distance)).collect();
+        }
+        let mut all: Vec<Neighbour> = range
+            .clone()
+            .map(|index| {
+                let distance2 = self.arrivals[index].position.distance_squared(point);
+                Neighbour { index, distance2 }
+            })
+            .collect();
+        all.sort_by(|a, b| a.distance2.total_cmp(&b.distance2));
+        all.truncate(k.get());
+        all
+    }
+}
+
+/// A tree of arrivals; none where kiddo refuses them (it is then a search one by one).
+fn tree_of(arrivals: &[Arrival]) -> Option<ImmutableKdTree<f32, 3>> {
+    let points: Vec<[f32; 3]> = arrivals.iter().map(|a| turned(a.position)).collect();
+    ImmutableKdTree::new_from_slice(&points).ok()
+}
+
+/// Photons lie on walls, and a wall across an axis wastes the splits along it: turn everything
+/// once by a generic rotation.
+fn turned(p: Vec3) -> [f32; 3] {
+    const ROTATION: Mat3 = Mat3::from_cols_array(&[
+        -0.727_502,
+        -0.170_519_7,
+        0.664_577_97,
+        -0.375_651_2,
+        -0.711_547_26,
+        -0.593_790_1,
+        0.574_131_54,
+        -0.681_632_99,
+        0.453_596_12,
+    ]);
+    (ROTATION * p).to_array()
+}

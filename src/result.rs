@@ -1,0 +1,367 @@
+//! What a run found: plain data, in the form of the results file. Lengths are metres; fluxes W or
+//! umol/s; errors are standard errors (1 sigma).
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::{
+    captor::{CHANNELS, Captor, CaptorKind, Channel},
+    estimate::nearest::{self, NearestEstimate},
+    scene::Scene,
+    settings::Settings,
+    simulate::Simulation,
+    stats::Running,
+    tally::{Ledger, Totals},
+    units::UnitNames,
+};
+
+/// What a run found.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct RunResult {
+    /// Version of phylux that wrote it.
+    pub phylux: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Histories traced.
+    pub photons: u64,
+    /// Blocks that the standard errors come from.
+    pub blocks: u64,
+    /// How the numbers were estimated.
+    pub estimator: &'static str,
+    /// Names of the units.
+    pub unit: UnitNames,
+    /// What the entries of every array stand for: the bands, then the sums over bands.
+    pub bands: Vec<BandResult>,
+    /// The energy balance.
+    pub energy: Energy,
+    /// What the k-nearest estimates were made from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<MapResult>,
+    /// One entry per captor.
+    pub captors: Vec<CaptorResult>,
+    /// One entry per group of captors.
+    pub groups: Vec<GroupResult>,
+}
+
+/// A band, or a sum over bands.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct BandResult {
+    /// Its name.
+    pub name: String,
+    /// Wavelength, nm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_nm: Option<f64>,
+    /// Wavelength, nm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_nm: Option<f64>,
+    /// For a sum: the bands that it adds up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sum_of: Option<Vec<String>>,
+}
+
+/// The energy balance per band: emitted = absorbed + escaped + lost.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Energy {
+    /// Nominal power of all lights.
+    pub power: Vec<f64>,
+    /// What the photons carried.
+    pub emitted: Vec<f64>,
+    /// What surfaces absorbed.
+    pub absorbed: Vec<f64>,
+    /// What left the scene.
+    pub escaped: Vec<f64>,
+    /// What was on paths cut off by the length limits.
+    pub lost: Vec<f64>,
+    /// What the surfaces of each material absorbed.
+    #[schemars(with = "std::collections::BTreeMap<String, Vec<f64>>")]
+    #[serde(serialize_with = "as_map")]
+    pub absorbed_by: Vec<(String, Vec<f64>)>,
+}
+
+fn as_map<S: serde::Serializer>(
+    entries: &[(String, Vec<f64>)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(entries.iter().map(|(name, values)| (name, values)))
+}
+
+/// The photon map that k-nearest estimates were made from.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct MapResult {
+    /// Arrivals stored.
+    pub arrivals: u64,
+    /// The first so many histories: those whose arrivals are all in it.
+    pub photons: u64,
+}
+
+/// What one captor received.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct CaptorResult {
+    /// Its unique name.
+    pub id: String,
+    /// `virtual` or `surface`.
+    pub kind: &'static str,
+    /// One-sided area, m2.
+    pub area: f64,
+    /// Area centroid, m.
+    pub center: [f64; 3],
+    /// Area-weighted mean normal; zeros where it cancels.
+    pub normal: [f64; 3],
+    /// Light against the normal.
+    pub front: FaceResult,
+    /// Light along the normal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub back: Option<FaceResult>,
+    /// Power absorbed by a surface, per band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed: Option<Vec<f64>>,
+    /// Its standard error; null where nothing arrived.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed_se: Option<Vec<Option<f64>>>,
+}
+
+/// What a group of captors received together.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct GroupResult {
+    /// Its name.
+    pub id: String,
+    /// Number of captors.
+    pub captors: usize,
+    /// Their one-sided area together, m2.
+    pub area: f64,
+    /// Light against the normals; irradiance is the mean over the area.
+    pub front: FaceResult,
+    /// Light along the normals, of those captors that count it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub back: Option<FaceResult>,
+    /// Power absorbed by the surfaces, per band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed: Option<Vec<f64>>,
+    /// Its standard error; null where nothing arrived.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed_se: Option<Vec<Option<f64>>>,
+}
+
+/// What arrived on one face.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct FaceResult {
+    /// Photons counted.
+    pub photons: u64,
+    /// Power that arrived, per band.
+    pub flux: Vec<f64>,
+    /// Its standard error; null where nothing arrived.
+    pub flux_se: Vec<Option<f64>>,
+    /// Flux per area.
+    pub irradiance: Vec<f64>,
+    /// Its standard error; null where nothing arrived.
+    pub irradiance_se: Vec<Option<f64>>,
+    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub knn: Option<Option<NearestResult>>,
+}
+
+/// The k-nearest estimate at the middle of a captor.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct NearestResult {
+    /// Photons gathered.
+    pub k: usize,
+    /// Radius of the gather ball, m.
+    pub radius: f64,
+    /// Per band.
+    pub irradiance: Vec<f64>,
+    /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
+    pub radiance: Option<Vec<f64>>,
+}
+
+impl RunResult {
+    /// From what `simulate` found in `scene` with `settings`.
+    pub fn new(scene: &Scene, settings: &Settings, simulation: &Simulation) -> Self {
+        let Simulation { totals, map, .. } = simulation;
+        let with_sums = |values: &[f64]| with_sums(scene, values);
+        let powers: Vec<f64> = (0..scene.bands.len())
+            .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
+            .collect();
+        let Ledger { emitted, absorbed, escaped, lost } = totals.ledger();
+        let by_material: Vec<&[f64]> = absorbed.chunks(scene.bands.len()).collect();
+        let total: Vec<f64> =
+            (0..scene.bands.len()).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
+        let named = scene.materials.iter().zip(&by_material);
+        let energy = Energy {
+            power: with_sums(&powers),
+            emitted: with_sums(&emitted),
+            absorbed: with_sums(&total),
+            escaped: with_sums(&escaped),
+            lost: with_sums(&lost),
+            absorbed_by: named.map(|(m, values)| (m.name.clone(), with_sums(values))).collect(),
+        };
+        let estimates = map.as_ref().map(|map| (map, settings.k));
+        Self {
+            phylux: env!("CARGO_PKG_VERSION"),
+            scene: scene.name.clone(),
+            seed: settings.seed,
+            photons: totals.histories,
+            blocks: totals.blocks,
+            estimator: "photons",
+            unit: scene.quantity.unit_names(),
+            bands: band_results(scene),
+            energy,
+            map: map.as_ref().map(|map| MapResult {
+                arrivals: map.arrivals.len() as u64,
+                photons: map.histories,
+            }),
+            captors: scene
+                .captors
+                .iter()
+                .map(|captor| {
+                    let nearest =
+                        estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k));
+                    captor_result(scene, totals, captor, nearest)
+                })
+                .collect(),
+            groups: group_results(scene, totals),
+        }
+    }
+}
+
+fn band_results(scene: &Scene) -> Vec<BandResult> {
+    let bands = scene.bands.iter().map(|band| BandResult {
+        name: band.name.clone(),
+        from_nm: band.from_nm,
+        to_nm: band.to_nm,
+        sum_of: None,
+    });
+    let sums = scene.sums.iter().map(|sum| BandResult {
+        name: sum.name.clone(),
+        from_nm: None,
+        to_nm: None,
+        sum_of: Some(sum.bands.iter().map(|&b| scene.bands[b].name.clone()).collect()),
+    });
+    bands.chain(sums).collect()
+}
+
+/// Values per band, followed by the sums over bands.
+fn with_sums(scene: &Scene, values: &[f64]) -> Vec<f64> {
+    let sums = scene.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());
+    values.iter().copied().chain(sums).collect()
+}
+
+fn captor_result(
+    scene: &Scene,
+    totals: &Totals,
+    captor: &Captor,
+    nearest: Option<[Option<NearestEstimate>; 2]>,
+) -> CaptorResult {
+    let channel = |channel: Channel| captor.first_channel + channel as usize;
+    let [nearest_front, nearest_back] = match nearest {
+        Some(faces) => faces.map(|face| Some(face.map(|n| nearest_result(scene, n)))),
+        None => [None, None],
+    };
+    let face = |c: Channel, knn| FaceResult { knn, ..face(totals, channel(c), captor.area) };
+    let absorbed =
+        (captor.kind == CaptorKind::Surface).then(|| Sums::of(totals, channel(Channel::Absorbed)));
+    let (absorbed, absorbed_se) = absorbed.map(|a| (a.mean, a.standard_error)).unzip();
+    CaptorResult {
+        id: captor.id.clone(),
+        kind: match captor.kind {
+            CaptorKind::Virtual { .. } => "virtual",
+            CaptorKind::Surface => "surface",
+        },
+        area: captor.area,
+        center: captor.center.to_array(),
+        normal: captor.normal.to_array(),
+        front: face(Channel::Front, nearest_front),
+        back: captor.kind.has_back().then(|| face(Channel::Back, nearest_back)),
+        absorbed,
+        absorbed_se,
+    }
+}
+
+fn nearest_result(scene: &Scene, estimate: NearestEstimate) -> NearestResult {
+    NearestResult {
+        k: estimate.k,
+        radius: estimate.radius,
+        irradiance: with_sums(scene, &estimate.irradiance),
+        radiance: estimate.radiance.map(|radiance| with_sums(scene, &radiance)),
+    }
+}
+
+/// What the captors of a group are together.
+#[derive(Clone, Default)]
+struct Members {
+    captors: usize,
+    area: f64,
+    back_area: f64,
+    surfaces: usize,
+}
+
+fn group_results(scene: &Scene, totals: &Totals) -> Vec<GroupResult> {
+    let mut members = vec![Members::default(); scene.groups.len()];
+    for captor in &scene.captors {
+        for &group in &captor.groups {
+            let members = &mut members[group];
+            members.captors += 1;
+            members.area += captor.area;
+            members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
+            members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
+        }
+    }
+    let groups = scene.groups.iter().zip(members).enumerate();
+    groups.map(|(g, (name, members))| group_result(scene, totals, g, name, &members)).collect()
+}
+
+fn group_result(
+    scene: &Scene,
+    totals: &Totals,
+    group: usize,
+    name: &str,
+    members: &Members,
+) -> GroupResult {
+    let channel = |c: Channel| scene.channels() + group * CHANNELS.len() + c as usize;
+    let absorbed = (members.surfaces > 0).then(|| Sums::of(totals, channel(Channel::Absorbed)));
+    let (absorbed, absorbed_se) = absorbed.map(|a| (a.mean, a.standard_error)).unzip();
+    GroupResult {
+        id: name.to_string(),
+        captors: members.captors,
+        area: members.area,
+        front: face(totals, channel(Channel::Front), members.area),
+        back: (members.back_area > 0.0)
+            .then(|| face(totals, channel(Channel::Back), members.back_area)),
+        absorbed,
+        absorbed_se,
+    }
+}
+
+/// Means and standard errors of one channel, per band and sum.
+struct Sums {
+    mean: Vec<f64>,
+    standard_error: Vec<Option<f64>>,
+}
+
+impl Sums {
+    fn of(totals: &Totals, channel: usize) -> Self {
+        let estimates: Vec<_> =
+            totals.running(channel).iter().map(|r: &Running| r.estimate(totals.blocks)).collect();
+        let arrived = |mean: f64| mean != 0.0;
+        Self {
+            mean: estimates.iter().map(|e| e.mean).collect(),
+            standard_error: estimates
+                .iter()
+                .map(|e| e.standard_error.filter(|_| arrived(e.mean)))
+                .collect(),
+        }
+    }
+}
+
+fn face(totals: &Totals, channel: usize, area: f64) -> FaceResult {
+    let flux = Sums::of(totals, channel);
+    FaceResult {
+        photons: totals.photons(channel),
+        irradiance: flux.mean.iter().map(|f| f / area).collect(),
+        irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
+        flux: flux.mean,
+        flux_se: flux.standard_error,
+        knn: None,
+    }
+}

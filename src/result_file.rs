@@ -1,0 +1,309 @@
+//! Results on disk: JSON, one JSON per captor, a tidy CSV. Each is written to a temporary file
+//! beside its place and renamed when it is whole.
+
+use std::{
+    collections::HashSet,
+    fs,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::ser::{Formatter, Serializer};
+
+use crate::{
+    error::{Error, Result},
+    result::{BandResult, CaptorResult, FaceResult, RunResult},
+    units::UnitNames,
+};
+
+/// A file to be written whole or not at all. Made before the work, so that a folder that is missing
+/// or closed is found then.
+#[derive(Debug)]
+pub struct OutputFile {
+    path: PathBuf,
+    target: Target,
+}
+
+#[derive(Debug)]
+enum Target {
+    Temporary(tempfile::NamedTempFile),
+    /// A device or pipe, which no rename can replace.
+    Special,
+}
+
+impl OutputFile {
+    /// Prepares to write `path`. Errors: it is a directory, its folder is missing or not writable.
+    pub fn create(path: &Path) -> Result<Self> {
+        let fail = |problem: String| Error::input(path.display(), problem);
+        let kind = fs::metadata(path).map(|metadata| metadata.file_type());
+        let target = match kind {
+            Ok(kind) if kind.is_dir() => {
+                return Err(fail("is a directory".into()).remedy("name a file in it"));
+            }
+            Ok(kind) if !kind.is_file() => Target::Special,
+            Ok(_) | Err(_) => {
+                let folder = folder_of(path);
+                if !folder.is_dir() {
+                    return Err(fail(format!("there is no folder {}", folder.display()))
+                        .remedy("create it, or write elsewhere"));
+                }
+                let file = temporary(&folder).map_err(|e| {
+                    fail(format!("cannot be written: {e}")).remedy("write elsewhere")
+                })?;
+                Target::Temporary(file)
+            }
+        };
+        Ok(Self { path: path.to_path_buf(), target })
+    }
+
+    /// Writes the content and puts the file in its place.
+    pub fn write(self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let Self { path, target } = self;
+        let written = match target {
+            Target::Special => fs::OpenOptions::new()
+                .write(true)
+                .open(&path)
+                .and_then(|file| buffered(file, content)),
+            Target::Temporary(mut file) => buffered(file.as_file_mut(), content)
+                .and_then(|()| file.as_file().sync_all())
+                .and_then(|()| file.persist(&path).map(drop).map_err(|e| e.error)),
+        };
+        written.map_err(|e| Error::run(path.display(), format!("cannot be written: {e}")))
+    }
+}
+
+fn buffered<W: Write>(
+    file: W,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut writer = BufWriter::new(file);
+    content(&mut writer)?;
+    writer.flush()
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".phylux-");
+    // as any other new file, for the umask to restrict; the default is for secrets
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Writes a result as JSON: one line per captor, group and entry of the head.
+pub fn write_json(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
+    result.serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
+    writer.write_all(b"\n")
+}
+
+/// One captor's result, with what is needed to read it alone.
+#[derive(Serialize, JsonSchema)]
+struct SingleCaptor<'a> {
+    phylux: &'static str,
+    scene: &'a str,
+    seed: u64,
+    photons: u64,
+    unit: UnitNames,
+    bands: &'a [BandResult],
+    #[serde(flatten)]
+    captor: &'a CaptorResult,
+}
+
+/// A folder for one file per captor.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    staging: tempfile::TempDir,
+}
+
+impl OutputFolder {
+    /// Prepares to write into `path`, and creates it. Errors: it cannot be created or written.
+    pub fn create(path: &Path) -> Result<Self> {
+        fs::create_dir_all(path)
+            .and_then(|()| tempfile::Builder::new().prefix(".phylux-").tempdir_in(path))
+            .map(|staging| Self { path: path.to_path_buf(), staging })
+            .map_err(|e| {
+                Error::input(path.display(), format!("cannot be written: {e}"))
+                    .remedy("write elsewhere")
+            })
+    }
+
+    /// Writes one JSON file for each captor, all of them before any is put in its place.
+    pub fn write(self, result: &RunResult) -> Result<()> {
+        self.stage(result)
+            .map_err(|e| Error::run(self.path.display(), format!("cannot be written: {e}")))
+    }
+
+    fn stage(&self, result: &RunResult) -> io::Result<()> {
+        let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()));
+        for (captor, name) in result.captors.iter().zip(&names) {
+            let single = SingleCaptor {
+                phylux: result.phylux,
+                scene: &result.scene,
+                seed: result.seed,
+                photons: result.photons,
+                unit: result.unit,
+                bands: &result.bands,
+                captor,
+            };
+            let file = fs::File::create(self.staging.path().join(name))?;
+            buffered(file, |writer| {
+                single
+                    .serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
+                writer.write_all(b"\n")
+            })?;
+        }
+        names
+            .iter()
+            .try_for_each(|name| fs::rename(self.staging.path().join(name), self.path.join(name)))
+    }
+}
+
+/// A file name for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
+/// again gets a number.
+fn file_names<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut taken = HashSet::new();
+    ids.map(|id| {
+        let safe = |c: char| if c.is_alphanumeric() || "-_.#".contains(c) { c } else { '_' };
+        let plain: String = id.chars().take(200).map(safe).collect();
+        let numbered = |n: usize| match n {
+            1 => format!("{plain}.json"),
+            _ => format!("{plain}~{n}.json"),
+        };
+        // file systems that fold case would make one file of two
+        let free = (1..).map(numbered).find(|name| taken.insert(name.to_lowercase()));
+        free.unwrap_or_default()
+    })
+    .collect()
+}
+
+/// Writes a tidy table: one row per captor, face, band and quantity.
+pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(writer);
+    table.write_record(["captor", "face", "band", "quantity", "value", "standard_error"])?;
+    for captor in &result.captors {
+        let back = captor.back.as_ref().map(|back| ("back", back));
+        for (face, values) in std::iter::once(("front", &captor.front)).chain(back) {
+            for (b, band) in result.bands.iter().enumerate() {
+                for (quantity, value, error) in face_rows(values, b) {
+                    write_row(&mut table, [&captor.id, face, &band.name, quantity], value, error)?;
+                }
+            }
+        }
+        let (Some(absorbed), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) else {
+            continue;
+        };
+        for ((band, value), error) in result.bands.iter().zip(absorbed).zip(errors) {
+            write_row(&mut table, [&captor.id, "", &band.name, "absorbed"], *value, *error)?;
+        }
+    }
+    table.flush()
+}
+
+type Row = (&'static str, f64, Option<f64>);
+
+fn face_rows(face: &FaceResult, band: usize) -> Vec<Row> {
+    let mut rows = vec![
+        ("flux", face.flux[band], face.flux_se[band]),
+        ("irradiance", face.irradiance[band], face.irradiance_se[band]),
+    ];
+    if let Some(Some(knn)) = &face.knn {
+        rows.push(("knn_irradiance", knn.irradiance[band], None));
+        rows.extend(knn.radiance.as_ref().map(|radiance| ("knn_radiance", radiance[band], None)));
+    }
+    rows
+}
+
+fn write_row<W: Write>(
+    table: &mut csv::Writer<W>,
+    key: [&str; 4],
+    value: f64,
+    error: Option<f64>,
+) -> io::Result<()> {
+    let [captor, face, band, quantity] = key;
+    let error = error.map_or(String::new(), |error| error.to_string());
+    Ok(table.write_record([captor, face, band, quantity, &value.to_string(), &error])?)
+}
+
+/// JSON with a line for each entry down to the lists in the top-level object, compact below.
+#[derive(Default)]
+struct Lines {
+    depth: usize,
+    entries: bool,
+}
+
+impl Lines {
+    const DEPTH: usize = 2;
+
+    fn open<W: ?Sized + Write>(&mut self, writer: &mut W, bracket: &[u8]) -> io::Result<()> {
+        self.depth += 1;
+        self.entries = false;
+        writer.write_all(bracket)
+    }
+
+    fn close<W: ?Sized + Write>(&mut self, writer: &mut W, bracket: &[u8]) -> io::Result<()> {
+        self.depth -= 1;
+        if self.depth < Self::DEPTH && self.entries {
+            self.new_line(writer)?;
+        }
+        self.entries = true;
+        writer.write_all(bracket)
+    }
+
+    fn entry<W: ?Sized + Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        if !first {
+            writer.write_all(b",")?;
+        }
+        match self.depth {
+            1..=Self::DEPTH => self.new_line(writer),
+            _ if !first => writer.write_all(b" "),
+            _ => Ok(()),
+        }
+    }
+
+    fn new_line<W: ?Sized + Write>(&self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b"\n")?;
+        (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
+    }
+}
+
+impl Formatter for Lines {
+    fn begin_array<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.open(writer, b"[")
+    }
+    fn end_array<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.close(writer, b"]")
+    }
+    fn begin_array_value<W: ?Sized + Write>(&mut self, w: &mut W, first: bool) -> io::Result<()> {
+        self.entry(w, first)
+    }
+    fn end_array_value<W: ?Sized + Write>(&mut self, _: &mut W) -> io::Result<()> {
+        self.entries = true;
+        Ok(())
+    }
+    fn begin_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.open(writer, b"{")
+    }
+    fn end_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.close(writer, b"}")
+    }
+    fn begin_object_key<W: ?Sized + Write>(&mut self, w: &mut W, first: bool) -> io::Result<()> {
+        self.entry(w, first)
+    }
+    fn begin_object_value<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+    fn end_object_value<W: ?Sized + Write>(&mut self, _: &mut W) -> io::Result<()> {
+        self.entries = true;
+        Ok(())
+    }
+}

@@ -1,0 +1,548 @@
+//! The world: surfaces, lights and captors, validated and immutable.
+//!
+//! Coordinates come in double precision and are kept in single precision relative to the centre
+//! of the scene, so that a scene far from the origin works like one at the origin.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::{
+    bvh::Bvh,
+    captor::{Captor, CaptorKind, Moments},
+    error::{Error, Result},
+    geometry::{Ray, Triangle},
+    light::{Light, LightShape},
+    material::Material,
+    spectrum::{MAX_BANDS, lanes},
+    units::Quantity,
+};
+
+/// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
+/// scene: well above the rounding of single precision (2^-24), far below any geometry.
+const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
+
+/// A wavelength interval that is traced apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Band {
+    /// Unique name.
+    pub name: String,
+    /// Wavelengths, nm.
+    pub from_nm: Option<f64>,
+    /// Wavelengths, nm.
+    pub to_nm: Option<f64>,
+}
+
+/// A total over bands, reported like a band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandSum {
+    /// Unique among bands and sums.
+    pub name: String,
+    /// Indices of its bands.
+    pub bands: Vec<usize>,
+}
+
+/// A material with its name.
+#[derive(Clone, Debug)]
+pub struct NamedMaterial {
+    /// Unique name.
+    pub name: String,
+    /// What it does with light.
+    pub material: Material,
+}
+
+/// Triangles of one material, and of one captor if they count.
+#[derive(Clone, Debug)]
+pub struct SurfacePart {
+    /// Index of the material.
+    pub material: usize,
+    /// Index of the surface captor.
+    pub captor: Option<usize>,
+    /// Corners, m from the user's origin.
+    pub triangles: Vec<[DVec3; 3]>,
+}
+
+/// A light to be.
+#[derive(Clone, Debug)]
+pub struct LightPart {
+    /// Unique name.
+    pub name: String,
+    /// Emitted flux per band, finite and at least 0.
+    pub power: Vec<f64>,
+    /// Shape, m from the user's origin.
+    pub shape: LightShape,
+}
+
+/// A captor to be.
+#[derive(Clone, Debug)]
+pub struct CaptorPart {
+    /// Unique name.
+    pub id: String,
+    /// Virtual or surface.
+    pub kind: CaptorKind,
+    /// Corners of a virtual captor, m; a surface captor's are the parts that name it.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Indices of the groups that it belongs to.
+    pub groups: Vec<usize>,
+}
+
+/// What a scene is made of, as files or a program give it.
+#[derive(Clone, Debug, Default)]
+pub struct SceneParts {
+    /// Title.
+    pub name: String,
+    /// What the photons carry.
+    pub quantity: Quantity,
+    /// At least one.
+    pub bands: Vec<Band>,
+    /// Totals over bands.
+    pub sums: Vec<BandSum>,
+    /// The materials.
+    pub materials: Vec<NamedMaterial>,
+    /// The surfaces.
+    pub surfaces: Vec<SurfacePart>,
+    /// The lights, at least one.
+    pub lights: Vec<LightPart>,
+    /// The captors.
+    pub captors: Vec<CaptorPart>,
+    /// Names of the groups, unique.
+    pub groups: Vec<String>,
+}
+
+/// One triangle of a surface: what the hot loop asks of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Index of the material.
+    pub material: u32,
+    captor: u32,
+    /// Barycentric weights below which a point is too near to the edge opposite each corner.
+    margins: Vec3,
+}
+
+const NO_CAPTOR: u32 = u32::MAX;
+
+impl Surface {
+    /// Index of its captor, if it counts.
+    #[inline]
+    pub fn captor(&self) -> Option<usize> {
+        (self.captor != NO_CAPTOR).then_some(self.captor as usize)
+    }
+}
+
+/// A validated scene.
+#[derive(Debug)]
+pub struct Scene {
+    /// Title.
+    pub name: String,
+    /// What the photons carry.
+    pub quantity: Quantity,
+    /// The bands.
+    pub bands: Vec<Band>,
+    /// Totals over bands.
+    pub sums: Vec<BandSum>,
+    /// The materials.
+    pub materials: Vec<NamedMaterial>,
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// The captors.
+    pub captors: Vec<Captor>,
+    /// Names of the groups.
+    pub groups: Vec<String>,
+    /// The point that single-precision coordinates are relative to, m from the user's origin.
+    pub center: DVec3,
+    /// Half the diagonal of everything, m.
+    pub radius: f32,
+    /// Triangles of all surfaces.
+    pub triangles: Vec<Triangle>,
+    /// Triangles of all virtual captors, where the user put them.
+    pub captor_triangles: Vec<Triangle>,
+    surfaces: Vec<Surface>,
+    captor_of_triangle: Vec<u32>,
+    surface_bvh: Bvh,
+    captor_bvh: Bvh,
+    in_surface: Vec<usize>,
+}
+
+/// A ray's meeting with a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Index of the triangle.
+    pub triangle: usize,
+    /// The point on the surface, kept a little inside the triangle's edges.
+    pub point: Vec3,
+}
+
+/// A ray's passage through a virtual captor.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    /// Index of the captor.
+    pub captor: usize,
+    /// Index of the triangle in the list of captor triangles.
+    pub triangle: usize,
+    /// Whether it came against the normal.
+    pub front: bool,
+    /// Where.
+    pub point: Vec3,
+}
+
+impl Scene {
+    /// Checks the parts and builds the scene. Errors: no light, no or too many bands, numbers
+    /// that are not finite, an extent that single precision cannot carry.
+    pub fn new(parts: SceneParts) -> Result<Self> {
+        let place = || format!("scene {}", parts.name);
+        if parts.lights.is_empty() {
+            return Err(Error::input(place(), "it has no light").remedy("add one to /lights"));
+        }
+        if parts.bands.is_empty() || parts.bands.len() > MAX_BANDS {
+            let problem = format!("{} bands, must be 1 to {MAX_BANDS}", parts.bands.len());
+            return Err(Error::input(place(), problem).remedy("change /bands"));
+        }
+        let bounds = Bounds::of(&parts);
+        if !bounds.finite {
+            return Err(Error::input(place(), "a coordinate is not finite")
+                .remedy("give every coordinate a finite number"));
+        }
+        let center = bounds.center();
+        let radius = bounds.radius();
+        if !(1e-9..=1e9).contains(&radius) {
+            return Err(Error::input(place(), format!("its half diagonal is {radius:.2e} m"))
+                .remedy("check /unit and the coordinates"));
+        }
+        let radius = radius as f32;
+        let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+
+        let lights = parts
+            .lights
+            .into_iter()
+            .map(|light| Light::new(light.name, light.power, &light.shape, center))
+            .collect();
+
+        let mut surface_parts = parts.surfaces;
+        // a captor's triangles side by side, whatever the order of the files
+        surface_parts.sort_by_key(|part| part.captor);
+        let mut triangles = Vec::new();
+        let mut surfaces = Vec::new();
+        let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
+            parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
+        for part in &surface_parts {
+            if let Some(captor) = part.captor {
+                let (corners, first) = &mut captor_moments[captor];
+                if corners.is_empty() {
+                    *first = triangles.len();
+                }
+                corners.extend_from_slice(&part.triangles);
+            }
+            for corners in &part.triangles {
+                let triangle = local(corners);
+                surfaces.push(Surface {
+                    normal: triangle.normal(),
+                    material: part.material as u32,
+                    captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
+                    margins: margins(&triangle, 4.0 * RAY_OFFSET * radius),
+                });
+                triangles.push(triangle);
+            }
+        }
+
+        let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());
+        let mut captor_triangles = Vec::new();
+        let mut captor_of_triangle = Vec::new();
+        for (index, part) in parts.captors.into_iter().enumerate() {
+            let (corners, first) = match part.kind {
+                CaptorKind::Surface => std::mem::take(&mut captor_moments[index]),
+                CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
+            };
+            if let CaptorKind::Virtual { .. } = part.kind {
+                captor_triangles.extend(corners.iter().map(local));
+                captor_of_triangle.resize(captor_triangles.len(), index as u32);
+            }
+            let Moments { area, center, normal } = Moments::of(&corners);
+            let first_channel =
+                captors.last().map_or(0, |c: &Captor| c.first_channel + c.kind.channels());
+            captors.push(Captor {
+                id: part.id,
+                kind: part.kind,
+                area,
+                center,
+                normal,
+                triangles: first..first + corners.len(),
+                first_channel,
+                groups: part.groups,
+            });
+        }
+
+        let surface_bvh = Bvh::build(&triangles);
+        let mut scene = Self {
+            name: parts.name,
+            quantity: parts.quantity,
+            bands: parts.bands,
+            sums: parts.sums,
+            materials: parts.materials,
+            lights,
+            captors,
+            groups: parts.groups,
+            center,
+            radius,
+            triangles,
+            captor_bvh: Bvh::build(&captor_triangles),
+            captor_triangles,
+            surfaces,
+            captor_of_triangle,
+            surface_bvh,
+            in_surface: Vec::new(),
+        };
+        scene.lift_captors_off_surfaces();
+        Ok(scene)
+    }
+
+    /// Number of lanes that its bands are carried in.
+    pub fn lanes(&self) -> usize {
+        lanes(self.bands.len())
+    }
+
+    /// Channels of all captors.
+    pub fn channels(&self) -> usize {
+        self.captors.last().map_or(0, |c| c.first_channel + c.kind.channels())
+    }
+
+    /// What a triangle of a surface is.
+    #[inline]
+    pub fn surface(&self, triangle: usize) -> &Surface {
+        &self.surfaces[triangle]
+    }
+
+    /// The material of a triangle.
+    #[inline]
+    pub fn material(&self, surface: &Surface) -> &Material {
+        &self.materials[surface.material as usize].material
+    }
+
+    /// The triangles of a captor.
+    pub fn triangles_of(&self, captor: &Captor) -> &[Triangle] {
+        match captor.kind {
+            CaptorKind::Surface => &self.triangles[captor.triangles.clone()],
+            CaptorKind::Virtual { .. } => &self.captor_triangles[captor.triangles.clone()],
+        }
+    }
+
+    /// Virtual captors that lie in a surface.
+    pub fn captors_in_surfaces(&self) -> &[usize] {
+        &self.in_surface
+    }
+
+    /// Distance at which rays start off surfaces, m.
+    #[inline]
+    pub fn ray_offset(&self) -> f32 {
+        RAY_OFFSET * self.radius
+    }
+
+    /// The nearest surface that a ray meets.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let hit = self.surface_bvh.closest(ray, f32::INFINITY)?;
+        let triangle = hit.triangle as usize;
+        let point = self.inside(triangle, hit.u, hit.v);
+        Some(SurfaceHit { t: hit.t, triangle, point })
+    }
+
+    /// Every virtual captor that a ray crosses before `t_max`, in any order.
+    #[inline]
+    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Crossing)) {
+        if self.captor_triangles.is_empty() {
+            return;
+        }
+        self.captor_bvh.crossings(ray, t_max, |hit| {
+            let triangle = hit.triangle as usize;
+            let shape = &self.captor_triangles[triangle];
+            visit(Crossing {
+                captor: self.captor_of_triangle[triangle] as usize,
+                triangle,
+                front: shape.cross().dot(ray.direction) < 0.0,
+                point: shape.point(hit.u, hit.v),
+            });
+        });
+    }
+
+    /// The ray that leaves a surface at `point` on the side of `normal`.
+    #[inline]
+    pub fn leave(&self, point: Vec3, normal: Vec3, direction: Vec3) -> Ray {
+        Ray { origin: point + self.ray_offset() * normal, direction }
+    }
+
+    /// The hit point, drawn in from edges nearer than a few ray offsets: a point that rounding has
+    /// put beyond the edge of a closed mesh would let light through its corner.
+    #[inline]
+    fn inside(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
+        let shape = &self.triangles[triangle];
+        let point = shape.point(u, v);
+        let weights = Vec3::new(1.0 - u - v, u, v);
+        let margins = self.surfaces[triangle].margins;
+        if weights.cmplt(margins).any() { draw_in(shape, point, weights, margins) } else { point }
+    }
+
+    /// A virtual captor in the plane of a surface counts as lying off it, where its normal points:
+    /// its triangles move to two ray offsets, above the points that rays start from.
+    fn lift_captors_off_surfaces(&mut self) {
+        let offset = self.ray_offset();
+        let mut lies_in: Vec<bool> = self
+            .captors
+            .par_iter()
+            .map(|captor| {
+                matches!(captor.kind, CaptorKind::Virtual { .. })
+                    && self.triangles_of(captor).iter().any(|t| self.lies_in_surface(t))
+            })
+            .collect();
+        // a captor larger than the surface that it lies in is found from the surface's side
+        if !self.captor_triangles.is_empty() {
+            let covered: Vec<u32> = self
+                .triangles
+                .par_iter()
+                .filter_map(|t| {
+                    parallel_neighbour(
+                        &self.captor_bvh,
+                        &self.captor_triangles,
+                        t.centroid(),
+                        t.normal(),
+                        offset,
+                    )
+                })
+                .collect();
+            for triangle in covered {
+                lies_in[self.captor_of_triangle[triangle as usize] as usize] = true;
+            }
+        }
+        self.in_surface = (0..lies_in.len()).filter(|&c| lies_in[c]).collect();
+        if self.in_surface.is_empty() {
+            return;
+        }
+        let mut lifted = self.captor_triangles.clone();
+        for &captor in &self.in_surface {
+            for triangle in &mut lifted[self.captors[captor].triangles.clone()] {
+                let shift = 2.0 * offset * triangle.normal();
+                *triangle = [triangle.a + shift, triangle.b + shift, triangle.c + shift].into();
+            }
+        }
+        self.captor_bvh = Bvh::build(&lifted);
+    }
+
+    fn lies_in_surface(&self, triangle: &Triangle) -> bool {
+        let normal = triangle.normal();
+        let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
+        [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners).any(|&(u, v)| {
+            let point = triangle.point(u, v);
+            parallel_neighbour(&self.surface_bvh, &self.triangles, point, normal, self.ray_offset())
+                .is_some()
+        })
+    }
+}
+
+/// The triangle parallel to `normal` within `reach` of `point`.
+fn parallel_neighbour(
+    bvh: &Bvh,
+    triangles: &[Triangle],
+    point: Vec3,
+    normal: Vec3,
+    reach: f32,
+) -> Option<u32> {
+    if normal == Vec3::ZERO {
+        return None;
+    }
+    let ray = Ray { origin: point - reach * normal, direction: normal };
+    let mut found = None;
+    bvh.crossings(&ray, 2.0 * reach, |hit| {
+        if triangles[hit.triangle as usize].normal().dot(normal).abs() > 0.999_999 {
+            found = Some(found.map_or(hit.triangle, |f: u32| f.min(hit.triangle)));
+        }
+    });
+    found
+}
+
+/// Barycentric margins of a triangle for a distance from its edges.
+fn margins(triangle: &Triangle, distance: f32) -> Vec3 {
+    let double_area = triangle.cross().length();
+    if double_area == 0.0 {
+        return Vec3::ZERO;
+    }
+    let edges = Vec3::new(
+        (triangle.c - triangle.b).length(),
+        (triangle.a - triangle.c).length(),
+        (triangle.b - triangle.a).length(),
+    );
+    (edges * (distance / double_area)).min(Vec3::splat(1.0 / 3.0))
+}
+
+#[cold]
+fn draw_in(triangle: &Triangle, mut point: Vec3, weights: Vec3, margins: Vec3) -> Vec3 {
+    let corners = [triangle.a, triangle.b, triangle.c];
+    for i in 0..3 {
+        let lack = margins[i] - weights[i];
+        if lack > 0.0 {
+            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+            let edge = (q - p).normalize_or_zero();
+            let altitude = (corners[i] - p).reject_from_normalized(edge);
+            point += lack * altitude;
+        }
+    }
+    point
+}
+
+/// Extent of everything in a scene, m.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    min: DVec3,
+    max: DVec3,
+    finite: bool,
+}
+
+impl Bounds {
+    fn of(parts: &SceneParts) -> Self {
+        let mut bounds = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY, finite: true };
+        let triangles = parts.surfaces.iter().flat_map(|s| &s.triangles);
+        let captors = parts.captors.iter().flat_map(|c| &c.triangles);
+        triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
+        for light in &parts.lights {
+            match &light.shape {
+                LightShape::Point { position } | LightShape::Spot { position, .. } => {
+                    bounds.add(*position);
+                }
+                LightShape::Tube { from, to, radius } => {
+                    for end in [*from, *to] {
+                        bounds.add(end - DVec3::splat(*radius));
+                        bounds.add(end + DVec3::splat(*radius));
+                    }
+                }
+                LightShape::IsotropicLine { from, to } => {
+                    bounds.add(*from);
+                    bounds.add(*to);
+                }
+                LightShape::Area { triangles, .. } => {
+                    triangles.iter().flatten().for_each(|&p| bounds.add(p));
+                }
+            }
+        }
+        bounds
+    }
+
+    fn add(&mut self, p: DVec3) {
+        self.finite &= p.is_finite();
+        self.min = self.min.min(p);
+        self.max = self.max.max(p);
+    }
+
+    fn size(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    fn center(&self) -> DVec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Half the diagonal; 1 m for a scene that is a single point.
+    fn radius(&self) -> f64 {
+        let half = 0.5 * self.size().length();
+        if half > 0.0 { half } else { 1.0 }
+    }
+}

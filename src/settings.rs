@@ -1,0 +1,101 @@
+//! How a run is to be done, and what its numbers may be.
+
+use std::time::Duration;
+
+/// The most histories that a run can have.
+pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
+
+/// How a run is to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Histories: how many (none: [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS)).
+    pub photons: Option<u64>,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Photons of a k-nearest estimate, at least 2; 0 stores no photons.
+    pub k: usize,
+    /// The most arrivals in the photon map.
+    pub map_photons: usize,
+    /// Goes on until every captor's relative standard error is at most this, in (0, 1).
+    pub tolerance: Option<f64>,
+    /// With a tolerance: the most histories, if they are limited.
+    pub tolerance_limit: Option<u64>,
+    /// Ends at the first block border after this time.
+    pub max_time: Option<Duration>,
+    /// Threads; 0 takes as many as there are processors.
+    pub threads: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            photons: None,
+            seed: 1,
+            k: 50,
+            map_photons: 2_000_000,
+            tolerance: None,
+            tolerance_limit: None,
+            max_time: None,
+            threads: 0,
+        }
+    }
+}
+
+/// A checked number, or what it must be.
+pub type Checked<T> = Result<T, String>;
+
+impl Settings {
+    /// Histories of a run that is given no number.
+    pub const DEFAULT_PHOTONS: u64 = 1_000_000;
+
+    /// A number of photons to trace.
+    pub fn check_photons(count: u64) -> Checked<u64> {
+        match count {
+            1..=MAX_PHOTONS => Ok(count),
+            _ => Err(format!("{count} photons, must be 1 to {:.0e}", MAX_PHOTONS as f64)),
+        }
+    }
+
+    /// A number of photons for a k-nearest estimate.
+    pub fn check_k(k: u64) -> Checked<usize> {
+        match usize::try_from(k) {
+            Ok(1) | Err(_) => {
+                Err(format!("k = {k}, must be 0 (no k-nearest estimate) or at least 2"))
+            }
+            Ok(k) => Ok(k),
+        }
+    }
+
+    /// A bound on the arrivals in the photon map.
+    pub fn check_map_photons(count: u64) -> Checked<usize> {
+        const MOST: u64 = 1_000_000_000;
+        match count {
+            0..=MOST => Ok(count as usize),
+            _ => Err(format!("{count} arrivals, must be at most {:.0e}", MOST as f64)),
+        }
+    }
+
+    /// A relative standard error to stop at.
+    pub fn check_tolerance(tolerance: f64) -> Checked<f64> {
+        if tolerance > 0.0 && tolerance < 1.0 {
+            return Ok(tolerance);
+        }
+        Err(format!("{tolerance}, must be between 0 and 1 (1 % is 0.01)"))
+    }
+
+    /// A time to stop at, from seconds.
+    pub fn check_max_time(seconds: f64) -> Checked<Duration> {
+        match Duration::try_from_secs_f64(seconds) {
+            Ok(time) if !time.is_zero() => Ok(time),
+            _ => Err(format!("{seconds} s, must be a positive number of seconds")),
+        }
+    }
+
+    /// A number of threads.
+    pub fn check_threads(threads: u64) -> Checked<usize> {
+        match threads {
+            0..=1024 => Ok(threads as usize),
+            _ => Err(format!("{threads} threads, must be at most 1024 (0: all processors)")),
+        }
+    }
+}

@@ -1,0 +1,443 @@
+//! Blocks, threads, ordered merge: from a scene and settings to totals and a photon map.
+//!
+//! A run is cut into blocks of histories, a block into pieces. Each piece emits every light in its
+//! exact share, and random streams belong to (seed, block, history): so neither the number of
+//! threads nor the moment at which a run ends early can be seen in what it found.
+
+use std::{
+    sync::{
+        Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use crate::{
+    captor::Channel,
+    error::{Error, Result},
+    light::Strata,
+    photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
+    rng::Stream,
+    scene::Scene,
+    settings::{MAX_PHOTONS, Settings},
+    spectrum::{Spectrum, with_lanes},
+    tally::{Tally, Totals},
+    trace::{Event, trace},
+};
+
+/// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
+pub const BLOCKS: u64 = 128;
+/// Histories of a piece, unless there are more lights than that.
+const PIECE: u64 = 1024;
+/// The most memory that a run with a time limit may take for its block sums, bytes.
+const MAX_OPEN_BYTES: usize = 4 << 30;
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Histories done.
+    pub photons: u64,
+    /// Histories to do, where that is known.
+    pub of: Option<u64>,
+    /// With a tolerance: the largest relative standard error after the last round.
+    pub worst_error: Option<f64>,
+}
+
+/// What a run is watched and stopped by.
+pub struct Control<'a> {
+    /// Set it to end the run with an error.
+    pub stop: &'a AtomicBool,
+    /// Called now and then, from any thread.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// All histories are done.
+    Photons,
+    /// The tolerance is met.
+    Tolerance,
+    /// The time is up.
+    Time,
+}
+
+/// What a run found.
+pub struct Simulation {
+    /// Sums per captor, group and band, and the ledger.
+    pub totals: Totals,
+    /// Stored arrivals on captors; none for k = 0.
+    pub map: Option<PhotonMap>,
+    /// Why it ended.
+    pub end: End,
+    /// Threads that took part.
+    pub threads: usize,
+}
+
+/// Runs `scene`. Errors: fewer photons than lights, stopped by `control`, no threads to be had,
+/// too many captors for a time limit.
+pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
+    with_lanes!(scene.lanes(), N => Run::new(scene, settings, control)?.go::<N>())
+}
+
+/// The cut of a round into blocks and pieces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    blocks: u64,
+    histories: u64,
+    piece: u64,
+}
+
+impl Plan {
+    fn new(histories: u64, lights: u64, piece: u64) -> Self {
+        Self { blocks: BLOCKS.min(histories / lights), histories, piece }
+    }
+
+    /// Histories of a block.
+    fn block(&self, block: u64) -> u64 {
+        self.histories / self.blocks + u64::from(block < self.histories % self.blocks)
+    }
+
+    /// Pieces of a block; the last one takes what is left over.
+    fn pieces(&self, block: u64) -> u64 {
+        (self.block(block) / self.piece).max(1)
+    }
+
+    /// First history and number of histories of a piece within its block.
+    fn range(&self, block: u64, piece: u64) -> (u64, u64) {
+        let first = piece * self.piece;
+        let last = piece + 1 == self.pieces(block);
+        (first, if last { self.block(block) - first } else { self.piece })
+    }
+
+    /// The same blocks, ended after `pieces` pieces each.
+    fn ended_after(&self, pieces: u64) -> Self {
+        Self { histories: self.blocks * pieces * self.piece, ..*self }
+    }
+
+    /// Histories before a piece, in the order of the photon map.
+    fn histories_before(&self, (round, piece, block): PieceKey) -> u64 {
+        let in_round: u64 = (0..self.blocks)
+            .map(|b| {
+                let whole = if b < block { piece + 1 } else { piece };
+                if whole >= self.pieces(b) { self.block(b) } else { whole * self.piece }
+            })
+            .sum();
+        round * self.histories + in_round
+    }
+}
+
+struct Run<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    control: &'a Control<'a>,
+    pool: rayon::ThreadPool,
+    started: Instant,
+    full_piece: Strata,
+    done: AtomicU64,
+}
+
+impl<'a> Run<'a> {
+    fn new(scene: &'a Scene, settings: &'a Settings, control: &'a Control<'a>) -> Result<Self> {
+        let started = Instant::now();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(settings.threads)
+            .build()
+            .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+        let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
+        let full_piece = Strata::new(&scene.lights, piece, scene.lanes());
+        let done = AtomicU64::new(0);
+        Ok(Self { scene, settings, control, pool, started, full_piece, done })
+    }
+
+    fn plan(&self, histories: u64) -> Result<Plan> {
+        let lights = self.scene.lights.len() as u64;
+        if histories < lights {
+            let problem = format!("{histories} photons for {lights} lights");
+            return Err(Error::input("photons", problem)
+                .remedy(format!("every light needs one: ask for at least {lights}")));
+        }
+        Ok(Plan::new(histories, lights, self.full_piece.histories()))
+    }
+
+    fn go<const N: usize>(&self) -> Result<Simulation> {
+        let photons = self.settings.photons;
+        match (self.settings.tolerance, self.settings.max_time) {
+            (Some(tolerance), _) => {
+                self.until_accurate::<N>(tolerance, self.settings.tolerance_limit)
+            }
+            (None, None) => {
+                let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
+                self.round::<N>(&plan, 0, Some(plan.histories), &mut totals, map.as_ref())?;
+                self.finish(totals, map, &plan, End::Photons)
+            }
+            (None, Some(limit)) => {
+                let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                self.until_time::<N>(&plan, limit)
+            }
+        }
+    }
+
+    /// Rounds of equal blocks, until every captor is accurate enough.
+    fn until_accurate<const N: usize>(
+        &self,
+        tolerance: f64,
+        limit: Option<u64>,
+    ) -> Result<Simulation> {
+        let piece = self.full_piece.histories();
+        // a block is worth adding up once it has some photons for each captor
+        let block = piece * 2.max(self.scene.channels() as u64 / 8 / piece);
+        let plan = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block))?;
+        let rounds = limit.unwrap_or(MAX_PHOTONS) / plan.histories;
+        let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
+        let mut end = End::Photons;
+        for round in 0..rounds {
+            self.round::<N>(&plan, round, limit, &mut totals, map.as_ref())?;
+            let worst = worst_error(self.scene, &totals);
+            if worst.is_none_or(|worst| worst <= tolerance) {
+                end = End::Tolerance;
+                break;
+            }
+            self.report(limit, worst);
+            if self.time_is_up() {
+                end = End::Time;
+                break;
+            }
+        }
+        self.finish(totals, map, &plan, end)
+    }
+
+    /// One round of blocks, each traced whole by one thread and added up in order.
+    fn round<const N: usize>(
+        &self,
+        plan: &Plan,
+        round: u64,
+        of: Option<u64>,
+        totals: &mut Totals,
+        map: Option<&Mutex<MapBuilder>>,
+    ) -> Result<()> {
+        let next = AtomicU64::new(0);
+        let merged = Mutex::new((0, totals));
+        let turn = Condvar::new();
+        self.pool.broadcast(|_| {
+            let (mut piece_sums, mut sums) = (Tally::new(self.scene), Tally::new(self.scene));
+            loop {
+                let block = next.fetch_add(1, Ordering::Relaxed);
+                if block >= plan.blocks {
+                    return;
+                }
+                for piece in 0..plan.pieces(block) {
+                    if !self.stopped() {
+                        self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
+                        sums.drain(&mut piece_sums);
+                        self.report(of, None);
+                    }
+                }
+                let mut merged = lock(&merged);
+                while merged.0 != block {
+                    merged = turn.wait(merged).unwrap_or_else(PoisonError::into_inner);
+                }
+                merged.1.add_block(self.scene, &mut sums, plan.block(block));
+                merged.0 += 1;
+                turn.notify_all();
+            }
+        });
+        self.check_stopped()
+    }
+
+    /// All blocks side by side, piece by piece, so that the run can end after any piece with
+    /// blocks as if it had been asked for just so many photons.
+    fn until_time<const N: usize>(&self, plan: &Plan, limit: Duration) -> Result<Simulation> {
+        let bytes = Tally::bytes(self.scene) * plan.blocks as usize;
+        if bytes > MAX_OPEN_BYTES {
+            let gib = bytes as f64 / f64::from(1 << 30);
+            return Err(Error::input(
+                "max_time",
+                format!("its block sums would take {gib:.0} GiB"),
+            )
+            .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
+        }
+        let map = self.map_builder();
+        let blocks: Vec<Mutex<Tally>> =
+            (0..plan.blocks).map(|_| Mutex::new(Tally::new(self.scene))).collect();
+        let most = plan.pieces(0);
+        let mut ended = *plan;
+        let mut end = End::Photons;
+        for piece in 0..most {
+            let next = AtomicU64::new(0);
+            self.pool.broadcast(|_| {
+                let mut piece_sums = Tally::new(self.scene);
+                loop {
+                    let block = next.fetch_add(1, Ordering::Relaxed);
+                    if block >= plan.blocks || self.stopped() {
+                        return;
+                    }
+                    if piece < plan.pieces(block) {
+                        self.piece::<N>(plan, (0, piece, block), &mut piece_sums, map.as_ref());
+                        lock(&blocks[block as usize]).drain(&mut piece_sums);
+                        self.report(Some(plan.histories), None);
+                    }
+                }
+            });
+            self.check_stopped()?;
+            // the last piece of a block is of another length: there the run is complete or not
+            let whole = (0..plan.blocks).all(|b| piece + 1 < plan.pieces(b));
+            if self.started.elapsed() >= limit && whole {
+                ended = plan.ended_after(piece + 1);
+                end = End::Time;
+                break;
+            }
+        }
+        let mut totals = Totals::new(self.scene);
+        for (block, sums) in blocks.iter().enumerate() {
+            totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
+        }
+        self.finish(totals, map, &ended, end)
+    }
+
+    /// Emits and follows the histories of one piece.
+    fn piece<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
+        let (round, piece, block) = key;
+        let (first, histories) = plan.range(block, piece);
+        let own;
+        let strata = if histories == self.full_piece.histories() {
+            &self.full_piece
+        } else {
+            own = Strata::new(&self.scene.lights, histories, N);
+            &own
+        };
+        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
+        let bands = self.scene.bands.len();
+        for index in 0..histories {
+            let light = strata.light(index);
+            let weights = strata.weights(light);
+            let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
+            let ray = self.scene.lights[light].emit(self.scene.ray_offset(), &mut rng);
+            let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+            tally.emitted(weights);
+            trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
+                tally.score(self.scene, weights, &event);
+                let Some(piece) = &mut stored else { return };
+                if let Some((arrival, power)) = arrival(self.scene, &event) {
+                    let arrival = Arrival { history: index as u32, light: light as u32, ..arrival };
+                    let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
+                    piece.push(self.settings.map_photons, arrival, power);
+                }
+            });
+        }
+        if let (Some(map), Some(stored)) = (map, stored) {
+            lock(map).add(key, stored);
+        }
+        self.done.fetch_add(histories, Ordering::Relaxed);
+    }
+
+    fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
+        let wanted = self.settings.k > 0 && !self.scene.captors.is_empty();
+        wanted
+            .then(|| Mutex::new(MapBuilder::new(self.settings.map_photons, self.scene.bands.len())))
+    }
+
+    fn finish(
+        &self,
+        totals: Totals,
+        map: Option<Mutex<MapBuilder>>,
+        plan: &Plan,
+        end: End,
+    ) -> Result<Simulation> {
+        let map = map.map(|map| {
+            let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
+            builder.build(totals.histories, |key| plan.histories_before(key))
+        });
+        Ok(Simulation { totals, map, end, threads: self.pool.current_num_threads() })
+    }
+
+    fn report(&self, of: Option<u64>, worst_error: Option<f64>) {
+        let photons = self.done.load(Ordering::Relaxed);
+        (self.control.progress)(Progress { photons, of, worst_error });
+    }
+
+    fn time_is_up(&self) -> bool {
+        self.settings.max_time.is_some_and(|limit| self.started.elapsed() >= limit)
+    }
+
+    fn stopped(&self) -> bool {
+        self.control.stop.load(Ordering::Relaxed)
+    }
+
+    fn check_stopped(&self) -> Result<()> {
+        if self.stopped() {
+            return Err(Error::run("run", "interrupted, nothing was written"));
+        }
+        Ok(())
+    }
+}
+
+fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The arrival to store of an event on a captor, and its power.
+#[inline]
+fn arrival<'e, const N: usize>(
+    scene: &Scene,
+    event: &'e Event<'_, N>,
+) -> Option<(Arrival, &'e Spectrum<N>)> {
+    let face = |captor: usize, front: bool| {
+        let face = if front { Channel::Front } else { Channel::Back };
+        (scene.captors[captor].first_channel + face as usize) as u32
+    };
+    match event {
+        Event::Crossing { crossing, direction, power } => {
+            let captor = crossing.captor;
+            if !crossing.front && !scene.captors[captor].kind.has_back() {
+                return None;
+            }
+            let shelf = face(captor, crossing.front);
+            let (position, triangle) = (crossing.point, crossing.triangle as u32);
+            let direction = *direction;
+            let front = crossing.front;
+            Some((
+                Arrival { position, direction, triangle, shelf, front, light: 0, history: 0 },
+                power,
+            ))
+        }
+        Event::Arrival { hit, surface, encounter, power, .. } => {
+            let shelf = face(surface.captor()?, encounter.front);
+            let (position, triangle) = (hit.point, hit.triangle as u32);
+            let direction = encounter.direction;
+            let front = encounter.front;
+            Some((
+                Arrival { position, direction, triangle, shelf, front, light: 0, history: 0 },
+                power,
+            ))
+        }
+        _ => None,
+    }
+}
+
+/// The largest relative standard error over captors, faces and bands that carry power and that
+/// photons have reached; none where no photon reached any.
+pub fn worst_error(scene: &Scene, totals: &Totals) -> Option<f64> {
+    let powered: Vec<bool> = (0..scene.bands.len())
+        .map(|b| scene.lights.iter().any(|light| light.power[b] > 0.0))
+        .collect();
+    let faces = scene.captors.iter().flat_map(|captor| {
+        let faces = if captor.kind.has_back() { 2 } else { 1 };
+        captor.first_channel..captor.first_channel + faces
+    });
+    faces
+        .flat_map(|channel| {
+            totals.running(channel).iter().zip(&powered).filter(|(_, powered)| **powered)
+        })
+        .map(|(running, _)| running.estimate(totals.blocks))
+        .filter(|estimate| estimate.mean > 0.0)
+        .map(|estimate| estimate.standard_error.map_or(f64::INFINITY, |se| se / estimate.mean))
+        .max_by(f64::total_cmp)
+}

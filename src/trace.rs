@@ -1,0 +1,86 @@
+//! The hot loop: follow one photon from its light to its end.
+
+use glam::Vec3;
+
+use crate::{
+    geometry::Ray,
+    material::{Encounter, Transport},
+    rng::Stream,
+    scene::{Crossing, Scene, Surface, SurfaceHit},
+    spectrum::Spectrum,
+};
+
+/// Interactions after which a path is given up as lost.
+const MAX_INTERACTIONS: u32 = 10_000;
+/// Total internal reflections in a row after which it is given up as lost.
+const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
+
+/// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
+#[derive(Debug)]
+pub enum Event<'a, const N: usize> {
+    /// It crosses a virtual captor.
+    Crossing {
+        /// Where, and which.
+        crossing: Crossing,
+        /// The way it travels.
+        direction: Vec3,
+        /// What it carries.
+        power: Spectrum<N>,
+    },
+    /// It arrives at a surface; what it does not carry on is absorbed there.
+    Arrival {
+        /// Where, and which triangle.
+        hit: SurfaceHit,
+        /// That triangle.
+        surface: &'a Surface,
+        /// How it comes.
+        encounter: Encounter,
+        /// What it brings.
+        power: Spectrum<N>,
+        /// What it carries on.
+        scattered: Spectrum<N>,
+    },
+    /// It leaves the scene.
+    Escaped(Spectrum<N>),
+    /// Its path is longer than the limits allow.
+    Lost(Spectrum<N>),
+}
+
+/// Follows a photon along `ray` and tells `on` what happens.
+#[inline]
+pub fn trace<const N: usize>(
+    scene: &Scene,
+    mut ray: Ray,
+    mut power: Spectrum<N>,
+    rng: &mut Stream,
+    mut on: impl FnMut(Event<'_, N>),
+) {
+    let mut total_reflections = 0;
+    for _ in 0..MAX_INTERACTIONS {
+        let hit = scene.closest(&ray);
+
+        let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+        let direction = ray.direction;
+        scene.crossings(&ray, t_max, |crossing| on(Event::Crossing { crossing, direction, power }));
+
+        let Some(hit) = hit else { return on(Event::Escaped(power)) };
+        let surface = scene.surface(hit.triangle);
+        let encounter = Encounter::new(direction, surface.normal);
+        let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
+        let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
+        on(Event::Arrival { hit, surface, encounter, power, scattered });
+
+        let Some(scatter) = scatter else { return };
+        if scattered.is_zero() {
+            return;
+        }
+        power = scattered;
+        total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
+        if total_reflections == MAX_TOTAL_REFLECTIONS {
+            break;
+        }
+        let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+        ray = scene.leave(hit.point, side, scatter.direction);
+    }
+    on(Event::Lost(power));
+}

@@ -1,0 +1,70 @@
+//! Units: conversions and constants. Everything inside the program is metres.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Unit of every length in a scene and its OBJ and captor files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LengthUnit {
+    /// Metre.
+    #[default]
+    M,
+    /// Centimetre.
+    Cm,
+    /// Millimetre.
+    Mm,
+}
+
+impl LengthUnit {
+    /// Metres in one unit.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+        }
+    }
+}
+
+/// What photons carry. Nothing in the physics depends on it, only the names of the units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+pub enum Quantity {
+    /// Radiant flux, W.
+    #[default]
+    #[serde(rename = "W")]
+    Watt,
+    /// Photon flux, umol/s.
+    #[serde(rename = "umol/s")]
+    Micromole,
+}
+
+/// The names of a result's units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct UnitNames {
+    /// Length and, squared, area.
+    pub length: &'static str,
+    /// Flux.
+    pub flux: &'static str,
+    /// Flux per area.
+    pub irradiance: &'static str,
+    /// Flux per projected area and solid angle.
+    pub radiance: &'static str,
+}
+
+impl Quantity {
+    /// The names of the units that go with it.
+    pub fn unit_names(self) -> UnitNames {
+        match self {
+            Self::Watt => {
+                UnitNames { length: "m", flux: "W", irradiance: "W/m2", radiance: "W/m2/sr" }
+            }
+            Self::Micromole => UnitNames {
+                length: "m",
+                flux: "umol/s",
+                irradiance: "umol/m2/s",
+                radiance: "umol/m2/s/sr",
+            },
+        }
+    }
+}
