@@ -1,31 +1,81 @@
-//! phylux
-mod bvh;
-mod captor;
-mod captor_csv;
-pub mod cli;
+//! Photon mapping for plant science: how much light every sensor and every leaf of a greenhouse or
+//! growth chamber receives.
+//!
+//! Light leaves a lamp ([`Light`]), photons travel ([`simulate`]), those that meet a captor are
+//! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). A scene comes from a
+//! file ([`load`]) or from parts made in memory ([`Scene::new`]).
+//!
+//! ```no_run
+//! use std::{path::Path, sync::atomic::AtomicBool};
+//!
+//! let loaded = phylux::load(Path::new("scenes/box.json"))?;
+//! let control = phylux::Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+//! let simulation = phylux::simulate(&loaded.scene, &loaded.settings, &control)?;
+//! let result = phylux::RunResult::new(&loaded.scene, &loaded.settings, &simulation);
+//! println!("{} {:?}", result.captors[0].id, result.captors[0].front.irradiance);
+//! # Ok::<(), phylux::Error>(())
+//! ```
+
+#![deny(missing_docs)]
+#![deny(unsafe_code)]
+
 mod error;
-mod estimate;
 mod geometry;
 mod input;
-mod light;
-mod material;
-mod obj;
-mod photon_map;
-mod result;
-mod result_file;
 mod rng;
 mod sampling;
+mod spectrum;
+mod stats;
+mod units;
+
+mod bvh;
+mod obj;
+mod photon_map;
+
+mod captor;
+mod light;
+mod material;
+
 mod scene;
-mod scene_file;
+
+mod estimate;
+mod result;
 mod settings;
 mod simulate;
-mod spectrum;
-#[cfg(test)]
-mod spoil;
-mod stats;
 mod tally;
 mod trace;
-mod units;
+
+mod captor_csv;
+mod result_file;
+mod scene_file;
+
+pub mod cli;
+
+#[cfg(test)]
+mod spoil;
+
+pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use error::{Error, ErrorKind, Result};
 pub use geometry::{Frame, Ray, Transform, Triangle};
-pub use scene_file::load;
+pub use light::{Light, LightShape};
+pub use material::{
+    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,
+    Scatter, Transport,
+};
+pub use photon_map::{Arrival, Neighbour, PhotonMap};
+pub use result::{
+    BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
+};
+pub use result_file::{OutputFile, OutputFolder, write_csv, write_json};
+pub use rng::Stream;
+pub use scene::{
+    Band, BandSum, CaptorPart, Crossing, LightPart, NamedMaterial, Scene, SceneParts, Surface,
+    SurfaceHit, SurfacePart,
+};
+pub use scene_file::{LoadedScene, load};
+pub use settings::Settings;
+pub use simulate::{Control, End, Progress, Simulation, simulate};
+pub use spectrum::Spectrum;
+pub use stats::{Estimate, Running};
+pub use tally::{Ledger, Totals};
+pub use units::{LengthUnit, Quantity, UnitNames};

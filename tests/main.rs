@@ -1,0 +1,3 @@
+//! The tests of whole runs, in one binary.
+
+mod common;
