@@ -17,7 +17,6 @@ use crate::input::{RELATIVE, read_bytes};
 use lines::{Lines, decode};
 use scan::Scan;
 
-#[allow(unused_imports)]
 pub use mtl::{MissingMtl, MtlEntry, MtlLibrary};
 
 /// What an OBJ file holds.
@@ -128,11 +127,9 @@ fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(),
 
 #[cfg(test)]
 mod tests {
-    use std::fmt::Display;
+    use std::fmt::{Display, Write as _};
 
     use proptest::prelude::*;
-
-    use std::fmt::Write as _;
 
     use super::scan::MAX_CORNERS;
     use super::*;
@@ -155,15 +152,10 @@ mod tests {
     }
 
     /// Group name, material, line and number of triangles of each part.
-    fn outline(file: &ObjFile) -> Vec<(Option<&str>, Option<&str>, usize, usize)> {
-        let row = |p: &ObjPart| (p.line, p.triangles.len());
-        file.parts
-            .iter()
-            .map(|p| {
-                let (line, n) = row(p);
-                (file.groups[p.group].name.as_deref(), p.material.as_deref(), line, n)
-            })
-            .collect()
+    fn outline<'a>(file: &'a ObjFile) -> Vec<(Option<&'a str>, Option<&'a str>, usize, usize)> {
+        let name = |p: &ObjPart| file.groups[p.group].name.as_deref();
+        let row = |p: &'a ObjPart| (name(p), p.material.as_deref(), p.line, p.triangles.len());
+        file.parts.iter().map(row).collect()
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl MtlLibrary {
                 continue;
             }
             let file = path.display().to_string();
-            let read = |bytes: Vec<u8>| Ok(parse_mtl(&*decode(&bytes)?, &file));
+            let read = |bytes: Vec<u8>| Ok(parse_mtl(&decode(&bytes)?, &file));
             match load_mtl(&path).and_then(read) {
                 Ok(entries) => entries.into_iter().for_each(|entry| library.add(entry)),
                 Err(why) => {
