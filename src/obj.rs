@@ -17,7 +17,7 @@ use crate::input::{RELATIVE, read_bytes};
 use lines::{Lines, decode};
 use scan::Scan;
 
-pub use mtl::{MissingMtl, MtlEntry, MtlLibrary};
+pub use mtl::{MtlEntry, MtlLibrary};
 
 /// What an OBJ file holds.
 #[derive(Clone, Debug, PartialEq)]

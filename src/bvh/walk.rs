@@ -87,9 +87,6 @@ impl Waiting {
     }
 }
 
-/// Nodes that can wait without a heap allocation; deeper trees are rare and get one.
-const STACK: usize = 96;
-
 impl Bvh {
     #[inline(always)]
     pub(super) fn walk_with(
@@ -102,13 +99,21 @@ impl Bvh {
         if self.nodes.is_empty() {
             return;
         }
-        let mut small = [Waiting::default(); STACK];
-        let mut large = Vec::new();
-        let stack: &mut [Waiting] = if self.stack_size <= STACK {
-            &mut small
-        } else {
-            large.resize(self.stack_size, Waiting::default());
-            &mut large
+        // clearing more than is needed would cost a short walk a tenth of its time
+        let (mut small, mut medium, mut large);
+        let stack: &mut [Waiting] = match self.stack_size {
+            0..=48 => {
+                small = [Waiting::default(); 48];
+                &mut small
+            }
+            49..=100 => {
+                medium = [Waiting::default(); 100];
+                &mut medium
+            }
+            _ => {
+                large = vec![Waiting::default(); self.stack_size];
+                &mut large
+            }
         };
         let slabs = Slabs::new(ray, self.reach);
         let shear = Shear::new(ray, slabs.inverse);
