@@ -1,3 +1,4 @@
 //! The tests of whole runs, in one binary.
 
 mod common;
+mod floors;
