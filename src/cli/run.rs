@@ -117,12 +117,21 @@ struct Stats {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
+    // first of all, so that no Ctrl-C leaves a temporary file behind
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = stop.clone();
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(|e| Error::run("Ctrl-C", e))?;
+
     let output = OutputFile::create(&arguments.output)?;
     let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
     let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
     let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
 
+    let reading = terminal_bar("{elapsed} reading the scene");
+    reading.enable_steady_tick(Duration::from_millis(200));
     let LoadedScene { scene, settings, warnings, .. } = scene_file::load(&arguments.scene)?;
+    reading.finish_and_clear();
     super::warn(&warnings);
     if scene.captors.is_empty() {
         return Err(Error::input(
@@ -143,10 +152,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let loaded = Instant::now();
 
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = stop.clone();
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(|e| Error::run("Ctrl-C", e))?;
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| show(&bar, progress);
     let simulation = simulate(&scene, &settings, &Control { stop: &stop, progress: &progress });
@@ -181,7 +186,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             writer.write_all(b"\n")
         })?;
     }
-    let summary = summary(&result, simulation.end);
+    let summary = summary(&result, &settings, simulation.end);
     super::warn(&summary.warnings);
     let speed = format!(
         "{:.1} s on {} threads, {:.2e} photons/s\n{}\n",
@@ -194,15 +199,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn progress_bar(settings: &Settings) -> ProgressBar {
+    terminal_bar(match settings.tolerance {
+        Some(_) => "{elapsed} {human_pos} photons, {per_sec}, {msg}",
+        None => "{bar:30} {percent}% {human_pos} photons, {per_sec}, {eta} left",
+    })
+}
+
+/// Progress in the form of `template`; on a terminal only.
+fn terminal_bar(template: &str) -> ProgressBar {
     let target = match io::stderr().is_terminal() {
         true => ProgressDrawTarget::stderr_with_hz(10),
         false => ProgressDrawTarget::hidden(),
     };
     let bar = ProgressBar::with_draw_target(None, target);
-    let template = match settings.tolerance {
-        Some(_) => "{elapsed} {human_pos} photons, {per_sec}, {msg}",
-        None => "{bar:30} {percent}% {human_pos} photons, {per_sec}, {eta} left",
-    };
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use crate::{
     result::{CaptorResult, FaceResult, RunResult},
+    settings::Settings,
     simulate::End,
 };
 
@@ -17,12 +18,13 @@ pub(super) struct Summary {
     pub(super) warnings: Vec<String>,
 }
 
-pub(super) fn summary(result: &RunResult, end: End) -> Summary {
+pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summary {
     let mut text = String::new();
-    let reason = match end {
-        End::Photons => "",
-        End::Tolerance => ", tolerance met",
-        End::Time => ", time is up",
+    let reason = match (end, settings.tolerance) {
+        (End::Tolerance, _) => ", tolerance met",
+        (End::Time, _) => ", time is up",
+        (End::Photons, Some(_)) => ", tolerance not met",
+        (End::Photons, None) => "",
     };
     let _ = writeln!(
         text,
