@@ -184,8 +184,8 @@ impl Strata {
     /// neighbouring histories has nearly each light's share.
     #[inline]
     pub fn light(&self, index: u64) -> usize {
-        let rank =
-            (u128::from(index) * u128::from(self.stride) % u128::from(self.histories())) as u64;
+        // a piece has far fewer than 2^32 histories
+        let rank = index * self.stride % self.histories();
         self.first.partition_point(|&first| first <= rank) - 1
     }
 

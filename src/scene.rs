@@ -189,9 +189,14 @@ pub struct Crossing {
 }
 
 impl Scene {
-    /// Checks the parts and builds the scene. Errors: no light, no or too many bands, numbers
-    /// that are not finite, an extent that single precision cannot carry.
+    /// Checks the parts and builds the scene, on threads of its own. Errors: no light, no or too
+    /// many bands, numbers that are not finite, an extent that single precision cannot carry.
     pub fn new(parts: SceneParts) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().build();
+        pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts))
+    }
+
+    fn build(parts: SceneParts) -> Result<Self> {
         let place = || format!("scene {}", parts.name);
         if parts.lights.is_empty() {
             return Err(Error::input(place(), "it has no light").remedy("add one to /lights"));
