@@ -211,9 +211,11 @@ impl Transform {
 /// A convex one becomes a fan; one that no ear can be cut from yields what could be cut.
 pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     let fan = || (1..polygon.len().saturating_sub(1)).map(|i| [0, i, i + 1]).collect();
-    // Newell's normal: robust for collinear corners and slightly bent polygons
+    // Newell's normal: robust for collinear corners and slightly bent polygons; from a corner, as
+    // nothing would be left of a small polygon far from the origin
     let n = polygon.len();
-    let normal: DVec3 = (0..n).map(|i| polygon[i].cross(polygon[(i + 1) % n])).sum();
+    let from_first = |i: usize| polygon[i] - polygon[0];
+    let normal: DVec3 = (1..n).map(|i| from_first(i).cross(from_first((i + 1) % n))).sum();
     let convex = (0..n).all(|i| {
         let (p, q, r) = (polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]);
         (q - p).cross(r - q).dot(normal) >= 0.0
@@ -223,7 +225,7 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     }
     let z = normal.normalize();
     let (x, y) = z.any_orthonormal_pair();
-    let flat = polygon.iter().map(|p| [p.dot(x), p.dot(y)]);
+    let flat = (0..n).map(from_first).map(|p| [p.dot(x), p.dot(y)]);
     let mut corners: Vec<usize> = Vec::new();
     earcut::Earcut::new().earcut(flat, &[], &mut corners);
     let mut triangles: Vec<[usize; 3]> = corners.as_chunks::<3>().0.to_vec();

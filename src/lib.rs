@@ -52,6 +52,8 @@ mod scene_file;
 pub mod cli;
 
 #[cfg(test)]
+mod odds;
+#[cfg(test)]
 mod spoil;
 
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};

@@ -229,7 +229,7 @@ fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
     counts
 }
 
-/// The number nearest to the golden section of `n` that has no common divisor with it.
+/// The first number from the golden section of `n` up that has no common divisor with it.
 fn golden_stride(n: u64) -> u64 {
     let golden = (n as f64 * 0.618_033_988_749_895) as u64;
     let coprime = |&k: &u64| gcd(k, n) == 1;
