@@ -69,7 +69,7 @@ fn wide_tree(boxes: &[Aabb]) -> CwBvh {
     let indices = (0..boxes.len() as u32).collect();
     let distance = PlocSearchDistance::Medium;
     let mut binary = PlocBuilder::new().build(distance, boxes, indices, SortPrecision::U64, 3);
-    ReinsertionOptimizer::default().run(&mut binary, 0.05, None);
+    ReinsertionOptimizer::default().run(&mut binary, 0.2, None);
     let convert = || bvh2_to_cwbvh(&binary, 3, true, false);
     // obvhs converts by recursion: a chain of nested triangles gets a call stack of its own
     let depth = depth(&binary);
