@@ -99,12 +99,12 @@ fn check_unit(size: DVec3, unit: LengthUnit, remarks: &mut Remarks) {
 
 fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
     remarks.warn_of(&quoted(&loaded.unused_materials), |list| {
-        format!("no surface has the material {list}; check `usemtl` and `material`, or remove it")
+        format!("materials on no surface: {list}; check `usemtl` and `material`, or remove them")
     });
     remarks.warn_of(&quoted(&loaded.non_reciprocal_leaves), |list| {
         format!(
-            "the faces of the leaf {list} differ in transmittance, which no sheet does \
-            (reciprocity); give both the same, unless it was measured so"
+            "leaves whose faces differ in transmittance, which no real sheet does (reciprocity): \
+            {list}; give both faces the same, unless it was measured so"
         )
     });
 }
@@ -112,7 +112,7 @@ fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
 fn check_lights(scene: &Scene, remarks: &mut Remarks) {
     let dark = scene.lights.iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
     remarks.warn_of(&quoted(dark.map(|light| &light.name)), |list| {
-        format!("no power in any band: light {list}; give it power or remove it")
+        format!("lights without power in any band: {list}; give them power or remove them")
     });
 }
 
@@ -124,15 +124,15 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     });
     remarks.warn_of(&quoted(outside.map(|captor| &captor.id)), |list| {
         format!(
-            "outside the box around all surfaces and lights: captor {list}; check its position \
+            "captors outside the box around all surfaces and lights: {list}; check their position \
             and `unit`"
         )
     });
     let in_surface = scene.captors_in_surfaces().iter().map(|&c| &scene.captors[c].id);
     remarks.note_of(&quoted(in_surface), |list| {
         format!(
-            "in the plane of a surface: captor {list}; it counts as lying just off the surface, \
-            on the side that its normal points to"
+            "captors in the plane of a surface: {list}; they count as lying just off it, on the \
+            side that their normals point to"
         )
     });
 }

@@ -128,16 +128,16 @@ fn two_tints_of_one_glass_may_share_a_solid() {
 fn solids_that_are_not_closed() {
     let open = corners(CUBE.0, CUBE.1) + &FACES[1..].concat();
     let at = "`glass` at (0.000, 0.000, 1.000) m";
-    warns(&glass(&open), &["not a closed solid", at, "(4 open edges)", "thin"]);
+    warns(&glass(&open), &["not closed", at, "(4 open edges)", "thin"]);
     let one_turned = corners(CUBE.0, CUBE.1) + &turned(FACES[0]) + &FACES[1..].concat();
     warns(&glass(&one_turned), &["opposite sides", at, "(4 edges)", "turn"]);
     let walled = cube() + "f -8 -6 -1 -3\n";
-    warns(&glass(&walled), &["not a closed solid", "open edges"]);
+    warns(&glass(&walled), &["not closed", "open edges"]);
 }
 
 #[test]
 fn solids_that_are_inside_out() {
-    warns(&glass(&turned(&cube())), &["inside out", "`glass` at", "turn the normals"]);
+    warns(&glass(&turned(&cube())), &["solids inside out: `glass` at", "turn their normals"]);
 }
 
 #[test]
@@ -158,7 +158,10 @@ fn solids_that_touch() {
         // a common edge
         block([x1, y0, z1], [2.0 * x1, y1, z1 + 0.5]),
     ] {
-        warns(&glass(&(cube() + &other)), &["touch or cut", "`glass` at", " and ", "gap above"]);
+        warns(
+            &glass(&(cube() + &other)),
+            &["solids that touch or cut", "`glass` at", " and ", "gap above"],
+        );
     }
     let water = scene(
         r#", "glass": { "type": "transparent", "ior": 1.5 },
@@ -167,13 +170,16 @@ fn solids_that_touch() {
         "",
         &[("glass.obj", &cube()), ("water.obj", &block([x0, y0, z1], [x1, y1, 1.7]))],
     );
-    warns(&water, &["touch or cut", "`glass` at", "`water` at (0.000, 0.000, 1.600) m"]);
+    warns(
+        &water,
+        &["solids that touch or cut", "`glass` at", "`water` at (0.000, 0.000, 1.600) m"],
+    );
 }
 
 #[test]
 fn solids_that_nest() {
     let inner = block([-0.3, -0.3, 0.7], [0.3, 0.3, 1.3]);
-    warns(&glass(&(cube() + &inner)), &["a solid inside another", " in `glass` at", "cavity"]);
+    warns(&glass(&(cube() + &inner)), &["solids inside another", " in `glass` at", "cavity"]);
     // a cavity must be one of the solid around it
     let water = scene(
         r#", "glass": { "type": "transparent", "ior": 1.5 },
@@ -182,7 +188,7 @@ fn solids_that_nest() {
         "",
         &[("glass.obj", &cube()), ("water.obj", &turned(&inner))],
     );
-    warns(&water, &["a solid inside another", "`water` at", " in `glass` at"]);
+    warns(&water, &["solids inside another", "`water` at", " in `glass` at"]);
 }
 
 #[test]
@@ -198,9 +204,9 @@ fn solids_too_thin_and_sheets_too_thick() {
         )
     };
     let thin = r#""type": "transparent", "ior": 1.5, "thin": true"#;
-    warns(&pane(thin, 0.004), &["flat closed box", "`s/s` at", "4.0 mm thick", "one face"]);
+    warns(&pane(thin, 0.004), &["flat closed boxes", "`s/s` at", "4.0 mm thick", "one face"]);
     let leaf = r#""type": "leaf", "reflectance": 0.1, "transmittance": 0.1"#;
-    warns(&pane(leaf, 0.0003), &["flat closed box", "0.30 mm thick"]);
+    warns(&pane(leaf, 0.0003), &["flat closed boxes", "0.30 mm thick"]);
     // a terrarium of thin panes
     is_clean(&pane(thin, 0.5));
 }
@@ -218,13 +224,13 @@ fn long_lists_are_cut_short() {
 #[test]
 fn materials_and_lights_without_effect() {
     let spare = r#", "spare": { "type": "mirror", "reflectance": 0.9 }"#;
-    warns(&scene(spare, "", "", &[]), &["no surface", "`spare`", "usemtl"]);
+    warns(&scene(spare, "", "", &[]), &["materials on no surface: `spare`", "usemtl"]);
     let dark = TestScene::new(
         r#"{ "lights": [ { "type": "point", "position": [0, 0, 1], "power": 10 },
              { "type": "tube", "name": "off", "from": [0, 0, 0], "to": [1, 0, 0], "radius": 0.1, "power": 0 } ] }"#,
         &[],
     );
-    warns(&dark, &["no power", "`off`"]);
+    warns(&dark, &["lights without power in any band: `off`"]);
 }
 
 #[test]
@@ -234,7 +240,7 @@ fn leaves_whose_transmittance_differs_between_the_faces() {
     let object = r#", { "obj": "rose.obj", "material": "rose" }"#;
     let triangle = "v 0 0 1\nv 0.1 0 1\nv 0 0.1 1\nf 1 2 3\n";
     let scene = scene(leaf, object, "", &[("rose.obj", triangle)]);
-    warns(&scene, &["`rose`", "transmittance", "reciprocity"]);
+    warns(&scene, &["leaves whose faces differ in transmittance", "`rose`", "reciprocity"]);
 }
 
 #[test]
@@ -245,11 +251,11 @@ fn captors_off_the_scene_and_in_a_surface() {
                 {{ "center": [1, 1, {z}], "normal": [0, 0, 1], "radius": 0.1 }} }}"#
         )
     };
-    warns(&scene("", "", &disc(3.1), &[]), &["outside", "`probe`", "unit"]);
+    warns(&scene("", "", &disc(3.1), &[]), &["captors outside the box", "`probe`", "unit"]);
     is_clean(&scene("", "", &disc(2.9), &[]));
     let on_floor = check(&scene("", "", &disc(0.0), &[]));
     assert!(on_floor.warnings.is_empty(), "{:?}", on_floor.warnings);
-    assert!(on_floor.notes[0].contains("in the plane of a surface: captor `probe`"));
+    assert!(on_floor.notes[0].contains("captors in the plane of a surface: `probe`"));
 }
 
 #[test]
@@ -318,7 +324,7 @@ fn the_command_describes_the_scene_and_warns() {
         assert!(text.contains(line), "no {line:?} in\n{text}");
     }
     let warnings = String::from_utf8(output.stderr).expect("text");
-    assert!(warnings.starts_with("warning: inside out: `glass`"), "{warnings}");
+    assert!(warnings.starts_with("warning: solids inside out: `glass`"), "{warnings}");
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(check(&TestScene::new("{}", &[])).status.code(), Some(2));
 }

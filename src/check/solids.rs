@@ -27,12 +27,18 @@ const FLAT: f64 = 0.02;
 /// A direction in which no two points of a model are likely to lie.
 const SKEW: Vec3 = Vec3::new(0.601_3, 0.235_7, 0.763_5);
 
-/// Remarks on the interfaces of solids: open, turned, thin, touching, nested.
+/// Remarks on the interfaces of solids.
 pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
     let solids = Solids::new(scene, vertices);
-    if solids.pieces.is_empty() {
-        return;
+    if !solids.pieces.is_empty() {
+        check_shapes(&solids, remarks);
+        check_neighbours(&solids, vertices, remarks);
+        note_lights(&solids, remarks);
     }
+}
+
+/// Each solid by itself.
+fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
     let pieces = &solids.pieces;
     let with = |of: fn(&Piece) -> usize, what: &str| -> Vec<String> {
         let found = (0..pieces.len()).filter(|&p| of(&pieces[p]) > 0);
@@ -40,38 +46,41 @@ pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
     };
     remarks.warn_of(&with(|p| p.open_edges, "open edges"), |list| {
         format!(
-            "not a closed solid: {list}; close the mesh, with equal coordinates where faces meet, \
-            or set `\"thin\": true` if it stands for a sheet"
+            "solids that are not closed: {list}; close the mesh, with equal coordinates where \
+            faces meet, or set `\"thin\": true` if it stands for a sheet"
         )
     });
     remarks.warn_of(&with(|p| p.turned_edges, "edges"), |list| {
         format!(
-            "neighbouring faces of a solid turn opposite sides out: {list}; turn all normals out"
+            "solids whose neighbouring faces turn opposite sides out: {list}; turn all normals out"
         )
     });
-    let too_thin = THIN * scene.ray_offset();
-    let thin = |p: &Piece| p.is_closed() && p.thickness() < f64::from(too_thin);
-    remarks.warn_of(&solids.names(|p| thin(&pieces[p])), |list| {
-        let least = length(too_thin.into());
+    let least = f64::from(THIN * solids.scene.ray_offset());
+    let thin = |p: usize| pieces[p].is_closed() && pieces[p].thickness() < least;
+    remarks.warn_of(&solids.names(thin), |list| {
+        let least = length(least);
         format!(
-            "thinner than a solid can be traced in a scene of this size ({least}): {list}; \
-            use a sheet (`\"thin\": true`)"
+            "solids thinner than can be traced in a scene of this size ({least}): {list}; use a \
+            sheet (`\"thin\": true`)"
         )
     });
+}
 
-    let touching = solids.touching(vertices, solids.reach());
+/// Solids among each other.
+fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remarks) {
+    let reach = TOUCH * solids.scene.ray_offset();
+    let touching = solids.touching(vertices, reach);
     let pairs: Vec<String> = touching.iter().map(|pair| solids.pair(pair, "and")).collect();
     remarks.warn_of(&pairs, |list| {
-        let gap = length(solids.reach().into());
+        let gap = length(reach.into());
         format!(
-            "solids touch or cut each other: {list}; between solids there is only air here: join \
-            them to one, or leave a gap above {gap}"
+            "solids that touch or cut each other: {list}; between solids there is only air here: \
+            join them to one, or leave a gap above {gap}"
         )
     });
     let surroundings = solids.surroundings(&touching);
-    let turned = |p: usize| surroundings[p] == Around::InsideOut;
-    remarks.warn_of(&solids.names(turned), |list| {
-        format!("inside out: {list}; turn the normals of the solid out")
+    remarks.warn_of(&solids.names(|p| surroundings[p] == Around::InsideOut), |list| {
+        format!("solids inside out: {list}; turn their normals out")
     });
     let nested = surroundings.iter().enumerate().filter_map(|(p, around)| match around {
         Around::Solid(outer) => Some(solids.pair(&[p, *outer], "in")),
@@ -79,17 +88,20 @@ pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
     });
     remarks.warn_of(&nested.collect::<Vec<_>>(), |list| {
         format!(
-            "a solid inside another: {list}; outside a solid there is only air here: cut a cavity \
+            "solids inside another: {list}; outside a solid there is only air here: cut a cavity \
             around it (faces of the outer material, normals towards the cavity)"
         )
     });
+}
 
-    let lit = scene.lights.iter().filter_map(|light| {
+fn note_lights(solids: &Solids, remarks: &mut Remarks) {
+    let scene = solids.scene;
+    let inside = scene.lights.iter().filter_map(|light| {
         let start = light.emit(scene.ray_offset(), &mut Stream::new(0, 0, 0)).origin;
         let outer = solids.innermost(&solids.windings(start))?;
         Some(format!("`{}` in {}", light.name, solids.name(outer)))
     });
-    remarks.note_of(&lit.collect::<Vec<_>>(), |list| {
+    remarks.note_of(&inside.collect::<Vec<_>>(), |list| {
         format!("lights inside a solid: {list}; their power is that which they emit in there")
     });
 }
@@ -107,7 +119,7 @@ pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
     let names = boxes.map(|p| format!("{} ({} thick)", name(scene, p), length(p.thickness())));
     remarks.warn_of(&names.collect::<Vec<_>>(), |list| {
         format!(
-            "a flat closed box of a thin material, so light passes two sheets: {list}; keep one \
+            "flat closed boxes of a thin material, so that light passes two sheets: {list}; keep one \
             face, or set `\"thin\": false`"
         )
     });
@@ -174,11 +186,6 @@ impl<'a> Solids<'a> {
         }
     }
 
-    /// How near solids touch, m.
-    fn reach(&self) -> f32 {
-        TOUCH * self.scene.ray_offset()
-    }
-
     /// Pairs of closed pieces that share a vertex, cut each other or come nearer than `reach`.
     fn touching(&self, vertices: &[[u32; 3]], reach: f32) -> Vec<[usize; 2]> {
         let mut pairs = self.meeting.clone();
@@ -212,6 +219,8 @@ impl<'a> Solids<'a> {
                     });
                 }
             }
+            found.sort_unstable();
+            found.dedup();
             found
         }));
         // an open one has its own warning

@@ -39,6 +39,10 @@ fn describe(scene: &Scene, summary: &SceneSummary) -> String {
 }
 
 fn surfaces(text: &mut String, summary: &SceneSummary) {
+    if summary.surfaces.is_empty() {
+        text.push_str("\nno surfaces: free space\n");
+        return;
+    }
     let whole: Show = |count| format!("{count}");
     let columns = vec![("triangles".into(), whole), ("area, m2".into(), short as Show)];
     let rows = summary.surfaces.iter();
@@ -51,7 +55,10 @@ fn lights(text: &mut String, scene: &Scene) {
     let columns = bands.iter().map(|band| (band.name.clone(), short as Show)).collect();
     let rows = scene.lights.iter();
     let rows = rows.map(|light| (light.name.as_str(), light.power[..bands.len()].to_vec()));
-    let title = format!("lights, {}", scene.quantity.unit_names().flux);
+    let mut title = format!("lights, {}", scene.quantity.unit_names().flux);
+    if bands.len() < scene.bands.len() {
+        let _ = write!(title, ", {} of {} bands", bands.len(), scene.bands.len());
+    }
     Table { title, columns, rows: rows.collect() }.write(text);
 }
 
