@@ -44,7 +44,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => run::run(&arguments),
-        Command::Check { scene } => check::check(&scene),
+        Command::Check { scene } => check::run(&scene),
         Command::Schema { of } => schema::print(of),
     };
     let Err(error) = outcome else { return ExitCode::SUCCESS };

@@ -144,6 +144,49 @@ fn edge_in_disc(p: Vec2, q: Vec2, r2: f32) -> f32 {
     area
 }
 
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Lowest coordinates, m.
+    pub min: Vec3,
+    /// Highest coordinates, m.
+    pub max: Vec3,
+}
+
+impl Extent {
+    /// The box around `points`; around none, one that joins others without a trace.
+    pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
+        let none = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+        points.into_iter().fold(none, |e, p| Self { min: e.min.min(p), max: e.max.max(p) })
+    }
+
+    /// The box around `triangles`.
+    pub fn of_triangles<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> Self {
+        Self::of(triangles.into_iter().flat_map(|t| [t.a, t.b, t.c]))
+    }
+
+    /// The box around both.
+    pub fn join(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Lengths of the sides, m; zero around no point.
+    pub fn size(&self) -> Vec3 {
+        (self.max - self.min).max(Vec3::ZERO)
+    }
+
+    /// Its middle.
+    pub fn center(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Whether the two are farther apart than `gap`, m, along some axis.
+    pub fn is_clear_of(&self, other: &Self, gap: f32) -> bool {
+        let gap = Vec3::splat(gap);
+        (self.min - gap).cmpgt(other.max).any() || (other.min - gap).cmpgt(self.max).any()
+    }
+}
+
 /// A right-handed orthonormal frame around a normal.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {

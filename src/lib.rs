@@ -49,6 +49,8 @@ mod captor_csv;
 mod result_file;
 mod scene_file;
 
+mod check;
+
 pub mod cli;
 
 #[cfg(test)]
@@ -57,8 +59,9 @@ mod odds;
 mod spoil;
 
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
+pub use check::{MaterialSummary, SceneSummary, check};
 pub use error::{Error, ErrorKind, Result};
-pub use geometry::{Frame, Ray, Transform, Triangle};
+pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use light::{Light, LightShape};
 pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::{
-    geometry::{Frame, Ray, Triangle},
+    geometry::{Extent, Frame, Ray, Triangle},
     rng::Stream,
     sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
 };
@@ -105,6 +105,19 @@ impl Light {
             }
         };
         Self { name, power, emitter }
+    }
+
+    /// A box around it, m from the centre of the scene.
+    pub fn extent(&self) -> Extent {
+        match &self.emitter {
+            Emitter::Cone { position, .. } => Extent::of([*position]),
+            Emitter::Tube { from, axis, radius, .. } => {
+                let r = Vec3::splat(*radius);
+                Extent::of([*from, *from + *axis].into_iter().flat_map(|p| [p - r, p + r]))
+            }
+            Emitter::IsotropicLine { from, axis } => Extent::of([*from, *from + *axis]),
+            Emitter::Area { triangles, .. } => Extent::of_triangles(triangles),
+        }
     }
 
     /// The ray of one photon. It starts `offset` metres off a light that has a surface.

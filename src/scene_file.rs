@@ -27,6 +27,7 @@ use crate::{
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
     settings::{Checked, Settings},
     spectrum::{MAX_BANDS, lanes},
+    units::LengthUnit,
 };
 
 /// The most triangles in a scene, surfaces and captors together.
@@ -37,6 +38,8 @@ const MAX_TRIANGLES: usize = 20_000_000;
 pub struct LoadedScene {
     /// The scene.
     pub scene: Scene,
+    /// The unit of every length in the file; the scene itself is in metres.
+    pub unit: LengthUnit,
     /// How the file asks to run it.
     pub settings: Settings,
     /// What a user should know before trusting a result.
@@ -132,6 +135,7 @@ impl Loader {
         let scene = Scene::new(self.parts).map_err(|e| e.at(name))?;
         Ok(LoadedScene {
             scene,
+            unit: file.unit,
             settings,
             warnings: self.warnings,
             unused_materials,

@@ -11,7 +11,7 @@ const FLOORS: [&[&str]; 8] = [
     &["scene"],
     &["settings", "trace", "tally", "simulate", "estimate", "result"],
     &["captor_csv", "scene_file", "result_file"],
-    &[],
+    &["check"],
     &["cli", "lib", "main"],
 ];
 

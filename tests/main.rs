@@ -1,4 +1,5 @@
 //! The tests of whole runs, in one binary.
 
+mod check;
 mod common;
 mod floors;
