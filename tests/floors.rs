@@ -16,7 +16,7 @@ const FLOORS: [&[&str]; 8] = [
 ];
 
 /// Only tests use these.
-const TEST_FILES: [&str; 1] = ["spoil"];
+const TEST_FILES: [&str; 2] = ["odds", "spoil"];
 
 #[test]
 fn files_use_only_what_is_below_them() {
