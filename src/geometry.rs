@@ -3,6 +3,9 @@
 
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
+#[cfg(test)]
+mod tests;
+
 /// A half-line: `origin + t direction`, t > 0; `direction` is of unit length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {

@@ -8,6 +8,9 @@ use crate::{
     sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
 };
 
+#[cfg(test)]
+mod tests;
+
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
 pub enum LightShape {

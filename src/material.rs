@@ -4,6 +4,8 @@ mod dielectric;
 mod fresnel;
 mod leaf;
 mod phong;
+#[cfg(test)]
+mod tests;
 
 pub use dielectric::{Dielectric, Pane};
 pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};

@@ -5,6 +5,9 @@ use std::{collections::BTreeMap, num::NonZero, ops::Range};
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+#[cfg(test)]
+mod tests;
+
 /// A photon that arrived on, or crossed, a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
