@@ -1,5 +1,7 @@
 //! Where photons start: point, spot, tube and area lights.
 
+use std::collections::BinaryHeap;
+
 use glam::{DVec3, Vec3};
 
 use crate::{
@@ -234,10 +236,12 @@ fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
         rest -= 1;
     }
     // the minimum of one may have handed out too many: the largest give back
-    while rest < 0 {
-        let l = (0..counts.len()).max_by_key(|&l| counts[l]).expect("there is a light");
-        counts[l] -= 1;
-        rest += 1;
+    let mut largest: BinaryHeap<(u64, usize)> =
+        counts.iter().enumerate().map(|(l, &count)| (count, l)).collect();
+    for _ in rest..0 {
+        let mut top = largest.peek_mut().expect("there is a light");
+        top.0 -= 1;
+        counts[top.1] -= 1;
     }
     counts
 }

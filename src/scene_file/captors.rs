@@ -48,9 +48,11 @@ impl Loader {
 
     fn load_csv(&mut self, entry: &Entry, csv: &str) -> Result<()> {
         let path = self.sibling(csv);
+        self.csv_files.push(path.clone());
         for (row, captor) in captor_csv::read(&path)?.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
             let center = captor.center * self.metres;
+            self.count_triangles(DISC_TRIANGLES)?;
             let disc = disc(center, captor.normal, captor.radius * self.metres);
             let place = format!("{}:{}", path.display(), captor.line);
             self.add_captor(entry, &place, format!("{}/{id}", entry.name), disc)?;

@@ -4,12 +4,15 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{Loader, Result, format::*, objects::area};
+use super::{Loader, MAX_LIGHTS, Result, format::*, objects::area};
 use crate::{
     geometry::triangulate,
     light::LightShape,
     scene::{LightPart, SurfacePart},
 };
+
+/// Powers that single precision can carry, W or umol/s.
+const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Sides of the prism that a tube with a material is.
 const TUBE_SIDES: usize = 64;
@@ -32,12 +35,21 @@ impl Loader {
         Ok(())
     }
 
-    /// Adds a light; its name must be new.
+    /// Adds a light; its name must be new, and its power one that single precision can carry.
     pub(super) fn add_light(&mut self, pointer: &str, light: LightPart) -> Result<()> {
-        if self.parts.lights.iter().any(|other| other.name == light.name) {
+        if !self.light_names.insert(light.name.clone()) {
             return Err(self
                 .error(pointer, format!("a second light named `{}`", light.name))
                 .remedy("give it a `name` of its own"));
+        }
+        if self.light_names.len() > MAX_LIGHTS {
+            return Err(self
+                .error(pointer, format!("more than {MAX_LIGHTS} lights"))
+                .remedy("make one area light of many small ones"));
+        }
+        if let Some(power) = light.power.iter().find(|p| **p != 0.0 && !POWERS.contains(*p)) {
+            let problem = format!("emits {power:e} W or umol/s in a band");
+            return Err(self.error(pointer, problem).remedy("it must be 0, or from 1e-30 to 1e30"));
         }
         self.parts.lights.push(light);
         Ok(())
@@ -170,6 +182,7 @@ impl Loader {
                         .error(format!("{pointer}/vertices"), problem)
                         .remedy("use an `obj` for a larger shape"));
                 }
+                self.count_triangles(vertices.len() - 2)?;
                 let polygon: Vec<DVec3> = vertices.iter().map(|&v| self.point(v)).collect();
                 Ok(triangulate(&polygon).into_iter().map(|t| t.map(|i| polygon[i])).collect())
             }
