@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 use glam::{DVec3, Vec3};
 
 use crate::{
-    geometry::{Extent, Frame, Ray, Triangle},
+    geometry::{Extent, Frame, Ray, Triangle, unit_vector},
     rng::Stream,
     sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
 };
@@ -74,7 +74,7 @@ impl Light {
     /// From its shape, with coordinates taken relative to `center`.
     pub fn new(name: String, power: Vec<f64>, shape: &LightShape, center: DVec3) -> Self {
         let local = |p: DVec3| (p - center).as_vec3();
-        let along = |v: DVec3| Frame::new(v.normalize().as_vec3().normalize());
+        let along = |v: DVec3| Frame::new(unit_vector(v).unwrap_or(DVec3::Z).as_vec3().normalize());
         let emitter = match shape {
             LightShape::Point { position } => Emitter::Cone {
                 position: local(*position),
@@ -98,12 +98,18 @@ impl Light {
             LightShape::Area { triangles, two_sided } => {
                 let mut area = 0.0;
                 let mut cumulative_area = Vec::with_capacity(triangles.len());
-                for [a, b, c] in triangles {
-                    area += 0.5 * (*b - *a).cross(*c - *a).length();
-                    cumulative_area.push(area);
+                let mut solid = Vec::with_capacity(triangles.len());
+                for corners in triangles {
+                    let triangle = Triangle::from(corners.map(local));
+                    // a sliver that rounding has left without a front emits nothing
+                    if triangle.normal() != Vec3::ZERO {
+                        let [a, b, c] = corners;
+                        area += 0.5 * (*b - *a).cross(*c - *a).length();
+                        cumulative_area.push(area);
+                        solid.push(triangle);
+                    }
                 }
-                let triangles = triangles.iter().map(|t| Triangle::from(t.map(local))).collect();
-                Emitter::Area { triangles, cumulative_area, two_sided: *two_sided }
+                Emitter::Area { triangles: solid, cumulative_area, two_sided: *two_sided }
             }
         };
         Self { name, power, emitter }

@@ -120,7 +120,9 @@ fn new_place(path: &Path) -> io::Result<PathBuf> {
     let place = fs::canonicalize(folder_of(path))?.join(name);
     // a name that is too long, or passes through a file, is found now and not when all is done
     match fs::symlink_metadata(&place) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(io::Error::other(e.kind().to_string())),
+        Err(e) if e.kind() != io::ErrorKind::NotFound => {
+            Err(io::Error::other(e.kind().to_string()))
+        }
         _ => Ok(place),
     }
 }
@@ -175,9 +177,8 @@ impl Drop for OutputFolder {
 impl OutputFolder {
     /// Prepares to write into `path`, and creates it. Errors: it cannot be created or written.
     pub fn create(path: &Path) -> Result<Self> {
-        let fail = |problem: String| {
-            Error::input(path.display(), problem).remedy("write elsewhere")
-        };
+        let fail =
+            |problem: String| Error::input(path.display(), problem).remedy("write elsewhere");
         if path.exists() && !path.is_dir() {
             return Err(fail("is a file, not a folder".into()));
         }
@@ -221,9 +222,7 @@ impl OutputFolder {
                 writer.write_all(b"\n")
             })?;
         }
-        names
-            .iter()
-            .try_for_each(|name| fs::rename(staging.join(name), self.path.join(name)))
+        names.iter().try_for_each(|name| fs::rename(staging.join(name), self.path.join(name)))
     }
 }
 

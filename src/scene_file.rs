@@ -23,7 +23,7 @@ use format::{CameraFile, Count, EstimatorFile, PerBand, SettingsFile, TransformF
 
 use crate::{
     error::{Error, Result, nearest},
-    geometry::Transform,
+    geometry::{Transform, unit_vector},
     input::read_bytes,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
@@ -248,9 +248,7 @@ impl Loader {
     fn settings(&self, file: &SettingsFile) -> Result<Settings> {
         let default = Settings::default();
         let EstimatorFile::Photons = file.estimator;
-        let wrong = |key: &str, why: String| {
-            self.error(format!("/settings/{key}"), why)
-        };
+        let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
         let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
             count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
         };
@@ -277,9 +275,9 @@ impl Loader {
     }
 
     fn check_camera(&self, camera: &CameraFile) -> Result<()> {
-        let look = DVec3::from(camera.look_at) - DVec3::from(camera.position);
-        let up = DVec3::from(camera.up.unwrap_or([0.0, 0.0, 1.0]));
-        if look.cross(up).length() == 0.0 {
+        let look = unit_vector(DVec3::from(camera.look_at) - DVec3::from(camera.position));
+        let up = unit_vector(camera.up.unwrap_or([0.0, 0.0, 1.0]).into());
+        if look.zip(up).is_none_or(|(look, up)| look.cross(up).length() < 1e-9) {
             return Err(self
                 .error("/camera", "`look_at` is the position itself, or straight along `up`")
                 .remedy("move one of them"));

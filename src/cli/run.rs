@@ -212,7 +212,8 @@ fn check_places(places: &[&Path], files: &[PathBuf]) -> Result<()> {
     for (i, place) in places.iter().enumerate() {
         let problem = if places[..i].contains(place) {
             "is named for two outputs"
-        } else if files.iter().any(|file| fs::canonicalize(file).is_ok_and(|file| file == **place)) {
+        } else if files.iter().any(|file| fs::canonicalize(file).is_ok_and(|file| file == **place))
+        {
             "is a file of the scene, which the output would replace"
         } else {
             continue;

@@ -278,7 +278,11 @@ impl<'de> de::Deserializer<'de> for Json {
         visitor: V,
     ) -> std::result::Result<V::Value, Self::Error> {
         // of an array, this makes an error
-        if self.0.is_array() { self.0.deserialize_map(visitor) } else { self.deserialize_any(visitor) }
+        if self.0.is_array() {
+            self.0.deserialize_map(visitor)
+        } else {
+            self.deserialize_any(visitor)
+        }
     }
 
     fn deserialize_enum<V: de::Visitor<'de>>(
