@@ -46,7 +46,10 @@ impl Triangle {
 
     /// Unit normal of the front; zero for a triangle without area.
     pub fn normal(&self) -> Vec3 {
-        self.cross().normalize_or_zero()
+        let cross = self.cross();
+        // the squares of a very small area vanish
+        let tiny = cross.length_squared() < 1e-30;
+        if tiny { cross / cross.abs().max_element() } else { cross }.normalize_or_zero()
     }
 
     /// Mean of the corners.
@@ -220,6 +223,12 @@ impl Frame {
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         v.x * self.tangent + v.y * self.bitangent + v.z * self.normal
     }
+}
+
+/// The direction of `v`; none where it has no length or is not finite. Squares neither overflow nor
+/// vanish.
+pub fn unit_vector(v: DVec3) -> Option<DVec3> {
+    (v / v.abs().max_element()).try_normalize()
 }
 
 /// Scale, then rotation about x, then y, then z, then translation.

@@ -1,9 +1,11 @@
 //! Where photons start: point, spot, tube and area lights.
 
+use std::collections::BinaryHeap;
+
 use glam::{DVec3, Vec3};
 
 use crate::{
-    geometry::{Extent, Frame, Ray, Triangle},
+    geometry::{Extent, Frame, Ray, Triangle, unit_vector},
     rng::Stream,
     sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
 };
@@ -75,7 +77,7 @@ impl Light {
     /// From its shape, with coordinates taken relative to `center`.
     pub fn new(name: String, power: Vec<f64>, shape: &LightShape, center: DVec3) -> Self {
         let local = |p: DVec3| (p - center).as_vec3();
-        let along = |v: DVec3| Frame::new(v.normalize().as_vec3().normalize());
+        let along = |v: DVec3| Frame::new(unit_vector(v).unwrap_or(DVec3::Z).as_vec3().normalize());
         let emitter = match shape {
             LightShape::Point { position } => Emitter::Cone {
                 position: local(*position),
@@ -99,12 +101,18 @@ impl Light {
             LightShape::Area { triangles, two_sided } => {
                 let mut area = 0.0;
                 let mut cumulative_area = Vec::with_capacity(triangles.len());
-                for [a, b, c] in triangles {
-                    area += 0.5 * (*b - *a).cross(*c - *a).length();
-                    cumulative_area.push(area);
+                let mut solid = Vec::with_capacity(triangles.len());
+                for corners in triangles {
+                    let triangle = Triangle::from(corners.map(local));
+                    // a sliver that rounding has left without a front emits nothing
+                    if triangle.normal() != Vec3::ZERO {
+                        let [a, b, c] = corners;
+                        area += 0.5 * (*b - *a).cross(*c - *a).length();
+                        cumulative_area.push(area);
+                        solid.push(triangle);
+                    }
                 }
-                let triangles = triangles.iter().map(|t| Triangle::from(t.map(local))).collect();
-                Emitter::Area { triangles, cumulative_area, two_sided: *two_sided }
+                Emitter::Area { triangles: solid, cumulative_area, two_sided: *two_sided }
             }
         };
         Self { name, power, emitter }
@@ -237,10 +245,12 @@ fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
         rest -= 1;
     }
     // the minimum of one may have handed out too many: the largest give back
-    while rest < 0 {
-        let l = (0..counts.len()).max_by_key(|&l| counts[l]).expect("there is a light");
-        counts[l] -= 1;
-        rest += 1;
+    let mut largest: BinaryHeap<(u64, usize)> =
+        counts.iter().enumerate().map(|(l, &count)| (count, l)).collect();
+    for _ in rest..0 {
+        let mut top = largest.peek_mut().expect("there is a light");
+        top.0 -= 1;
+        counts[top.1] -= 1;
     }
     counts
 }

@@ -67,6 +67,11 @@ impl MapBuilder {
         Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
     }
 
+    /// The most arrivals that are kept.
+    pub fn limit(&self) -> usize {
+        self.limit
+    }
+
     /// Whether arrivals of this piece may still be kept.
     pub fn wants(&self, key: PieceKey) -> bool {
         self.end.is_none_or(|end| key < end)

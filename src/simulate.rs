@@ -31,6 +31,10 @@ pub const BLOCKS: u64 = 128;
 const PIECE: u64 = 1024;
 /// The most memory that a run with a time limit may take for its block sums, bytes.
 const MAX_OPEN_BYTES: usize = 4 << 30;
+/// The most memory that a run may take for its sums and results, bytes.
+const MAX_SUM_BYTES: usize = 16 << 30;
+/// The most memory that the photon map may take, bytes. Building it takes twice as much.
+const MAX_MAP_BYTES: usize = 3 << 30;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
@@ -144,6 +148,7 @@ impl<'a> Run<'a> {
             .num_threads(settings.threads)
             .build()
             .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+        check_memory(scene, pool.current_num_threads())?;
         let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
         let full_piece = Strata::new(&scene.lights, piece, scene.lanes());
         let done = AtomicU64::new(0);
@@ -313,9 +318,13 @@ impl<'a> Run<'a> {
             own = Strata::new(&self.scene.lights, histories, N);
             &own
         };
+        let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
         for index in 0..histories {
+            if self.stopped() {
+                return;
+            }
             let light = strata.light(index);
             let weights = strata.weights(light);
             let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
@@ -328,7 +337,7 @@ impl<'a> Run<'a> {
                 if let Some((arrival, power)) = arrival(self.scene, &event) {
                     let arrival = Arrival { history: index as u32, light: light as u32, ..arrival };
                     let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
-                    piece.push(self.settings.map_photons, arrival, power);
+                    piece.push(limit, arrival, power);
                 }
             });
         }
@@ -340,8 +349,10 @@ impl<'a> Run<'a> {
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
         let wanted = self.settings.k > 0 && !self.scene.captors.is_empty();
-        wanted
-            .then(|| Mutex::new(MapBuilder::new(self.settings.map_photons, self.scene.bands.len())))
+        let bands = self.scene.bands.len();
+        let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
+        let limit = self.settings.map_photons.min(most);
+        wanted.then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
     fn finish(
@@ -377,6 +388,24 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// Refuses a run whose sums would not fit into memory, before it begins.
+fn check_memory(scene: &Scene, threads: usize) -> Result<()> {
+    let strata = scene.lights.len() * scene.lanes() * size_of::<f64>();
+    let bytes = threads * (2 * Tally::bytes(scene) + strata) + Totals::bytes(scene);
+    if bytes <= MAX_SUM_BYTES {
+        return Ok(());
+    }
+    let problem = format!(
+        "the sums for {} captors, {} bands and {} lights on {threads} threads would take {:.0} GiB",
+        scene.captors.len(),
+        scene.bands.len(),
+        scene.lights.len(),
+        bytes as f64 / f64::from(1 << 30)
+    );
+    Err(Error::input(format!("scene {}", scene.name), problem)
+        .remedy("ask for fewer captors, bands or threads"))
 }
 
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -1,5 +1,6 @@
 //! The tests of whole runs, in one binary.
 
+mod bad_input;
 mod check;
 mod common;
 mod floors;

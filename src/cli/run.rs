@@ -1,8 +1,9 @@
 //! `phylux run`
 
 use std::{
+    fs,
     io::{self, IsTerminal},
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -128,11 +129,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
     let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
     let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
+    let outputs = [Some(&output), csv.as_ref(), stats_file.as_ref()];
+    let places: Vec<&Path> = outputs.into_iter().flatten().filter_map(OutputFile::place).collect();
+    check_places(&places, &[])?;
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
-    let LoadedScene { scene, settings, warnings, .. } = scene_file::load(&arguments.scene)?;
+    let LoadedScene { scene, settings, warnings, files, .. } = scene_file::load(&arguments.scene)?;
     reading.finish_and_clear();
+    check_places(&places, &files)?;
     super::warn(&warnings);
     if scene.captors.is_empty() {
         return Err(Error::input(
@@ -161,6 +166,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let traced = Instant::now();
     let result = RunResult::new(&scene, &settings, &simulation);
     let estimated = Instant::now();
+    if stop.load(Ordering::Relaxed) {
+        return Err(Error::run("run", "interrupted, nothing was written"));
+    }
 
     output.write(|writer| write_json(&result, writer))?;
     if let Some(folder) = per_captor {
@@ -197,6 +205,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         arguments.output.display(),
     );
     super::print(&(summary.text + &speed))
+}
+
+/// No output may take the place of another, or of a file of the scene.
+fn check_places(places: &[&Path], files: &[PathBuf]) -> Result<()> {
+    for (i, place) in places.iter().enumerate() {
+        let problem = if places[..i].contains(place) {
+            "is named for two outputs"
+        } else if files.iter().any(|file| fs::canonicalize(file).is_ok_and(|file| file == **place))
+        {
+            "is a file of the scene, which the output would replace"
+        } else {
+            continue;
+        };
+        return Err(Error::input(place.display(), problem).remedy("write elsewhere"));
+    }
+    Ok(())
 }
 
 fn progress_bar(settings: &Settings) -> ProgressBar {

@@ -1,6 +1,6 @@
 //! Materials: of the scene file, and of MTL entries.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::{Loader, NamedMaterial, Result, format::*, json, unknown};
 use crate::{
@@ -24,6 +24,8 @@ pub(super) struct Library {
     entries: Vec<Entry>,
     by_name: BTreeMap<String, usize>,
     by_mtl_place: BTreeMap<String, usize>,
+    names: HashSet<String>,
+    used: usize,
 }
 
 struct Entry {
@@ -35,6 +37,7 @@ struct Entry {
 
 impl Library {
     fn add(&mut self, name: String, material: Material, reciprocal: bool) -> usize {
+        self.names.insert(name.clone());
         let named = NamedMaterial { name, material };
         self.entries.push(Entry { named, used: None, reciprocal });
         self.entries.len() - 1
@@ -42,8 +45,10 @@ impl Library {
 
     /// The index that a material has in the scene, now that a surface has it.
     fn use_entry(&mut self, entry: usize) -> usize {
-        let next = self.entries.iter().filter(|e| e.used.is_some()).count();
-        *self.entries[entry].used.get_or_insert(next)
+        *self.entries[entry].used.get_or_insert_with(|| {
+            self.used += 1;
+            self.used - 1
+        })
     }
 
     pub(super) fn unused(&self) -> Vec<String> {
@@ -125,8 +130,8 @@ impl Loader {
             return Ok((self.materials.use_entry(index), radiance));
         }
         let material = self.mtl_material(entry)?;
-        let taken = |name: &str| self.materials.entries.iter().any(|e| e.named.name == name);
-        let shown = if taken(name) { format!("{name} ({})", entry.place) } else { name.into() };
+        let taken = self.materials.names.contains(name);
+        let shown = if taken { format!("{name} ({})", entry.place) } else { name.into() };
         let index = self.materials.add(shown, material, true);
         self.materials.by_mtl_place.insert(entry.place.clone(), index);
         Ok((self.materials.use_entry(index), radiance))
@@ -146,7 +151,8 @@ impl Loader {
         if let Some(bad) = rgb.iter().find(|v| !(0.0..=high).contains(*v)) {
             let range = if high == 1.0 { "from 0 to 1" } else { "at least 0" };
             let problem = format!("{key} = {bad} of material {}, must be {range}", entry.name);
-            return Err(Error::input(&entry.place, problem).remedy("change it"));
+            return Err(Error::input(&entry.place, problem)
+                .remedy("mend it, or give the scene a material of this name"));
         }
         match self.bands {
             1 => Ok(vec![rgb.iter().sum::<f64>() / 3.0]),
