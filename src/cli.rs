@@ -26,7 +26,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Trace photons through a scene and write what its captors received
-    Run(run::Arguments),
+    Run(Box<run::Arguments>),
     /// Say what a scene holds, and warn of what looks wrong in it
     Check {
         /// Scene file (JSON)

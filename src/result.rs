@@ -356,12 +356,10 @@ impl Sums {
 
 fn face(totals: &Totals, channel: usize, area: f64) -> FaceResult {
     let flux = Sums::of(totals, channel);
-    // a surface captor may be without area: nothing arrives there
-    let per_area = if area > 0.0 { 1.0 / area } else { 0.0 };
     FaceResult {
         photons: totals.photons(channel),
-        irradiance: flux.mean.iter().map(|f| f * per_area).collect(),
-        irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se * per_area)).collect(),
+        irradiance: flux.mean.iter().map(|f| f / area).collect(),
+        irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
         flux: flux.mean,
         flux_se: flux.standard_error,
         knn: None,

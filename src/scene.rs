@@ -208,8 +208,8 @@ impl Scene {
         }
         let bounds = Bounds::of(&parts);
         if !bounds.finite {
-            return Err(Error::input(place(), "a coordinate is not finite")
-                .remedy("give every coordinate a finite number"));
+            return Err(Error::input(place(), "a coordinate is not finite once it is placed")
+                .remedy("check the unit, transforms and coordinates"));
         }
         let center = bounds.center();
         let radius = bounds.radius();
@@ -471,7 +471,7 @@ fn check_rounding(
         [a, b, c].map(|p| p.as_dvec3())
     };
     let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
-    if (rounded - exact).abs() <= TOLERATED * exact {
+    if exact > 0.0 && (rounded - exact).abs() <= TOLERATED * exact {
         return Ok(());
     }
     let problem = format!(

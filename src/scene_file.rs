@@ -191,12 +191,12 @@ impl Loader {
                     .error(pointer, format!("a second band named `{}`", band.name))
                     .remedy("give each band a name of its own"));
             }
-            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm) {
-                if from >= to {
-                    return Err(self
-                        .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
-                        .remedy("swap or correct them"));
-                }
+            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm)
+                && from >= to
+            {
+                return Err(self
+                    .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
+                    .remedy("swap or correct them"));
             }
             for (key, nm) in [("from_nm", band.from_nm), ("to_nm", band.to_nm)] {
                 if let Some(nm) = nm {
@@ -282,11 +282,11 @@ impl Loader {
                 .error("/camera", "`look_at` is the position itself, or straight along `up`")
                 .remedy("move one of them"));
         }
-        if let Some(fov) = camera.fov_deg {
-            if !(fov > 0.0 && fov < 180.0) {
-                let problem = format!("{fov}, must be between 0 and 180");
-                return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
-            }
+        if let Some(fov) = camera.fov_deg
+            && !(fov > 0.0 && fov < 180.0)
+        {
+            let problem = format!("{fov}, must be between 0 and 180");
+            return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
         }
         for (key, count) in [("width", camera.width), ("height", camera.height)] {
             if let Some(count) = count {
@@ -302,7 +302,12 @@ impl Loader {
     }
 
     fn warn(&mut self, place: impl Display, problem: impl Display) {
-        self.warnings.push(format!("{place}: {problem}"));
+        const MOST: usize = 100;
+        match self.warnings.len() {
+            0..MOST => self.warnings.push(format!("{place}: {problem}")),
+            MOST => self.warnings.push("and more warnings than these".into()),
+            _ => {}
+        }
     }
 
     /// Refuses a number outside [`low`, `high`].
@@ -314,7 +319,7 @@ impl Loader {
             f64::MAX => format!("at least {low}"),
             _ => format!("from {low} to {high}"),
         };
-        let error = self.error(pointer, format!("{value}, must be {range}"));
+        let error = self.error(pointer, format!("{value:?}, must be {range}"));
         Err(if high == 1.0 && value > 1.0 { error.remedy("75 % is 0.75") } else { error })
     }
 
@@ -332,7 +337,8 @@ impl Loader {
                 Ok(values.clone())
             }
             PerBand::Each(values) => {
-                let problem = format!("{} numbers for {} bands", values.len(), self.bands);
+                let s = if self.bands == 1 { "" } else { "s" };
+                let problem = format!("{} numbers for {} band{s}", values.len(), self.bands);
                 Err(self.error(pointer, problem).remedy("give one number, or one per band"))
             }
         }

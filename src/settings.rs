@@ -80,14 +80,14 @@ impl Settings {
         if tolerance > 0.0 && tolerance < 1.0 {
             return Ok(tolerance);
         }
-        Err(format!("{tolerance}, must be between 0 and 1 (1 % is 0.01)"))
+        Err(format!("{tolerance:?}, must be between 0 and 1 (1 % is 0.01)"))
     }
 
     /// A time to stop at, from seconds.
     pub fn check_max_time(seconds: f64) -> Checked<Duration> {
         match Duration::try_from_secs_f64(seconds) {
             Ok(time) if !time.is_zero() => Ok(time),
-            _ => Err(format!("{seconds} s, must be a positive number of seconds")),
+            _ => Err(format!("{seconds:?} s, must be above 0 and below 1e19 s")),
         }
     }
 

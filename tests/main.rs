@@ -3,4 +3,6 @@
 mod bad_input;
 mod check;
 mod common;
+mod contract;
 mod floors;
+mod output;

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Go on until the relative standard error of every captor, face and band is at most this
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
@@ -71,7 +71,8 @@ fn count(text: &str) -> Checked<u64> {
         return Ok(count);
     }
     match text.parse::<f64>() {
-        Ok(v) if v >= 0.0 && v.fract() == 0.0 && v <= 9e15 => Ok(v as u64),
+        Ok(v) if v > 9e15 => Err("must be at most 9e15".into()),
+        Ok(v) if v >= 0.0 && v.fract() == 0.0 => Ok(v as u64),
         _ => Err("must be a whole number, at least 0 (1e6 is one)".into()),
     }
 }

@@ -12,9 +12,9 @@ use crate::{
     spectrum::Spectrum,
 };
 
-/// Modified Phong model, alike on both faces: f = reflectance / pi
-/// + specular (n+2) / (2 pi) cos^n(alpha) above the surface, transmittance / pi below
-/// (Lafortune and Willems, 1994). Without exponent the lobe is a mirror at every angle.
+/// Modified Phong model, alike on both faces: above the surface f is the sum of reflectance / pi
+/// and specular (n+2) / (2 pi) cos^n(alpha), below it transmittance / pi (Lafortune and Willems,
+/// 1994). Without exponent the lobe is a mirror at every angle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phong {
     reflected: Lobe,

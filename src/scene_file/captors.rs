@@ -43,6 +43,11 @@ impl Loader {
     }
 
     fn entry_name(&self, pointer: &str, file: &CaptorFile) -> Result<String> {
+        if file.csv.is_none() && file.obj.is_none() && file.disc.is_none() {
+            return Err(self
+                .error(pointer, "has none of `csv`, `obj` and `disc`")
+                .remedy("say what it is"));
+        }
         match (&file.name, file.csv.as_ref().or(file.obj.as_ref())) {
             (Some(name), _) => Ok(name.clone()),
             (None, Some(path)) => Ok(stem(&self.sibling(path))),
@@ -53,6 +58,10 @@ impl Loader {
     }
 
     fn load_csv(&mut self, entry: &Entry, csv: &str) -> Result<()> {
+        if csv.is_empty() {
+            let pointer = format!("{}/csv", entry.pointer);
+            return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
+        }
         let path = self.sibling(csv);
         self.csv_files.push(path.clone());
         for (row, captor) in captor_csv::read(&path)?.into_iter().enumerate() {
@@ -68,7 +77,7 @@ impl Loader {
 
     fn load_disc(&mut self, entry: &Entry, file: &DiscFile) -> Result<()> {
         let pointer = format!("{}/disc", entry.pointer);
-        if !(file.radius > 0.0) {
+        if file.radius <= 0.0 {
             return Err(self
                 .error(format!("{pointer}/radius"), format!("{}, must be above 0", file.radius))
                 .remedy("a sensor has a size"));

@@ -42,6 +42,7 @@ fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
         "trailing comma" => "delete the comma before it",
         "number out of range" => "numbers are at most 1.8e308",
         "recursion limit exceeded" => "no scene is nested so deeply",
+        "expected ident" => "write a finite number, true, false or null",
         "trailing characters" => "the file must end with the closing bracket of the scene",
         _ if at(&["N", "n", "I", "i", "+", "-"]) => {
             "write a finite number; JSON has no NaN, no infinity and no leading +"
@@ -209,6 +210,9 @@ fn plain_type(expected: &str) -> &str {
     }
 }
 
+/// Keys that have a meaning to come.
+const RESERVED: [&str; 4] = ["sun", "sky", "intensity", "periodic"];
+
 /// For an unknown key or value: the nearest known one, and all of them.
 fn known_names(problem: &str) -> Option<String> {
     let what = match problem {
@@ -223,8 +227,10 @@ fn known_names(problem: &str) -> Option<String> {
         known.split('`').skip(1).step_by(2).filter(|name| !name.starts_with('$')).collect();
     let all = format!("{what} here: {}", known.join(", "));
     Some(match nearest(name, known.iter().copied()) {
-        Some(name) => format!("did you mean `{name}`? ({all})"),
-        None => all,
+        _ if RESERVED.contains(&name) => format!("it is kept for a later version ({all})"),
+        // a value of few letters is near to every other
+        Some(name) if what == "keys" => format!("did you mean `{name}`? ({all})"),
+        _ => all,
     })
 }
 

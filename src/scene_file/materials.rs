@@ -118,7 +118,7 @@ impl Loader {
             if let Some(missing) = mtl.missing().first() {
                 error = Error::input(
                     place,
-                    format!("no material `{name}`, and {} {}", missing.file, missing.why),
+                    format!("no material `{name}` ({}: {})", missing.file, missing.why),
                 );
             }
             let scene = self.materials.by_name.keys().map(String::as_str);
@@ -140,14 +140,14 @@ impl Loader {
     fn emission(&self, entry: &MtlEntry) -> Result<Option<Vec<f64>>> {
         match entry.ke {
             Some(ke) if ke.iter().any(|&v| v > 0.0) => {
-                self.from_rgb(entry, "Ke", ke, f64::MAX).map(Some)
+                self.rgb_bands(entry, "Ke", ke, f64::MAX).map(Some)
             }
             _ => Ok(None),
         }
     }
 
     /// r, g, b as bands: in order for three, their mean for one.
-    fn from_rgb(&self, entry: &MtlEntry, key: &str, rgb: [f64; 3], high: f64) -> Result<Vec<f64>> {
+    fn rgb_bands(&self, entry: &MtlEntry, key: &str, rgb: [f64; 3], high: f64) -> Result<Vec<f64>> {
         if let Some(bad) = rgb.iter().find(|v| !(0.0..=high).contains(*v)) {
             let range = if high == 1.0 { "from 0 to 1" } else { "at least 0" };
             let problem = format!("{key} = {bad} of material {}, must be {range}", entry.name);
@@ -167,7 +167,7 @@ impl Loader {
 
     fn mtl_material(&mut self, entry: &MtlEntry) -> Result<Material> {
         let fraction = |key: &str, rgb: Option<[f64; 3]>| {
-            self.from_rgb(entry, key, rgb.unwrap_or_default(), 1.0)
+            self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
         };
         let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&self.lanes(&fraction)));
         let place = format!("{}: material {}", entry.place, entry.name);
@@ -374,8 +374,10 @@ impl Loader {
             for b in 0..self.bands {
                 let sum = r[b].max(f0) + t[b];
                 if sum > 1.0 + ROUNDING {
-                    let problem =
-                        format!("{face}reflectance + transmittance = {sum:.4}, must be at most 1");
+                    let shown = if r[b] < f0 { " (of the cuticle alone)" } else { "" };
+                    let problem = format!(
+                        "{face}reflectance{shown} + transmittance = {sum:.4}, must be at most 1"
+                    );
                     return Err(Nonsense::new(problem, "lower one of them"));
                 }
             }
