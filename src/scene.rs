@@ -465,13 +465,15 @@ fn check_rounding(
     radius: f32,
 ) -> Result<()> {
     const TOLERATED: f64 = 0.02;
+    const SMALLEST: f64 = 1e-12;
     let exact = Moments::of(corners).area;
     let rounded = |t| {
         let Triangle { a, b, c } = local(t);
         [a, b, c].map(|p| p.as_dvec3())
     };
     let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
-    if exact > 0.0 && (rounded - exact).abs() <= TOLERATED * exact {
+    let seen = exact >= SMALLEST * f64::from(radius).powi(2);
+    if seen && (rounded - exact).abs() <= TOLERATED * exact {
         return Ok(());
     }
     let problem = format!(

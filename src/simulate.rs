@@ -233,11 +233,12 @@ impl<'a> Run<'a> {
                     return;
                 }
                 for piece in 0..plan.pieces(block) {
-                    if !self.stopped() {
-                        self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
-                        sums.drain(&mut piece_sums);
-                        self.report(of, None);
+                    if self.stopped() {
+                        break;
                     }
+                    self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
+                    sums.drain(&mut piece_sums);
+                    self.report(of, None);
                 }
                 let mut merged = lock(&merged);
                 while merged.0 != block {
