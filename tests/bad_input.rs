@@ -827,10 +827,8 @@ fn sizes() {
         &["half diagonal", "must be 1e-6 to 1e9 m"],
     );
     let few = r#"{"photons": 1}"#;
-    let lights = format!(
-        "[{}]",
-        vec![r#"{"type": "point", "position": [0, 0, 1], "power": 1}"#; 2].join(",")
-    );
+    let lights =
+        format!("[{}]", [r#"{"type": "point", "position": [0, 0, 1], "power": 1}"#; 2].join(","));
     bad_scene(
         &scene(&[("settings", few), ("lights", &lights)]),
         FILES,
