@@ -2,8 +2,11 @@
 
 mod bad_input;
 mod check;
+mod closed_forms;
 mod common;
 mod contract;
+mod exact;
 mod floors;
 mod output;
 mod truths;
+mod world;
