@@ -16,7 +16,7 @@ pub struct Settings {
     pub seed: u64,
     /// Photons of a k-nearest estimate, at least 2; 0 stores no photons.
     pub k: usize,
-    /// The most arrivals in the photon map; fewer where they would take more than 3 GiB.
+    /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
     pub map_photons: usize,
     /// Goes on until every captor's relative standard error is at most this, in (0, 1).
     pub tolerance: Option<f64>,

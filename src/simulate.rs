@@ -33,8 +33,9 @@ const PIECE: u64 = 1024;
 const MAX_OPEN_BYTES: usize = 4 << 30;
 /// The most memory that a run may take for its sums and results, bytes.
 const MAX_SUM_BYTES: usize = 16 << 30;
-/// The most memory that the photon map may take, bytes. Building it takes twice as much.
-const MAX_MAP_BYTES: usize = 3 << 30;
+/// The most memory that the photon map may take, bytes. Building it takes twice as much, and in a
+/// room of mirrors the piece of each thread may be as large.
+const MAX_MAP_BYTES: usize = 1 << 30;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
