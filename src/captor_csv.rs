@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::error::{Error, Result, nearest};
 use crate::geometry::unit_vector;
-use crate::input::{RELATIVE, quoted, read_bytes};
+use crate::input::quoted;
 
 /// One row: a disc that counts light.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,19 +38,12 @@ const COLUMNS: [[&str; 2]; 7] = [
 ];
 const HEADER: &str = "the first line names the columns: x,y,z,radius,nx,ny,nz and, if wanted, id";
 
-/// Reads a captor file: a header, then at least one row.
+/// Reads the `bytes` of the captor file at `path`: a header, then at least one row.
 ///
 /// # Errors
-/// A file that cannot be read or holds no row; at `path:LINE`, a column that is unknown, missing or
-/// there twice, a value that is no finite number, a radius that is not positive, a normal of length
-/// zero, an id that is empty or there twice.
-pub fn read(path: &Path) -> Result<Vec<CaptorRow>> {
-    let bytes =
-        read_bytes(path).map_err(|why| Error::input(path.display(), why).remedy(RELATIVE))?;
-    parse(&bytes, path)
-}
-
-/// Like [`read`], from the `bytes` of the file at `path`.
+/// A file that holds no row; at `path:LINE`, a column that is unknown, missing or there twice, a value
+/// that is no finite number, a radius that is not positive, a normal of length zero, an id that is
+/// empty or there twice.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<CaptorRow>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut csv = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
@@ -332,8 +325,6 @@ mod tests {
         assert!(
             parse_bytes(b"\xff\xfex\0,\0").unwrap_err().to_string().starts_with("dir/a.csv:1: is")
         );
-        let error = read(Path::new("/no/such.csv")).unwrap_err().to_string();
-        assert!(error.starts_with("/no/such.csv: there is no such file; paths are"), "{error}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::{
     captor::CaptorKind,
     error::{Error, Result},
     geometry::{Extent, Triangle},
+    material::Material,
     scene::Scene,
     scene_file::LoadedScene,
     units::LengthUnit,
@@ -50,6 +51,20 @@ pub struct MaterialSummary {
 pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
     let pool = rayon::ThreadPoolBuilder::new().build();
     Ok(pool.map_err(|e| Error::run("threads", e))?.install(|| look_over(loaded)))
+}
+
+/// What looks wrong with the closed solids of a scene, where light would go wrong ways: for a run to
+/// warn of. Without solids it looks at nothing. Errors: threads cannot be started.
+pub fn check_solids(scene: &Scene) -> Result<Vec<String>> {
+    if !scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
+        return Ok(Vec::new());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().build();
+    pool.map_err(|e| Error::run("threads", e))?.install(|| {
+        let mut remarks = Remarks::default();
+        solids::check_solids(scene, &mesh::weld(&scene.triangles), &mut remarks);
+        Ok(remarks.warnings)
+    })
 }
 
 fn look_over(loaded: &LoadedScene) -> SceneSummary {
@@ -185,6 +200,7 @@ fn check_duplicates(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks)
 }
 
 /// What there is to say, collected.
+#[derive(Default)]
 struct Remarks {
     warnings: Vec<String>,
     notes: Vec<String>,

@@ -1,6 +1,7 @@
 //! The command line: one file per command.
 
 mod check;
+mod interrupt;
 mod run;
 mod schema;
 mod summary;
@@ -32,9 +33,9 @@ enum Command {
         /// Scene file (JSON)
         scene: PathBuf,
     },
-    /// Print the JSON Schema of scene and results files
+    /// Print the JSON Schema of scene files, results files or files of one captor
     Schema {
-        /// Which of the two
+        /// Of which files
         #[arg(value_enum, default_value = "scene")]
         of: schema::Of,
     },

@@ -13,7 +13,6 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::geometry::{is_tangled, triangulate};
-use crate::input::{RELATIVE, read_bytes};
 use lines::{Lines, decode};
 use scan::Scan;
 
@@ -56,19 +55,12 @@ pub struct ObjPart {
 }
 
 impl ObjFile {
-    /// Reads an OBJ file and the MTL files that it names, which are relative to it.
+    /// From the `bytes` of the OBJ file at `path`; `load_mtl` fetches the bytes of an MTL file, whose
+    /// path is relative to it, or says why it cannot.
     ///
     /// # Errors
-    /// A file that cannot be read, that is no OBJ text or that holds no face; at `path:LINE`, a line
-    /// that means nothing: a coordinate that is no finite number, a corner without its vertex, ...
-    pub fn read(path: &Path) -> Result<Self> {
-        let bytes =
-            read_bytes(path).map_err(|why| Error::input(path.display(), why).remedy(RELATIVE))?;
-        Self::parse(&bytes, path, read_bytes)
-    }
-
-    /// Like [`ObjFile::read`], from the `bytes` of the file at `path`; `load_mtl` fetches the bytes of
-    /// an MTL file or says why it cannot.
+    /// A file that is no OBJ text or that holds no face; at `path:LINE`, a line that means nothing: a
+    /// coordinate that is no finite number, a corner without its vertex, ...
     pub fn parse(
         bytes: &[u8],
         path: &Path,
@@ -305,15 +297,6 @@ mod tests {
         assert!(error.starts_with("dir/a.obj:1: free-form surfaces (`surf`) are not supported"));
         let error = parse("solid ascii-stl").unwrap_err().to_string();
         assert!(error.ends_with("is it an OBJ file? comments begin with #"), "{error}");
-    }
-
-    #[test]
-    fn files_that_cannot_be_read_say_why() {
-        let dir = tempfile::tempdir().unwrap();
-        let error = ObjFile::read(dir.path()).unwrap_err().to_string();
-        assert!(error.contains(": is a directory, not a file; paths are"), "{error}");
-        let error = ObjFile::read(&dir.path().join("no.obj")).unwrap_err().to_string();
-        assert!(error.contains("no.obj: there is no such file; paths are relative"), "{error}");
     }
 
     #[test]

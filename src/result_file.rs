@@ -18,6 +18,17 @@ use crate::{
     units::UnitNames,
 };
 
+/// What an unfinished output has on the disk.
+#[derive(Clone, Debug)]
+pub enum Temporary {
+    /// A file.
+    File(PathBuf),
+    /// A folder with all that is in it.
+    Folder(PathBuf),
+    /// A folder that goes away only if it is empty.
+    IfEmpty(PathBuf),
+}
+
 /// A file to be written whole or not at all. Made before the work, so that a folder that is missing
 /// or closed is found then.
 #[derive(Debug)]
@@ -75,6 +86,14 @@ impl OutputFile {
     pub fn place(&self) -> Option<&Path> {
         match &self.target {
             Target::Temporary(_, place) => Some(place),
+            Target::Special => None,
+        }
+    }
+
+    /// What to remove where the process ends before it is dropped.
+    pub fn temporary(&self) -> Option<Temporary> {
+        match &self.target {
+            Target::Temporary(file, _) => Some(Temporary::File(file.path().to_path_buf())),
             Target::Special => None,
         }
     }
@@ -144,7 +163,7 @@ pub fn write_json(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> 
 
 /// One captor's result, with what is needed to read it alone.
 #[derive(Serialize, JsonSchema)]
-struct SingleCaptor<'a> {
+pub struct SingleCaptor<'a> {
     phylux: &'static str,
     scene: &'a str,
     seed: u64,
@@ -194,6 +213,18 @@ impl OutputFolder {
         let staging = staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
         folder.staging = Some(staging);
         Ok(folder)
+    }
+
+    /// What to remove where the process ends before it is dropped, in this order.
+    pub fn temporary(&self) -> Vec<Temporary> {
+        let staging = self.staging.iter().map(|s| Temporary::Folder(s.path().to_path_buf()));
+        staging.chain(self.new.then(|| Temporary::IfEmpty(self.path.clone()))).collect()
+    }
+
+    /// Where the files for captors of these ids will be, paths without links.
+    pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
+        let folder = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+        file_names(ids).iter().map(|name| folder.join(name)).collect()
     }
 
     /// Writes one JSON file for each captor, all of them before any is put in its place.

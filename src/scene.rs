@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::{
     bvh::Bvh,
     captor::{Captor, CaptorKind, Moments},
-    error::{Error, Result},
+    error::{Error, Result, number},
     geometry::{Ray, Triangle},
     light::{Light, LightShape},
     material::Material,
@@ -214,7 +214,10 @@ impl Scene {
         let center = bounds.center();
         let radius = bounds.radius();
         if !(1e-6..=1e9).contains(&radius) {
-            let problem = format!("its half diagonal is {radius:.2e} m, must be 1e-6 to 1e9 m");
+            let problem = format!(
+                "half of the diagonal of all that is in it is {} m, must be 1e-6 to 1e9 m",
+                number(f64::from(radius as f32))
+            );
             return Err(
                 Error::input(place(), problem).remedy("check the unit, transforms and coordinates")
             );
@@ -473,7 +476,7 @@ fn check_rounding(
         return Ok(());
     }
     let problem = format!(
-        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of a scene {:.1e} m across",
+        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of a scene {:.3} m across",
         2.0 * radius
     );
     Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))

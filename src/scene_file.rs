@@ -24,7 +24,7 @@ use format::{CameraFile, Count, EstimatorFile, PerBand, SettingsFile, TransformF
 use crate::{
     error::{Error, Result, nearest, number},
     geometry::{Transform, unit_vector},
-    input::read_bytes,
+    input::{RELATIVE, read_bytes},
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
     settings::{Checked, Settings},
@@ -356,6 +356,12 @@ impl Loader {
         self.path.parent().unwrap_or(Path::new("")).join(file)
     }
 
+    /// The bytes of a file that the scene file names at `pointer`.
+    fn bytes(&self, pointer: &str, path: &Path) -> Result<Vec<u8>> {
+        let error = |why| self.error(pointer, format!("{}: {why}", path.display()));
+        read_bytes(path).map_err(|why| error(why).remedy(RELATIVE))
+    }
+
     /// An OBJ file, read once.
     fn obj(&mut self, pointer: &str, file: &str) -> Result<Rc<ObjFile>> {
         let path = self.sibling(file);
@@ -365,7 +371,8 @@ impl Loader {
         if file.is_empty() {
             return Err(self.error(pointer, "no file name").remedy("name an OBJ file"));
         }
-        let obj = Rc::new(ObjFile::read(&path)?);
+        let bytes = self.bytes(pointer, &path)?;
+        let obj = Rc::new(ObjFile::parse(&bytes, &path, read_bytes)?);
         for part in obj.parts.iter().filter(|part| part.tangled > 0) {
             self.warn(
                 format!("{}:{}", path.display(), part.line),

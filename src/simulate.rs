@@ -194,8 +194,13 @@ impl<'a> Run<'a> {
         let piece = self.full_piece.histories();
         // a block is worth adding up once it has some photons for each captor
         let block = piece * 2.max(self.scene.channels() as u64 / 8 / piece);
-        let plan = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block))?;
-        let rounds = limit.unwrap_or(MAX_PHOTONS) / plan.histories;
+        let whole = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block))?;
+        let short = self.less_than::<N>(&whole, whole.block(0))?;
+        let rounds = match short {
+            Some(_) => 1,
+            None => limit.unwrap_or(MAX_PHOTONS) / whole.histories,
+        };
+        let plan = short.unwrap_or(whole);
         let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
         let mut end = End::Photons;
         for round in 0..rounds {
@@ -206,7 +211,7 @@ impl<'a> Run<'a> {
                 break;
             }
             self.report(limit, worst);
-            if self.time_is_up() {
+            if short.is_some() || self.time_is_up() {
                 end = End::Time;
                 break;
             }
@@ -265,6 +270,11 @@ impl<'a> Run<'a> {
             )
             .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
         }
+        if let Some(short) = self.less_than::<N>(plan, plan.block(0).min(plan.piece))? {
+            let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
+            self.round::<N>(&short, 0, Some(short.histories), &mut totals, map.as_ref())?;
+            return self.finish(totals, map, &short, End::Time);
+        }
         let map = self.map_builder();
         let blocks: Vec<Mutex<Tally>> =
             (0..plan.blocks).map(|_| Mutex::new(Tally::new(self.scene))).collect();
@@ -272,6 +282,7 @@ impl<'a> Run<'a> {
         let mut ended = *plan;
         let mut end = End::Photons;
         for piece in 0..most {
+            let began = Instant::now();
             let next = AtomicU64::new(0);
             self.pool.broadcast(|_| {
                 let mut piece_sums = Tally::new(self.scene);
@@ -290,7 +301,8 @@ impl<'a> Run<'a> {
             self.check_stopped()?;
             // the last piece of a block is of another length: there the run is complete or not
             let whole = (0..plan.blocks).all(|b| piece + 1 < plan.pieces(b));
-            if self.started.elapsed() >= limit && whole {
+            // at the border nearest to the limit
+            if self.started.elapsed() + began.elapsed() / 2 >= limit && whole {
                 ended = plan.ended_after(piece + 1);
                 end = End::Time;
                 break;
@@ -301,6 +313,31 @@ impl<'a> Run<'a> {
             totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
         }
         self.finish(totals, map, &ended, end)
+    }
+
+    /// With a time limit that will be up before each block of `plan` has done `most` histories: a
+    /// plan that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
+    fn less_than<const N: usize>(&self, plan: &Plan, most: u64) -> Result<Option<Plan>> {
+        let Some(limit) = self.settings.max_time else { return Ok(None) };
+        let least = plan.blocks * self.scene.lights.len() as u64;
+        let most = plan.blocks * most;
+        let mut trial = self.plan(least)?;
+        loop {
+            let began = Instant::now();
+            self.round::<N>(&trial, 0, None, &mut Totals::new(self.scene), None)?;
+            self.done.store(0, Ordering::Relaxed);
+            let taken = began.elapsed();
+            let left = limit.saturating_sub(self.started.elapsed());
+            let fit = trial.histories as f64 * left.as_secs_f64() / taken.as_secs_f64();
+            if fit >= most as f64 {
+                return Ok(None);
+            }
+            if taken >= limit / 32 {
+                // like parts of all blocks
+                return self.plan((fit as u64 / least).max(1) * least).map(Some);
+            }
+            trial = self.plan((2 * trial.histories).min(most))?;
+        }
     }
 
     /// Emits and follows the histories of one piece.

@@ -101,7 +101,7 @@ fn broken_json() {
         ("{\"a\": 1e999}", &["line 1, column 11: number out of range; numbers are at most"]),
         ("{\"a\": +1}", &["line 1, column 7: expected value", "no leading +"]),
         ("{\"a\": .5}", &["line 1, column 7: expected value; correct the JSON"]),
-        ("// my scene\n{}", &["line 1, column 1: expected value; JSON has no comments"]),
+        ("// my scene\n{}", &["line 1, column 1: expected value; a scene file is JSON"]),
         ("{'a': 1}", &["line 1, column 2: key must be a string; JSON has double quotes only"]),
         ("{} {}", &["line 1, column 4: trailing characters; the file must end"]),
         ("{\"a\": \"\u{1}\"}", &["line 1, column 8: control character"]),
@@ -417,7 +417,7 @@ fn lights() {
         ),
         (
             r#"{"type": "point", "position": [0, 0, 1e300], "power": 1}"#,
-            &["half diagonal", "check the unit, transforms and coordinates"],
+            &["half of the diagonal", "check the unit, transforms and coordinates"],
         ),
         (
             r#"{"name": "a", "type": "point", "position": [0, 0, 1], "power": 1}, {"name": "a", "type": "point", "position": [0, 0, 1], "power": 1}"#,
@@ -500,7 +500,10 @@ fn lights() {
             r#"{"type": "area", "vertices": [[0,0,2],[1,0,2],[1,1,2]], "transform": {}, "power": 1}"#,
             &["/lights/0/transform: goes with `obj` only"],
         ),
-        (r#"{"type": "area", "obj": "b.obj", "power": 1}"#, &["b.obj: there is no such file"]),
+        (
+            r#"{"type": "area", "obj": "b.obj", "power": 1}"#,
+            &["/lights/0/obj: b.obj: there is no such file"],
+        ),
         (
             r#"{"type": "area", "obj": "a.obj", "transform": {"scale": 1e-9}, "power": 1}"#,
             &["light `light0`", "drowns in the rounding"],
@@ -591,7 +594,10 @@ fn objects() {
     bad_scene(
         &scene(&[]),
         &[],
-        &["a.obj: there is no such file; paths are relative to the file that names them"],
+        &[
+            "scene.json: /objects/0/obj: a.obj: there is no such file",
+            "paths are relative to the file that names them",
+        ],
     );
     let folder = scene(&[("objects", r#"[{"obj": ".", "material": "wall"}]"#)]);
     bad_scene(&folder, &[], &["is a directory, not a file"]);
@@ -698,7 +704,7 @@ fn captors() {
         (
             "captors",
             r#"[{"name": "p", "disc": {"center": [1e12, 0, 0], "normal": [0, 0, 1], "radius": 1}}]"#,
-            &["half diagonal"],
+            &["half of the diagonal"],
         ),
         (
             "captors",
@@ -745,7 +751,11 @@ fn captors() {
     for (text, words) in rows {
         bad_scene(&csv, &[("a.obj", OBJ), ("grid.csv", text)], words);
     }
-    bad_scene(&csv, FILES, &["grid.csv: there is no such file; paths are relative"]);
+    bad_scene(
+        &csv,
+        FILES,
+        &["/captors/0/csv: grid.csv: there is no such file; paths are relative"],
+    );
     let none = scene(&[("objects", r#"[{"obj": "a.obj", "material": "wall"}]"#)]);
     bad_scene(&none, FILES, &["scene.json: /captors: the scene has no captor", "\"captor\": true"]);
     let flat = scene(&[("captors", r#"[{"obj": "b.obj"}]"#)]);
@@ -827,7 +837,7 @@ fn sizes() {
     bad_scene(
         &scene(&[("objects", small), ("lights", light)]),
         FILES,
-        &["half diagonal", "must be 1e-6 to 1e9 m"],
+        &["half of the diagonal", "must be 1e-6 to 1e9 m"],
     );
     let few = r#"{"photons": 1}"#;
     let lights =

@@ -321,4 +321,8 @@ fn schemas_know_every_key() {
     ] {
         assert!(results["properties"].get(key).is_some(), "{key}");
     }
+    let captor = schema("captor");
+    for key in ["phylux", "scene", "seed", "photons", "unit", "bands", "id", "area", "front"] {
+        assert!(captor["properties"].get(key).is_some(), "{key}");
+    }
 }

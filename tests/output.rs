@@ -210,6 +210,70 @@ fn every_output_is_written() {
     assert!(rows.iter().any(|row| row.starts_with("a/a,,all,absorbed,")), "{table}");
 }
 
+/// That these arguments are refused with these words, before anything is written.
+fn refused(folder: &Path, arguments: &[&str], words: &str) {
+    let before = listing(folder);
+    let output = phylux(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    assert_eq!(listing(folder), before);
+}
+
+#[test]
+fn files_of_captors_replace_nothing_else() {
+    let scene = scene();
+    let folder = scene.path("");
+    fs::copy(scene.path("scene.json"), scene.path("a_a.json")).expect("a copy");
+    refused(&folder, &["run", "a_a.json", "--per-captor", "."], "is a file of the scene");
+    fs::create_dir(scene.path("each")).expect("a folder");
+    let both = ["run", "scene.json", "-o", "each/a_a.json", "--per-captor", "./each"];
+    refused(&folder, &both, "is named for two outputs");
+    let table = ["run", "scene.json", "--csv", "each/a_a.json", "--per-captor", "each"];
+    refused(&folder, &table, "is named for two outputs");
+}
+
+/// While a scene is read nothing looks at a flag: the end is immediate.
+#[test]
+fn an_interrupt_while_reading_leaves_nothing_behind() {
+    let scene = scene();
+    let folder = scene.path("");
+    fs::write(scene.path("a.obj"), OBJ.to_owned() + &"f 1 2 3\n".repeat(1_000_000))
+        .expect("a file");
+    let before = listing(&folder);
+    let child = start(&folder, &[&LONG[..], &["--csv", "t.csv"]].concat());
+    wait_for_start(&folder);
+    signal(&child, "-INT");
+    let output = child.wait_with_output().expect("an end");
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");
+    assert_eq!(listing(&folder), before);
+}
+
+#[test]
+fn rough_errors_are_said_to_be_rough() {
+    let scene = scene();
+    let warns = |photons: &str| {
+        let output = phylux(&scene.path(""), &["run", "scene.json", "--photons", photons]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output).contains("the standard errors come from 15 blocks only")
+    };
+    assert!(warns("15"));
+    assert!(!warns("1000"));
+}
+
+#[test]
+fn solids_that_are_not_closed_are_warned_of_by_a_run() {
+    let scene = scene();
+    let text = fs::read_to_string(scene.path("scene.json")).expect("a file");
+    let wall = r#""type": "lambert", "reflectance": 0.5"#;
+    let glass = text.replace(wall, r#""type": "transparent", "ior": 1.5"#);
+    assert_ne!(text, glass);
+    fs::write(scene.path("scene.json"), glass).expect("a file");
+    let output = phylux(&scene.path(""), &["run", "scene.json", "--photons", "1000"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("solids that are not closed"), "{}", stderr(&output));
+}
+
 fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).expect("a file")).expect("whole JSON")
 }

@@ -1,22 +1,24 @@
 //! `phylux run`
 
 use std::{
+    collections::HashSet,
     fs,
     io::{self, IsTerminal},
     path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::atomic::Ordering,
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 
-use super::summary::summary;
+use super::{
+    interrupt::{Interrupt, NOTHING_WRITTEN},
+    summary::summary,
+};
 use crate::{
+    check::check_solids,
     error::{Error, Result},
     result::RunResult,
     result_file::{OutputFile, OutputFolder, write_csv, write_json},
@@ -121,25 +123,28 @@ struct Stats {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
     // first of all, so that neither Ctrl-C nor SIGTERM leaves a temporary file behind
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = stop.clone();
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(|e| Error::run("Ctrl-C", e))?;
+    let interrupt = Interrupt::install()?;
 
     let output = OutputFile::create(&arguments.output)?;
     let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
     let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
     let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
-    let outputs = [Some(&output), csv.as_ref(), stats_file.as_ref()];
-    let places: Vec<&Path> = outputs.into_iter().flatten().filter_map(OutputFile::place).collect();
+    let outputs = [Some(&output), csv.as_ref(), stats_file.as_ref()].into_iter().flatten();
+    interrupt.remove_at_end(outputs.clone().filter_map(OutputFile::temporary));
+    interrupt.remove_at_end(per_captor.iter().flat_map(OutputFolder::temporary));
+    let mut places: Vec<PathBuf> =
+        outputs.filter_map(OutputFile::place).map(Path::to_path_buf).collect();
     check_places(&places, &[])?;
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
     let LoadedScene { scene, settings, warnings, files, .. } = scene_file::load(&arguments.scene)?;
     reading.finish_and_clear();
+    let ids = || scene.captors.iter().map(|captor| captor.id.as_str());
+    places.extend(per_captor.iter().flat_map(|folder| folder.places(ids())));
     check_places(&places, &files)?;
     super::warn(&warnings);
+    super::warn(&check_solids(&scene)?);
     if scene.captors.is_empty() {
         return Err(Error::input(
             format!("{}: /captors", arguments.scene.display()),
@@ -161,15 +166,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| show(&bar, progress);
-    let simulation = simulate(&scene, &settings, &Control { stop: &stop, progress: &progress });
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let simulation = interrupt.listening(|| simulate(&scene, &settings, &control));
     bar.finish_and_clear();
     let simulation = simulation?;
     let traced = Instant::now();
     let result = RunResult::new(&scene, &settings, &simulation);
     let estimated = Instant::now();
-    if stop.load(Ordering::Relaxed) {
-        return Err(Error::run("run", "interrupted, nothing was written"));
+    if interrupt.stop().load(Ordering::Relaxed) {
+        return Err(Error::run("run", NOTHING_WRITTEN));
     }
+    interrupt.writing();
 
     output.write(|writer| write_json(&result, writer))?;
     if let Some(folder) = per_captor {
@@ -199,7 +206,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let summary = summary(&result, &settings, simulation.end);
     super::warn(&summary.warnings);
     let speed = format!(
-        "{:.1} s on {} threads, {:.2e} photons/s\n{}\n",
+        "\n{:.1} s on {} threads, {:.2e} photons/s; wrote {}\n",
         trace_seconds,
         stats.threads,
         stats.photons_per_second,
@@ -209,12 +216,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// No output may take the place of another, or of a file of the scene.
-fn check_places(places: &[&Path], files: &[PathBuf]) -> Result<()> {
-    for (i, place) in places.iter().enumerate() {
-        let problem = if places[..i].contains(place) {
+fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
+    let files: HashSet<PathBuf> =
+        files.iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
+    let mut named = HashSet::new();
+    for place in places {
+        let problem = if !named.insert(place) {
             "is named for two outputs"
-        } else if files.iter().any(|file| fs::canonicalize(file).is_ok_and(|file| file == **place))
-        {
+        } else if files.contains(place) {
             "is a file of the scene, which the output would replace"
         } else {
             continue;
@@ -226,8 +235,8 @@ fn check_places(places: &[&Path], files: &[PathBuf]) -> Result<()> {
 
 fn progress_bar(settings: &Settings) -> ProgressBar {
     terminal_bar(match settings.tolerance {
-        Some(_) => "{elapsed} {human_pos} photons, {per_sec}, {msg}",
-        None => "{bar:30} {percent}% {human_pos} photons, {per_sec}, {eta} left",
+        Some(_) => "{elapsed} {human_pos} photons, {speed}, {msg}",
+        None => "{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left",
     })
 }
 
@@ -239,7 +248,10 @@ fn terminal_bar(template: &str) -> ProgressBar {
     };
     let bar = ProgressBar::with_draw_target(None, target);
     if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
+        let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+            let _ = write!(text, "{:.2e}/s", state.per_sec());
+        };
+        bar.set_style(style.with_key("speed", speed));
     }
     bar
 }

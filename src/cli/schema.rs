@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use crate::{
     error::{Error, Result},
     result::RunResult,
+    result_file::SingleCaptor,
     scene_file::SceneFile,
 };
 
@@ -15,12 +16,15 @@ pub(super) enum Of {
     Scene,
     /// Results files
     Results,
+    /// Files of `--per-captor`
+    Captor,
 }
 
 pub(super) fn print(of: Of) -> Result<()> {
     let schema = match of {
         Of::Scene => schemars::schema_for!(SceneFile),
         Of::Results => schemars::schema_for!(RunResult),
+        Of::Captor => schemars::schema_for!(SingleCaptor),
     };
     let text = serde_json::to_string_pretty(&schema).map_err(|e| Error::run("schema", e))?;
     super::print(&(text + "\n"))

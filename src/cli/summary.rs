@@ -12,6 +12,9 @@ use crate::{
 pub(super) const SHOWN_BANDS: usize = 8;
 /// Share of the emitted power above which lost power is warned of.
 const MUCH_LOST: f64 = 1e-3;
+/// Blocks below which standard errors are off by more than a fifth: their own relative error is
+/// 1 / sqrt(2 (blocks - 1)).
+const FEW_BLOCKS: u64 = 16;
 
 pub(super) struct Summary {
     pub(super) text: String,
@@ -32,7 +35,7 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
         result.scene, result.photons, result.blocks, result.seed
     );
     energy(&mut text, result);
-    let mut kinds = vec![("sensors", "virtual"), ("surfaces", "surface")];
+    let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
     kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
     for (title, kind) in kinds {
         captors(&mut text, result, title, kind);
@@ -65,12 +68,13 @@ fn energy(text: &mut String, result: &RunResult) {
     }
 }
 
-fn captors(text: &mut String, result: &RunResult, title: &str, kind: &str) {
+fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     let count = result.captors.iter().filter(|captor| captor.kind == kind).count();
+    let s = if count == 1 { "" } else { "s" };
     let _ = writeln!(
         text,
         "\n{:<24}{:>11}{:>11}{:>11}   relative error",
-        format!("{count} {title}, {}", result.unit.irradiance),
+        format!("{count} {noun}{s}, {}", result.unit.irradiance),
         "min",
         "median",
         "max"
@@ -119,6 +123,9 @@ impl Spread {
     }
 
     fn percent(&self) -> String {
+        if self.min == self.max {
+            return format!("{:.2} %", 100.0 * self.min);
+        }
         format!(
             "{:.2} to {:.2} %, median {:.2} %",
             100.0 * self.min,
@@ -150,6 +157,12 @@ fn warnings(result: &RunResult) -> Vec<String> {
         warnings.push(format!(
             "{:.2} % of the power was on paths cut off at the length limits (lost)",
             100.0 * lost
+        ));
+    }
+    if result.blocks < FEW_BLOCKS {
+        warnings.push(format!(
+            "the standard errors come from {} blocks only and are rough themselves; trace more photons",
+            result.blocks
         ));
     }
     let reached = |captor: &CaptorResult| {

@@ -323,7 +323,9 @@ mod tests {
         let write = |name: &str, text| std::fs::write(dir.path().join(name), text).unwrap();
         write("sub/my plant.mtl", "newmtl stem\nKd 1 1 1\n");
         write("sub/a.obj", "mtllib my plant.mtl\nmtllib .\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-        let mtl = ObjFile::read(&dir.path().join("sub/a.obj")).unwrap().mtl;
+        let path = dir.path().join("sub/a.obj");
+        let bytes = std::fs::read(&path).unwrap();
+        let mtl = ObjFile::parse(&bytes, &path, crate::input::read_bytes).unwrap().mtl;
         assert!(mtl.entry("stem").unwrap().unwrap().place.ends_with("my plant.mtl:1"));
         assert_eq!(mtl.missing()[0].why, "is a directory, not a file");
     }

@@ -58,13 +58,14 @@ impl Loader {
     }
 
     fn load_csv(&mut self, entry: &Entry, csv: &str) -> Result<()> {
+        let pointer = format!("{}/csv", entry.pointer);
         if csv.is_empty() {
-            let pointer = format!("{}/csv", entry.pointer);
             return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
         }
         let path = self.sibling(csv);
         self.csv_files.push(path.clone());
-        for (row, captor) in captor_csv::read(&path)?.into_iter().enumerate() {
+        let rows = captor_csv::parse(&self.bytes(&pointer, &path)?, &path)?;
+        for (row, captor) in rows.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
             let center = captor.center * self.metres;
             self.count_triangles(DISC_TRIANGLES)?;

@@ -36,6 +36,7 @@ pub struct SceneFile {
     pub objects: Vec<ObjectFile>,
     /// Lights; at least one.
     #[serde(default)]
+    #[schemars(length(min = 1))]
     pub lights: Vec<LightFile>,
     /// Sensors that do not disturb light.
     #[serde(default)]
@@ -64,9 +65,9 @@ pub struct BandFile {
 #[schemars(untagged)]
 pub enum PerBand {
     /// The same for all.
-    All(f64),
+    All(#[schemars(range(min = 0))] f64),
     /// One for each.
-    Each(Vec<f64>),
+    Each(#[schemars(inner(range(min = 0)))] Vec<f64>),
 }
 
 impl<'de> Deserialize<'de> for PerBand {
@@ -166,6 +167,7 @@ pub struct MirrorFile {
 #[serde(deny_unknown_fields)]
 pub struct TransparentFile {
     /// Index of refraction, at least 1.
+    #[schemars(range(min = 1, max = 1000))]
     pub ior: f64,
     /// In [0, 1]: multiplies what is transmitted at each crossing (default 1).
     pub tint: Option<PerBand>,
@@ -179,6 +181,7 @@ pub struct TransparentFile {
 #[serde(deny_unknown_fields)]
 pub struct LeafFile {
     /// Index of refraction of the cuticle, at least 1 (default 1.425).
+    #[schemars(range(min = 1, max = 1000))]
     pub ior: Option<f64>,
     /// Hemispherical reflectance near normal incidence; of the upper (front) face.
     pub reflectance: Option<PerBand>,
@@ -218,6 +221,7 @@ pub struct PhongFile {
     /// Lambertian transmittance (default 0).
     pub transmittance: Option<PerBand>,
     /// Exponent of the glossy lobe, at least 0; without it the lobe is a mirror.
+    #[schemars(range(min = 0))]
     pub exponent: Option<f64>,
 }
 
@@ -226,6 +230,7 @@ pub struct PhongFile {
 #[serde(deny_unknown_fields)]
 pub struct TransformFile {
     /// Positive (default 1).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
     /// Angles about x, y and z, degrees (default 0).
     pub rotate_deg: Option<[f64; 3]>,
@@ -334,6 +339,7 @@ pub struct SpotFile {
     /// Axis of the cone; not zero.
     pub direction: [f64; 3],
     /// Half angle of the cone, degrees, in (0, 180].
+    #[schemars(range(max = 180), extend("exclusiveMinimum" = 0))]
     pub half_angle_deg: f64,
     /// Total emitted flux.
     pub power: PerBand,
@@ -350,6 +356,7 @@ pub struct TubeFile {
     /// The other end.
     pub to: [f64; 3],
     /// At least 0; 0 is a line.
+    #[schemars(range(min = 0))]
     pub radius: f64,
     /// Pattern of a line (default lambert).
     #[serde(default)]
@@ -436,6 +443,7 @@ pub struct DiscFile {
     /// Where its front looks; not zero.
     pub normal: [f64; 3],
     /// Positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,
 }
 
@@ -444,6 +452,7 @@ pub struct DiscFile {
 #[serde(deny_unknown_fields)]
 pub struct SettingsFile {
     /// Photons to trace, at least 1 (default 1e6).
+    #[schemars(extend("minimum" = 1))]
     pub photons: Option<Count>,
     /// Seed of the random numbers (default 1).
     pub seed: Option<u64>,
@@ -452,8 +461,10 @@ pub struct SettingsFile {
     /// The most arrivals in the photon map (default 2e6).
     pub map_photons: Option<Count>,
     /// Largest relative standard error to stop at.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub tolerance: Option<f64>,
     /// Time to stop at, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time: Option<f64>,
     /// How to estimate (default photons).
     #[serde(default)]

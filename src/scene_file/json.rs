@@ -22,7 +22,12 @@ pub fn read<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
         let place = format!("{file}: line {}, column {}", e.line(), e.column());
         let line = text.lines().nth(e.line().saturating_sub(1)).unwrap_or_default();
         let rest = line.get(e.column().saturating_sub(1)..).unwrap_or_default();
-        Error::input(place, problem).remedy(syntax_remedy(problem, rest))
+        let remedy = match text.trim_start().starts_with(['{', '[']) {
+            true => syntax_remedy(problem, rest),
+            // an OBJ file, for one, may begin with a comment
+            false => "a scene file is JSON, which begins with { and has no comments",
+        };
+        Error::input(place, problem).remedy(remedy)
     })?;
     typed(value).map_err(|Misplaced { pointer, problem }| {
         let error = Error::input(place(file, &pointer), plain_words(&problem));
