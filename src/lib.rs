@@ -57,7 +57,7 @@ mod spoil;
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use error::{Error, ErrorKind, Result};
 pub use geometry::{Frame, Ray, Transform, Triangle};
-pub use light::{Light, LightShape};
+pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,
     Scatter, Transport,
@@ -69,11 +69,11 @@ pub use result::{
 pub use result_file::{OutputFile, OutputFolder, write_csv, write_json};
 pub use rng::Stream;
 pub use scene::{
-    Band, BandSum, CaptorPart, Crossing, LightPart, NamedMaterial, Scene, SceneParts, Surface,
-    SurfaceHit, SurfacePart,
+    Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
+    Surface, SurfaceHit, SurfacePart,
 };
 pub use scene_file::{LoadedScene, load};
-pub use settings::Settings;
+pub use settings::{Estimator, Settings};
 pub use simulate::{Control, End, Progress, Simulation, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};

@@ -62,6 +62,8 @@ pub struct Scatter<const N: usize> {
     pub factor: Spectrum<N>,
     /// Whether the path goes on at the other side of the surface.
     pub crosses: bool,
+    /// Whether the lobe was a mirror: its direction follows from the old one.
+    pub specular: bool,
     /// Whether this was a total internal reflection.
     pub total_reflection: bool,
 }
@@ -69,7 +71,12 @@ pub struct Scatter<const N: usize> {
 impl<const N: usize> Scatter<N> {
     #[inline]
     fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { direction, factor, crosses, total_reflection: false }
+        Self { direction, factor, crosses, specular: false, total_reflection: false }
+    }
+
+    #[inline]
+    fn specular(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
+        Self { specular: true, ..Self::new(direction, factor, crosses) }
     }
 }
 
@@ -257,6 +264,6 @@ impl Mirror {
     #[inline]
     fn sample<const N: usize>(&self, at: &Encounter, rng: &mut Stream) -> Option<Scatter<N>> {
         choose([self.lobe.largest], rng.uniform())?;
-        Some(Scatter::new(at.mirrored(), self.lobe.relative(), false))
+        Some(Scatter::specular(at.mirrored(), self.lobe.relative(), false))
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     captor::{CHANNELS, Captor, CaptorKind, Channel},
     estimate::nearest::{self, NearestEstimate},
     scene::Scene,
-    settings::Settings,
+    settings::{Estimator, Settings},
     simulate::Simulation,
     stats::Running,
     tally::{Ledger, Totals},
@@ -61,30 +61,36 @@ pub struct BandResult {
     pub sum_of: Option<Vec<String>>,
 }
 
-/// The energy balance per band: emitted = absorbed + escaped + lost.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
+/// The energy balance per band: emitted = absorbed + escaped + lost. Paths from the captors know
+/// `power` alone; the rest is then null.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Energy {
     /// Nominal power of all lights.
     pub power: Vec<f64>,
     /// What the photons carried.
-    pub emitted: Vec<f64>,
+    pub emitted: Option<Vec<f64>>,
     /// What surfaces absorbed.
-    pub absorbed: Vec<f64>,
+    pub absorbed: Option<Vec<f64>>,
     /// What left the scene.
-    pub escaped: Vec<f64>,
+    pub escaped: Option<Vec<f64>>,
     /// What was on paths cut off by the length limits.
-    pub lost: Vec<f64>,
+    pub lost: Option<Vec<f64>>,
     /// What the surfaces of each material absorbed.
-    #[schemars(with = "std::collections::BTreeMap<String, Vec<f64>>")]
+    #[schemars(with = "Option<std::collections::BTreeMap<String, Vec<f64>>>")]
     #[serde(serialize_with = "as_map")]
-    pub absorbed_by: Vec<(String, Vec<f64>)>,
+    pub absorbed_by: Option<Vec<(String, Vec<f64>)>>,
 }
 
 fn as_map<S: serde::Serializer>(
-    entries: &[(String, Vec<f64>)],
+    entries: &Option<Vec<(String, Vec<f64>)>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(entries.iter().map(|(name, values)| (name, values)))
+    match entries {
+        Some(entries) => {
+            serializer.collect_map(entries.iter().map(|(name, values)| (name, values)))
+        }
+        None => serializer.serialize_none(),
+    }
 }
 
 /// The photon map that k-nearest estimates were made from.
@@ -183,18 +189,9 @@ impl RunResult {
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
-        let Ledger { emitted, absorbed, escaped, lost } = totals.ledger();
-        let by_material: Vec<&[f64]> = absorbed.chunks(scene.bands.len()).collect();
-        let total: Vec<f64> =
-            (0..scene.bands.len()).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
-        let named = scene.materials.iter().zip(&by_material);
-        let energy = Energy {
-            power: with_sums(&powers),
-            emitted: with_sums(&emitted),
-            absorbed: with_sums(&total),
-            escaped: with_sums(&escaped),
-            lost: with_sums(&lost),
-            absorbed_by: named.map(|(m, values)| (m.name.clone(), with_sums(values))).collect(),
+        let energy = match settings.estimator {
+            Estimator::Photons => balance(scene, with_sums(&powers), totals.ledger()),
+            Estimator::Paths => Energy { power: with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.as_ref().map(|map| (map, settings.k));
         Self {
@@ -203,7 +200,10 @@ impl RunResult {
             seed: settings.seed,
             photons: totals.histories,
             blocks: totals.blocks,
-            estimator: "photons",
+            estimator: match settings.estimator {
+                Estimator::Photons => "photons",
+                Estimator::Paths => "paths",
+            },
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,
@@ -222,6 +222,25 @@ impl RunResult {
                 .collect(),
             groups: group_results(scene, totals),
         }
+    }
+}
+
+/// The energy balance of a photon run.
+fn balance(scene: &Scene, power: Vec<f64>, ledger: Ledger) -> Energy {
+    let Ledger { emitted, absorbed, escaped, lost } = ledger;
+    let bands = scene.bands.len();
+    let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
+    let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
+    let named = scene.materials.iter().zip(&by_material);
+    Energy {
+        power,
+        emitted: Some(with_sums(scene, &emitted)),
+        absorbed: Some(with_sums(scene, &total)),
+        escaped: Some(with_sums(scene, &escaped)),
+        lost: Some(with_sums(scene, &lost)),
+        absorbed_by: Some(
+            named.map(|(m, values)| (m.name.clone(), with_sums(scene, values))).collect(),
+        ),
     }
 }
 

@@ -11,9 +11,9 @@ use crate::{
     captor::{Captor, CaptorKind, Moments},
     error::{Error, Result},
     geometry::{Ray, Triangle},
-    light::{Light, LightShape},
-    material::Material,
-    spectrum::{MAX_BANDS, lanes},
+    light::{Light, LightShape, Shine},
+    material::{Encounter, Material},
+    spectrum::{MAX_BANDS, Spectrum, lanes},
     units::Quantity,
 };
 
@@ -162,6 +162,10 @@ pub struct Scene {
     surface_bvh: Bvh,
     captor_bvh: Bvh,
     in_surface: Vec<usize>,
+    light_triangles: Vec<Triangle>,
+    light_of_triangle: Vec<u32>,
+    light_bvh: Bvh,
+    has_pane: bool,
 }
 
 /// A ray's meeting with a surface.
@@ -173,6 +177,19 @@ pub struct SurfaceHit {
     pub triangle: usize,
     /// The point on the surface, kept a little inside the triangle's edges.
     pub point: Vec3,
+}
+
+/// A ray's meeting with the bright side of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightHit {
+    /// Index of the light.
+    pub light: usize,
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Cosine to the light's normal, above 0.
+    pub cos: f32,
+    /// How bright it is.
+    pub shine: Shine,
 }
 
 /// A ray's passage through a virtual captor.
@@ -219,7 +236,7 @@ impl Scene {
         let radius = radius as f32;
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
 
-        let lights = parts
+        let lights: Vec<Light> = parts
             .lights
             .into_iter()
             .map(|light| Light::new(light.name, light.power, &light.shape, center))
@@ -279,6 +296,14 @@ impl Scene {
             });
         }
 
+        let mut light_triangles = Vec::new();
+        let mut light_of_triangle = Vec::new();
+        for (l, light) in lights.iter().enumerate() {
+            light_triangles.extend_from_slice(light.triangles());
+            light_of_triangle.resize(light_triangles.len(), l as u32);
+        }
+        let is_pane = |m: &NamedMaterial| matches!(m.material, Material::Pane(_));
+        let has_pane = parts.materials.iter().any(is_pane);
         let surface_bvh = Bvh::build(&triangles);
         let mut scene = Self {
             name: parts.name,
@@ -298,6 +323,10 @@ impl Scene {
             captor_of_triangle,
             surface_bvh,
             in_surface: Vec::new(),
+            light_bvh: Bvh::build(&light_triangles),
+            light_triangles,
+            light_of_triangle,
+            has_pane,
         };
         scene.lift_captors_off_surfaces();
         Ok(scene)
@@ -330,6 +359,14 @@ impl Scene {
         match captor.kind {
             CaptorKind::Surface => &self.triangles[captor.triangles.clone()],
             CaptorKind::Virtual { .. } => &self.captor_triangles[captor.triangles.clone()],
+        }
+    }
+
+    /// How far a captor's triangles are taken off the surface that they lie in, m.
+    pub fn lift(&self, captor: usize) -> f32 {
+        match self.in_surface.binary_search(&captor) {
+            Ok(_) => 2.0 * self.ray_offset(),
+            Err(_) => 0.0,
         }
     }
 
@@ -369,6 +406,51 @@ impl Scene {
                 point: shape.point(hit.u, hit.v),
             });
         });
+    }
+
+    /// Every light surface that a ray meets on its bright side before `t_max`, in any order.
+    pub fn lights_hit(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
+        for (light, shape) in self.lights.iter().enumerate() {
+            if let Some(hit) = shape.tube_hit(ray).filter(|hit| hit.t < t_max) {
+                visit(LightHit { light, t: hit.t, cos: hit.cos, shine: hit.shine });
+            }
+        }
+        if self.light_triangles.is_empty() {
+            return;
+        }
+        self.light_bvh.crossings(ray, t_max, |hit| {
+            let light = self.light_of_triangle[hit.triangle as usize] as usize;
+            let normal = self.light_triangles[hit.triangle as usize].normal();
+            let cos = -ray.direction.dot(normal);
+            if let Some(shine) = self.lights[light].shine(cos > 0.0) {
+                visit(LightHit { light, t: hit.t, cos: cos.abs(), shine });
+            }
+        });
+    }
+
+    /// What of the light goes straight from one point to another, per band: all, nothing, or what
+    /// thin panes let through.
+    pub fn visibility<const N: usize>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<N>> {
+        let mut distance = from.distance(to);
+        let direction = (to - from) / distance;
+        let mut ray = Ray { origin: from, direction };
+        if !self.has_pane {
+            return (!self.surface_bvh.occluded(&ray, distance)).then_some(Spectrum::ONE);
+        }
+        let mut through = Spectrum::ONE;
+        while let Some(hit) = self.surface_bvh.closest(&ray, distance) {
+            let surface = &self.surfaces[hit.triangle as usize];
+            let Material::Pane(pane) = self.material(surface) else { return None };
+            let encounter = Encounter::new(direction, surface.normal);
+            through = through * pane.transmittance(&encounter);
+            // on the line itself, or panes would bend it
+            ray.origin = ray.at(hit.t + self.ray_offset() / encounter.cos);
+            distance = (to - ray.origin).dot(direction);
+            if distance <= 0.0 {
+                break;
+            }
+        }
+        Some(through)
     }
 
     /// The ray that leaves a surface at `point` on the side of `normal`.

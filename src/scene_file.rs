@@ -25,7 +25,7 @@ use crate::{
     input::read_bytes,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
-    settings::{Checked, Settings},
+    settings::{Checked, Estimator, Settings},
     spectrum::{MAX_BANDS, lanes},
 };
 
@@ -209,7 +209,6 @@ impl Loader {
 
     fn settings(&self, file: &SettingsFile) -> Result<Settings> {
         let default = Settings::default();
-        let EstimatorFile::Photons = file.estimator;
         let wrong = |key: &str, why: String| {
             self.error(format!("/settings/{key}"), why).remedy("change it")
         };
@@ -217,6 +216,10 @@ impl Loader {
             count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
         };
         Ok(Settings {
+            estimator: match file.estimator {
+                EstimatorFile::Photons => Estimator::Photons,
+                EstimatorFile::Paths => Estimator::Paths,
+            },
             photons: file
                 .photons
                 .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))

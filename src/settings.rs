@@ -5,10 +5,22 @@ use std::time::Duration;
 /// The most histories that a run can have.
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
 
+/// How captors are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Estimator {
+    /// Photons from the lights, counted where they arrive.
+    #[default]
+    Photons,
+    /// Paths back from the captors.
+    Paths,
+}
+
 /// How a run is to be done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Histories: how many (none: [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS)).
+    /// How captors are read.
+    pub estimator: Estimator,
+    /// Histories, or paths over all faces: how many (none: [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS)).
     pub photons: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
@@ -29,6 +41,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            estimator: Estimator::Photons,
             photons: None,
             seed: 1,
             k: 50,

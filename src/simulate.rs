@@ -15,11 +15,12 @@ use std::{
 use crate::{
     captor::Channel,
     error::{Error, Result},
+    estimate::paths::Face,
     light::Strata,
     photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
     rng::Stream,
     scene::Scene,
-    settings::{MAX_PHOTONS, Settings},
+    settings::{Estimator, MAX_PHOTONS, Settings},
     spectrum::{Spectrum, with_lanes},
     tally::{Tally, Totals},
     trace::{Event, trace},
@@ -29,6 +30,8 @@ use crate::{
 pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
+/// The least number of paths from a face.
+const MIN_PATHS: u64 = 100;
 /// The most memory that a run with a time limit may take for its block sums, bytes.
 const MAX_OPEN_BYTES: usize = 4 << 30;
 
@@ -89,8 +92,9 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(histories: u64, lights: u64, piece: u64) -> Self {
-        Self { blocks: BLOCKS.min(histories / lights), histories, piece }
+    /// Of `histories`, at least `least` to a block.
+    fn new(histories: u64, least: u64, piece: u64) -> Self {
+        Self { blocks: BLOCKS.min(histories / least), histories, piece }
     }
 
     /// Histories of a block.
@@ -133,8 +137,16 @@ struct Run<'a> {
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
-    full_piece: Strata,
+    work: Work<'a>,
     done: AtomicU64,
+}
+
+/// What one history is.
+enum Work<'a> {
+    /// A photon; the lights' shares in a piece of the usual length.
+    Photons(Strata),
+    /// A path from each of these faces.
+    Paths(Vec<(usize, Channel, Face<'a>)>),
 }
 
 impl<'a> Run<'a> {
@@ -144,20 +156,46 @@ impl<'a> Run<'a> {
             .num_threads(settings.threads)
             .build()
             .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
-        let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
-        let full_piece = Strata::new(&scene.lights, piece, scene.lanes());
+        let work = match settings.estimator {
+            Estimator::Photons => {
+                let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
+                Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+            }
+            Estimator::Paths => Work::Paths(faces(scene)),
+        };
         let done = AtomicU64::new(0);
-        Ok(Self { scene, settings, control, pool, started, full_piece, done })
+        Ok(Self { scene, settings, control, pool, started, work, done })
+    }
+
+    /// Histories of a piece of the usual length.
+    fn full_piece(&self) -> u64 {
+        match &self.work {
+            Work::Photons(strata) => strata.histories(),
+            // about as many paths in all
+            Work::Paths(faces) => (PIECE / faces.len() as u64).max(1),
+        }
+    }
+
+    /// Photons, or paths, that a history is.
+    fn unit(&self) -> u64 {
+        match &self.work {
+            Work::Photons(_) => 1,
+            Work::Paths(faces) => faces.len() as u64,
+        }
     }
 
     fn plan(&self, histories: u64) -> Result<Plan> {
+        if let Work::Paths(_) = self.work {
+            let each = (histories / self.unit()).max(MIN_PATHS);
+            return Ok(Plan::new(each, 1, self.full_piece()));
+        }
         let lights = self.scene.lights.len() as u64;
         if histories < lights {
             let problem = format!("{histories} photons for {lights} lights");
             return Err(Error::input("photons", problem)
                 .remedy(format!("every light needs one: ask for at least {lights}")));
         }
-        Ok(Plan::new(histories, lights, self.full_piece.histories()))
+        Ok(Plan::new(histories, lights, self.full_piece()))
     }
 
     fn go<const N: usize>(&self) -> Result<Simulation> {
@@ -169,7 +207,8 @@ impl<'a> Run<'a> {
             (None, None) => {
                 let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
                 let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
-                self.round::<N>(&plan, 0, Some(plan.histories), &mut totals, map.as_ref())?;
+                let of = Some(plan.histories * self.unit());
+                self.round::<N>(&plan, 0, of, &mut totals, map.as_ref())?;
                 self.finish(totals, map, &plan, End::Photons)
             }
             (None, Some(limit)) => {
@@ -185,11 +224,11 @@ impl<'a> Run<'a> {
         tolerance: f64,
         limit: Option<u64>,
     ) -> Result<Simulation> {
-        let piece = self.full_piece.histories();
+        let (piece, unit) = (self.full_piece(), self.unit());
         // a block is worth adding up once it has some photons for each captor
         let block = piece * 2.max(self.scene.channels() as u64 / 8 / piece);
-        let plan = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block))?;
-        let rounds = limit.unwrap_or(MAX_PHOTONS) / plan.histories;
+        let plan = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block * unit))?;
+        let rounds = (limit.unwrap_or(MAX_PHOTONS) / (plan.histories * unit)).max(1);
         let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
         let mut end = End::Photons;
         for round in 0..rounds {
@@ -276,7 +315,7 @@ impl<'a> Run<'a> {
                     if piece < plan.pieces(block) {
                         self.piece::<N>(plan, (0, piece, block), &mut piece_sums, map.as_ref());
                         lock(&blocks[block as usize]).drain(&mut piece_sums);
-                        self.report(Some(plan.histories), None);
+                        self.report(Some(plan.histories * self.unit()), None);
                     }
                 }
             });
@@ -296,7 +335,7 @@ impl<'a> Run<'a> {
         self.finish(totals, map, &ended, end)
     }
 
-    /// Emits and follows the histories of one piece.
+    /// Follows the histories of one piece.
     fn piece<const N: usize>(
         &self,
         plan: &Plan,
@@ -304,15 +343,51 @@ impl<'a> Run<'a> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
+        let (_, piece, block) = key;
+        let (_, histories) = plan.range(block, piece);
+        match &self.work {
+            Work::Paths(faces) => self.paths::<N>(plan, key, faces, tally),
+            Work::Photons(strata) if strata.histories() == histories => {
+                self.photons::<N>(plan, key, strata, tally, map);
+            }
+            Work::Photons(_) => {
+                let strata = Strata::new(&self.scene.lights, histories, N);
+                self.photons::<N>(plan, key, &strata, tally, map);
+            }
+        }
+        self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
+    }
+
+    /// Follows paths from every face.
+    fn paths<const N: usize>(
+        &self,
+        plan: &Plan,
+        (round, piece, block): PieceKey,
+        faces: &[(usize, Channel, Face)],
+        tally: &mut Tally,
+    ) {
+        let (first, histories) = plan.range(block, piece);
+        for (f, (captor, channel, face)) in faces.iter().enumerate() {
+            for index in first..first + histories {
+                let stream = index * faces.len() as u64 + f as u64;
+                let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, stream);
+                let score = face.path::<N>(&mut rng);
+                tally.score_path(&self.scene.captors[*captor], *channel, &score);
+            }
+        }
+    }
+
+    /// Emits and follows photons.
+    fn photons<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        strata: &Strata,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
         let (round, piece, block) = key;
         let (first, histories) = plan.range(block, piece);
-        let own;
-        let strata = if histories == self.full_piece.histories() {
-            &self.full_piece
-        } else {
-            own = Strata::new(&self.scene.lights, histories, N);
-            &own
-        };
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
         for index in 0..histories {
@@ -335,18 +410,18 @@ impl<'a> Run<'a> {
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);
         }
-        self.done.fetch_add(histories, Ordering::Relaxed);
     }
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
-        let wanted = self.settings.k > 0 && !self.scene.captors.is_empty();
+        let photons = matches!(self.work, Work::Photons(_));
+        let wanted = photons && self.settings.k > 0 && !self.scene.captors.is_empty();
         wanted
             .then(|| Mutex::new(MapBuilder::new(self.settings.map_photons, self.scene.bands.len())))
     }
 
     fn finish(
         &self,
-        totals: Totals,
+        mut totals: Totals,
         map: Option<Mutex<MapBuilder>>,
         plan: &Plan,
         end: End,
@@ -355,6 +430,7 @@ impl<'a> Run<'a> {
             let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
             builder.build(totals.histories, |key| plan.histories_before(key))
         });
+        totals.histories *= self.unit();
         Ok(Simulation { totals, map, end, threads: self.pool.current_num_threads() })
     }
 
@@ -377,6 +453,17 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// The faces of all captors.
+fn faces(scene: &Scene) -> Vec<(usize, Channel, Face<'_>)> {
+    let all = [Channel::Front, Channel::Back];
+    (0..scene.captors.len())
+        .flat_map(|captor| {
+            let faces = if scene.captors[captor].kind.has_back() { 2 } else { 1 };
+            all[..faces].iter().map(move |&face| (captor, face, Face::new(scene, captor, face)))
+        })
+        .collect()
 }
 
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

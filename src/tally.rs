@@ -1,7 +1,8 @@
 //! Tallies: what arrived where, in sums over a block of histories.
 
 use crate::{
-    captor::{CHANNELS, Channel},
+    captor::{CHANNELS, Captor, CaptorKind, Channel},
+    estimate::paths::PathScore,
     scene::Scene,
     spectrum::Spectrum,
     stats::Running,
@@ -115,6 +116,22 @@ impl Tally {
                 accumulate(&mut self.ledger.escaped, weights, power);
             }
             Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
+        }
+    }
+
+    /// Scores a path's estimate at a captor's face.
+    pub fn score_path<const N: usize>(
+        &mut self,
+        captor: &Captor,
+        face: Channel,
+        score: &PathScore<N>,
+    ) {
+        const ONE: [f64; 1] = [1.0];
+        let ones = ONE.repeat(self.bands);
+        self.segments += u64::from(score.rays);
+        self.add(captor.first_channel + face as usize, &ones, &score.flux);
+        if captor.kind == CaptorKind::Surface {
+            self.add(captor.first_channel + Channel::Absorbed as usize, &ones, &score.absorbed);
         }
     }
 

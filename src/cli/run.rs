@@ -20,7 +20,7 @@ use crate::{
     result::RunResult,
     result_file::{OutputFile, OutputFolder, write_csv, write_json},
     scene_file::{self, LoadedScene},
-    settings::{Checked, Settings},
+    settings::{Checked, Estimator, Settings},
     simulate::{Control, Progress, simulate},
 };
 
@@ -28,7 +28,10 @@ use crate::{
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Photons to trace, e.g. 5e6; with --tolerance: at most so many
+    /// How to read the captors: photons from the lights, or paths back from the captors
+    #[arg(long, value_enum)]
+    estimator: Option<Estimator>,
+    /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: at most so many
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
@@ -141,6 +144,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .remedy("add a captor, or `\"captor\": true` to an object"));
     }
     let settings = Settings {
+        estimator: arguments.estimator.unwrap_or(settings.estimator),
         photons: arguments.photons.or(settings.photons),
         seed: arguments.seed.unwrap_or(settings.seed),
         k: arguments.k.unwrap_or(settings.k),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
-    result::{CaptorResult, FaceResult, RunResult},
+    result::{CaptorResult, Energy, FaceResult, RunResult},
     settings::Settings,
     simulate::End,
 };
@@ -28,8 +28,8 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
     };
     let _ = writeln!(
         text,
-        "{}: {} photons in {} blocks, seed {}{reason}",
-        result.scene, result.photons, result.blocks, result.seed
+        "{}: {} {} in {} blocks, seed {}{reason}",
+        result.scene, result.photons, result.estimator, result.blocks, result.seed
     );
     energy(&mut text, result);
     let mut kinds = vec![("sensors", "virtual"), ("surfaces", "surface")];
@@ -41,7 +41,16 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
 }
 
 fn energy(text: &mut String, result: &RunResult) {
-    let energy = &result.energy;
+    let Energy {
+        emitted: Some(emitted),
+        absorbed: Some(absorbed),
+        escaped: Some(escaped),
+        lost: Some(lost),
+        ..
+    } = &result.energy
+    else {
+        return;
+    };
     let unit = result.unit.flux;
     let _ = writeln!(
         text,
@@ -57,10 +66,10 @@ fn energy(text: &mut String, result: &RunResult) {
             text,
             "  {:<22}{:>11}{:>11}{:>11}{:>11}",
             band.name,
-            short(energy.emitted[b]),
-            short(energy.absorbed[b]),
-            short(energy.escaped[b]),
-            short(energy.lost[b])
+            short(emitted[b]),
+            short(absorbed[b]),
+            short(escaped[b]),
+            short(lost[b])
         );
     }
 }
@@ -142,10 +151,11 @@ fn short(value: f64) -> String {
 
 fn warnings(result: &RunResult) -> Vec<String> {
     let mut warnings = Vec::new();
-    let energy = &result.energy;
-    let lost =
-        energy.lost.iter().zip(&energy.emitted).map(|(l, e)| if *e > 0.0 { l / e } else { 0.0 });
-    let lost = lost.fold(0.0, f64::max);
+    let Energy { emitted, lost, .. } = &result.energy;
+    let shares = lost.iter().flatten().zip(emitted.iter().flatten());
+    let shares =
+        shares.filter(|(_, emitted)| **emitted > 0.0).map(|(lost, emitted)| lost / emitted);
+    let lost = shares.fold(0.0, f64::max);
     if lost > MUCH_LOST {
         warnings.push(format!(
             "{:.2} % of the power was on paths cut off at the length limits (lost)",

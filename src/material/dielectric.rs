@@ -36,7 +36,7 @@ impl Dielectric {
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
         if choice.lobe == 0 {
             let total_reflection = fresnel.is_total();
-            let scatter = Scatter::new(at.mirrored(), Spectrum::ONE, false);
+            let scatter = Scatter::specular(at.mirrored(), Spectrum::ONE, false);
             return Some(Scatter { total_reflection, ..scatter });
         }
         let along = at.cos / eta - fresnel.cos_refracted;
@@ -46,7 +46,7 @@ impl Dielectric {
             Transport::Light => 1.0,
             Transport::Importance => 1.0 / (eta * eta),
         };
-        Some(Scatter::new(direction, self.tint.relative().scaled(scale), true))
+        Some(Scatter::specular(direction, self.tint.relative().scaled(scale), true))
     }
 
     #[inline]
@@ -85,13 +85,18 @@ impl Pane {
         let reflected = self.reflectance(at);
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
         Some(match choice.lobe {
-            0 => Scatter::new(at.mirrored(), Spectrum::ONE, false),
-            _ => Scatter::new(at.direction, self.tint.relative(), true),
+            0 => Scatter::specular(at.mirrored(), Spectrum::ONE, false),
+            _ => Scatter::specular(at.direction, self.tint.relative(), true),
         })
     }
 
     #[inline]
     pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
         complement(self.tint.fraction()).scaled(1.0 - self.reflectance(at))
+    }
+
+    /// Fraction that goes straight through, per band.
+    pub fn transmittance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+        self.tint.fraction().scaled(1.0 - self.reflectance(at))
     }
 }

@@ -86,7 +86,7 @@ impl Leaf {
         let choice = choose(fractions, rng.uniform())?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match choice.lobe {
-            0 => Scatter::new(at.mirrored(), scale(Spectrum::ONE), false),
+            0 => Scatter::specular(at.mirrored(), scale(Spectrum::ONE), false),
             1 => Scatter::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
             _ => Scatter::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
         })

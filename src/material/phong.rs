@@ -61,7 +61,7 @@ impl Phong {
             (0, _) => {
                 Scatter::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
             }
-            (1, None) => Scatter::new(at.mirrored(), scale(self.specular.relative()), false),
+            (1, None) => Scatter::specular(at.mirrored(), scale(self.specular.relative()), false),
             (1, Some(n)) => {
                 let around_mirror = cosine_power(n, rng.square());
                 let direction = Frame::new(at.mirrored()).to_world(around_mirror);

@@ -466,6 +466,8 @@ pub enum EstimatorFile {
     /// Photons from the lights.
     #[default]
     Photons,
+    /// Paths back from the captors.
+    Paths,
 }
 
 /// The view to render.
