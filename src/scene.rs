@@ -214,7 +214,8 @@ impl Scene {
     }
 
     fn build(parts: SceneParts) -> Result<Self> {
-        let place = || format!("scene {}", parts.name);
+        let name = parts.name.clone();
+        let place = || format!("scene {name}");
         if parts.lights.is_empty() {
             return Err(Error::input(place(), "it has no light").remedy("add one to /lights"));
         }
@@ -282,6 +283,10 @@ impl Scene {
                 captor_of_triangle.resize(captor_triangles.len(), index as u32);
             }
             let Moments { area, center, normal } = Moments::of(&corners);
+            if area <= 0.0 {
+                return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
+                    .remedy("leave it out, or correct its corners"));
+            }
             let first_channel =
                 captors.last().map_or(0, |c: &Captor| c.first_channel + c.kind.channels());
             captors.push(Captor {

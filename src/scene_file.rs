@@ -78,6 +78,8 @@ struct Loader {
     obj_files: HashMap<PathBuf, Rc<ObjFile>>,
     materials: materials::Library,
     groups: BTreeMap<String, usize>,
+    /// Names of captor entries and captor objects: each is a group of its own.
+    entries: HashSet<String>,
     captor_ids: HashSet<String>,
     triangles: usize,
     warnings: Vec<String>,
@@ -93,6 +95,7 @@ impl Loader {
             obj_files: HashMap::new(),
             materials: materials::Library::default(),
             groups: BTreeMap::new(),
+            entries: HashSet::new(),
             captor_ids: HashSet::new(),
             triangles: 0,
             warnings: Vec::new(),
@@ -391,6 +394,16 @@ impl Loader {
     fn group(&mut self, name: &str) -> usize {
         let next = self.groups.len();
         *self.groups.entry(name.to_string()).or_insert(next)
+    }
+
+    /// Takes the name of a captor entry or captor object, which must be new.
+    fn claim_group(&mut self, pointer: &str, name: &str) -> Result<()> {
+        if self.entries.insert(name.to_string()) {
+            return Ok(());
+        }
+        Err(self
+            .error(pointer, format!("a second captor entry or captor object named `{name}`"))
+            .remedy("give one of them a `name` of its own"))
     }
 
     /// Takes a captor's id, which must be new.

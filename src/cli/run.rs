@@ -40,7 +40,8 @@ pub(super) struct Arguments {
     /// Go on until the relative standard error of every captor, face and band is at most this
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// End at the first block border after this time (--photons and --tolerance end it too)
+    /// End soon after this time, if --photons or --tolerance have not ended it before: give a large
+    /// --photons. The photons that it reports, given as --photons, give the same results
     #[arg(long, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
     max_time: Option<Duration>,
     /// Photons of a k-nearest estimate; 0 makes none and stores no photons

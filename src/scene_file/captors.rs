@@ -12,20 +12,16 @@ const DISC_TRIANGLES: usize = 32;
 
 impl Loader {
     pub(super) fn load_captors(&mut self, captors: &[CaptorFile]) -> Result<()> {
-        let mut names: Vec<String> = Vec::new();
         for (i, file) in captors.iter().enumerate() {
             let pointer = format!("/captors/{i}");
             let name = self.entry_name(&pointer, file)?;
-            if names.contains(&name) {
-                return Err(self
-                    .error(pointer, format!("a second entry named `{name}`"))
-                    .remedy("give one of them a `name` of its own"));
-            }
+            self.claim_group(&pointer, &name)?;
             let mut groups = vec![self.group(&name)];
             groups.extend(file.group.as_ref().map(|group| self.group(group)));
+            groups.sort_unstable();
+            groups.dedup();
             let kind = CaptorKind::Virtual { both_sides: file.sides == SidesFile::Both };
-            let entry = Entry { pointer, name: name.clone(), kind, groups };
-            names.push(name);
+            let entry = Entry { pointer, name, kind, groups };
             match (&file.csv, &file.obj, &file.disc) {
                 (Some(csv), None, None) => self.load_csv(&entry, csv)?,
                 (None, Some(obj), None) => self.load_captor_obj(&entry, obj)?,

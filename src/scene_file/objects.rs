@@ -55,6 +55,9 @@ impl Loader {
             object.materials.push(material);
         }
 
+        if file.captor != SurfaceCaptorFile::Off {
+            self.claim_group(pointer, &object.name)?;
+        }
         let placements = self.placements(pointer, file.transform, file.instances.as_deref())?;
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
@@ -102,6 +105,8 @@ impl Loader {
                     groups.push(self.group(&format!("{}{copy}", object.name)));
                 }
                 groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
+                groups.sort_unstable();
+                groups.dedup();
                 Some(SurfaceCaptors {
                     groups,
                     of_group: vec![Seen::default(); object.obj.groups.len()],
@@ -124,6 +129,13 @@ impl Loader {
                 for triangle in triangles {
                     let id = format!("{id}/{}", seen.triangles);
                     seen.triangles += 1;
+                    if area(&triangle) == 0.0 {
+                        self.warn(
+                            object.pointer,
+                            format!("triangle `{id}` has no area: no captor"),
+                        );
+                        continue;
+                    }
                     let captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
                     let triangles = vec![triangle];
                     self.parts.surfaces.push(SurfacePart { material, captor, triangles });
