@@ -75,7 +75,8 @@ impl<'a> Face<'a> {
     pub fn path<const N: usize>(&self, rng: &mut Stream) -> PathScore<N> {
         let scene = self.scene;
         let area = self.cumulative_area[self.cumulative_area.len() - 1];
-        let chosen = self.cumulative_area.partition_point(|a| *a <= rng.uniform_fine() * area);
+        let target = rng.uniform_fine() * area;
+        let chosen = self.cumulative_area.partition_point(|a| *a <= target);
         let chosen = chosen.min(self.triangles.len() - 1);
         let triangle = &self.triangles[chosen];
         let weights = uniform_triangle(rng.square());
@@ -169,19 +170,13 @@ impl Path<'_, '_> {
         density: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<N>)> {
         let scene = self.scene;
-        let total: f32 = self.importances(at).sum();
-        let mut rest = self.rng.uniform() * total;
-        let mut chosen = None;
-        for (l, importance) in self.importances(at).enumerate() {
-            if importance > 0.0 {
-                chosen = Some((l, importance / total));
-                if rest < importance {
-                    break;
-                }
-            }
-            rest -= importance;
-        }
-        let (l, chance) = chosen?;
+        let choice = LightChoice::new(scene, at);
+        let mut rest = self.rng.uniform();
+        let chances = (0..scene.lights.len()).map(|l| (l, choice.chance(l)));
+        let (l, chance) = chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
+            rest -= chance;
+            rest < 0.0
+        })?;
         let light = &scene.lights[l];
         let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
         let towards = (sample.point - at.point).normalize();
@@ -198,15 +193,6 @@ impl Path<'_, '_> {
         let power = |b: usize| light.power.get(b).map_or(0.0, |p| *p as f32);
         let light = Spectrum(std::array::from_fn(|b| power(b) * scale));
         Some((towards, light * visible))
-    }
-
-    /// How much each light may contribute at a vertex.
-    fn importances(&self, at: &Vertex) -> impl Iterator<Item = f32> {
-        let (point, normal) = (at.point, at.one_sided);
-        self.scene.lights.iter().map(move |light| {
-            let power = light.power.iter().copied().fold(0.0, f64::max) as f32;
-            if power > 0.0 { power * light.importance(point, normal) } else { 0.0 }
-        })
     }
 
     /// Follows a path and adds up the light that it finds, times `throughput`.
@@ -267,8 +253,43 @@ impl Path<'_, '_> {
 
     /// Density with which [`next_event`](Self::next_event) at `at` chooses the direction of `hit`.
     fn light_density(&self, at: &Vertex, hit: &LightHit) -> f32 {
-        let total: f32 = self.importances(at).sum();
-        let own = self.importances(at).nth(hit.light).unwrap_or(0.0);
-        if own > 0.0 { own / total * hit.t * hit.t / (hit.shine.area * hit.cos) } else { 0.0 }
+        let chance = LightChoice::new(self.scene, at).chance(hit.light);
+        chance * hit.t * hit.t / (hit.shine.area * hit.cos)
+    }
+}
+
+/// The chances of the lights at a vertex: one half in proportion to what each may contribute
+/// there; the other half alike, for a dim lamp in a room that a bright one does not reach.
+struct LightChoice<'a> {
+    scene: &'a Scene,
+    at: Vertex,
+    total: f32,
+    count: usize,
+}
+
+impl<'a> LightChoice<'a> {
+    fn new(scene: &'a Scene, at: &Vertex) -> Self {
+        let mut choice = Self { scene, at: *at, total: 0.0, count: 0 };
+        for l in 0..scene.lights.len() {
+            let importance = choice.importance(l);
+            choice.total += importance;
+            choice.count += usize::from(importance > 0.0);
+        }
+        choice
+    }
+
+    /// About the irradiance of light `l` at the vertex; zero only where it sheds none directly.
+    fn importance(&self, l: usize) -> f32 {
+        let light = &self.scene.lights[l];
+        let power = light.power.iter().copied().fold(0.0, f64::max) as f32;
+        if power > 0.0 { power * light.importance(self.at.point, self.at.one_sided) } else { 0.0 }
+    }
+
+    fn chance(&self, l: usize) -> f32 {
+        let importance = self.importance(l);
+        if importance == 0.0 {
+            return 0.0;
+        }
+        0.5 * (importance / self.total + 1.0 / self.count as f32)
     }
 }
