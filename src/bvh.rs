@@ -44,9 +44,9 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Arranges `triangles`, all finite. Those without area are left out: no ray hits them. The same
-    /// triangles give the same structure on any number of threads (of the rayon pool it is called
-    /// in).
+    /// Arranges `triangles`, all finite. Those without area are left out: no ray hits them. It runs
+    /// in the caller's rayon pool; the same triangles give the same structure on any number of
+    /// threads.
     pub fn build(triangles: &[Triangle]) -> Self {
         build::build(triangles)
     }

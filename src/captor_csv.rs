@@ -8,6 +8,7 @@ use csv::{ByteRecord, ReaderBuilder, StringRecord};
 use glam::DVec3;
 
 use crate::error::{Error, Result, nearest};
+use crate::geometry::unit_vector;
 use crate::input::{RELATIVE, quoted, read_bytes};
 
 /// One row: a disc that counts light.
@@ -190,12 +191,10 @@ impl Header {
             return Err(place.error(problem).remedy("give the captor a size"));
         }
         let normal = DVec3::new(nx, ny, nz);
-        // scaled first, so that squares neither overflow nor vanish
-        let normal = (normal / normal.abs().max_element()).normalize_or_zero();
-        if normal == DVec3::ZERO {
+        let Some(normal) = unit_vector(normal) else {
             let remedy = "it says where the captor looks: 0,0,1 is up";
             return Err(place.error("the normal is 0,0,0").remedy(remedy));
-        }
+        };
         let id = self.id.map(|i| record[i].to_owned());
         if id.as_deref() == Some("") {
             let remedy = "give every row an id, or leave the column out";

@@ -26,7 +26,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Trace photons through a scene and write what its captors received
-    Run(run::Arguments),
+    Run(Box<run::Arguments>),
     /// Say what a scene holds, and warn of what looks wrong in it
     Check {
         /// Scene file (JSON)
@@ -44,7 +44,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => run::run(&arguments),
-        Command::Check { scene } => check::check(&scene),
+        Command::Check { scene } => check::run(&scene),
         Command::Schema { of } => schema::print(of),
     };
     let Err(error) = outcome else { return ExitCode::SUCCESS };

@@ -63,11 +63,27 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place, self.problem)?;
+        write!(f, "{}: {}", OneLine(&self.place), OneLine(&self.problem))?;
         match &self.remedy {
-            Some(remedy) => write!(f, "; {remedy}"),
+            Some(remedy) => write!(f, "; {}", OneLine(remedy)),
             None => Ok(()),
         }
+    }
+}
+
+/// Text of which parts may come from a file: without its control characters, and not without end.
+struct OneLine<'a>(&'a str);
+
+impl fmt::Display for OneLine<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const MOST: usize = 1000;
+        for c in self.0.chars().take(MOST) {
+            match c.is_control() {
+                true => write!(f, "{}", c.escape_default())?,
+                false => write!(f, "{c}")?,
+            }
+        }
+        if self.0.chars().nth(MOST).is_some() { f.write_str("...") } else { Ok(()) }
     }
 }
 
@@ -75,10 +91,34 @@ impl std::error::Error for Error {}
 
 /// The name in `known` nearest to `name`, where one is near enough to be a typo.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // comparing takes time and memory of the product of the lengths
+    let short = |name: &str| name.len() <= 100;
     known
         .into_iter()
+        .filter(|k| short(k) && short(name))
         .map(|k| (strsim::damerau_levenshtein(name, k), k))
         .filter(|(distance, k)| *distance <= (k.len().max(name.len()) / 2).max(1))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, k)| k)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_stays_on_one_line_and_has_an_end() {
+        let error = Error::input("a\nb", "x".repeat(1_000_000)).remedy("\u{1b}[2J");
+        let sentence = error.to_string();
+        assert!(sentence.starts_with("a\\nb: xxx"), "{sentence}");
+        assert!(sentence.ends_with("x...; \\u{1b}[2J"), "{sentence}");
+        assert!(sentence.len() < 1100);
+    }
+
+    #[test]
+    fn a_typo_is_near_and_a_novel_is_not() {
+        assert_eq!(nearest("bnads", ["unit", "bands"]), Some("bands"));
+        assert_eq!(nearest("water", ["unit", "bands"]), None);
+        assert_eq!(nearest(&"x".repeat(100_000_000), ["unit"]), None);
+    }
 }

@@ -3,6 +3,9 @@
 
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
+#[cfg(test)]
+mod tests;
+
 /// A half-line: `origin + t direction`, t > 0; `direction` is of unit length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
@@ -43,7 +46,10 @@ impl Triangle {
 
     /// Unit normal of the front; zero for a triangle without area.
     pub fn normal(&self) -> Vec3 {
-        self.cross().normalize_or_zero()
+        let cross = self.cross();
+        // the squares of a very small area vanish
+        let tiny = cross.length_squared() < 1e-30;
+        if tiny { cross / cross.abs().max_element() } else { cross }.normalize_or_zero()
     }
 
     /// Mean of the corners.
@@ -144,6 +150,49 @@ fn edge_in_disc(p: Vec2, q: Vec2, r2: f32) -> f32 {
     area
 }
 
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Lowest coordinates, m.
+    pub min: Vec3,
+    /// Highest coordinates, m.
+    pub max: Vec3,
+}
+
+impl Extent {
+    /// The box around `points`; around none, one that joins others without a trace.
+    pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
+        let none = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+        points.into_iter().fold(none, |e, p| Self { min: e.min.min(p), max: e.max.max(p) })
+    }
+
+    /// The box around `triangles`.
+    pub fn of_triangles<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> Self {
+        Self::of(triangles.into_iter().flat_map(|t| [t.a, t.b, t.c]))
+    }
+
+    /// The box around both.
+    pub fn join(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Lengths of the sides, m; zero around no point.
+    pub fn size(&self) -> Vec3 {
+        (self.max - self.min).max(Vec3::ZERO)
+    }
+
+    /// Its middle.
+    pub fn center(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Whether the two are farther apart than `gap`, m, along some axis.
+    pub fn is_clear_of(&self, other: &Self, gap: f32) -> bool {
+        let gap = Vec3::splat(gap);
+        (self.min - gap).cmpgt(other.max).any() || (other.min - gap).cmpgt(self.max).any()
+    }
+}
+
 /// A right-handed orthonormal frame around a normal.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
@@ -174,6 +223,12 @@ impl Frame {
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         v.x * self.tangent + v.y * self.bitangent + v.z * self.normal
     }
+}
+
+/// The direction of `v`; none where it has no length or is not finite. Squares neither overflow nor
+/// vanish.
+pub fn unit_vector(v: DVec3) -> Option<DVec3> {
+    (v / v.abs().max_element()).try_normalize()
 }
 
 /// Scale, then rotation about x, then y, then z, then translation.
@@ -211,9 +266,11 @@ impl Transform {
 /// A convex one becomes a fan; one that no ear can be cut from yields what could be cut.
 pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     let fan = || (1..polygon.len().saturating_sub(1)).map(|i| [0, i, i + 1]).collect();
-    // Newell's normal: robust for collinear corners and slightly bent polygons
+    // Newell's normal: robust for collinear corners and slightly bent polygons; from a corner, as
+    // nothing would be left of a small polygon far from the origin
     let n = polygon.len();
-    let normal: DVec3 = (0..n).map(|i| polygon[i].cross(polygon[(i + 1) % n])).sum();
+    let from_first = |i: usize| polygon[i] - polygon[0];
+    let normal: DVec3 = (1..n).map(|i| from_first(i).cross(from_first((i + 1) % n))).sum();
     let convex = (0..n).all(|i| {
         let (p, q, r) = (polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]);
         (q - p).cross(r - q).dot(normal) >= 0.0
@@ -223,7 +280,7 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     }
     let z = normal.normalize();
     let (x, y) = z.any_orthonormal_pair();
-    let flat = polygon.iter().map(|p| [p.dot(x), p.dot(y)]);
+    let flat = (0..n).map(from_first).map(|p| [p.dot(x), p.dot(y)]);
     let mut corners: Vec<usize> = Vec::new();
     earcut::Earcut::new().earcut(flat, &[], &mut corners);
     let mut triangles: Vec<[usize; 3]> = corners.as_chunks::<3>().0.to_vec();

@@ -1,10 +1,14 @@
 //! The bytes of an input file, or a few words that say why they cannot be had.
 
-use std::io::ErrorKind;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// The remedy where a file cannot be read.
 pub const RELATIVE: &str = "paths are relative to the file that names them";
+
+/// The longest file that is read, bytes: 20 million triangles fit.
+const LONGEST: u64 = 2 << 30;
 
 /// Reads the whole of a regular file. The error is the problem alone, in words that fit behind
 /// `path: `; the caller knows the place that names the file.
@@ -17,7 +21,18 @@ pub fn read_bytes(path: &Path) -> std::result::Result<Vec<u8>, String> {
     if !metadata.is_file() {
         return Err("is not a regular file".into());
     }
-    std::fs::read(path).map_err(|e| words(&e))
+    read_up_to(path, LONGEST)
+}
+
+/// The length that the system tells may be wrong, or grow.
+fn read_up_to(path: &Path, longest: u64) -> std::result::Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|e| words(&e))?;
+    file.take(longest + 1).read_to_end(&mut bytes).map_err(|e| words(&e))?;
+    match bytes.len() as u64 > longest {
+        true => Err(format!("is longer than {longest} bytes")),
+        false => Ok(bytes),
+    }
 }
 
 fn words(error: &std::io::Error) -> String {
@@ -47,6 +62,8 @@ mod tests {
         let file = dir.path().join("a");
         std::fs::write(&file, b"x").unwrap();
         assert_eq!(read_bytes(&file).unwrap(), b"x");
+        assert_eq!(read_up_to(&file, 1).unwrap(), b"x");
+        assert_eq!(read_up_to(&file, 0).unwrap_err(), "is longer than 0 bytes");
         #[cfg(unix)]
         assert_eq!(read_bytes(Path::new("/dev/zero")).unwrap_err(), "is not a regular file");
     }

@@ -49,14 +49,19 @@ mod captor_csv;
 mod result_file;
 mod scene_file;
 
+mod check;
+
 pub mod cli;
 
+#[cfg(test)]
+mod odds;
 #[cfg(test)]
 mod spoil;
 
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
+pub use check::{MaterialSummary, SceneSummary, check};
 pub use error::{Error, ErrorKind, Result};
-pub use geometry::{Frame, Ray, Transform, Triangle};
+pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,

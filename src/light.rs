@@ -1,14 +1,17 @@
 //! Where photons start: point, spot, tube and area lights.
 
-use std::f32::consts::PI;
+use std::{collections::BinaryHeap, f32::consts::PI};
 
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::{
-    geometry::{Frame, Ray, Triangle},
+    geometry::{Extent, Frame, Ray, Triangle, unit_vector},
     rng::Stream,
     sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
 };
+
+#[cfg(test)]
+mod tests;
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
@@ -88,7 +91,7 @@ impl Light {
     /// From its shape, with coordinates taken relative to `center`.
     pub fn new(name: String, power: Vec<f64>, shape: &LightShape, center: DVec3) -> Self {
         let local = |p: DVec3| (p - center).as_vec3();
-        let along = |v: DVec3| Frame::new(v.normalize().as_vec3().normalize());
+        let along = |v: DVec3| Frame::new(unit_vector(v).unwrap_or(DVec3::Z).as_vec3().normalize());
         let emitter = match shape {
             LightShape::Point { position } => Emitter::Cone {
                 position: local(*position),
@@ -112,12 +115,18 @@ impl Light {
             LightShape::Area { triangles, two_sided } => {
                 let mut area = 0.0;
                 let mut cumulative_area = Vec::with_capacity(triangles.len());
-                for [a, b, c] in triangles {
-                    area += 0.5 * (*b - *a).cross(*c - *a).length();
-                    cumulative_area.push(area);
+                let mut solid = Vec::with_capacity(triangles.len());
+                for corners in triangles {
+                    let triangle = Triangle::from(corners.map(local));
+                    // a sliver that rounding has left without a front emits nothing
+                    if triangle.normal() != Vec3::ZERO {
+                        let [a, b, c] = corners;
+                        area += 0.5 * (*b - *a).cross(*c - *a).length();
+                        cumulative_area.push(area);
+                        solid.push(triangle);
+                    }
                 }
-                let triangles = triangles.iter().map(|t| Triangle::from(t.map(local))).collect();
-                Emitter::Area { triangles, cumulative_area, two_sided: *two_sided }
+                Emitter::Area { triangles: solid, cumulative_area, two_sided: *two_sided }
             }
         };
         let ball = emitter.ball();
@@ -245,6 +254,19 @@ impl Light {
         let area = 2.0 * PI * radius * length;
         let cos = -(o + t * d).dot(d) / radius;
         Some(TubeHit { t, cos, shine: Shine { radiance: 1.0 / (PI * area), area } })
+    }
+
+    /// A box around it, m from the centre of the scene.
+    pub fn extent(&self) -> Extent {
+        match &self.emitter {
+            Emitter::Cone { position, .. } => Extent::of([*position]),
+            Emitter::Tube { from, axis, radius, .. } => {
+                let r = Vec3::splat(*radius);
+                Extent::of([*from, *from + *axis].into_iter().flat_map(|p| [p - r, p + r]))
+            }
+            Emitter::IsotropicLine { from, axis } => Extent::of([*from, *from + *axis]),
+            Emitter::Area { triangles, .. } => Extent::of_triangles(triangles),
+        }
     }
 
     /// The ray of one photon. It starts `offset` metres off a light that has a surface.
@@ -429,15 +451,17 @@ fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
         rest -= 1;
     }
     // the minimum of one may have handed out too many: the largest give back
-    while rest < 0 {
-        let l = (0..counts.len()).max_by_key(|&l| counts[l]).expect("there is a light");
-        counts[l] -= 1;
-        rest += 1;
+    let mut largest: BinaryHeap<(u64, usize)> =
+        counts.iter().enumerate().map(|(l, &count)| (count, l)).collect();
+    for _ in rest..0 {
+        let mut top = largest.peek_mut().expect("there is a light");
+        top.0 -= 1;
+        counts[top.1] -= 1;
     }
     counts
 }
 
-/// The number nearest to the golden section of `n` that has no common divisor with it.
+/// The first number from the golden section of `n` up that has no common divisor with it.
 fn golden_stride(n: u64) -> u64 {
     let golden = (n as f64 * 0.618_033_988_749_895) as u64;
     let coprime = |&k: &u64| gcd(k, n) == 1;

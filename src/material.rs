@@ -4,6 +4,8 @@ mod dielectric;
 mod fresnel;
 mod leaf;
 mod phong;
+#[cfg(test)]
+mod tests;
 
 pub use dielectric::{Dielectric, Pane};
 pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};
@@ -91,8 +93,8 @@ struct Lobe {
 impl Lobe {
     fn new(fractions: &[f32]) -> Self {
         let largest = fractions.iter().copied().fold(0.0, f32::max);
-        let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
-        Self { largest, relative: fractions.iter().map(|f| f * scale).collect() }
+        let divisor = if largest > 0.0 { largest } else { 1.0 };
+        Self { largest, relative: fractions.iter().map(|f| f / divisor).collect() }
     }
 
     #[inline]

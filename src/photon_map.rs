@@ -5,6 +5,9 @@ use std::{collections::BTreeMap, num::NonZero, ops::Range};
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+#[cfg(test)]
+mod tests;
+
 /// A photon that arrived on, or crossed, a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
@@ -62,6 +65,11 @@ impl MapBuilder {
     /// For at most `limit` arrivals of `bands` bands.
     pub fn new(limit: usize, bands: usize) -> Self {
         Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
+    }
+
+    /// The most arrivals that are kept.
+    pub fn limit(&self) -> usize {
+        self.limit
     }
 
     /// Whether arrivals of this piece may still be kept.
@@ -197,15 +205,8 @@ fn tree_of(arrivals: &[Arrival]) -> Option<ImmutableKdTree<f32, 3>> {
 /// once by a generic rotation.
 fn turned(p: Vec3) -> [f32; 3] {
     const ROTATION: Mat3 = Mat3::from_cols_array(&[
-        -0.727_502,
-        -0.170_519_7,
-        0.664_577_97,
-        -0.375_651_2,
-        -0.711_547_26,
-        -0.593_790_1,
-        0.574_131_54,
-        -0.681_632_99,
-        0.453_596_12,
+        -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132,
+        -0.681_633, 0.453_596,
     ]);
     (ROTATION * p).to_array()
 }

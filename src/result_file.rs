@@ -28,34 +28,55 @@ pub struct OutputFile {
 
 #[derive(Debug)]
 enum Target {
-    Temporary(tempfile::NamedTempFile),
+    /// Goes to this place, a path without links, when it is whole.
+    Temporary(tempfile::NamedTempFile, PathBuf),
     /// A device or pipe, which no rename can replace.
     Special,
 }
 
 impl OutputFile {
-    /// Prepares to write `path`. Errors: it is a directory, its folder is missing or not writable.
+    /// Prepares to write `path`. Errors: it is a directory or write-protected, its folder is missing
+    /// or not writable.
     pub fn create(path: &Path) -> Result<Self> {
-        let fail = |problem: String| Error::input(path.display(), problem);
-        let kind = fs::metadata(path).map(|metadata| metadata.file_type());
-        let target = match kind {
-            Ok(kind) if kind.is_dir() => {
-                return Err(fail("is a directory".into()).remedy("name a file in it"));
-            }
-            Ok(kind) if !kind.is_file() => Target::Special,
-            Ok(_) | Err(_) => {
-                let folder = folder_of(path);
-                if !folder.is_dir() {
-                    return Err(fail(format!("there is no folder {}", folder.display()))
-                        .remedy("create it, or write elsewhere"));
-                }
-                let file = temporary(&folder).map_err(|e| {
-                    fail(format!("cannot be written: {e}")).remedy("write elsewhere")
-                })?;
-                Target::Temporary(file)
-            }
+        let fail = |problem: String, remedy: &str| {
+            Err(Error::input(path.display(), problem).remedy(remedy))
         };
-        Ok(Self { path: path.to_path_buf(), target })
+        let place = match fs::metadata(path) {
+            Ok(kind) if kind.is_dir() => {
+                return fail("is a directory".into(), "name a file in it");
+            }
+            Ok(kind) if !kind.is_file() => {
+                return Ok(Self { path: path.to_path_buf(), target: Target::Special });
+            }
+            Ok(kind) if kind.permissions().readonly() => {
+                return fail("is write-protected".into(), "write elsewhere");
+            }
+            // a rename would replace a link
+            Ok(_) => fs::canonicalize(path),
+            Err(_) => new_place(path),
+        };
+        let place = match place {
+            Ok(place) => place,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                let problem = format!("there is no folder {}", folder_of(path).display());
+                return fail(problem, "create it, or write elsewhere");
+            }
+            Err(e) => return fail(format!("cannot be written: {e}"), "write elsewhere"),
+        };
+        match temporary(&folder_of(&place)) {
+            Ok(file) => {
+                Ok(Self { path: path.to_path_buf(), target: Target::Temporary(file, place) })
+            }
+            Err(e) => fail(format!("cannot be written: {}", e.kind()), "write elsewhere"),
+        }
+    }
+
+    /// Where the file will be, a path without links; none for a device or a pipe.
+    pub fn place(&self) -> Option<&Path> {
+        match &self.target {
+            Target::Temporary(_, place) => Some(place),
+            Target::Special => None,
+        }
     }
 
     /// Writes the content and puts the file in its place.
@@ -66,9 +87,9 @@ impl OutputFile {
                 .write(true)
                 .open(&path)
                 .and_then(|file| buffered(file, content)),
-            Target::Temporary(mut file) => buffered(file.as_file_mut(), content)
+            Target::Temporary(mut file, place) => buffered(file.as_file_mut(), content)
                 .and_then(|()| file.as_file().sync_all())
-                .and_then(|()| file.persist(&path).map(drop).map_err(|e| e.error)),
+                .and_then(|()| file.persist(&place).map(drop).map_err(|e| e.error)),
         };
         written.map_err(|e| Error::run(path.display(), format!("cannot be written: {e}")))
     }
@@ -87,6 +108,22 @@ fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),
+    }
+}
+
+/// The place of a file that is not there yet.
+fn new_place(path: &Path) -> io::Result<PathBuf> {
+    let name = match path.file_name() {
+        Some(name) if !path.as_os_str().as_encoded_bytes().ends_with(b"/") => name,
+        _ => return Err(io::Error::other("it does not name a file")),
+    };
+    let place = fs::canonicalize(folder_of(path))?.join(name);
+    // a name that is too long, or passes through a file, is found now and not when all is done
+    match fs::symlink_metadata(&place) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => {
+            Err(io::Error::other(e.kind().to_string()))
+        }
+        _ => Ok(place),
     }
 }
 
@@ -122,19 +159,41 @@ struct SingleCaptor<'a> {
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    staging: tempfile::TempDir,
+    staging: Option<tempfile::TempDir>,
+    /// Whether it was not there before.
+    new: bool,
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        self.staging = None;
+        if self.new {
+            // only if it is empty: nothing was written
+            let _ = fs::remove_dir(&self.path);
+        }
+    }
 }
 
 impl OutputFolder {
     /// Prepares to write into `path`, and creates it. Errors: it cannot be created or written.
     pub fn create(path: &Path) -> Result<Self> {
-        fs::create_dir_all(path)
-            .and_then(|()| tempfile::Builder::new().prefix(".phylux-").tempdir_in(path))
-            .map(|staging| Self { path: path.to_path_buf(), staging })
-            .map_err(|e| {
-                Error::input(path.display(), format!("cannot be written: {e}"))
-                    .remedy("write elsewhere")
-            })
+        let fail =
+            |problem: String| Error::input(path.display(), problem).remedy("write elsewhere");
+        if path.exists() && !path.is_dir() {
+            return Err(fail("is a file, not a folder".into()));
+        }
+        if !folder_of(path).is_dir() {
+            return Err(fail(format!("there is no folder {}", folder_of(path).display())));
+        }
+        let new = !path.exists();
+        let made = if new { fs::create_dir(path) } else { Ok(()) };
+        let mut folder = made
+            .map(|()| Self { path: path.to_path_buf(), staging: None, new })
+            .map_err(|e| fail(format!("cannot be created: {}", e.kind())))?;
+        let staging = tempfile::Builder::new().prefix(".phylux-").tempdir_in(path);
+        let staging = staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
+        folder.staging = Some(staging);
+        Ok(folder)
     }
 
     /// Writes one JSON file for each captor, all of them before any is put in its place.
@@ -144,6 +203,7 @@ impl OutputFolder {
     }
 
     fn stage(&self, result: &RunResult) -> io::Result<()> {
+        let staging = self.staging.as_ref().map_or(&*self.path, |staging| staging.path());
         let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()));
         for (captor, name) in result.captors.iter().zip(&names) {
             let single = SingleCaptor {
@@ -155,16 +215,14 @@ impl OutputFolder {
                 bands: &result.bands,
                 captor,
             };
-            let file = fs::File::create(self.staging.path().join(name))?;
+            let file = fs::File::create(staging.join(name))?;
             buffered(file, |writer| {
                 single
                     .serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
                 writer.write_all(b"\n")
             })?;
         }
-        names
-            .iter()
-            .try_for_each(|name| fs::rename(self.staging.path().join(name), self.path.join(name)))
+        names.iter().try_for_each(|name| fs::rename(staging.join(name), self.path.join(name)))
     }
 }
 

@@ -225,18 +225,25 @@ impl Scene {
         }
         let bounds = Bounds::of(&parts);
         if !bounds.finite {
-            return Err(Error::input(place(), "a coordinate is not finite")
-                .remedy("give every coordinate a finite number"));
+            return Err(Error::input(place(), "a coordinate is not finite once it is placed")
+                .remedy("check the unit, transforms and coordinates"));
         }
         let center = bounds.center();
         let radius = bounds.radius();
-        if !(1e-9..=1e9).contains(&radius) {
-            return Err(Error::input(place(), format!("its half diagonal is {radius:.2e} m"))
-                .remedy("check /unit and the coordinates"));
+        if !(1e-6..=1e9).contains(&radius) {
+            let problem = format!("its half diagonal is {radius:.2e} m, must be 1e-6 to 1e9 m");
+            return Err(
+                Error::input(place(), problem).remedy("check the unit, transforms and coordinates")
+            );
         }
         let radius = radius as f32;
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
 
+        for light in &parts.lights {
+            if let LightShape::Area { triangles, .. } = &light.shape {
+                check_rounding(("light", &light.name), triangles, local, radius)?;
+            }
+        }
         let lights: Vec<Light> = parts
             .lights
             .into_iter()
@@ -279,6 +286,7 @@ impl Scene {
                 CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
             };
             if let CaptorKind::Virtual { .. } = part.kind {
+                check_rounding(("captor", &part.id), &corners, local, radius)?;
                 captor_triangles.extend(corners.iter().map(local));
                 captor_of_triangle.resize(captor_triangles.len(), index as u32);
             }
@@ -529,6 +537,30 @@ impl Scene {
                 .is_some()
         })
     }
+}
+
+/// Refuses a shape so small against the scene that single precision changes its area.
+fn check_rounding(
+    (what, name): (&str, &str),
+    corners: &[[DVec3; 3]],
+    local: impl Fn(&[DVec3; 3]) -> Triangle,
+    radius: f32,
+) -> Result<()> {
+    const TOLERATED: f64 = 0.02;
+    let exact = Moments::of(corners).area;
+    let rounded = |t| {
+        let Triangle { a, b, c } = local(t);
+        [a, b, c].map(|p| p.as_dvec3())
+    };
+    let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
+    if exact > 0.0 && (rounded - exact).abs() <= TOLERATED * exact {
+        return Ok(());
+    }
+    let problem = format!(
+        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of a scene {:.1e} m across",
+        2.0 * radius
+    );
+    Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))
 }
 
 /// The triangle parallel to `normal` within `reach` of `point`.

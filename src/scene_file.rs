@@ -2,6 +2,8 @@
 
 mod captors;
 mod format;
+#[cfg(test)]
+mod fuzz;
 mod json;
 mod lights;
 mod materials;
@@ -21,22 +23,33 @@ use format::{CameraFile, Count, EstimatorFile, PerBand, SettingsFile, TransformF
 
 use crate::{
     error::{Error, Result, nearest},
-    geometry::Transform,
+    geometry::{Transform, unit_vector},
     input::read_bytes,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
     settings::{Checked, Estimator, Settings},
     spectrum::{MAX_BANDS, lanes},
+    units::LengthUnit,
 };
 
-/// The most triangles in a scene, surfaces and captors together.
+/// The longest scene file, bytes; its OBJ and CSV files may be longer.
+const MAX_JSON: usize = 64 << 20;
+/// The most triangles in a scene: surfaces, captors and lights together.
 const MAX_TRIANGLES: usize = 20_000_000;
+/// The most captors.
+const MAX_CAPTORS: usize = 2_000_000;
+/// The most lights.
+const MAX_LIGHTS: usize = 1_000_000;
+/// The most numbers for the bands of all materials and lights.
+const MAX_NUMBERS: usize = 100_000_000;
 
 /// A scene as loaded from files.
 #[derive(Debug)]
 pub struct LoadedScene {
     /// The scene.
     pub scene: Scene,
+    /// The unit of every length in the file; the scene itself is in metres.
+    pub unit: LengthUnit,
     /// How the file asks to run it.
     pub settings: Settings,
     /// What a user should know before trusting a result.
@@ -45,6 +58,8 @@ pub struct LoadedScene {
     pub unused_materials: Vec<String>,
     /// Thin leaves whose transmittance differs between the faces.
     pub non_reciprocal_leaves: Vec<String>,
+    /// The scene file and the OBJ and CSV files that it names.
+    pub files: Vec<PathBuf>,
 }
 
 /// Loads the scene at `path`. Errors name the file and the place in it.
@@ -57,6 +72,10 @@ pub fn load(path: &Path) -> Result<LoadedScene> {
 /// Like [`load`], from the bytes of the file at `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedScene> {
     let name = path.display().to_string();
+    if bytes.len() > MAX_JSON {
+        return Err(Error::input(&name, format!("is longer than {MAX_JSON} bytes"))
+            .remedy("put shapes into OBJ files and sensors into CSV files"));
+    }
     let text = std::str::from_utf8(bytes).map_err(|e| {
         Error::input(&name, format!("is not text: byte {} is not UTF-8", e.valid_up_to()))
             .remedy("a scene is a JSON file")
@@ -76,11 +95,13 @@ struct Loader {
     bands: usize,
     parts: SceneParts,
     obj_files: HashMap<PathBuf, Rc<ObjFile>>,
+    csv_files: Vec<PathBuf>,
     materials: materials::Library,
     groups: BTreeMap<String, usize>,
     /// Names of captor entries and captor objects: each is a group of its own.
     entries: HashSet<String>,
     captor_ids: HashSet<String>,
+    light_names: HashSet<String>,
     triangles: usize,
     warnings: Vec<String>,
 }
@@ -93,10 +114,12 @@ impl Loader {
             bands: 0,
             parts: SceneParts::default(),
             obj_files: HashMap::new(),
+            csv_files: Vec::new(),
             materials: materials::Library::default(),
             groups: BTreeMap::new(),
             entries: HashSet::new(),
             captor_ids: HashSet::new(),
+            light_names: HashSet::new(),
             triangles: 0,
             warnings: Vec::new(),
         };
@@ -112,6 +135,13 @@ impl Loader {
         if let Some(camera) = &file.camera {
             self.check_camera(camera)?;
         }
+        let spectra = file.materials.len() + file.lights.len();
+        if spectra * lanes(self.bands) > MAX_NUMBERS {
+            let problem = format!("{} bands for {spectra} materials and lights", self.bands);
+            return Err(self
+                .error("/bands", problem + ": more than memory holds")
+                .remedy("use fewer bands"));
+        }
         self.load_materials(&file.materials)?;
         self.load_objects(&file.objects)?;
         self.load_lights(&file.lights)?;
@@ -123,6 +153,9 @@ impl Loader {
         }
         let unused_materials = self.materials.unused();
         let non_reciprocal_leaves = self.materials.non_reciprocal();
+        let mut files = vec![self.path.clone()];
+        files.extend(self.obj_files.into_keys());
+        files.append(&mut self.csv_files);
         let mut groups: Vec<(usize, String)> =
             self.groups.into_iter().map(|(name, index)| (index, name)).collect();
         groups.sort();
@@ -132,10 +165,12 @@ impl Loader {
         let scene = Scene::new(self.parts).map_err(|e| e.at(name))?;
         Ok(LoadedScene {
             scene,
+            unit: file.unit,
             settings,
             warnings: self.warnings,
             unused_materials,
             non_reciprocal_leaves,
+            files,
         })
     }
 
@@ -156,12 +191,12 @@ impl Loader {
                     .error(pointer, format!("a second band named `{}`", band.name))
                     .remedy("give each band a name of its own"));
             }
-            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm) {
-                if from >= to {
-                    return Err(self
-                        .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
-                        .remedy("swap or correct them"));
-                }
+            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm)
+                && from >= to
+            {
+                return Err(self
+                    .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
+                    .remedy("swap or correct them"));
             }
             for (key, nm) in [("from_nm", band.from_nm), ("to_nm", band.to_nm)] {
                 if let Some(nm) = nm {
@@ -212,9 +247,7 @@ impl Loader {
 
     fn settings(&self, file: &SettingsFile) -> Result<Settings> {
         let default = Settings::default();
-        let wrong = |key: &str, why: String| {
-            self.error(format!("/settings/{key}"), why).remedy("change it")
-        };
+        let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
         let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
             count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
         };
@@ -245,18 +278,18 @@ impl Loader {
     }
 
     fn check_camera(&self, camera: &CameraFile) -> Result<()> {
-        let look = DVec3::from(camera.look_at) - DVec3::from(camera.position);
-        let up = DVec3::from(camera.up.unwrap_or([0.0, 0.0, 1.0]));
-        if look.cross(up).length() == 0.0 {
+        let look = unit_vector(DVec3::from(camera.look_at) - DVec3::from(camera.position));
+        let up = unit_vector(camera.up.unwrap_or([0.0, 0.0, 1.0]).into());
+        if look.zip(up).is_none_or(|(look, up)| look.cross(up).length() < 1e-9) {
             return Err(self
                 .error("/camera", "`look_at` is the position itself, or straight along `up`")
                 .remedy("move one of them"));
         }
-        if let Some(fov) = camera.fov_deg {
-            if !(fov > 0.0 && fov < 180.0) {
-                let problem = format!("{fov}, must be between 0 and 180");
-                return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
-            }
+        if let Some(fov) = camera.fov_deg
+            && !(fov > 0.0 && fov < 180.0)
+        {
+            let problem = format!("{fov}, must be between 0 and 180");
+            return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
         }
         for (key, count) in [("width", camera.width), ("height", camera.height)] {
             if let Some(count) = count {
@@ -272,7 +305,12 @@ impl Loader {
     }
 
     fn warn(&mut self, place: impl Display, problem: impl Display) {
-        self.warnings.push(format!("{place}: {problem}"));
+        const MOST: usize = 100;
+        match self.warnings.len() {
+            0..MOST => self.warnings.push(format!("{place}: {problem}")),
+            MOST => self.warnings.push("and more warnings than these".into()),
+            _ => {}
+        }
     }
 
     /// Refuses a number outside [`low`, `high`].
@@ -284,7 +322,8 @@ impl Loader {
             f64::MAX => format!("at least {low}"),
             _ => format!("from {low} to {high}"),
         };
-        Err(self.error(pointer, format!("{value}, must be {range}")).remedy("change it"))
+        let error = self.error(pointer, format!("{value:?}, must be {range}"));
+        Err(if high == 1.0 && value > 1.0 { error.remedy("75 % is 0.75") } else { error })
     }
 
     /// One number per band, each in [0, `high`].
@@ -301,7 +340,8 @@ impl Loader {
                 Ok(values.clone())
             }
             PerBand::Each(values) => {
-                let problem = format!("{} numbers for {} bands", values.len(), self.bands);
+                let s = if self.bands == 1 { "" } else { "s" };
+                let problem = format!("{} numbers for {} band{s}", values.len(), self.bands);
                 Err(self.error(pointer, problem).remedy("give one number, or one per band"))
             }
         }
@@ -376,14 +416,19 @@ impl Loader {
         triangles: &[[DVec3; 3]],
         transform: &Transform,
     ) -> Result<Vec<[DVec3; 3]>> {
-        self.triangles += triangles.len();
-        if self.triangles > MAX_TRIANGLES {
-            return Err(self
-                .error("", format!("more than {MAX_TRIANGLES} triangles"))
-                .remedy("use fewer instances or coarser meshes"));
-        }
+        self.count_triangles(triangles.len())?;
         let metres = self.metres;
         Ok(triangles.iter().map(|t| t.map(|p| transform.point(p * metres))).collect())
+    }
+
+    fn count_triangles(&mut self, more: usize) -> Result<()> {
+        self.triangles += more;
+        if self.triangles <= MAX_TRIANGLES {
+            return Ok(());
+        }
+        Err(self
+            .error("", format!("more than {MAX_TRIANGLES} triangles"))
+            .remedy("use fewer instances, coarser meshes or fewer captors"))
     }
 
     fn point(&self, p: [f64; 3]) -> DVec3 {
@@ -408,6 +453,11 @@ impl Loader {
 
     /// Takes a captor's id, which must be new.
     fn claim_id(&mut self, pointer: &str, id: &str) -> Result<()> {
+        if self.captor_ids.len() == MAX_CAPTORS {
+            return Err(self
+                .error(pointer, format!("more than {MAX_CAPTORS} captors"))
+                .remedy("let groups count in place of triangles, or fewer instances"));
+        }
         if self.captor_ids.insert(id.to_string()) {
             return Ok(());
         }
@@ -424,14 +474,17 @@ fn stem(path: &Path) -> String {
 
 /// Adds to an error about an unknown `name` the nearest known one, or all.
 fn unknown<'a>(error: Error, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Error {
-    let all: Vec<&str> = known.clone().collect();
-    if all.is_empty() {
-        return error.remedy("there is none");
-    }
-    match nearest(name, known) {
-        Some(near) => {
-            error.remedy(format!("did you mean `{near}`? (there are {})", all.join(", ")))
+    let mut all: Vec<&str> = known.clone().take(21).collect();
+    let list = match all.len() {
+        0 => return error.remedy("there is none"),
+        21 => {
+            all[20] = "...";
+            format!("there are {}", all.join(", "))
         }
-        None => error.remedy(format!("there are {}", all.join(", "))),
+        _ => format!("there are {}", all.join(", ")),
+    };
+    match nearest(name, known) {
+        Some(near) => error.remedy(format!("did you mean `{near}`? ({list})")),
+        None => error.remedy(list),
     }
 }

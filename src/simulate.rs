@@ -34,6 +34,10 @@ const PIECE: u64 = 1024;
 const MIN_PATHS: u64 = 100;
 /// The most memory that a run with a time limit may take for its block sums, bytes.
 const MAX_OPEN_BYTES: usize = 4 << 30;
+/// The most memory that a run may take for its sums and results, bytes.
+const MAX_SUM_BYTES: usize = 16 << 30;
+/// The most memory that the photon map may take, bytes. Building it takes twice as much.
+const MAX_MAP_BYTES: usize = 3 << 30;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
@@ -156,6 +160,7 @@ impl<'a> Run<'a> {
             .num_threads(settings.threads)
             .build()
             .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+        check_memory(scene, pool.current_num_threads())?;
         let work = match settings.estimator {
             Estimator::Photons => {
                 let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
@@ -388,9 +393,13 @@ impl<'a> Run<'a> {
     ) {
         let (round, piece, block) = key;
         let (first, histories) = plan.range(block, piece);
+        let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
         for index in 0..histories {
+            if self.stopped() {
+                return;
+            }
             let light = strata.light(index);
             let weights = strata.weights(light);
             let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
@@ -403,7 +412,7 @@ impl<'a> Run<'a> {
                 if let Some((arrival, power)) = arrival(self.scene, &event) {
                     let arrival = Arrival { history: index as u32, light: light as u32, ..arrival };
                     let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
-                    piece.push(self.settings.map_photons, arrival, power);
+                    piece.push(limit, arrival, power);
                 }
             });
         }
@@ -415,8 +424,10 @@ impl<'a> Run<'a> {
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
         let photons = matches!(self.work, Work::Photons(_));
         let wanted = photons && self.settings.k > 0 && !self.scene.captors.is_empty();
-        wanted
-            .then(|| Mutex::new(MapBuilder::new(self.settings.map_photons, self.scene.bands.len())))
+        let bands = self.scene.bands.len();
+        let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
+        let limit = self.settings.map_photons.min(most);
+        wanted.then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
     fn finish(
@@ -464,6 +475,24 @@ fn faces(scene: &Scene) -> Vec<(usize, Channel, Face<'_>)> {
             all[..faces].iter().map(move |&face| (captor, face, Face::new(scene, captor, face)))
         })
         .collect()
+}
+
+/// Refuses a run whose sums would not fit into memory, before it begins.
+fn check_memory(scene: &Scene, threads: usize) -> Result<()> {
+    let strata = scene.lights.len() * scene.lanes() * size_of::<f64>();
+    let bytes = threads * (2 * Tally::bytes(scene) + strata) + Totals::bytes(scene);
+    if bytes <= MAX_SUM_BYTES {
+        return Ok(());
+    }
+    let problem = format!(
+        "the sums for {} captors, {} bands and {} lights on {threads} threads would take {:.0} GiB",
+        scene.captors.len(),
+        scene.bands.len(),
+        scene.lights.len(),
+        bytes as f64 / f64::from(1 << 30)
+    );
+    Err(Error::input(format!("scene {}", scene.name), problem)
+        .remedy("ask for fewer captors, bands or threads"))
 }
 
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

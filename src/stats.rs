@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn mean_and_standard_error_of_known_numbers() {
         let mut running = Running::default();
-        [1.0, 2.0, 3.0, 6.0].map(|x| running.add(x));
+        [1.0, 2.0, 3.0, 6.0].into_iter().for_each(|x| running.add(x));
         let estimate = running.estimate(4);
         // deviations -2, -1, 0, 3: variance of the mean 14 / (4 x 3)
         assert_eq!(estimate.mean, 3.0);

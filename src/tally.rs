@@ -72,7 +72,8 @@ impl Tally {
 
     /// Bytes that one takes for `scene`.
     pub fn bytes(scene: &Scene) -> usize {
-        scene.channels() * (scene.bands.len() + 1) * 8
+        let ledger = (scene.materials.len() + 3) * scene.bands.len();
+        (scene.channels() * (scene.bands.len() + 1) + ledger) * size_of::<f64>()
     }
 
     /// Scores the emission of a photon with all of its power.
@@ -209,6 +210,15 @@ impl Totals {
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
         }
+    }
+
+    /// Bytes that these and the results made of them take for `scene`, about.
+    pub fn bytes(scene: &Scene) -> usize {
+        let columns = scene.bands.len() + scene.sums.len();
+        let channels = scene.channels() + scene.groups.len() * CHANNELS.len();
+        let per_column = size_of::<Running>() + 64;
+        channels * (columns * per_column + 64)
+            + (scene.materials.len() + 4) * columns * 2 * size_of::<f64>()
     }
 
     /// Adds a block of `histories` and empties it. Each block counts alike: it is a whole small

@@ -17,6 +17,15 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
+    /// As scene files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::M => "m",
+            Self::Cm => "cm",
+            Self::Mm => "mm",
+        }
+    }
+
     /// Metres in one unit.
     pub fn metres(self) -> f64 {
         match self {

@@ -41,7 +41,8 @@ impl Shear {
         Self { axes: [x, y, z], origin: Vec3::new(o[x], o[y], o[z]), slope, ray: *ray }
     }
 
-    /// Where the ray meets the triangle with `corners` (rows x, y, z of a, b, c), if 0 < t <= `limit`.
+    /// Where the ray meets the triangle with `corners` (rows x, y, z of a, b, c), if 0 < t <=
+    /// `limit`.
     #[inline(always)]
     pub fn meet(&self, corners: &[Vec4; 3], limit: f32) -> Option<Meeting> {
         let [x, y, z] = self.axes;
@@ -83,9 +84,9 @@ impl Shear {
         (t > 0.0 && t <= limit).then_some(Meeting { t, u, v })
     }
 
-    /// Distance to the plane of the triangle, right to the last bit unless the ray grazes it: a
-    /// ray that starts just off a large triangle must not hit it by rounding. Where the ray grazes, the
-    /// distance stays between those of the corners.
+    /// Distance to the plane of the triangle, right to the last bit unless the ray grazes it: of
+    /// two leaves that nearly touch the front one must be hit. Where the ray grazes, the distance
+    /// stays between those of the corners.
     #[inline(always)]
     fn distance(&self, corners: &[Vec4; 3], weights: DVec3, depth: Vec4) -> f32 {
         let corner =
@@ -100,7 +101,7 @@ impl Shear {
         } else {
             normal.dot(a - self.ray.origin.as_dvec3()) / steepness
         };
-        (t as f32).clamp(first, last)
+        (t as f32).max(first).min(last)
     }
 }
 

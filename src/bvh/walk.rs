@@ -10,18 +10,12 @@ use crate::geometry::Ray;
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub(super) struct Node {
-    /// Along x, y, z the lower (0) and upper (1) planes of the boxes, m. Children that do not exist have
-    /// +infinity and -infinity.
+    /// Along x, y, z the lower (0) and upper (1) planes of the boxes, m. A child that does not
+    /// exist has +infinity and -infinity, which no ray enters.
     planes: [[[f32; 8]; 2]; 3],
     /// Where each child is.
     children: [Child; 8],
 }
-
-/// An inner node's index, or with the highest bit set a leaf: first triangle and count (1 to 3).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Child(u32);
-
-const LEAF: u32 = 1 << 31;
 
 impl Node {
     /// No children.
@@ -39,6 +33,12 @@ impl Node {
         }
     }
 }
+
+/// An inner node's index, or with the highest bit set a leaf: first triangle and count (1 to 3).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Child(u32);
+
+const LEAF: u32 = 1 << 31;
 
 impl Child {
     const NONE: Self = Self(LEAF);
@@ -88,6 +88,7 @@ impl Waiting {
 }
 
 impl Bvh {
+    /// See [`Bvh::walk`]; `enter` is the box test.
     #[inline(always)]
     pub(super) fn walk_with(
         &self,
@@ -170,13 +171,13 @@ impl Bvh {
 }
 
 /// A ray, and what the box test needs of it: the distance of the plane x = p is p `inverse.x` +
-/// `near.x` or + `far.x`, rounded to the safe side.
+/// `near.x` or + `far.x`, rounded down or up.
 ///
-/// With u = 2^-24, |plane| <= r and |origin| = o on an axis of inverse direction k, the products and
-/// sums below err by less than 5 u (r + o) k. The triangle test moves a corner across the ray
-/// by its own roundings: (Woop et al., section 3.3) 2 u (r + o) on the axis itself and, through the
-/// slope, 5 u (r + o) of the main axis, seen as distances along the ray: 2 u (r + o) k and 5 u (r + o) k of the main axis.
-/// 16 u of each covers all of it.
+/// Let u = 2^-24, r the scene's reach along an axis, o that of the ray's origin, k one over the
+/// direction, R, O, K the same of the main axis (the direction's largest). The sums below err by
+/// less than 6 u (r + o) k. The triangle test shears corners with errors of 2 u (r + o) and
+/// 5 u (R + O) times the slope, as if the distance were off by 2 u (r + o) k + 5 u (R + O) K. A pad
+/// of 16 u of both terms covers it all: no box is left out in which a triangle would be hit.
 pub(super) struct Slabs {
     inverse: [f32; 3],
     near: [f32; 3],

@@ -1,8 +1,9 @@
 //! `phylux run`
 
 use std::{
+    fs,
     io::{self, IsTerminal},
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -35,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Go on until the relative standard error of every captor, face and band is at most this
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
@@ -73,7 +74,8 @@ fn count(text: &str) -> Checked<u64> {
         return Ok(count);
     }
     match text.parse::<f64>() {
-        Ok(v) if v >= 0.0 && v.fract() == 0.0 && v <= 9e15 => Ok(v as u64),
+        Ok(v) if v > 9e15 => Err("must be at most 9e15".into()),
+        Ok(v) if v >= 0.0 && v.fract() == 0.0 => Ok(v as u64),
         _ => Err("must be a whole number, at least 0 (1e6 is one)".into()),
     }
 }
@@ -131,11 +133,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
     let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
     let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
+    let outputs = [Some(&output), csv.as_ref(), stats_file.as_ref()];
+    let places: Vec<&Path> = outputs.into_iter().flatten().filter_map(OutputFile::place).collect();
+    check_places(&places, &[])?;
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
-    let LoadedScene { scene, settings, warnings, .. } = scene_file::load(&arguments.scene)?;
+    let LoadedScene { scene, settings, warnings, files, .. } = scene_file::load(&arguments.scene)?;
     reading.finish_and_clear();
+    check_places(&places, &files)?;
     super::warn(&warnings);
     if scene.captors.is_empty() {
         return Err(Error::input(
@@ -165,6 +171,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let traced = Instant::now();
     let result = RunResult::new(&scene, &settings, &simulation);
     let estimated = Instant::now();
+    if stop.load(Ordering::Relaxed) {
+        return Err(Error::run("run", "interrupted, nothing was written"));
+    }
 
     output.write(|writer| write_json(&result, writer))?;
     if let Some(folder) = per_captor {
@@ -201,6 +210,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         arguments.output.display(),
     );
     super::print(&(summary.text + &speed))
+}
+
+/// No output may take the place of another, or of a file of the scene.
+fn check_places(places: &[&Path], files: &[PathBuf]) -> Result<()> {
+    for (i, place) in places.iter().enumerate() {
+        let problem = if places[..i].contains(place) {
+            "is named for two outputs"
+        } else if files.iter().any(|file| fs::canonicalize(file).is_ok_and(|file| file == **place))
+        {
+            "is a file of the scene, which the output would replace"
+        } else {
+            continue;
+        };
+        return Err(Error::input(place.display(), problem).remedy("write elsewhere"));
+    }
+    Ok(())
 }
 
 fn progress_bar(settings: &Settings) -> ProgressBar {

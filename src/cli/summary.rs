@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// More bands than this are not shown.
-const SHOWN_BANDS: usize = 8;
+pub(super) const SHOWN_BANDS: usize = 8;
 /// Share of the emitted power above which lost power is warned of.
 const MUCH_LOST: f64 = 1e-3;
 
@@ -138,7 +138,7 @@ impl Spread {
 }
 
 /// Four digits, however large or small.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
         v if (1e-3..1e6).contains(&v) => {

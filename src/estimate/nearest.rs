@@ -14,6 +14,9 @@ use crate::{
     spectrum::{Spectrum, with_lanes},
 };
 
+#[cfg(test)]
+mod tests;
+
 /// What the k nearest photons of one face say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearestEstimate {

@@ -17,6 +17,11 @@ impl Dielectric {
         Self { ior, tint: Lobe::new(tint) }
     }
 
+    /// Index of refraction of the solid.
+    pub fn ior(&self) -> f32 {
+        self.ior
+    }
+
     /// Index beyond the surface relative to the index on the side of incidence.
     #[inline]
     fn eta(&self, at: &Encounter) -> f32 {

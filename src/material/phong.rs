@@ -12,9 +12,9 @@ use crate::{
     spectrum::Spectrum,
 };
 
-/// Modified Phong model, alike on both faces: f = reflectance / pi
-/// + specular (n+2) / (2 pi) cos^n(alpha) above the surface, transmittance / pi below
-/// (Lafortune and Willems, 1994). Without exponent the lobe is a mirror at every angle.
+/// Modified Phong model, alike on both faces: above the surface f is the sum of reflectance / pi
+/// and specular (n+2) / (2 pi) cos^n(alpha), below it transmittance / pi (Lafortune and Willems,
+/// 1994). Without exponent the lobe is a mirror at every angle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phong {
     reflected: Lobe,
@@ -82,8 +82,13 @@ impl Phong {
         }
         let diffuse = self.reflected.fraction().scaled(1.0 / PI);
         let Some(n) = self.exponent else { return diffuse };
-        let lobe = (n + 2.0) / (2.0 * PI) * outgoing.dot(at.mirrored()).max(0.0).powf(n);
+        let lobe = (n + 2.0) / (n + 1.0) * Self::lobe_density(n, at, outgoing);
         diffuse.zip(self.specular.fraction().scaled(lobe), |d, s| d + s)
+    }
+
+    /// Density of the lobe around the mirror direction, above the surface or below.
+    fn lobe_density(exponent: f32, at: &Encounter, outgoing: Vec3) -> f32 {
+        cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
     }
 
     pub(super) fn density(&self, at: &Encounter, outgoing: Vec3) -> f32 {
@@ -93,10 +98,7 @@ impl Phong {
         let density = if cos <= 0.0 {
             transmitted * cosine_hemisphere_density(-cos)
         } else {
-            let lobe = match self.exponent {
-                Some(n) => cosine_power_density(n, outgoing.dot(at.mirrored())),
-                None => 0.0,
-            };
+            let lobe = self.exponent.map_or(0.0, |n| Self::lobe_density(n, at, outgoing));
             reflected * cosine_hemisphere_density(cos) + specular * lobe
         };
         density / total

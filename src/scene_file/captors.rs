@@ -5,7 +5,13 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::{Loader, Result, format::*, objects::area, stem};
-use crate::{captor::CaptorKind, captor_csv, error::Error, geometry::Transform, scene::CaptorPart};
+use crate::{
+    captor::CaptorKind,
+    captor_csv,
+    error::Error,
+    geometry::{Transform, unit_vector},
+    scene::CaptorPart,
+};
 
 /// Triangles of a disc.
 const DISC_TRIANGLES: usize = 32;
@@ -37,6 +43,11 @@ impl Loader {
     }
 
     fn entry_name(&self, pointer: &str, file: &CaptorFile) -> Result<String> {
+        if file.csv.is_none() && file.obj.is_none() && file.disc.is_none() {
+            return Err(self
+                .error(pointer, "has none of `csv`, `obj` and `disc`")
+                .remedy("say what it is"));
+        }
         match (&file.name, file.csv.as_ref().or(file.obj.as_ref())) {
             (Some(name), _) => Ok(name.clone()),
             (None, Some(path)) => Ok(stem(&self.sibling(path))),
@@ -47,10 +58,16 @@ impl Loader {
     }
 
     fn load_csv(&mut self, entry: &Entry, csv: &str) -> Result<()> {
+        if csv.is_empty() {
+            let pointer = format!("{}/csv", entry.pointer);
+            return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
+        }
         let path = self.sibling(csv);
+        self.csv_files.push(path.clone());
         for (row, captor) in captor_csv::read(&path)?.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
             let center = captor.center * self.metres;
+            self.count_triangles(DISC_TRIANGLES)?;
             let disc = disc(center, captor.normal, captor.radius * self.metres);
             let place = format!("{}:{}", path.display(), captor.line);
             self.add_captor(entry, &place, format!("{}/{id}", entry.name), disc)?;
@@ -60,17 +77,16 @@ impl Loader {
 
     fn load_disc(&mut self, entry: &Entry, file: &DiscFile) -> Result<()> {
         let pointer = format!("{}/disc", entry.pointer);
-        if !(file.radius > 0.0) {
+        if file.radius <= 0.0 {
             return Err(self
                 .error(format!("{pointer}/radius"), format!("{}, must be above 0", file.radius))
                 .remedy("a sensor has a size"));
         }
-        let normal = DVec3::from(file.normal);
-        if !normal.is_finite() || normal.length() == 0.0 {
+        let Some(normal) = unit_vector(file.normal.into()) else {
             return Err(self
                 .error(format!("{pointer}/normal"), "a normal of length 0")
-                .remedy("name where the front of the disc looks"));
-        }
+                .remedy("say where the front of the disc looks: [0, 0, 1] is up"));
+        };
         let triangles = disc(self.point(file.center), normal, file.radius * self.metres);
         let place = self.error(&pointer, "").place().to_string();
         self.add_captor(entry, &place, entry.name.clone(), triangles)
@@ -122,9 +138,9 @@ struct Entry {
     groups: Vec<usize>,
 }
 
-/// A fan of triangles with the area of the disc; front where `normal` points.
+/// A fan of triangles with the area of the disc; front where the unit vector `normal` points.
 fn disc(center: DVec3, normal: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
-    let (x, y) = normal.normalize().any_orthonormal_pair();
+    let (x, y) = normal.any_orthonormal_pair();
     let n = DISC_TRIANGLES as f64;
     let rim = radius * (TAU / n / (TAU / n).sin()).sqrt();
     let corner = |i: usize| {
@@ -143,7 +159,7 @@ mod tests {
     #[test]
     fn disc_has_its_true_area_and_front() {
         for normal in [DVec3::Z, DVec3::NEG_Z, DVec3::new(1.0, -2.0, 0.5)] {
-            let triangles = disc(DVec3::new(3.0, 2.0, 1.0), normal, 0.4);
+            let triangles = disc(DVec3::new(3.0, 2.0, 1.0), normal.normalize(), 0.4);
             let total: f64 = triangles.iter().map(area).sum();
             assert!((total - PI * 0.16).abs() < 1e-12);
             assert!(triangles.iter().all(|[a, b, c]| (b - a).cross(c - a).dot(normal) > 0.0));

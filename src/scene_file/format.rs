@@ -119,6 +119,9 @@ impl<'de> Deserialize<'de> for Count {
                 if v >= 0.0 && v.fract() == 0.0 && v <= 9e15 {
                     return Ok(Count(v as u64));
                 }
+                if v > 9e15 {
+                    return Err(E::custom(format_args!("{v:?}, must be at most 9e15")));
+                }
                 Err(E::invalid_value(de::Unexpected::Float(v), &self))
             }
         }

@@ -4,7 +4,10 @@ use std::fmt;
 
 use serde::{
     Deserialize,
-    de::{self, DeserializeOwned},
+    de::{
+        self, DeserializeOwned, IntoDeserializer as _,
+        value::{MapDeserializer, SeqDeserializer},
+    },
 };
 use serde_json::{Map, Value};
 
@@ -15,18 +18,43 @@ use crate::error::{Error, Result, nearest};
 pub fn read<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
     let Strict(value) = serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
-        let problem = message.split(" at line ").next().unwrap_or(&message);
+        let problem = message.rsplit_once(" at line ").map_or(&*message, |(problem, _)| problem);
         let place = format!("{file}: line {}, column {}", e.line(), e.column());
-        Error::input(place, problem).remedy("correct the JSON there")
+        let line = text.lines().nth(e.line().saturating_sub(1)).unwrap_or_default();
+        let rest = line.get(e.column().saturating_sub(1)..).unwrap_or_default();
+        Error::input(place, problem).remedy(syntax_remedy(problem, rest))
     })?;
     typed(value).map_err(|Misplaced { pointer, problem }| {
         let error = Error::input(place(file, &pointer), plain_words(&problem));
-        match unknown_key(&problem) {
+        match known_names(&problem).or_else(|| missing_key(&problem)) {
             Some(remedy) => error.remedy(remedy),
-            None => error.remedy("change it"),
+            None => error,
         }
     })
 }
+
+/// What to do about a breach of syntax, from serde's words and the text where it is.
+fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
+    let at = |words: &[&str]| words.iter().any(|word| rest.starts_with(word));
+    match problem {
+        _ if problem.ends_with(TWICE) => "delete one of the two",
+        _ if problem.starts_with("EOF") => "close every bracket and quote; is the file whole?",
+        "trailing comma" => "delete the comma before it",
+        "number out of range" => "numbers are at most 1.8e308",
+        "recursion limit exceeded" => "no scene is nested so deeply",
+        "expected ident" => "write a finite number, true, false or null",
+        "trailing characters" => "the file must end with the closing bracket of the scene",
+        _ if at(&["N", "n", "I", "i", "+", "-"]) => {
+            "write a finite number; JSON has no NaN, no infinity and no leading +"
+        }
+        _ if at(&["/", "#"]) => "JSON has no comments; delete it",
+        _ if at(&["'"]) => "JSON has double quotes only",
+        _ => "correct the JSON there",
+    }
+}
+
+/// How the error about a key that comes again ends.
+const TWICE: &str = "stands here twice";
 
 /// `file: /pointer`, or only the file for the whole document.
 pub fn place(file: &str, pointer: &str) -> String {
@@ -49,7 +77,7 @@ impl fmt::Display for Misplaced {
 }
 
 fn typed<T: DeserializeOwned>(value: Value) -> std::result::Result<T, Misplaced> {
-    serde_path_to_error::deserialize(value).map_err(|e| {
+    serde_path_to_error::deserialize(Json(value)).map_err(|e| {
         let mut pointer = String::new();
         for segment in e.path() {
             use serde_path_to_error::Segment;
@@ -133,47 +161,158 @@ pub(super) use tagged;
 
 /// Serde's words in those of a user of JSON.
 fn plain_words(problem: &str) -> String {
-    let mut words = problem.to_string();
     for (theirs, ours) in [
-        ("unknown field", "unknown key"),
-        ("missing field", "missing key"),
-        ("expected f64", "expected a number"),
-        ("expected u64", "expected a whole number, at least 0"),
-        ("expected a sequence", "expected an array"),
-        ("expected a map", "expected an object"),
-        ("expected a boolean", "expected true or false"),
-        ("invalid type: map", "invalid type: object"),
-        ("invalid type: sequence", "invalid type: array"),
-        ("invalid type: floating point", "invalid value: number"),
-        ("invalid type: integer", "invalid value: number"),
-        ("invalid value: floating point", "invalid value: number"),
-        ("invalid value: integer", "invalid value: number"),
-        ("unknown variant", "unknown value"),
+        ("unknown field ", "unknown key "),
+        ("missing field ", "missing key "),
+        ("unknown variant ", "unknown value "),
     ] {
-        words = words.replace(theirs, ours);
+        if let Some(rest) = problem.strip_prefix(theirs) {
+            return format!("{ours}{}", rest.split(", expected").next().unwrap_or(rest));
+        }
     }
-    if let Some(at) = words.find("expected struct ") {
-        words.replace_range(at.., "expected an object");
+    let found = ["invalid type: ", "invalid value: "];
+    if let Some(rest) = found.iter().find_map(|start| problem.strip_prefix(start))
+        && let Some((found, expected)) = rest.rsplit_once(", expected ")
+    {
+        return format!("{}, must be {}", plain_value(found), plain_type(expected));
     }
-    match words.find(", expected one of") {
-        Some(at) if words.starts_with("unknown key") => words[..at].to_string(),
-        _ => words,
+    if let Some(rest) = problem.strip_prefix("invalid length ")
+        && let Some((length, expected)) = rest.split_once(", expected ")
+    {
+        let digits = expected.matches(char::is_numeric).collect::<String>();
+        return format!("{length} entries, must be {digits}");
+    }
+    problem.to_string()
+}
+
+fn plain_value(found: &str) -> String {
+    let found = ["floating point ", "integer ", "boolean ", "string "]
+        .iter()
+        .find_map(|kind| found.strip_prefix(kind))
+        .unwrap_or(found);
+    match found {
+        "map" => "an object".into(),
+        "sequence" => "an array".into(),
+        _ => found.trim_matches('`').into(),
     }
 }
 
-/// For an unknown key: the nearest known one, and all of them.
-fn unknown_key(problem: &str) -> Option<String> {
-    let mut quoted = problem.split('`').skip(1).step_by(2);
-    if !problem.starts_with("unknown field") {
-        return None;
+fn plain_type(expected: &str) -> &str {
+    match expected {
+        "f64" => "a number",
+        "u64" => "a whole number, at least 0",
+        "a boolean" => "true or false",
+        "a sequence" => "an array",
+        "a map" => "an object",
+        _ if expected.starts_with("struct ") => "an object",
+        _ if expected.starts_with("an array of length 3") => "an array of 3 numbers",
+        _ => expected,
     }
-    let key = quoted.next()?;
-    let known: Vec<&str> = quoted.filter(|name| !name.starts_with('$')).collect();
-    let all = format!("known here: {}", known.join(", "));
-    Some(match nearest(key, known.iter().copied()) {
-        Some(name) => format!("did you mean `{name}`? ({all})"),
-        None => all,
+}
+
+/// Keys that have a meaning to come.
+const RESERVED: [&str; 4] = ["sun", "sky", "intensity", "periodic"];
+
+/// For an unknown key or value: the nearest known one, and all of them.
+fn known_names(problem: &str) -> Option<String> {
+    let what = match problem {
+        _ if problem.starts_with("unknown field") => "keys",
+        _ if problem.starts_with("unknown variant") => "values",
+        _ => return None,
+    };
+    // the unknown name may hold quotes itself: the known ones stand after the last "expected"
+    let (unknown, known) = problem.rsplit_once(", expected ")?;
+    let name = unknown.split_once('`')?.1.strip_suffix('`')?;
+    let known: Vec<&str> =
+        known.split('`').skip(1).step_by(2).filter(|name| !name.starts_with('$')).collect();
+    let all = format!("{what} here: {}", known.join(", "));
+    Some(match nearest(name, known.iter().copied()) {
+        _ if RESERVED.contains(&name) => format!("it is kept for a later version ({all})"),
+        // a value of few letters is near to every other
+        Some(name) if what == "keys" => format!("did you mean `{name}`? ({all})"),
+        _ => all,
     })
+}
+
+fn missing_key(problem: &str) -> Option<String> {
+    problem.starts_with("missing field").then(|| "add it".into())
+}
+
+/// A value that is read to the letter: only an object makes a struct (serde takes an array, too, as
+/// its fields in order), and only a string a name.
+struct Json(Value);
+
+impl<'de> de::IntoDeserializer<'de, serde_json::Error> for Json {
+    type Deserializer = Self;
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+impl<'de> de::Deserializer<'de> for Json {
+    type Error = serde_json::Error;
+
+    fn deserialize_any<V: de::Visitor<'de>>(
+        self,
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        match self.0 {
+            Value::Array(values) => {
+                let mut values = SeqDeserializer::new(values.into_iter().map(Json));
+                let read = visitor.visit_seq(&mut values)?;
+                values.end().map(|()| read)
+            }
+            Value::Object(map) => {
+                let entries = map.into_iter().map(|(key, value)| (key, Json(value)));
+                visitor.visit_map(MapDeserializer::new(entries))
+            }
+            plain => plain.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_option<V: de::Visitor<'de>>(
+        self,
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        if self.0.is_null() { visitor.visit_none() } else { visitor.visit_some(self) }
+    }
+
+    fn deserialize_struct<V: de::Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        // of an array, this makes an error
+        if self.0.is_array() {
+            self.0.deserialize_map(visitor)
+        } else {
+            self.deserialize_any(visitor)
+        }
+    }
+
+    fn deserialize_enum<V: de::Visitor<'de>>(
+        self,
+        _: &'static str,
+        names: &'static [&'static str],
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        let found = match &self.0 {
+            Value::String(name) => return visitor.visit_enum(name.as_str().into_deserializer()),
+            Value::Null => de::Unexpected::Other("null"),
+            Value::Bool(value) => de::Unexpected::Bool(*value),
+            Value::Number(_) => de::Unexpected::Other("a number"),
+            Value::Array(_) => de::Unexpected::Seq,
+            Value::Object(_) => de::Unexpected::Map,
+        };
+        let expected = format!("one of {}", names.join(", "));
+        Err(de::Error::invalid_type(found, &expected.as_str()))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        unit unit_struct newtype_struct seq tuple tuple_struct map identifier ignored_any
+    }
 }
 
 /// A JSON value in which no object has a key twice.
@@ -225,9 +364,7 @@ impl<'de> Deserialize<'de> for Strict {
                 while let Some(key) = access.next_key::<String>()? {
                     let Strict(value) = access.next_value()?;
                     if map.contains_key(&key) {
-                        return Err(de::Error::custom(format!(
-                            "the key `{key}` stands here twice"
-                        )));
+                        return Err(de::Error::custom(format!("the key `{key}` {TWICE}")));
                     }
                     map.insert(key, value);
                 }

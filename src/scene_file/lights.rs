@@ -4,12 +4,15 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{Loader, Result, format::*, objects::area};
+use super::{Loader, MAX_LIGHTS, Result, format::*, objects::area};
 use crate::{
-    geometry::triangulate,
+    geometry::{triangulate, unit_vector},
     light::LightShape,
     scene::{LightPart, SurfacePart},
 };
+
+/// Powers that single precision can carry, W or umol/s.
+const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Sides of the prism that a tube with a material is.
 const TUBE_SIDES: usize = 64;
@@ -32,12 +35,21 @@ impl Loader {
         Ok(())
     }
 
-    /// Adds a light; its name must be new.
+    /// Adds a light; its name must be new, and its power one that single precision can carry.
     pub(super) fn add_light(&mut self, pointer: &str, light: LightPart) -> Result<()> {
-        if self.parts.lights.iter().any(|other| other.name == light.name) {
+        if !self.light_names.insert(light.name.clone()) {
             return Err(self
                 .error(pointer, format!("a second light named `{}`", light.name))
                 .remedy("give it a `name` of its own"));
+        }
+        if self.light_names.len() > MAX_LIGHTS {
+            return Err(self
+                .error(pointer, format!("more than {MAX_LIGHTS} lights"))
+                .remedy("make one area light of many small ones"));
+        }
+        if let Some(power) = light.power.iter().find(|p| **p != 0.0 && !POWERS.contains(*p)) {
+            let problem = format!("emits {power:e} W or umol/s in a band");
+            return Err(self.error(pointer, problem).remedy("it must be 0, or from 1e-30 to 1e30"));
         }
         self.parts.lights.push(light);
         Ok(())
@@ -67,12 +79,11 @@ impl Loader {
     }
 
     fn spot_light(&self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
-        let direction = DVec3::from(light.direction);
-        if !direction.is_finite() || direction.length() == 0.0 {
+        let Some(direction) = unit_vector(light.direction.into()) else {
             return Err(self
                 .error(format!("{pointer}/direction"), "a direction of length 0")
-                .remedy("name where the spot points"));
-        }
+                .remedy("say where the spot points: [0, 0, -1] is down"));
+        };
         let half_angle = light.half_angle_deg;
         if !(half_angle > 0.0 && half_angle <= 180.0) {
             let problem = format!("{half_angle}, must be above 0 and at most 180");
@@ -91,11 +102,11 @@ impl Loader {
     fn tube_light(&mut self, pointer: &str, light: &TubeFile) -> Result<Glowing> {
         let (from, to) = (self.point(light.from), self.point(light.to));
         let radius = light.radius * self.metres;
-        if from == to {
+        let Some(axis) = unit_vector(to - from) else {
             return Err(self
                 .error(pointer, "a tube of length 0: `from` is `to`")
                 .remedy("move one end, or take a point light"));
-        }
+        };
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
         let power = self.light_power(pointer, &light.power)?;
         if light.emission == EmissionFile::Isotropic {
@@ -115,7 +126,7 @@ impl Loader {
                 .remedy("give the tube a radius, or leave `material` out"));
         }
         let material = Some(self.named_material(&format!("{pointer}/material"), material)?);
-        let Prism { sides, caps } = prism(from, to, radius);
+        let Prism { sides, caps } = prism(from, to, axis, radius);
         let shape = LightShape::Area { triangles: sides, two_sided: false };
         Ok(Glowing { power, shape, material, caps })
     }
@@ -170,6 +181,7 @@ impl Loader {
                         .error(format!("{pointer}/vertices"), problem)
                         .remedy("use an `obj` for a larger shape"));
                 }
+                self.count_triangles(vertices.len() - 2)?;
                 let polygon: Vec<DVec3> = vertices.iter().map(|&v| self.point(v)).collect();
                 Ok(triangulate(&polygon).into_iter().map(|t| t.map(|i| polygon[i])).collect())
             }
@@ -215,8 +227,7 @@ struct Prism {
 }
 
 /// A closed prism of the same lateral area as the cylinder, normals out.
-fn prism(from: DVec3, to: DVec3, radius: f64) -> Prism {
-    let axis = (to - from).normalize();
+fn prism(from: DVec3, to: DVec3, axis: DVec3, radius: f64) -> Prism {
     let (x, y) = axis.any_orthonormal_pair();
     let half_side = PI / TUBE_SIDES as f64;
     let rim = radius * half_side / half_side.sin();
@@ -243,7 +254,7 @@ mod tests {
     #[test]
     fn prism_is_closed_and_has_the_cylinder_s_lateral_area() {
         let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 4.0, 1.0));
-        let Prism { sides, caps } = prism(from, to, 0.1);
+        let Prism { sides, caps } = prism(from, to, (to - from).normalize(), 0.1);
         let lateral: f64 = sides.iter().map(area).sum();
         assert!((lateral - TAU * 0.1 * 3.0).abs() < 1e-12);
         let vector: DVec3 = sides.iter().chain(&caps).map(|[a, b, c]| (b - a).cross(c - a)).sum();

@@ -1,6 +1,6 @@
 //! Materials: of the scene file, and of MTL entries.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::{Loader, NamedMaterial, Result, format::*, json, unknown};
 use crate::{
@@ -24,6 +24,8 @@ pub(super) struct Library {
     entries: Vec<Entry>,
     by_name: BTreeMap<String, usize>,
     by_mtl_place: BTreeMap<String, usize>,
+    names: HashSet<String>,
+    used: usize,
 }
 
 struct Entry {
@@ -35,6 +37,7 @@ struct Entry {
 
 impl Library {
     fn add(&mut self, name: String, material: Material, reciprocal: bool) -> usize {
+        self.names.insert(name.clone());
         let named = NamedMaterial { name, material };
         self.entries.push(Entry { named, used: None, reciprocal });
         self.entries.len() - 1
@@ -42,8 +45,10 @@ impl Library {
 
     /// The index that a material has in the scene, now that a surface has it.
     fn use_entry(&mut self, entry: usize) -> usize {
-        let next = self.entries.iter().filter(|e| e.used.is_some()).count();
-        *self.entries[entry].used.get_or_insert(next)
+        *self.entries[entry].used.get_or_insert_with(|| {
+            self.used += 1;
+            self.used - 1
+        })
     }
 
     pub(super) fn unused(&self) -> Vec<String> {
@@ -113,7 +118,7 @@ impl Loader {
             if let Some(missing) = mtl.missing().first() {
                 error = Error::input(
                     place,
-                    format!("no material `{name}`, and {} {}", missing.file, missing.why),
+                    format!("no material `{name}` ({}: {})", missing.file, missing.why),
                 );
             }
             let scene = self.materials.by_name.keys().map(String::as_str);
@@ -125,8 +130,8 @@ impl Loader {
             return Ok((self.materials.use_entry(index), radiance));
         }
         let material = self.mtl_material(entry)?;
-        let taken = |name: &str| self.materials.entries.iter().any(|e| e.named.name == name);
-        let shown = if taken(name) { format!("{name} ({})", entry.place) } else { name.into() };
+        let taken = self.materials.names.contains(name);
+        let shown = if taken { format!("{name} ({})", entry.place) } else { name.into() };
         let index = self.materials.add(shown, material, true);
         self.materials.by_mtl_place.insert(entry.place.clone(), index);
         Ok((self.materials.use_entry(index), radiance))
@@ -135,18 +140,19 @@ impl Loader {
     fn emission(&self, entry: &MtlEntry) -> Result<Option<Vec<f64>>> {
         match entry.ke {
             Some(ke) if ke.iter().any(|&v| v > 0.0) => {
-                self.from_rgb(entry, "Ke", ke, f64::MAX).map(Some)
+                self.rgb_bands(entry, "Ke", ke, f64::MAX).map(Some)
             }
             _ => Ok(None),
         }
     }
 
     /// r, g, b as bands: in order for three, their mean for one.
-    fn from_rgb(&self, entry: &MtlEntry, key: &str, rgb: [f64; 3], high: f64) -> Result<Vec<f64>> {
+    fn rgb_bands(&self, entry: &MtlEntry, key: &str, rgb: [f64; 3], high: f64) -> Result<Vec<f64>> {
         if let Some(bad) = rgb.iter().find(|v| !(0.0..=high).contains(*v)) {
             let range = if high == 1.0 { "from 0 to 1" } else { "at least 0" };
             let problem = format!("{key} = {bad} of material {}, must be {range}", entry.name);
-            return Err(Error::input(&entry.place, problem).remedy("change it"));
+            return Err(Error::input(&entry.place, problem)
+                .remedy("mend it, or give the scene a material of this name"));
         }
         match self.bands {
             1 => Ok(vec![rgb.iter().sum::<f64>() / 3.0]),
@@ -161,7 +167,7 @@ impl Loader {
 
     fn mtl_material(&mut self, entry: &MtlEntry) -> Result<Material> {
         let fraction = |key: &str, rgb: Option<[f64; 3]>| {
-            self.from_rgb(entry, key, rgb.unwrap_or_default(), 1.0)
+            self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
         };
         let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&self.lanes(&fraction)));
         let place = format!("{}: material {}", entry.place, entry.name);
@@ -368,8 +374,10 @@ impl Loader {
             for b in 0..self.bands {
                 let sum = r[b].max(f0) + t[b];
                 if sum > 1.0 + ROUNDING {
-                    let problem =
-                        format!("{face}reflectance + transmittance = {sum:.4}, must be at most 1");
+                    let shown = if r[b] < f0 { " (of the cuticle alone)" } else { "" };
+                    let problem = format!(
+                        "{face}reflectance{shown} + transmittance = {sum:.4}, must be at most 1"
+                    );
                     return Err(Nonsense::new(problem, "lower one of them"));
                 }
             }

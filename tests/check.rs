@@ -1,0 +1,330 @@
+//! `phylux check`: one small scene for each warning, and clean ones that look like them.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use phylux::SceneSummary;
+
+use crate::common::TestScene;
+
+/// A floor of 4 m, a lamp and a sensor above it, and what is added.
+fn scene(materials: &str, objects: &str, captors: &str, files: &[(&str, &str)]) -> TestScene {
+    let text = format!(
+        r#"{{
+            "materials": {{ "ground": {{ "type": "lambert", "reflectance": 0.2 }} {materials} }},
+            "objects": [ {{ "obj": "floor.obj", "material": "ground" }} {objects} ],
+            "lights": [ {{ "type": "point", "name": "lamp", "position": [0, 0, 3], "power": 10 }} ],
+            "captors": [ {{ "name": "sensor", "disc":
+                {{ "center": [1.5, 0, 1], "normal": [0, 0, 1], "radius": 0.1 }} }} {captors} ]
+        }}"#
+    );
+    let floor = "v -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nf 1 2 3 4\n";
+    TestScene::new(&text, &[&[("floor.obj", floor)], files].concat())
+}
+
+/// The faces of a box, normals out; its corners are counted from -8 to -1.
+const FACES: [&str; 6] = [
+    "f -8 -6 -5 -7\n",
+    "f -4 -3 -1 -2\n",
+    "f -8 -7 -3 -4\n",
+    "f -6 -2 -1 -5\n",
+    "f -8 -4 -2 -6\n",
+    "f -7 -5 -1 -3\n",
+];
+
+/// The eight corners of a box: x changes fastest from the first to the second, and so on.
+fn corners(low: [f64; 3], high: [f64; 3]) -> String {
+    let pick = |i: usize, axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+    (0..8).map(|i| format!("v {} {} {}\n", pick(i, 0), pick(i, 1), pick(i, 2))).collect()
+}
+
+fn block(low: [f64; 3], high: [f64; 3]) -> String {
+    corners(low, high) + &FACES.concat()
+}
+
+/// Its normals point in.
+fn turned(block: &str) -> String {
+    let turn = |line: &str| match line.strip_prefix("f ") {
+        Some(face) => format!("f {}\n", face.split(' ').rev().collect::<Vec<_>>().join(" ")),
+        None => format!("{line}\n"),
+    };
+    block.lines().map(turn).collect()
+}
+
+const CUBE: ([f64; 3], [f64; 3]) = ([-0.5, -0.5, 0.5], [0.5, 0.5, 1.5]);
+
+fn cube() -> String {
+    block(CUBE.0, CUBE.1)
+}
+
+/// The scene with these faces of glass.
+fn glass(obj: &str) -> TestScene {
+    scene(
+        r#", "glass": { "type": "transparent", "ior": 1.5 }"#,
+        r#", { "obj": "glass.obj", "material": "glass" }"#,
+        "",
+        &[("glass.obj", obj)],
+    )
+}
+
+fn check(scene: &TestScene) -> SceneSummary {
+    check_file(&scene.path("scene.json"))
+}
+
+fn check_file(path: &Path) -> SceneSummary {
+    let loaded = phylux::load(path).unwrap_or_else(|e| panic!("{e}"));
+    phylux::check(&loaded).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The only warning must have all `words`.
+fn warns(scene: &TestScene, words: &[&str]) {
+    let warnings = check(scene).warnings;
+    assert_eq!(warnings.len(), 1, "expected {words:?}, found {warnings:#?}");
+    for word in words {
+        assert!(warnings[0].contains(word), "no {word:?} in {:?}", warnings[0]);
+    }
+}
+
+fn is_clean(scene: &TestScene) {
+    let SceneSummary { warnings, notes, .. } = check(scene);
+    assert!(warnings.is_empty() && notes.is_empty(), "{warnings:#?} {notes:#?}");
+}
+
+#[test]
+fn a_plain_scene_is_summed_up_without_a_warning() {
+    let scene = scene("", "", "", &[]);
+    is_clean(&scene);
+    let summary = check(&scene);
+    assert_eq!(summary.size.to_array(), [4.0, 4.0, 3.0]);
+    let floor = &summary.surfaces[0];
+    assert_eq!((&floor.material[..], floor.triangles, floor.area), ("ground", 2, 16.0));
+}
+
+#[test]
+fn sound_solids_are_clean() {
+    let hollow = cube() + &turned(&block([-0.4, -0.4, 0.6], [0.4, 0.4, 1.4]));
+    let filled = hollow.clone() + &block([-0.3, -0.3, 0.7], [0.3, 0.3, 1.3]);
+    let apart = cube() + &block([0.501, -0.5, 0.5], [1.0, 0.5, 1.5]);
+    let on_floor = block([-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]);
+    for obj in [cube(), hollow, filled, apart, on_floor] {
+        is_clean(&glass(&obj));
+    }
+}
+
+#[test]
+fn two_tints_of_one_glass_may_share_a_solid() {
+    let obj = format!(
+        "{}usemtl clear\n{}usemtl dim\n{}",
+        corners(CUBE.0, CUBE.1),
+        FACES[0],
+        FACES[1..].concat()
+    );
+    let materials = r#", "clear": { "type": "transparent", "ior": 1.5 },
+        "dim": { "type": "transparent", "ior": 1.5, "tint": 0.5 }"#;
+    is_clean(&scene(materials, r#", { "obj": "glass.obj" }"#, "", &[("glass.obj", &obj)]));
+}
+
+#[test]
+fn solids_that_are_not_closed() {
+    let open = corners(CUBE.0, CUBE.1) + &FACES[1..].concat();
+    let at = "`glass` at (0.000, 0.000, 1.000) m";
+    warns(&glass(&open), &["not closed", at, "(4 open edges)", "thin"]);
+    let one_turned = corners(CUBE.0, CUBE.1) + &turned(FACES[0]) + &FACES[1..].concat();
+    warns(&glass(&one_turned), &["opposite sides", at, "(4 edges)", "turn"]);
+    let walled = cube() + "f -8 -6 -1 -3\n";
+    warns(&glass(&walled), &["not closed", "open edges"]);
+}
+
+#[test]
+fn solids_that_are_inside_out() {
+    warns(&glass(&turned(&cube())), &["solids inside out: `glass` at", "turn their normals"]);
+}
+
+#[test]
+fn solids_that_touch() {
+    let ([x0, y0, z0], [x1, y1, z1]) = CUBE;
+    let middle = 0.5 * (x0 + x1);
+    for other in [
+        // the same face, without a gap and almost so
+        block([x1, y0, z0], [2.0 * x1, y1, z1]),
+        block([x1 + 1e-5, y0, z0], [2.0 * x1, y1, z1]),
+        // a smaller face in a larger one, and crossed bars
+        block([x1, y0 + 0.1, z0 + 0.1], [2.0 * x1, y1 - 0.1, z1 - 0.1]),
+        block([-1.0, -0.1, z1], [1.0, 0.1, 1.7]),
+        // one that cuts through, one that overlaps, the same twice
+        block([-1.0, -0.1, 0.9], [1.0, 0.1, 1.1]),
+        block([middle, y0, z0], [2.0 * x1, y1, z1]),
+        cube(),
+        // a common edge
+        block([x1, y0, z1], [2.0 * x1, y1, z1 + 0.5]),
+    ] {
+        warns(
+            &glass(&(cube() + &other)),
+            &["solids that touch or cut", "`glass` at", " and ", "gap above"],
+        );
+    }
+    let water = scene(
+        r#", "glass": { "type": "transparent", "ior": 1.5 },
+             "water": { "type": "leaf", "thin": false, "ior": 1.33 }"#,
+        r#", { "obj": "glass.obj", "material": "glass" }, { "obj": "water.obj", "material": "water" }"#,
+        "",
+        &[("glass.obj", &cube()), ("water.obj", &block([x0, y0, z1], [x1, y1, 1.7]))],
+    );
+    warns(
+        &water,
+        &["solids that touch or cut", "`glass` at", "`water` at (0.000, 0.000, 1.600) m"],
+    );
+}
+
+#[test]
+fn solids_that_nest() {
+    let inner = block([-0.3, -0.3, 0.7], [0.3, 0.3, 1.3]);
+    warns(&glass(&(cube() + &inner)), &["solids inside another", " in `glass` at", "cavity"]);
+    // a cavity must be one of the solid around it
+    let water = scene(
+        r#", "glass": { "type": "transparent", "ior": 1.5 },
+             "water": { "type": "transparent", "ior": 1.33 }"#,
+        r#", { "obj": "glass.obj", "material": "glass" }, { "obj": "water.obj", "material": "water" }"#,
+        "",
+        &[("glass.obj", &cube()), ("water.obj", &turned(&inner))],
+    );
+    warns(&water, &["solids inside another", "`water` at", " in `glass` at"]);
+}
+
+#[test]
+fn solids_too_thin_and_sheets_too_thick() {
+    let foil = block([-0.5, -0.5, 1.0], [0.5, 0.5, 1.000_01]);
+    warns(&glass(&foil), &["thinner", "`glass` at", "thin"]);
+    let pane = |kind: &str, thickness: f64| {
+        scene(
+            &format!(r#", "sheet": {{ {kind} }}"#),
+            r#", { "name": "s", "obj": "s.obj", "material": "sheet", "captor": true }"#,
+            "",
+            &[("s.obj", &block([-0.5, -0.5, 1.0], [0.5, 0.5, 1.0 + thickness]))],
+        )
+    };
+    let thin = r#""type": "transparent", "ior": 1.5, "thin": true"#;
+    warns(&pane(thin, 0.004), &["flat closed boxes", "`s/s` at", "4.0 mm thick", "one face"]);
+    let leaf = r#""type": "leaf", "reflectance": 0.1, "transmittance": 0.1"#;
+    warns(&pane(leaf, 0.0003), &["flat closed boxes", "0.30 mm thick"]);
+    // a terrarium of thin panes
+    is_clean(&pane(thin, 0.5));
+}
+
+#[test]
+fn long_lists_are_cut_short() {
+    let open = |i: usize| {
+        let x = -1.0 + 0.3 * i as f64;
+        corners([x, 0.0, 1.0], [x + 0.2, 0.2, 1.2]) + &FACES[1..].concat()
+    };
+    let seven: String = (0..7).map(open).collect();
+    warns(&glass(&seven), &["(4 open edges) and 2 more; close"]);
+}
+
+#[test]
+fn materials_and_lights_without_effect() {
+    let spare = r#", "spare": { "type": "mirror", "reflectance": 0.9 }"#;
+    warns(&scene(spare, "", "", &[]), &["materials on no surface: `spare`", "usemtl"]);
+    let dark = TestScene::new(
+        r#"{ "lights": [ { "type": "point", "position": [0, 0, 1], "power": 10 },
+             { "type": "tube", "name": "off", "from": [0, 0, 0], "to": [1, 0, 0], "radius": 0.1, "power": 0 } ] }"#,
+        &[],
+    );
+    warns(&dark, &["lights without power in any band: `off`"]);
+}
+
+#[test]
+fn leaves_whose_transmittance_differs_between_the_faces() {
+    let leaf = r#", "rose": { "type": "leaf", "reflectance": 0.1, "transmittance": 0.1,
+        "back": { "transmittance": 0.2 } }"#;
+    let object = r#", { "obj": "rose.obj", "material": "rose" }"#;
+    let triangle = "v 0 0 1\nv 0.1 0 1\nv 0 0.1 1\nf 1 2 3\n";
+    let scene = scene(leaf, object, "", &[("rose.obj", triangle)]);
+    warns(&scene, &["leaves whose faces differ in transmittance", "`rose`", "reciprocity"]);
+}
+
+#[test]
+fn captors_off_the_scene_and_in_a_surface() {
+    let disc = |z: f64| {
+        format!(
+            r#", {{ "name": "probe", "disc":
+                {{ "center": [1, 1, {z}], "normal": [0, 0, 1], "radius": 0.1 }} }}"#
+        )
+    };
+    warns(&scene("", "", &disc(3.1), &[]), &["captors outside the box", "`probe`", "unit"]);
+    is_clean(&scene("", "", &disc(2.9), &[]));
+    let on_floor = check(&scene("", "", &disc(0.0), &[]));
+    assert!(on_floor.warnings.is_empty(), "{:?}", on_floor.warnings);
+    assert!(on_floor.notes[0].contains("captors in the plane of a surface: `probe`"));
+}
+
+#[test]
+fn a_light_inside_a_solid_is_noted() {
+    let lamp_in = glass(&block([-0.5, -0.5, 2.5], [0.5, 0.5, 3.5]));
+    let summary = check(&lamp_in);
+    assert!(summary.warnings.is_empty(), "{:?}", summary.warnings);
+    assert!(summary.notes[0].contains("`lamp` in `glass` at (0.000, 0.000, 3.000) m"));
+}
+
+#[test]
+fn triangles_twice_or_without_area() {
+    let paint = r#", "paint": { "type": "lambert", "reflectance": 0.9 }"#;
+    let object = r#", { "obj": "paint.obj", "material": "paint" }"#;
+    let again = "v 2 2 0\nv -2 -2 0\nv 2 -2 0\nf 1 2 3\n";
+    let twice = scene(paint, object, "", &[("paint.obj", again)]);
+    warns(&twice, &["same corners", "1 of `paint` behind `ground`"]);
+    let line = "v 0 0 1\nv 1 1 1\nv 2 2 1\nv 0 1 1\nf 1 2 3\nf 1 2 4\n";
+    let flat = scene(paint, object, "", &[("paint.obj", line)]);
+    warns(&flat, &["without area", "1 of `paint`"]);
+}
+
+#[test]
+fn scenes_of_unlikely_size() {
+    let of_size = |unit: &str, size: f64| {
+        let text = format!(
+            r#"{{ "unit": "{unit}", "materials": {{ "m": {{ "type": "mirror", "reflectance": 1 }} }},
+                 "objects": [ {{ "obj": "t.obj", "material": "m" }} ],
+                 "lights": [ {{ "type": "point", "position": [0, 0, 0], "power": 1 }} ] }}"#
+        );
+        let obj = format!("v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nf 1 2 3\n");
+        TestScene::new(&text, &[("t.obj", &obj)])
+    };
+    warns(&of_size("m", 6400.0), &["very large", "6400 m across", "lengths in m;", "`unit`"]);
+    warns(&of_size("mm", 6.4), &["very small", "6.4 mm across", "lengths in mm;"]);
+    is_clean(&of_size("mm", 6400.0));
+}
+
+#[test]
+fn the_shipped_scenes_are_clean() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for name in ["box", "growth-chamber", "greenhouse"] {
+        let warnings = check_file(&scenes.join(name).with_extension("json")).warnings;
+        assert!(warnings.is_empty(), "{name}: {warnings:#?}");
+    }
+}
+
+#[test]
+fn the_command_describes_the_scene_and_warns() {
+    let check = |scene: &TestScene| {
+        let mut command = Command::cargo_bin("phylux").expect("the program");
+        command.arg("check").arg(scene.path("scene.json")).output().expect("a run of it")
+    };
+    let output = check(&glass(&turned(&cube())));
+    let text = String::from_utf8(output.stdout).expect("text");
+    for line in [
+        "scene: 4.00 x 4.00 x 3.00 m",
+        "surfaces                  triangles   area, m2",
+        "  ground                          2      16.00",
+        "  glass                          12      6.000",
+        "  total                          14      22.00",
+        "lights, W                       all",
+        "  lamp                        10.00",
+        "captors: 1 virtual, 0 surface; groups: 1",
+    ] {
+        assert!(text.contains(line), "no {line:?} in\n{text}");
+    }
+    let warnings = String::from_utf8(output.stderr).expect("text");
+    assert!(warnings.starts_with("warning: solids inside out: `glass`"), "{warnings}");
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(check(&TestScene::new("{}", &[])).status.code(), Some(2));
+}
