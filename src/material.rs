@@ -212,6 +212,16 @@ impl Material {
         matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
     }
 
+    /// Whether some light leaves it as from a mirror, or refracted.
+    pub fn has_mirror(&self) -> bool {
+        match self {
+            Self::Lambert(_) => false,
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => true,
+            Self::Leaf(m) => m.has_cuticle(),
+            Self::Phong(m) => m.has_mirror(),
+        }
+    }
+
     /// Whether it is the interface of a closed solid.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Dielectric(_))

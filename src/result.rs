@@ -36,6 +36,10 @@ pub struct RunResult {
     pub bands: Vec<BandResult>,
     /// The energy balance.
     pub energy: Energy,
+    /// In a run of paths: the share of the captors' flux, per band, that they cannot find (light of
+    /// points and lines by way of mirrors or refraction), from a short photon run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unseen: Option<Vec<f64>>,
     /// What the k-nearest estimates were made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<MapResult>,
@@ -207,6 +211,7 @@ impl RunResult {
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,
+            unseen: simulation.unseen.clone(),
             map: map.as_ref().map(|map| MapResult {
                 arrivals: map.arrivals.len() as u64,
                 photons: map.histories,

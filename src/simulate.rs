@@ -15,7 +15,7 @@ use std::{
 use crate::{
     captor::Channel,
     error::{Error, Result},
-    estimate::paths::Face,
+    estimate::paths::{Face, unseen},
     light::Strata,
     photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
     rng::Stream,
@@ -75,6 +75,8 @@ pub struct Simulation {
     pub totals: Totals,
     /// Stored arrivals on captors; none for k = 0.
     pub map: Option<PhotonMap>,
+    /// In a run of paths: the share per band of the captors' flux that they cannot find.
+    pub unseen: Option<Vec<f64>>,
     /// Why it ended.
     pub end: End,
     /// Threads that took part.
@@ -214,7 +216,7 @@ impl<'a> Run<'a> {
                 let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
                 let of = Some(plan.histories * self.unit());
                 self.round::<N>(&plan, 0, of, &mut totals, map.as_ref())?;
-                self.finish(totals, map, &plan, End::Photons)
+                self.finish::<N>(totals, map, &plan, End::Photons)
             }
             (None, Some(limit)) => {
                 let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
@@ -249,7 +251,7 @@ impl<'a> Run<'a> {
                 break;
             }
         }
-        self.finish(totals, map, &plan, end)
+        self.finish::<N>(totals, map, &plan, end)
     }
 
     /// One round of blocks, each traced whole by one thread and added up in order.
@@ -337,7 +339,7 @@ impl<'a> Run<'a> {
         for (block, sums) in blocks.iter().enumerate() {
             totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
         }
-        self.finish(totals, map, &ended, end)
+        self.finish::<N>(totals, map, &ended, end)
     }
 
     /// Follows the histories of one piece.
@@ -430,7 +432,7 @@ impl<'a> Run<'a> {
         wanted.then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
-    fn finish(
+    fn finish<const N: usize>(
         &self,
         mut totals: Totals,
         map: Option<Mutex<MapBuilder>>,
@@ -442,7 +444,11 @@ impl<'a> Run<'a> {
             builder.build(totals.histories, |key| plan.histories_before(key))
         });
         totals.histories *= self.unit();
-        Ok(Simulation { totals, map, end, threads: self.pool.current_num_threads() })
+        let unseen = match self.work {
+            Work::Photons(_) => None,
+            Work::Paths(_) => unseen::<N>(self.scene, self.settings.seed),
+        };
+        Ok(Simulation { totals, map, unseen, end, threads: self.pool.current_num_threads() })
     }
 
     fn report(&self, of: Option<u64>, worst_error: Option<f64>) {

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::{
     geometry::Ray,
-    material::{Encounter, Transport},
+    material::{Encounter, Material, Scatter, Transport},
     rng::Stream,
     scene::{Crossing, Scene, Surface, SurfaceHit},
     spectrum::Spectrum,
@@ -39,11 +39,35 @@ pub enum Event<'a, const N: usize> {
         power: Spectrum<N>,
         /// What it carries on.
         scattered: Spectrum<N>,
+        /// How it goes on, if it does.
+        onward: Option<Onward>,
     },
     /// It leaves the scene.
     Escaped(Spectrum<N>),
     /// Its path is longer than the limits allow.
     Lost(Spectrum<N>),
+}
+
+/// How a photon leaves a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Onward {
+    /// Straight on through a thin pane.
+    Straight,
+    /// Mirrored or refracted: where it goes follows from whence it came.
+    Specular,
+    /// In a random direction.
+    Diffuse,
+}
+
+impl Onward {
+    #[inline]
+    fn new<const N: usize>(material: &Material, scatter: &Scatter<N>) -> Self {
+        match (scatter.specular, material) {
+            (false, _) => Self::Diffuse,
+            (true, Material::Pane(_)) if scatter.crosses => Self::Straight,
+            (true, _) => Self::Specular,
+        }
+    }
 }
 
 /// Follows a photon along `ray` and tells `on` what happens.
@@ -66,9 +90,11 @@ pub fn trace<const N: usize>(
         let Some(hit) = hit else { return on(Event::Escaped(power)) };
         let surface = scene.surface(hit.triangle);
         let encounter = Encounter::new(direction, surface.normal);
-        let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
+        let material = scene.material(surface);
+        let scatter = material.sample::<N>(&encounter, Transport::Light, rng);
         let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
-        on(Event::Arrival { hit, surface, encounter, power, scattered });
+        let onward = scatter.as_ref().map(|scatter| Onward::new(material, scatter));
+        on(Event::Arrival { hit, surface, encounter, power, scattered, onward });
 
         let Some(scatter) = scatter else { return };
         if scattered.is_zero() {

@@ -162,6 +162,14 @@ fn warnings(result: &RunResult) -> Vec<String> {
             100.0 * lost
         ));
     }
+    let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
+    if unseen > 0.0 {
+        warnings.push(format!(
+            "paths cannot find light of a point or line by way of mirrors or refraction: about \
+             {:.2} % of the flux on the captors is missing; use photons for it",
+            100.0 * unseen
+        ));
+    }
     let reached = |captor: &CaptorResult| {
         captor.front.photons + captor.back.as_ref().map_or(0, |back| back.photons) > 0
     };

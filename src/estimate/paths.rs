@@ -3,7 +3,9 @@
 //! A path starts at a point uniform on a captor's face, along a direction with density cos / pi.
 //! At each point on its way, one light is chosen in proportion to what it may contribute, and
 //! joined by a shadow ray (next-event estimation); the path itself may meet a light too, and
-//! where both could, each counts by the balance heuristic (Veach 1997, ch. 9).
+//! where both could, each counts by the balance heuristic (Veach 1997, ch. 9). What it cannot find
+//! is light of a point or a line that comes by way of a mirror or refraction: [`unseen`] says how
+//! much that is.
 
 use std::f32::consts::PI;
 
@@ -12,11 +14,13 @@ use glam::Vec3;
 use crate::{
     captor::{Captor, CaptorKind, Channel},
     geometry::{Frame, Ray, Triangle},
+    light::{Light, Strata},
     material::{Encounter, Material, Transport},
     rng::Stream,
     sampling::{cosine_hemisphere, uniform_triangle},
     scene::{LightHit, Scene},
     spectrum::Spectrum,
+    trace::{Event, Onward, trace},
 };
 
 /// Interactions after which a path is given up.
@@ -132,6 +136,51 @@ impl<'a> Face<'a> {
             },
         }
     }
+}
+
+/// Histories of the run that tells what paths cannot find.
+const TRIAL: u64 = 50_000;
+
+/// The share per band of the flux on captors that comes from a point or line light by way of a
+/// mirror or refraction before its first diffuse scattering: no path can find it. From a short
+/// photon run; none where the scene has no such light, or nothing smooth.
+pub fn unseen<const N: usize>(scene: &Scene, seed: u64) -> Option<Vec<f64>> {
+    let smooth = scene.materials.iter().any(|m| m.material.has_mirror());
+    if !smooth || !scene.lights.iter().any(Light::is_delta) {
+        return None;
+    }
+    let bands = scene.bands.len();
+    let (mut all, mut hidden) = (vec![0.0; bands], vec![0.0; bands]);
+    let strata = Strata::new(&scene.lights, TRIAL.max(2 * scene.lights.len() as u64), N);
+    for index in 0..strata.histories() {
+        let l = strata.light(index);
+        let weights = strata.weights(l);
+        let light = &scene.lights[l];
+        let mut rng = Stream::new(seed, 0, index);
+        let ray = light.emit(scene.ray_offset(), &mut rng);
+        let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+        let (mut mirrored, mut diffused) = (false, false);
+        trace(scene, ray, power, &mut rng, |event: Event<'_, N>| {
+            let (counts, power) = match &event {
+                Event::Crossing { power, .. } => (true, power),
+                Event::Arrival { surface, power, .. } => (surface.captor().is_some(), power),
+                Event::Escaped(_) | Event::Lost(_) => return,
+            };
+            if counts {
+                let is_hidden = light.is_delta() && mirrored;
+                for b in 0..bands {
+                    let flux = f64::from(power.0[b]) * weights[b];
+                    all[b] += flux;
+                    hidden[b] += if is_hidden { flux } else { 0.0 };
+                }
+            }
+            if let Event::Arrival { onward, .. } = event {
+                mirrored |= onward == Some(Onward::Specular) && !diffused;
+                diffused |= onward == Some(Onward::Diffuse);
+            }
+        });
+    }
+    Some(hidden.iter().zip(&all).map(|(h, a)| if *a > 0.0 { h / a } else { 0.0 }).collect())
 }
 
 fn add<const N: usize>(a: Spectrum<N>, b: Spectrum<N>) -> Spectrum<N> {

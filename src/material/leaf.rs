@@ -54,6 +54,11 @@ impl Leaf {
         Self { ior, diffuse_transmittance, front: face(front), back: face(back) }
     }
 
+    /// Whether it mirrors: all but the plain bi-Lambertian sheet.
+    pub(super) fn has_cuticle(&self) -> bool {
+        self.ior > 1.0
+    }
+
     #[inline]
     fn cuticle(&self, cos: f32) -> f32 {
         Fresnel::new(cos, self.ior).unpolarised()

@@ -45,6 +45,11 @@ impl Phong {
         }
     }
 
+    /// Whether its specular lobe is a mirror.
+    pub(super) fn has_mirror(&self) -> bool {
+        self.exponent.is_none() && self.specular.largest > 0.0
+    }
+
     fn fractions(&self) -> [f32; 3] {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }
