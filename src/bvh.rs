@@ -27,6 +27,8 @@ pub struct Hit {
     pub u: f32,
     /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
     pub v: f32,
+    /// False where the ray passes through an edge that belongs to the triangle across it.
+    pub owned: bool,
 }
 
 /// Triangles arranged for rays. Coordinates of triangles and rays must stay below 1e9 m.
@@ -54,7 +56,7 @@ impl Bvh {
     /// The nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same t the
     /// one with the lowest triangle index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        let mut best = Hit { t: t_max, triangle: 0, u: 0.0, v: 0.0 };
+        let mut best = Hit { t: t_max, triangle: 0, u: 0.0, v: 0.0, owned: true };
         let mut found = false;
         self.walk(ray, t_max, |hit| {
             if hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle) {
@@ -76,10 +78,11 @@ impl Bvh {
         found
     }
 
-    /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order.
+    /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order; of two
+    /// that share an edge which the ray passes through, one.
     pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Hit)) {
         self.walk(ray, t_max, |hit| {
-            if hit.t < t_max {
+            if hit.t < t_max && hit.owned {
                 visit(hit);
             }
             t_max

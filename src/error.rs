@@ -89,6 +89,15 @@ impl fmt::Display for OneLine<'_> {
 
 impl std::error::Error for Error {}
 
+/// A number as a person would write it, however large or small.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        1e-5..1e15 => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
 /// The name in `known` nearest to `name`, where one is near enough to be a typo.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // comparing takes time and memory of the product of the lengths
@@ -113,6 +122,15 @@ mod tests {
         assert!(sentence.starts_with("a\\nb: xxx"), "{sentence}");
         assert!(sentence.ends_with("x...; \\u{1b}[2J"), "{sentence}");
         assert!(sentence.len() < 1100);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in
+            [(-0.0, "0"), (75.0, "75"), (-0.1, "-0.1"), (1e300, "1e300"), (5e-324, "5e-324")]
+        {
+            assert_eq!(number(value), text);
+        }
     }
 
     #[test]

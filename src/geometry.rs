@@ -62,6 +62,44 @@ impl Triangle {
         (1.0 - u - v) * self.a + u * self.b + v * self.c
     }
 
+    /// Barycentric weights of the points at `distance` from the edge opposite each corner, at most
+    /// those of the centroid; zero for a triangle without area.
+    pub fn margins(&self, distance: f32) -> Vec3 {
+        let double_area = self.cross().length();
+        if double_area == 0.0 {
+            return Vec3::ZERO;
+        }
+        let edges = Vec3::new(
+            (self.c - self.b).length(),
+            (self.a - self.c).length(),
+            (self.b - self.a).length(),
+        );
+        (edges * (distance / double_area)).min(Vec3::splat(1.0 / 3.0))
+    }
+
+    /// The point a + u (b - a) + v (c - a), drawn in to the margins from edges that are nearer.
+    #[inline]
+    pub fn point_within(&self, u: f32, v: f32, margins: Vec3) -> Vec3 {
+        let point = self.point(u, v);
+        let weights = Vec3::new(1.0 - u - v, u, v);
+        if weights.cmplt(margins).any() { self.draw_in(point, weights, margins) } else { point }
+    }
+
+    #[cold]
+    fn draw_in(&self, mut point: Vec3, weights: Vec3, margins: Vec3) -> Vec3 {
+        let corners = [self.a, self.b, self.c];
+        for i in 0..3 {
+            let lack = margins[i] - weights[i];
+            if lack > 0.0 {
+                let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+                let edge = (q - p).normalize_or_zero();
+                let altitude = (corners[i] - p).reject_from_normalized(edge);
+                point += lack * altitude;
+            }
+        }
+        point
+    }
+
     /// The point of the triangle nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
     pub fn nearest_point(&self, p: Vec3) -> Vec3 {
         let (ab, ac, ap) = (self.b - self.a, self.c - self.a, p - self.a);

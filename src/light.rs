@@ -269,7 +269,9 @@ impl Light {
         }
     }
 
-    /// The ray of one photon. It starts `offset` metres off a light that has a surface.
+    /// The ray of one photon. It starts `offset` metres off a light that has a surface, and as far
+    /// from the edges of a polygon and the ends of a line: a light that reaches from wall to wall
+    /// must not shine behind them by rounding.
     #[inline]
     pub fn emit(&self, offset: f32, rng: &mut Stream) -> Ray {
         match &self.emitter {
@@ -280,11 +282,11 @@ impl Light {
             Emitter::Tube { from, axis, frame, radius } => {
                 let turn = uniform_circle(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
-                let on_axis = *from + rng.uniform() * *axis;
+                let on_axis = on_axis(*from, *axis, offset, rng);
                 leave(on_axis + *radius * normal, normal, offset, rng)
             }
             Emitter::IsotropicLine { from, axis } => Ray {
-                origin: *from + rng.uniform() * *axis,
+                origin: on_axis(*from, *axis, offset, rng),
                 direction: uniform_cone(2.0, rng.square()),
             },
             Emitter::Area { triangles, cumulative_area, two_sided } => {
@@ -292,7 +294,8 @@ impl Light {
                 let weights = uniform_triangle(rng.square());
                 let front = !*two_sided || rng.uniform() < 0.5;
                 let normal = if front { triangle.normal() } else { -triangle.normal() };
-                leave(triangle.point(weights.x, weights.y), normal, offset, rng)
+                let point = triangle.point_within(weights.x, weights.y, triangle.margins(offset));
+                leave(point, normal, offset, rng)
             }
         }
     }
@@ -366,6 +369,13 @@ fn seen(
         irradiance: cos / (PI * sides * d2),
         density: Some(d2 / (area * cos)),
     })
+}
+
+/// A point uniform on a line, `offset` from its ends.
+#[inline]
+fn on_axis(from: Vec3, axis: Vec3, offset: f32, rng: &mut Stream) -> Vec3 {
+    let margin = (offset / axis.length()).min(0.5);
+    from + rng.uniform().clamp(margin, 1.0 - margin) * axis
 }
 
 /// A ray with Lambertian direction from a surface.

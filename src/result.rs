@@ -2,7 +2,7 @@
 //! umol/s; errors are standard errors (1 sigma).
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::{
     captor::{CHANNELS, Captor, CaptorKind, Channel},
@@ -66,26 +66,38 @@ pub struct BandResult {
 }
 
 /// The energy balance per band: emitted = absorbed + escaped + lost. Paths from the captors know
-/// `power` alone; the rest is then null.
+/// `power` alone: the rest is empty or none, and null in the file.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Energy {
     /// Nominal power of all lights.
     pub power: Vec<f64>,
     /// What the photons carried.
-    pub emitted: Option<Vec<f64>>,
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
+    pub emitted: Vec<f64>,
     /// What surfaces absorbed.
-    pub absorbed: Option<Vec<f64>>,
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
+    pub absorbed: Vec<f64>,
     /// What left the scene.
-    pub escaped: Option<Vec<f64>>,
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
+    pub escaped: Vec<f64>,
     /// What was on paths cut off by the length limits.
-    pub lost: Option<Vec<f64>>,
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
+    pub lost: Vec<f64>,
     /// What the surfaces of each material absorbed.
     #[schemars(with = "Option<std::collections::BTreeMap<String, Vec<f64>>>")]
     #[serde(serialize_with = "as_map")]
     pub absorbed_by: Option<Vec<(String, Vec<f64>)>>,
 }
 
-fn as_map<S: serde::Serializer>(
+fn or_null<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    (!values.is_empty()).then_some(values).serialize(serializer)
+}
+
+fn as_map<S: Serializer>(
     entries: &Option<Vec<(String, Vec<f64>)>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
@@ -239,10 +251,10 @@ fn balance(scene: &Scene, power: Vec<f64>, ledger: Ledger) -> Energy {
     let named = scene.materials.iter().zip(&by_material);
     Energy {
         power,
-        emitted: Some(with_sums(scene, &emitted)),
-        absorbed: Some(with_sums(scene, &total)),
-        escaped: Some(with_sums(scene, &escaped)),
-        lost: Some(with_sums(scene, &lost)),
+        emitted: with_sums(scene, &emitted),
+        absorbed: with_sums(scene, &total),
+        escaped: with_sums(scene, &escaped),
+        lost: with_sums(scene, &lost),
         absorbed_by: Some(
             named.map(|(m, values)| (m.name.clone(), with_sums(scene, values))).collect(),
         ),

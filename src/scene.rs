@@ -271,7 +271,7 @@ impl Scene {
                     normal: triangle.normal(),
                     material: part.material as u32,
                     captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
-                    margins: margins(&triangle, 4.0 * RAY_OFFSET * radius),
+                    margins: triangle.margins(4.0 * RAY_OFFSET * radius),
                 });
                 triangles.push(triangle);
             }
@@ -476,11 +476,7 @@ impl Scene {
     /// put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
     fn inside(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
-        let shape = &self.triangles[triangle];
-        let point = shape.point(u, v);
-        let weights = Vec3::new(1.0 - u - v, u, v);
-        let margins = self.surfaces[triangle].margins;
-        if weights.cmplt(margins).any() { draw_in(shape, point, weights, margins) } else { point }
+        self.triangles[triangle].point_within(u, v, self.surfaces[triangle].margins)
     }
 
     /// A virtual captor in the plane of a surface counts as lying off it, where its normal points:
@@ -547,13 +543,15 @@ fn check_rounding(
     radius: f32,
 ) -> Result<()> {
     const TOLERATED: f64 = 0.02;
+    const SMALLEST: f64 = 1e-12;
     let exact = Moments::of(corners).area;
     let rounded = |t| {
         let Triangle { a, b, c } = local(t);
         [a, b, c].map(|p| p.as_dvec3())
     };
     let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
-    if exact > 0.0 && (rounded - exact).abs() <= TOLERATED * exact {
+    let seen = exact >= SMALLEST * f64::from(radius).powi(2);
+    if seen && (rounded - exact).abs() <= TOLERATED * exact {
         return Ok(());
     }
     let problem = format!(
@@ -582,35 +580,6 @@ fn parallel_neighbour(
         }
     });
     found
-}
-
-/// Barycentric margins of a triangle for a distance from its edges.
-fn margins(triangle: &Triangle, distance: f32) -> Vec3 {
-    let double_area = triangle.cross().length();
-    if double_area == 0.0 {
-        return Vec3::ZERO;
-    }
-    let edges = Vec3::new(
-        (triangle.c - triangle.b).length(),
-        (triangle.a - triangle.c).length(),
-        (triangle.b - triangle.a).length(),
-    );
-    (edges * (distance / double_area)).min(Vec3::splat(1.0 / 3.0))
-}
-
-#[cold]
-fn draw_in(triangle: &Triangle, mut point: Vec3, weights: Vec3, margins: Vec3) -> Vec3 {
-    let corners = [triangle.a, triangle.b, triangle.c];
-    for i in 0..3 {
-        let lack = margins[i] - weights[i];
-        if lack > 0.0 {
-            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
-            let edge = (q - p).normalize_or_zero();
-            let altitude = (corners[i] - p).reject_from_normalized(edge);
-            point += lack * altitude;
-        }
-    }
-    point
 }
 
 /// Extent of everything in a scene, m.

@@ -22,7 +22,7 @@ pub use format::SceneFile;
 use format::{CameraFile, Count, EstimatorFile, PerBand, SettingsFile, TransformFile};
 
 use crate::{
-    error::{Error, Result, nearest},
+    error::{Error, Result, nearest, number},
     geometry::{Transform, unit_vector},
     input::read_bytes,
     obj::ObjFile,
@@ -322,7 +322,7 @@ impl Loader {
             f64::MAX => format!("at least {low}"),
             _ => format!("from {low} to {high}"),
         };
-        let error = self.error(pointer, format!("{value:?}, must be {range}"));
+        let error = self.error(pointer, format!("{}, must be {range}", number(value)));
         Err(if high == 1.0 && value > 1.0 { error.remedy("75 % is 0.75") } else { error })
     }
 

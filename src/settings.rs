@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::error::number;
+
 /// The most histories that a run can have.
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
 
@@ -26,7 +28,7 @@ pub struct Settings {
     pub seed: u64,
     /// Photons of a k-nearest estimate, at least 2; 0 stores no photons.
     pub k: usize,
-    /// The most arrivals in the photon map; fewer where they would take more than 3 GiB.
+    /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
     pub map_photons: usize,
     /// Goes on until every captor's relative standard error is at most this, in (0, 1).
     pub tolerance: Option<f64>,
@@ -93,14 +95,14 @@ impl Settings {
         if tolerance > 0.0 && tolerance < 1.0 {
             return Ok(tolerance);
         }
-        Err(format!("{tolerance:?}, must be between 0 and 1 (1 % is 0.01)"))
+        Err(format!("{}, must be between 0 and 1 (1 % is 0.01)", number(tolerance)))
     }
 
     /// A time to stop at, from seconds.
     pub fn check_max_time(seconds: f64) -> Checked<Duration> {
         match Duration::try_from_secs_f64(seconds) {
             Ok(time) if !time.is_zero() => Ok(time),
-            _ => Err(format!("{seconds:?} s, must be above 0 and below 1e19 s")),
+            _ => Err(format!("{} s, must be above 0 and below 1e19 s", number(seconds))),
         }
     }
 

@@ -36,8 +36,9 @@ const MIN_PATHS: u64 = 100;
 const MAX_OPEN_BYTES: usize = 4 << 30;
 /// The most memory that a run may take for its sums and results, bytes.
 const MAX_SUM_BYTES: usize = 16 << 30;
-/// The most memory that the photon map may take, bytes. Building it takes twice as much.
-const MAX_MAP_BYTES: usize = 3 << 30;
+/// The most memory that the photon map may take, bytes. Building it takes twice as much, and in a
+/// room of mirrors the piece of each thread may be as large.
+const MAX_MAP_BYTES: usize = 1 << 30;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
@@ -274,11 +275,12 @@ impl<'a> Run<'a> {
                     return;
                 }
                 for piece in 0..plan.pieces(block) {
-                    if !self.stopped() {
-                        self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
-                        sums.drain(&mut piece_sums);
-                        self.report(of, None);
+                    if self.stopped() {
+                        break;
                     }
+                    self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
+                    sums.drain(&mut piece_sums);
+                    self.report(of, None);
                 }
                 let mut merged = lock(&merged);
                 while merged.0 != block {

@@ -417,7 +417,7 @@ fn lights() {
         ),
         (
             r#"{"type": "point", "position": [0, 0, 1e300], "power": 1}"#,
-            &["half diagonal", "not finite once it is placed; check the unit"],
+            &["half diagonal", "check the unit, transforms and coordinates"],
         ),
         (
             r#"{"name": "a", "type": "point", "position": [0, 0, 1], "power": 1}, {"name": "a", "type": "point", "position": [0, 0, 1], "power": 1}"#,
@@ -558,7 +558,7 @@ fn objects() {
         (
             "objects",
             r#"[{"obj": "a.obj", "material": "wall", "transform": {"translate": [1e308, 1e308, 1e308], "scale": 1e308}}]"#,
-            &["not finite once it is placed; check the unit"],
+            &["check the unit, transforms and coordinates"],
         ),
         (
             "objects",
@@ -664,7 +664,7 @@ fn captors() {
         ("captors", r#"[{"name": "x"}]"#, &["/captors/0: has none of `csv`, `obj` and `disc`"]),
         (
             "captors",
-            r#"[{"csv": "a.csv", "obj": "a.obj"}]"#,
+            r#"[{"name": "b", "csv": "a.csv", "obj": "a.obj"}]"#,
             &["/captors/0: must have exactly one of"],
         ),
         (
@@ -827,10 +827,8 @@ fn sizes() {
         &["half diagonal", "must be 1e-6 to 1e9 m"],
     );
     let few = r#"{"photons": 1}"#;
-    let lights = format!(
-        "[{}]",
-        vec![r#"{"type": "point", "position": [0, 0, 1], "power": 1}"#; 2].join(",")
-    );
+    let lights =
+        format!("[{}]", [r#"{"type": "point", "position": [0, 0, 1], "power": 1}"#; 2].join(","));
     bad_scene(
         &scene(&[("settings", few), ("lights", &lights)]),
         FILES,
@@ -883,7 +881,7 @@ fn command_line() {
             &["none/r.json: there is no folder none; create it"],
         ),
         (&["run", "scene.json", "-o", "."], &[".: is a directory; name a file in it"]),
-        (&["run", "scene.json", "-o", ""], &["cannot be written"]),
+        (&["run", "scene.json", "-o", ""], &["--output"]),
         (
             &["run", "scene.json", "-o", "new/"],
             &["new/: cannot be written: it does not name a file"],

@@ -1,8 +1,15 @@
 //! The tests of whole runs, in one binary.
 
 mod bad_input;
+mod bytes;
 mod check;
+mod closed_forms;
 mod common;
 mod contract;
+mod exact;
 mod floors;
+mod invariance;
+mod nearest;
 mod output;
+mod truths;
+mod world;

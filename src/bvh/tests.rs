@@ -329,9 +329,39 @@ fn of_coincident_triangles_the_first() {
     let bvh = Bvh::build(&triangles);
     let ray = Ray { origin: Vec3::new(0.2, 0.3, 1.0), direction: Vec3::NEG_Z };
     let hit = bvh.closest(&ray, f32::INFINITY).unwrap();
-    assert_eq!(hit, Hit { t: 1.0, triangle: 300, u: 0.2, v: 0.3 });
+    assert_eq!(hit, Hit { t: 1.0, triangle: 300, u: 0.2, v: 0.3, owned: true });
     assert_eq!(crossed(&bvh, &ray, 1.5).len(), 10_000);
     assert_eq!(bvh.closest(&ray, 1.0), None);
+}
+
+/// A ray through an edge or a corner crosses one of the triangles that meet there, whichever way
+/// they are turned: a photon through the diagonal of a captor is one photon.
+#[test]
+fn shared_edges_are_crossed_once() {
+    let p = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0);
+    let mut fans = Vec::new();
+    for (x, y) in (0..4).flat_map(|x| (0..4).map(move |y| (2 * x, 2 * y))) {
+        let ring: Vec<Vec3> = [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+            .map(|(i, j)| p(x + i, y + j))
+            .to_vec();
+        for i in 0..8 {
+            let [a, b, c] = [p(x + 1, y + 1), ring[i], ring[(i + 1) % 8]];
+            fans.push(if i % 3 == 0 { Triangle { a: c, b, c: a } } else { Triangle { a, b, c } });
+        }
+    }
+    let bvh = Bvh::build(&fans);
+    let slants = [Vec3::ZERO, Vec3::new(0.25, 0.5, 0.0), Vec3::new(-0.5, 0.125, 0.0)];
+    for (i, j, slant) in (1..32)
+        .flat_map(|i| (1..32).map(move |j| (i, j)))
+        .flat_map(|(i, j)| slants.map(|slant| (i, j, slant)))
+    {
+        let to = Vec3::new(i as f32 * 0.25, j as f32 * 0.25, 0.0);
+        for z in [1.0, -1.0] {
+            let ray = Ray { origin: to + slant + Vec3::Z * z, direction: -slant - Vec3::Z * z };
+            assert_eq!(crossed(&bvh, &ray, f32::INFINITY).len(), 1, "{ray:?}");
+            assert!(bvh.closest(&ray, f32::INFINITY).is_some());
+        }
+    }
 }
 
 /// Strips, grids and nests that make a naive build a chain.

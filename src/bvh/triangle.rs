@@ -6,7 +6,7 @@
 //! the same numbers for it with opposite signs, so no ray passes between them. A single-precision
 //! edge function has either the exact sign or is zero; double precision decides what is left.
 
-use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use crate::geometry::Ray;
 
@@ -28,6 +28,16 @@ pub(super) struct Meeting {
     pub t: f32,
     pub u: f32,
     pub v: f32,
+    pub owned: bool,
+}
+
+/// Whether a point on the edge from `p` to `q`, seen along the ray, belongs to the triangle that has
+/// it on its left: the triangle on the other side runs along it the other way (the top-left rule of
+/// rasterisation).
+#[inline(always)]
+fn owns_edge(p: DVec2, q: DVec2, turn: f64) -> bool {
+    let along = (q - p) * turn;
+    along.y < 0.0 || (along.y == 0.0 && along.x > 0.0)
 }
 
 impl Shear {
@@ -80,8 +90,16 @@ impl Shear {
         }
         let inverse = 1.0 / determinant;
         let t = self.distance(corners, DVec3::new(u, v, w) * inverse, depth);
+        let mut owned = true;
+        if u == 0.0 || v == 0.0 || w == 0.0 {
+            let [a, b, c] = [0, 1, 2].map(|i| DVec2::new(px[i], py[i]));
+            let turn = determinant.signum();
+            owned = (u != 0.0 || owns_edge(b, c, turn))
+                && (v != 0.0 || owns_edge(c, a, turn))
+                && (w != 0.0 || owns_edge(a, b, turn));
+        }
         let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
-        (t > 0.0 && t <= limit).then_some(Meeting { t, u, v })
+        (t > 0.0 && t <= limit).then_some(Meeting { t, u, v, owned })
     }
 
     /// Distance to the plane of the triangle, right to the last bit unless the ray grazes it: of

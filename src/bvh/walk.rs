@@ -125,7 +125,13 @@ impl Bvh {
             if child.is_leaf() {
                 for i in child.triangles() {
                     if let Some(m) = shear.meet(&self.corners[i], limit) {
-                        limit = visit(Hit { t: m.t, triangle: self.indices[i], u: m.u, v: m.v });
+                        limit = visit(Hit {
+                            t: m.t,
+                            triangle: self.indices[i],
+                            u: m.u,
+                            v: m.v,
+                            owned: m.owned,
+                        });
                     }
                 }
             } else {

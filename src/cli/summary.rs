@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
-    result::{CaptorResult, Energy, FaceResult, RunResult},
+    result::{CaptorResult, FaceResult, RunResult},
     settings::Settings,
     simulate::End,
 };
@@ -41,16 +41,10 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
 }
 
 fn energy(text: &mut String, result: &RunResult) {
-    let Energy {
-        emitted: Some(emitted),
-        absorbed: Some(absorbed),
-        escaped: Some(escaped),
-        lost: Some(lost),
-        ..
-    } = &result.energy
-    else {
+    let energy = &result.energy;
+    if energy.emitted.is_empty() {
         return;
-    };
+    }
     let unit = result.unit.flux;
     let _ = writeln!(
         text,
@@ -66,10 +60,10 @@ fn energy(text: &mut String, result: &RunResult) {
             text,
             "  {:<22}{:>11}{:>11}{:>11}{:>11}",
             band.name,
-            short(emitted[b]),
-            short(absorbed[b]),
-            short(escaped[b]),
-            short(lost[b])
+            short(energy.emitted[b]),
+            short(energy.absorbed[b]),
+            short(energy.escaped[b]),
+            short(energy.lost[b])
         );
     }
 }
@@ -151,11 +145,10 @@ pub(super) fn short(value: f64) -> String {
 
 fn warnings(result: &RunResult) -> Vec<String> {
     let mut warnings = Vec::new();
-    let Energy { emitted, lost, .. } = &result.energy;
-    let shares = lost.iter().flatten().zip(emitted.iter().flatten());
-    let shares =
-        shares.filter(|(_, emitted)| **emitted > 0.0).map(|(lost, emitted)| lost / emitted);
-    let lost = shares.fold(0.0, f64::max);
+    let energy = &result.energy;
+    let lost =
+        energy.lost.iter().zip(&energy.emitted).map(|(l, e)| if *e > 0.0 { l / e } else { 0.0 });
+    let lost = lost.fold(0.0, f64::max);
     if lost > MUCH_LOST {
         warnings.push(format!(
             "{:.2} % of the power was on paths cut off at the length limits (lost)",

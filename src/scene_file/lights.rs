@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::{Loader, MAX_LIGHTS, Result, format::*, objects::area};
 use crate::{
+    error::number,
     geometry::{triangulate, unit_vector},
     light::LightShape,
     scene::{LightPart, SurfacePart},
@@ -48,7 +49,7 @@ impl Loader {
                 .remedy("make one area light of many small ones"));
         }
         if let Some(power) = light.power.iter().find(|p| **p != 0.0 && !POWERS.contains(*p)) {
-            let problem = format!("emits {power:e} W or umol/s in a band");
+            let problem = format!("emits {} W or umol/s in a band", number(*power));
             return Err(self.error(pointer, problem).remedy("it must be 0, or from 1e-30 to 1e30"));
         }
         self.parts.lights.push(light);

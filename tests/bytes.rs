@@ -1,0 +1,92 @@
+//! The same scene, settings and seed give the same bytes.
+
+use std::time::Duration;
+
+use phylux::{RunResult, Settings};
+use serde_json::json;
+
+use crate::{
+    common::{TestScene, run_file},
+    world::{Mesh, World, room},
+};
+
+fn scene() -> TestScene {
+    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
+    let tiles = (0..30).map(|i| {
+        let x = -0.8 + 0.05 * i as f64;
+        (format!("{i}"), Mesh::square([x, 0.1, -0.4], [0.0, 0.0, 1.0], 0.3))
+    });
+    World::new()
+        .bands(2)
+        .lambert("wall", 0.5)
+        .material("leaf", leaf)
+        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .counted("leaf", "leaf", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
+        .captors("tiles", tiles)
+        .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": [3, 4] }))
+        .light(json!({ "type": "tube", "from": [-0.5, 0, 0.9], "to": [0.5, 0, 0.9],
+                       "radius": 0.02, "power": [2, 0.1] }))
+        .write()
+}
+
+fn bytes(result: &RunResult) -> String {
+    let mut bytes = Vec::new();
+    phylux::write_json(result, &mut bytes).expect("written to memory");
+    String::from_utf8(bytes).expect("text")
+}
+
+fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
+    run_file(&scene.path("scene.json"), |settings| {
+        settings.k = 20;
+        change(settings);
+    })
+}
+
+/// On 1, 2 and 5 threads: a run of a number of photons that nothing divides, one with a tolerance, and
+/// one whose photon map is full. No chance in it.
+#[test]
+fn threads_do_not_matter() {
+    let scene = scene();
+    type Change = fn(&mut Settings);
+    let cases: [(&str, Change); 3] = [
+        ("plain", |s| s.photons = Some(100_003)),
+        ("tolerance", |s| s.tolerance = Some(0.04)),
+        ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
+    ];
+    for (name, change) in cases {
+        let on = |threads: usize| {
+            bytes(&run(&scene, |settings| {
+                change(settings);
+                settings.threads = threads;
+            }))
+        };
+        let one = on(1);
+        assert!(one == on(2), "{name}: 1 and 2 threads differ");
+        assert!(one == on(5), "{name}: 1 and 5 threads differ");
+        assert!(one == on(2), "{name}: two runs differ");
+    }
+}
+
+/// Another seed gives other bytes: the test above can fail.
+#[test]
+fn seeds_matter() {
+    let scene = scene();
+    let of = |seed: u64| {
+        let result = run(&scene, |s| (s.photons, s.seed) = (Some(10_000), seed));
+        serde_json::to_string(&result.captors).expect("text")
+    };
+    assert!(of(1) != of(2));
+}
+
+/// A run that its time limit ends is the run of that many photons.
+#[test]
+fn time_limit_is_a_number_of_photons() {
+    let scene = scene();
+    let limited = run(&scene, |settings| {
+        settings.photons = Some(1_000_000_000);
+        settings.max_time = Some(Duration::from_millis(300));
+    });
+    assert!(limited.photons < 1_000_000_000 && limited.photons % 1024 == 0);
+    let again = run(&scene, |settings| settings.photons = Some(limited.photons));
+    assert!(bytes(&limited) == bytes(&again), "{} photons", limited.photons);
+}

@@ -1,0 +1,130 @@
+//! Exact numbers, and the comparison of estimates with them.
+
+use phylux::FaceResult;
+
+use crate::world::Point;
+
+/// Estimates beside the exact values that they are to meet within 4 standard errors. With errors
+/// from 128 blocks the odds of a false alarm are 1.1e-4 for each (Student's t, 127 degrees of
+/// freedom); seeds are fixed, so it can only come when a random stream is changed.
+pub struct Comparisons {
+    topic: &'static str,
+    largest_error: f64,
+    rows: Vec<Row>,
+}
+
+struct Row {
+    what: String,
+    estimate: f64,
+    standard_error: f64,
+    exact: f64,
+}
+
+impl Comparisons {
+    /// Of one topic; every standard error must be at most `largest_error` of the exact value.
+    pub fn new(topic: &'static str, largest_error: f64) -> Self {
+        Self { topic, largest_error, rows: Vec::new() }
+    }
+
+    /// Any estimate.
+    pub fn add(&mut self, what: impl Into<String>, estimate: f64, standard_error: f64, exact: f64) {
+        self.rows.push(Row { what: what.into(), estimate, standard_error, exact });
+    }
+
+    /// The flux of one face and band.
+    pub fn flux(&mut self, what: impl Into<String>, face: &FaceResult, band: usize, exact: f64) {
+        let se = face.flux_se[band].unwrap_or(f64::INFINITY);
+        self.add(what, face.flux[band], se, exact);
+    }
+
+    /// The irradiance of one face and band.
+    pub fn irradiance(
+        &mut self,
+        what: impl Into<String>,
+        face: &FaceResult,
+        band: usize,
+        exact: f64,
+    ) {
+        let se = face.irradiance_se[band].unwrap_or(f64::INFINITY);
+        self.add(what, face.irradiance[band], se, exact);
+    }
+
+    /// Judges them; their number is stated where they are made.
+    pub fn finish(self, comparisons: usize) {
+        assert_eq!(self.rows.len(), comparisons, "{}: comparisons", self.topic);
+        let mut wrong = Vec::new();
+        for Row { what, estimate, standard_error, exact } in &self.rows {
+            let z = (estimate - exact) / standard_error;
+            let relative = standard_error / exact.abs();
+            let line = format!(
+                "{}: {what}: {estimate:.6} exact {exact:.6}, standard error {:.3} %, z {z:+.2}",
+                self.topic,
+                100.0 * relative
+            );
+            println!("{line}");
+            // both as what must hold, so that NaN fails
+            let holds = z.abs() <= 4.0 && relative <= self.largest_error;
+            if !holds {
+                wrong.push(line);
+            }
+        }
+        assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+    }
+}
+
+/// The integral of `f` over [a, b], by Gauss's rule of five points on `pieces` equal pieces.
+pub fn integral(a: f64, b: f64, pieces: usize, f: impl Fn(f64) -> f64) -> f64 {
+    const NODES: [(f64, f64); 5] = [
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    ];
+    let half = 0.5 * (b - a) / pieces as f64;
+    let piece = |i: usize| {
+        let middle = a + (2 * i + 1) as f64 * half;
+        NODES.iter().map(|(x, weight)| weight * half * f(middle + half * x)).sum::<f64>()
+    };
+    (0..pieces).map(piece).sum()
+}
+
+/// The mean of `f` over a parallelogram.
+pub fn mean_over(corner: Point, u: Point, v: Point, f: impl Fn(Point) -> f64) -> f64 {
+    integral(0.0, 1.0, 4, |s| {
+        integral(0.0, 1.0, 4, |t| f([0, 1, 2].map(|i| corner[i] + s * u[i] + t * v[i])))
+    })
+}
+
+/// Irradiance at `p` on a surface with this unit normal from a polygon of radiance 1 that lies
+/// whole above its horizon (Lambert 1760): half the sum of the edges' angles times cosines.
+pub fn polygon_irradiance(p: Point, normal: Point, polygon: &[Point]) -> f64 {
+    let p = glam::DVec3::from(p);
+    let to = |i: usize| (glam::DVec3::from(polygon[i % polygon.len()]) - p).normalize();
+    let edge = |i: usize| {
+        let (a, b) = (to(i), to(i + 1));
+        let cross = a.cross(b);
+        let angle = cross.length().atan2(a.dot(b));
+        angle * cross.normalize_or_zero().dot(normal.into())
+    };
+    0.5 * (0..polygon.len()).map(edge).sum::<f64>().abs()
+}
+
+/// Unpolarised Fresnel reflectance at the cosine of incidence `cos`, towards the relative index
+/// `eta`, as the two polarisations (Born and Wolf, 1.5).
+pub fn fresnel(cos: f64, eta: f64) -> [f64; 2] {
+    let sin2 = (1.0 - cos * cos) / (eta * eta);
+    if sin2 >= 1.0 {
+        return [1.0, 1.0];
+    }
+    let beyond = (1.0 - sin2).sqrt();
+    let s = (cos - eta * beyond) / (cos + eta * beyond);
+    let p = (eta * cos - beyond) / (eta * cos + beyond);
+    [s * s, p * p]
+}
+
+/// A closed form must be the published number, as far as that has digits.
+pub fn rounds_to(value: f64, published: f64, digit: f64) {
+    let off = (value - published).abs();
+    assert!(off <= 0.501 * digit, "{value} does not round to the published {published}");
+}

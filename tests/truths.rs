@@ -1,0 +1,133 @@
+//! Scenes whose irradiances others have computed: closed forms, quadrature, and a backward path
+//! tracer (Mitsuba). They lie beside the repository, in PHYLUX_SHARED/truth.
+
+use std::path::Path;
+
+use phylux::{FaceResult, RunResult};
+use serde_json::{Value, json};
+
+use crate::{
+    common::{TestScene, shared},
+    world::check_ledger,
+};
+
+const PHOTONS: u64 = 2_000_000;
+
+/// Runs a truth's scene with captors of both sides.
+fn run(folder: &Path, seed: u64) -> RunResult {
+    let text = std::fs::read_to_string(folder.join("scene.json")).expect("scene.json");
+    let mut scene: Value = serde_json::from_str(&text).expect("a scene");
+    for list in ["objects", "lights", "captors"] {
+        for entry in scene[list].as_array_mut().into_iter().flatten() {
+            if let Some(obj) = entry.get("obj").and_then(Value::as_str) {
+                entry["obj"] = json!(folder.join(obj));
+            }
+        }
+    }
+    for captor in scene["captors"].as_array_mut().expect("captors") {
+        captor["sides"] = json!("both");
+    }
+    let result = TestScene::new(&scene.to_string(), &[]).run(PHOTONS, seed);
+    check_ledger(&result);
+    result
+}
+
+struct Truth {
+    captor: String,
+    band: usize,
+    irradiance: f64,
+    standard_error: f64,
+}
+
+/// The rows of a truth's table: captor, band, irradiance, standard error, method.
+fn truths(path: &Path, result: &RunResult) -> Vec<Truth> {
+    let mut reader = csv::Reader::from_path(path).expect("a table of truths");
+    let row = |row: csv::StringRecord| {
+        let band = &row[1];
+        let named = result.bands.iter().position(|b| b.name == *band);
+        // scenes of one unnamed band call it b0
+        let band = named.unwrap_or_else(|| band[1..].parse().expect("a band"));
+        let number = |i: usize| row[i].parse().expect("a number");
+        Truth { captor: row[0].into(), band, irradiance: number(2), standard_error: number(3) }
+    };
+    reader.records().map(|record| row(record.expect("a row"))).collect()
+}
+
+/// Standard error of an irradiance: from its blocks or, below 100 photons, Poisson's for the number
+/// that the truth lets expect, of photons as heavy as those that came, or as the run's lightest.
+fn standard_error(run: &RunResult, face: &FaceResult, truth: &Truth, area: f64) -> f64 {
+    if face.photons >= 100 {
+        return face.irradiance_se[truth.band].unwrap_or(f64::INFINITY);
+    }
+    let weight = |face: &FaceResult| face.flux[truth.band] / face.photons as f64;
+    let weight = match face.photons {
+        0 => {
+            let lit = run.captors.iter().map(|captor| &captor.front).filter(|f| f.photons > 0);
+            lit.map(weight).fold(f64::INFINITY, f64::min)
+        }
+        _ => weight(face),
+    };
+    (truth.irradiance * weight / area).sqrt()
+}
+
+/// Every captor and band within 4 combined standard errors plus 0.1 % of the value.
+fn compare(name: &str, comparisons: usize) {
+    let Some(shared) = shared() else { return };
+    let folder = shared.join("truth").join(name);
+    let result = run(&folder, 1);
+    let mut wrong = Vec::new();
+    let mut compared = 0;
+    let mut sum_of_squares = 0.0;
+    for (file, front) in [("truth.csv", true), ("truth_back.csv", false)] {
+        if !folder.join(file).is_file() {
+            continue;
+        }
+        for truth in truths(&folder.join(file), &result) {
+            let id = format!("captors/{}", truth.captor);
+            let captor = result.captors.iter().find(|c| c.id == id).expect("the captor");
+            let face = if front { &captor.front } else { captor.back.as_ref().expect("a back") };
+            let se = standard_error(&result, face, &truth, captor.area);
+            let combined = se.hypot(truth.standard_error);
+            let off = face.irradiance[truth.band] - truth.irradiance;
+            let line = format!(
+                "{name} {} {}, front {front}: {:.6} truth {:.6}, standard error {:.2} %, z {:+.2}",
+                truth.captor,
+                result.bands[truth.band].name,
+                face.irradiance[truth.band],
+                truth.irradiance,
+                100.0 * combined / truth.irradiance,
+                off / combined,
+            );
+            println!("{line}");
+            let holds = off.abs() <= 4.0 * combined + 1e-3 * truth.irradiance;
+            if !holds {
+                wrong.push(line);
+            }
+            compared += 1;
+            sum_of_squares += if off == 0.0 { 0.0 } else { (off / combined).powi(2) };
+        }
+    }
+    println!("{name}: {compared} comparisons, mean z2 {:.2}", sum_of_squares / compared as f64);
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+    assert_eq!(compared, comparisons);
+}
+
+/// One test per scene: seed 1, 2e6 photons, odds of a false alarm at most 1.1e-4 per comparison
+/// (Student's t, 127 degrees of freedom).
+macro_rules! truths {
+    ($($test:ident: $name:literal, $comparisons:literal;)*) => {
+        $(#[test]
+        fn $test() {
+            compare($name, $comparisons);
+        })*
+    };
+}
+
+truths! {
+    area_lamp: "A2_area", 15;
+    spot: "A4_spot", 11;
+    furnace: "A5a_furnace_centre", 27;
+    slab: "A6_slab", 10;
+    cornell_box_both_sides: "B_cornell", 72;
+    dim_lamp_behind_a_thin_wall: "D3b_thin_wall_dimlamp", 10;
+}

@@ -1,0 +1,315 @@
+//! Small scenes of simple shapes, and what must hold in every run of them.
+
+use std::f64::consts::PI;
+
+use phylux::{FaceResult, RunResult};
+use serde_json::{Value, json};
+
+use crate::common::TestScene;
+
+/// A point or a vector, m.
+pub type Point = [f64; 3];
+
+/// Polygons, counter-clockwise seen from the front.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh(pub Vec<Vec<Point>>);
+
+impl Mesh {
+    /// A parallelogram with its front where u x v points.
+    pub fn rectangle(corner: Point, u: Point, v: Point) -> Self {
+        let at = |s: f64, t: f64| [0, 1, 2].map(|i| corner[i] + s * u[i] + t * v[i]);
+        Self(vec![vec![at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]])
+    }
+
+    /// A square of side `size` around `center`, its front along the unit vector `normal`.
+    pub fn square(center: Point, normal: Point, size: f64) -> Self {
+        let (u, v) = across(normal);
+        let corner = [0, 1, 2].map(|i| center[i] - 0.5 * size * (u[i] + v[i]));
+        Self::rectangle(corner, u.map(|x| x * size), v.map(|x| x * size))
+    }
+
+    /// A polygon of 96 corners with the area of the disc, its front along `normal`.
+    pub fn disc(center: Point, normal: Point, radius: f64) -> Self {
+        const CORNERS: usize = 96;
+        let (u, v) = across(normal);
+        let step = 2.0 * PI / CORNERS as f64;
+        let rim = radius * (step / step.sin()).sqrt();
+        let corner = |k: usize| {
+            let (sin, cos) = (k as f64 * step).sin_cos();
+            [0, 1, 2].map(|i| center[i] + rim * (cos * u[i] + sin * v[i]))
+        };
+        Self(vec![(0..CORNERS).map(corner).collect()])
+    }
+
+    /// An axis-aligned box, fronts out: x low, x high, y low, y high, z low, z high.
+    pub fn cuboid(low: Point, high: Point) -> Self {
+        let faces = (0..3).flat_map(|axis| {
+            let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+            let along = |i: usize| {
+                let mut v = [0.0; 3];
+                v[i] = high[i] - low[i];
+                v
+            };
+            let mut far = low;
+            far[axis] = high[axis];
+            let near = Self::rectangle(low, along(k), along(j));
+            [near, Self::rectangle(far, along(j), along(k))]
+        });
+        Self(faces.flat_map(|face| face.0).collect())
+    }
+
+    /// A sphere of triangles, fronts out, with its corners at `radius`.
+    pub fn sphere(center: Point, radius: f64, rows: usize) -> Self {
+        let at = |row: usize, column: usize| {
+            let (sin, cos) = (PI * row as f64 / rows as f64).sin_cos();
+            let turn = 2.0 * PI * (column % (2 * rows)) as f64 / (2 * rows) as f64;
+            let unit = match row {
+                0 => [0.0, 0.0, 1.0],
+                r if r == rows => [0.0, 0.0, -1.0],
+                _ => [sin * turn.cos(), sin * turn.sin(), cos],
+            };
+            [0, 1, 2].map(|i| center[i] + radius * unit[i])
+        };
+        let mut triangles = Vec::new();
+        for (row, column) in (0..rows).flat_map(|r| (0..2 * rows).map(move |c| (r, c))) {
+            let [a, b] = [at(row, column), at(row + 1, column)];
+            let [c, d] = [at(row + 1, column + 1), at(row, column + 1)];
+            if row + 1 < rows {
+                triangles.push(vec![a, b, c]);
+            }
+            if row > 0 {
+                triangles.push(vec![a, c, d]);
+            }
+        }
+        Self(triangles)
+    }
+
+    /// The same with the fronts on the other side.
+    pub fn flipped(mut self) -> Self {
+        self.0.iter_mut().for_each(|polygon| polygon.reverse());
+        self
+    }
+
+    /// Both together.
+    pub fn and(mut self, other: Self) -> Self {
+        self.0.extend(other.0);
+        self
+    }
+
+    /// One face of it.
+    pub fn face(&self, index: usize) -> Self {
+        Self(vec![self.0[index].clone()])
+    }
+
+    /// Moved.
+    pub fn shifted(mut self, by: Point) -> Self {
+        for p in self.0.iter_mut().flatten() {
+            *p = [p[0] + by[0], p[1] + by[1], p[2] + by[2]];
+        }
+        self
+    }
+
+    /// As OBJ text, every length multiplied by `scale`, in a file that has `corners` already.
+    fn obj_after(&self, corners: usize, scale: f64) -> String {
+        let mut text = String::new();
+        for [x, y, z] in self.0.iter().flatten() {
+            text += &format!("v {} {} {}\n", x * scale, y * scale, z * scale);
+        }
+        let mut first = corners + 1;
+        for polygon in &self.0 {
+            let corners: Vec<String> =
+                (first..first + polygon.len()).map(|i| i.to_string()).collect();
+            text += &format!("f {}\n", corners.join(" "));
+            first += polygon.len();
+        }
+        text
+    }
+}
+
+/// Two unit vectors across a unit vector, right-handed with it.
+fn across(normal: Point) -> (Point, Point) {
+    let n = glam::DVec3::from(normal);
+    let (u, v) = n.any_orthonormal_pair();
+    let (u, v) = if u.cross(v).dot(n) > 0.0 { (u, v) } else { (v, u) };
+    (u.to_array(), v.to_array())
+}
+
+/// A scene under construction.
+#[derive(Clone, Debug)]
+pub struct World {
+    scene: Value,
+    files: Vec<(String, String)>,
+    /// Units of length per metre.
+    per_metre: f64,
+}
+
+impl World {
+    /// Nothing yet, one band.
+    pub fn new() -> Self {
+        let scene = json!({ "materials": {}, "objects": [], "lights": [], "captors": [] });
+        Self { scene, files: Vec::new(), per_metre: 1.0 }
+    }
+
+    /// One that is written in millimetres.
+    pub fn in_millimetres() -> Self {
+        let mut world = Self { per_metre: 1000.0, ..Self::new() };
+        world.scene["unit"] = json!("mm");
+        world
+    }
+
+    /// With so many bands b0, b1, ...
+    pub fn bands(mut self, count: usize) -> Self {
+        let bands: Vec<Value> = (0..count).map(|b| json!({ "name": format!("b{b}") })).collect();
+        self.scene["bands"] = json!(bands);
+        self
+    }
+
+    /// Another top-level entry.
+    pub fn with(mut self, key: &str, value: Value) -> Self {
+        self.scene[key] = value;
+        self
+    }
+
+    /// A material.
+    pub fn material(mut self, name: &str, material: Value) -> Self {
+        self.scene["materials"][name] = material;
+        self
+    }
+
+    /// A Lambertian material.
+    pub fn lambert(self, name: &str, reflectance: f64) -> Self {
+        self.material(name, json!({ "type": "lambert", "reflectance": reflectance }))
+    }
+
+    fn file(&mut self, name: &str, mesh: &Mesh) -> String {
+        let name = format!("{name}.obj");
+        self.files.push((name.clone(), mesh.obj_after(0, self.per_metre)));
+        name
+    }
+
+    fn push(mut self, list: &str, entry: Value) -> Self {
+        self.scene[list].as_array_mut().expect("a list").push(entry);
+        self
+    }
+
+    /// A surface that does not count.
+    pub fn surface(mut self, name: &str, material: &str, mesh: &Mesh) -> Self {
+        let obj = self.file(name, mesh);
+        self.push("objects", json!({ "name": name, "obj": obj, "material": material }))
+    }
+
+    /// A surface that is a captor.
+    pub fn counted(mut self, name: &str, material: &str, mesh: &Mesh) -> Self {
+        let obj = self.file(name, mesh);
+        let object = json!({ "name": name, "obj": obj, "material": material, "captor": true });
+        self.push("objects", object)
+    }
+
+    /// A light that has no mesh.
+    pub fn light(self, light: Value) -> Self {
+        self.push("lights", light)
+    }
+
+    /// An area light of some power.
+    pub fn lamp(mut self, name: &str, mesh: &Mesh, power: f64) -> Self {
+        let obj = self.file(name, mesh);
+        self.push("lights", json!({ "type": "area", "name": name, "obj": obj, "power": power }))
+    }
+
+    /// A surface that glows with some radiance.
+    pub fn glowing(mut self, name: &str, material: &str, mesh: &Mesh, radiance: f64) -> Self {
+        let obj = self.file(name, mesh);
+        let light = json!({ "type": "area", "name": name, "obj": obj, "radiance": radiance,
+                            "material": material });
+        self.push("lights", light)
+    }
+
+    /// A virtual captor of some shape; several polygons count together.
+    pub fn captor(mut self, name: &str, mesh: &Mesh) -> Self {
+        let obj = self.file(name, mesh);
+        self.push("captors", json!({ "name": name, "obj": obj }))
+    }
+
+    /// Virtual captors of one file, by name.
+    pub fn captors(
+        mut self,
+        entry: &str,
+        captors: impl IntoIterator<Item = (String, Mesh)>,
+    ) -> Self {
+        let (mut text, mut corners) = (String::new(), 0);
+        for (name, mesh) in captors {
+            text += &format!("o {name}\n{}", mesh.obj_after(corners, self.per_metre));
+            corners += mesh.0.iter().map(Vec::len).sum::<usize>();
+        }
+        let obj = format!("{entry}.obj");
+        self.files.push((obj.clone(), text));
+        self.push("captors", json!({ "name": entry, "obj": obj }))
+    }
+
+    /// A virtual captor that counts both sides.
+    pub fn captor_of_both_sides(mut self, name: &str, mesh: &Mesh) -> Self {
+        let obj = self.file(name, mesh);
+        self.push("captors", json!({ "name": name, "obj": obj, "sides": "both" }))
+    }
+
+    /// Puts a captor entry into one more group.
+    pub fn grouped(mut self, captor: usize, group: &str) -> Self {
+        self.scene["captors"][captor]["group"] = json!(group);
+        self
+    }
+
+    /// Writes it to a folder.
+    pub fn write(&self) -> TestScene {
+        let files: Vec<(&str, &str)> =
+            self.files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+        TestScene::new(&self.scene.to_string(), &files)
+    }
+
+    /// Runs it, and checks its ledger.
+    pub fn run(&self, photons: u64, seed: u64) -> RunResult {
+        let result = self.write().run(photons, seed);
+        check_ledger(&result);
+        result
+    }
+}
+
+/// Emitted is the nominal power to 1e-12, and absorbed by all materials + escaped + lost is what was
+/// emitted to 1e-9: this holds in every run, without chance.
+pub fn check_ledger(result: &RunResult) {
+    let energy = &result.energy;
+    for (b, &power) in energy.power.iter().enumerate() {
+        let close = |value: f64, expected: f64, tolerance: f64, what: &str| {
+            let off = (value - expected).abs();
+            assert!(off <= tolerance * power, "band {b}: {what} {value}, expected {expected}");
+        };
+        close(energy.emitted[b], power, 1e-12, "emitted");
+        let by_material = energy.absorbed_by.iter().flatten().map(|(_, values)| values[b]).sum();
+        close(by_material, energy.absorbed[b], 1e-12, "absorbed by all materials");
+        let accounted = by_material + energy.escaped[b] + energy.lost[b];
+        close(accounted, energy.emitted[b], 1e-9, "absorbed + escaped + lost");
+    }
+}
+
+/// What a group received on its front: every captor entry and captor object is a group.
+pub fn front<'a>(result: &'a RunResult, group: &str) -> &'a FaceResult {
+    let found = result.groups.iter().find(|g| g.id == group);
+    &found.unwrap_or_else(|| panic!("no group {group}")).front
+}
+
+/// What a group received on its back.
+pub fn back<'a>(result: &'a RunResult, group: &str) -> &'a FaceResult {
+    let found = result.groups.iter().find(|g| g.id == group);
+    found.and_then(|g| g.back.as_ref()).unwrap_or_else(|| panic!("no back of {group}"))
+}
+
+/// The inside of an axis-aligned box: [`Mesh::cuboid`] with its fronts in.
+pub fn room(low: Point, high: Point) -> Mesh {
+    Mesh::cuboid(low, high).flipped()
+}
+
+/// A narrow beam of power 1 from `from` to `to`, with this half angle in degrees.
+pub fn beam(from: Point, to: Point, half_angle_deg: f64) -> Value {
+    let direction = [0, 1, 2].map(|i| to[i] - from[i]);
+    json!({ "type": "spot", "position": from, "direction": direction,
+            "half_angle_deg": half_angle_deg, "power": 1.0 })
+}
