@@ -64,8 +64,8 @@ pub use error::{Error, ErrorKind, Result};
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
-    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,
-    Scatter, Transport,
+    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
+    PhongFractions, Scatter, Transport,
 };
 pub use photon_map::{Arrival, Neighbour, PhotonMap};
 pub use result::{

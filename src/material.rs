@@ -64,8 +64,8 @@ pub struct Scatter<const N: usize> {
     pub factor: Spectrum<N>,
     /// Whether the path goes on at the other side of the surface.
     pub crosses: bool,
-    /// Whether the lobe was a mirror: its direction follows from the old one.
-    pub specular: bool,
+    /// What its direction has to do with the old one.
+    pub onward: Onward,
     /// Whether this was a total internal reflection.
     pub total_reflection: bool,
 }
@@ -73,13 +73,24 @@ pub struct Scatter<const N: usize> {
 impl<const N: usize> Scatter<N> {
     #[inline]
     fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { direction, factor, crosses, specular: false, total_reflection: false }
+        Self { direction, factor, crosses, onward: Onward::Diffuse, total_reflection: false }
     }
 
     #[inline]
     fn specular(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { specular: true, ..Self::new(direction, factor, crosses) }
+        Self { onward: Onward::Specular, ..Self::new(direction, factor, crosses) }
     }
+}
+
+/// How a path leaves a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Onward {
+    /// Straight on, through a thin pane.
+    Straight,
+    /// Mirrored or refracted: the new direction follows from the old one.
+    Specular,
+    /// In a random direction, with a density.
+    Diffuse,
 }
 
 /// One way to scatter: the fraction of the incident power per band, as its largest value and
@@ -212,7 +223,7 @@ impl Material {
         matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
     }
 
-    /// Whether some light leaves it as from a mirror, or refracted.
+    /// Whether some light leaves it mirrored or refracted.
     pub fn has_mirror(&self) -> bool {
         match self {
             Self::Lambert(_) => false,

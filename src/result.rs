@@ -6,7 +6,10 @@ use serde::{Serialize, Serializer};
 
 use crate::{
     captor::{CHANNELS, Captor, CaptorKind, Channel},
-    estimate::nearest::{self, NearestEstimate},
+    estimate::{
+        nearest::{self, NearestEstimate},
+        paths::Unseen,
+    },
     scene::Scene,
     settings::{Estimator, Settings},
     simulate::Simulation,
@@ -24,7 +27,7 @@ pub struct RunResult {
     pub scene: String,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Histories traced.
+    /// Photons traced, or paths from all faces.
     pub photons: u64,
     /// Blocks that the standard errors come from.
     pub blocks: u64,
@@ -36,8 +39,9 @@ pub struct RunResult {
     pub bands: Vec<BandResult>,
     /// The energy balance.
     pub energy: Energy,
-    /// In a run of paths: the share of the captors' flux, per band, that they cannot find (light of
-    /// points and lines by way of mirrors or refraction), from a short photon run.
+    /// In a run of paths: about which share of the flux on all captors together they cannot find
+    /// (light of points and lines by way of mirrors or refraction), per band, in [0, 1]; absent
+    /// where there can be none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Vec<f64>>,
     /// What the k-nearest estimates were made from.
@@ -169,7 +173,7 @@ pub struct GroupResult {
 /// What arrived on one face.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct FaceResult {
-    /// Photons counted.
+    /// Photons counted; paths that started here.
     pub photons: u64,
     /// Power that arrived, per band.
     pub flux: Vec<f64>,
@@ -179,7 +183,8 @@ pub struct FaceResult {
     pub irradiance: Vec<f64>,
     /// Its standard error; null where nothing arrived.
     pub irradiance_se: Vec<Option<f64>>,
-    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for.
+    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
+    /// null in a run of paths.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub knn: Option<Option<NearestResult>>,
 }
@@ -223,7 +228,7 @@ impl RunResult {
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,
-            unseen: simulation.unseen.clone(),
+            unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             map: map.as_ref().map(|map| MapResult {
                 arrivals: map.arrivals.len() as u64,
                 photons: map.histories,
@@ -232,14 +237,25 @@ impl RunResult {
                 .captors
                 .iter()
                 .map(|captor| {
-                    let nearest =
-                        estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k));
+                    let nearest = match settings.estimator {
+                        Estimator::Photons => {
+                            estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k))
+                        }
+                        Estimator::Paths => Some([None, None]),
+                    };
                     captor_result(scene, totals, captor, nearest)
                 })
                 .collect(),
             groups: group_results(scene, totals),
         }
     }
+}
+
+/// The share per band, then per sum, that paths cannot find.
+fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
+    let (hidden, all) = (with_sums(scene, &unseen.hidden), with_sums(scene, &unseen.all));
+    let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
+    hidden.into_iter().zip(all).map(share).collect()
 }
 
 /// The energy balance of a photon run.

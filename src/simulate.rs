@@ -15,7 +15,7 @@ use std::{
 use crate::{
     captor::Channel,
     error::{Error, Result},
-    estimate::paths::{Face, unseen},
+    estimate::paths::{Face, Unseen},
     light::Strata,
     photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
     rng::Stream,
@@ -76,8 +76,8 @@ pub struct Simulation {
     pub totals: Totals,
     /// Stored arrivals on captors; none for k = 0.
     pub map: Option<PhotonMap>,
-    /// In a run of paths: the share per band of the captors' flux that they cannot find.
-    pub unseen: Option<Vec<f64>>,
+    /// In a run of paths: what they cannot find, where there may be such light.
+    pub unseen: Option<Unseen>,
     /// Why it ended.
     pub end: End,
     /// Threads that took part.
@@ -153,7 +153,7 @@ enum Work<'a> {
     /// A photon; the lights' shares in a piece of the usual length.
     Photons(Strata),
     /// A path from each of these faces.
-    Paths(Vec<(usize, Channel, Face<'a>)>),
+    Paths(Vec<Face<'a>>),
 }
 
 impl<'a> Run<'a> {
@@ -233,8 +233,12 @@ impl<'a> Run<'a> {
         limit: Option<u64>,
     ) -> Result<Simulation> {
         let (piece, unit) = (self.full_piece(), self.unit());
-        // a block is worth adding up once it has some photons for each captor
-        let block = piece * 2.max(self.scene.channels() as u64 / 8 / piece);
+        // a block is worth adding up once it has some photons for each captor; paths always have
+        let enough = match self.work {
+            Work::Photons(_) => self.scene.channels() as u64 / 8 / piece,
+            Work::Paths(_) => 2,
+        };
+        let block = piece * enough.max(2);
         let plan = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block * unit))?;
         let rounds = (limit.unwrap_or(MAX_PHOTONS) / (plan.histories * unit)).max(1);
         let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
@@ -372,16 +376,19 @@ impl<'a> Run<'a> {
         &self,
         plan: &Plan,
         (round, piece, block): PieceKey,
-        faces: &[(usize, Channel, Face)],
+        faces: &[Face],
         tally: &mut Tally,
     ) {
         let (first, histories) = plan.range(block, piece);
-        for (f, (captor, channel, face)) in faces.iter().enumerate() {
+        for (f, face) in faces.iter().enumerate() {
+            if self.stopped() {
+                return;
+            }
             for index in first..first + histories {
                 let stream = index * faces.len() as u64 + f as u64;
                 let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, stream);
                 let score = face.path::<N>(&mut rng);
-                tally.score_path(&self.scene.captors[*captor], *channel, &score);
+                tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
             }
         }
     }
@@ -448,7 +455,7 @@ impl<'a> Run<'a> {
         totals.histories *= self.unit();
         let unseen = match self.work {
             Work::Photons(_) => None,
-            Work::Paths(_) => unseen::<N>(self.scene, self.settings.seed),
+            Work::Paths(_) => Unseen::find::<N>(self.scene, self.settings.seed),
         };
         Ok(Simulation { totals, map, unseen, end, threads: self.pool.current_num_threads() })
     }
@@ -475,12 +482,12 @@ impl<'a> Run<'a> {
 }
 
 /// The faces of all captors.
-fn faces(scene: &Scene) -> Vec<(usize, Channel, Face<'_>)> {
+fn faces(scene: &Scene) -> Vec<Face<'_>> {
     let all = [Channel::Front, Channel::Back];
     (0..scene.captors.len())
         .flat_map(|captor| {
             let faces = if scene.captors[captor].kind.has_back() { 2 } else { 1 };
-            all[..faces].iter().map(move |&face| (captor, face, Face::new(scene, captor, face)))
+            all[..faces].iter().map(move |&face| Face::new(scene, captor, face))
         })
         .collect()
 }

@@ -120,24 +120,28 @@ impl Tally {
         }
     }
 
-    /// Scores a path's estimate at a captor's face.
+    /// Scores what a path says about a captor's face.
     pub fn score_path<const N: usize>(
         &mut self,
         captor: &Captor,
         face: Channel,
         score: &PathScore<N>,
     ) {
-        const ONE: [f64; 1] = [1.0];
-        let ones = ONE.repeat(self.bands);
+        let ones = std::iter::repeat(&1.0);
         self.segments += u64::from(score.rays);
-        self.add(captor.first_channel + face as usize, &ones, &score.flux);
+        self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
         if captor.kind == CaptorKind::Surface {
-            self.add(captor.first_channel + Channel::Absorbed as usize, &ones, &score.absorbed);
+            self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
         }
     }
 
     #[inline]
-    fn add<const N: usize>(&mut self, channel: usize, weights: &[f64], power: &Spectrum<N>) {
+    fn add<'a, const N: usize>(
+        &mut self,
+        channel: usize,
+        weights: impl IntoIterator<Item = &'a f64>,
+        power: &Spectrum<N>,
+    ) {
         if self.photons[channel] == 0 {
             self.touched.push(channel as u32);
         }
@@ -163,7 +167,11 @@ impl Tally {
 }
 
 #[inline]
-fn accumulate<const N: usize>(sums: &mut [f64], weights: &[f64], power: &Spectrum<N>) {
+fn accumulate<'a, const N: usize>(
+    sums: &mut [f64],
+    weights: impl IntoIterator<Item = &'a f64>,
+    power: &Spectrum<N>,
+) {
     for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(&power.0) {
         *sum += weight * f64::from(*power);
     }

@@ -4,16 +4,16 @@ use glam::Vec3;
 
 use crate::{
     geometry::Ray,
-    material::{Encounter, Material, Scatter, Transport},
+    material::{Encounter, Onward, Transport},
     rng::Stream,
     scene::{Crossing, Scene, Surface, SurfaceHit},
     spectrum::Spectrum,
 };
 
 /// Interactions after which a path is given up as lost.
-const MAX_INTERACTIONS: u32 = 10_000;
+pub const MAX_INTERACTIONS: u32 = 10_000;
 /// Total internal reflections in a row after which it is given up as lost.
-const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
+pub const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
 
 /// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
 #[derive(Debug)]
@@ -48,28 +48,6 @@ pub enum Event<'a, const N: usize> {
     Lost(Spectrum<N>),
 }
 
-/// How a photon leaves a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Onward {
-    /// Straight on through a thin pane.
-    Straight,
-    /// Mirrored or refracted: where it goes follows from whence it came.
-    Specular,
-    /// In a random direction.
-    Diffuse,
-}
-
-impl Onward {
-    #[inline]
-    fn new<const N: usize>(material: &Material, scatter: &Scatter<N>) -> Self {
-        match (scatter.specular, material) {
-            (false, _) => Self::Diffuse,
-            (true, Material::Pane(_)) if scatter.crosses => Self::Straight,
-            (true, _) => Self::Specular,
-        }
-    }
-}
-
 /// Follows a photon along `ray` and tells `on` what happens.
 #[inline]
 pub fn trace<const N: usize>(
@@ -90,10 +68,9 @@ pub fn trace<const N: usize>(
         let Some(hit) = hit else { return on(Event::Escaped(power)) };
         let surface = scene.surface(hit.triangle);
         let encounter = Encounter::new(direction, surface.normal);
-        let material = scene.material(surface);
-        let scatter = material.sample::<N>(&encounter, Transport::Light, rng);
+        let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
         let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
-        let onward = scatter.as_ref().map(|scatter| Onward::new(material, scatter));
+        let onward = scatter.map(|scatter| scatter.onward);
         on(Event::Arrival { hit, surface, encounter, power, scattered, onward });
 
         let Some(scatter) = scatter else { return };

@@ -265,6 +265,11 @@ impl World {
         TestScene::new(&self.scene.to_string(), &files)
     }
 
+    /// Runs it backwards, with so many paths in all.
+    pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
+        self.write().run_paths(paths, seed)
+    }
+
     /// Runs it, and checks its ledger.
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         let result = self.write().run(photons, seed);

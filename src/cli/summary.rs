@@ -158,20 +158,25 @@ fn warnings(result: &RunResult) -> Vec<String> {
     let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
     if unseen > 0.0 {
         warnings.push(format!(
-            "paths cannot find light of a point or line by way of mirrors or refraction: about \
-             {:.2} % of the flux on the captors is missing; use photons for it",
+            "paths cannot find light of a point, spot or line that comes by way of mirrors or \
+             refraction: about {:.2} % of the flux on the captors is missing; \
+             --estimator photons finds it",
             100.0 * unseen
         ));
     }
-    let reached = |captor: &CaptorResult| {
-        captor.front.photons + captor.back.as_ref().map_or(0, |back| back.photons) > 0
-    };
+    let lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
+    let reached =
+        |captor: &CaptorResult| lit(&captor.front) || captor.back.as_ref().is_some_and(lit);
     let dark: Vec<&str> =
         result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
     if !dark.is_empty() {
         let more =
             if dark.len() > 5 { format!(" and {} more", dark.len() - 5) } else { String::new() };
-        warnings.push(format!("no photon reached {}{more}", dark[..dark.len().min(5)].join(", ")));
+        let nothing = match result.estimator {
+            "paths" => "no path found light from",
+            _ => "no photon reached",
+        };
+        warnings.push(format!("{nothing} {}{more}", dark[..dark.len().min(5)].join(", ")));
     }
     warnings
 }

@@ -1,6 +1,6 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
-use super::{Encounter, Fresnel, Lobe, Scatter, Transport, choose, complement};
+use super::{Encounter, Fresnel, Lobe, Onward, Scatter, Transport, choose, complement};
 use crate::{rng::Stream, spectrum::Spectrum};
 
 /// Interface between air, on the front, and a solid: Fresnel reflection, Snell refraction.
@@ -91,7 +91,10 @@ impl Pane {
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
         Some(match choice.lobe {
             0 => Scatter::specular(at.mirrored(), Spectrum::ONE, false),
-            _ => Scatter::specular(at.direction, self.tint.relative(), true),
+            _ => Scatter {
+                onward: Onward::Straight,
+                ..Scatter::new(at.direction, self.tint.relative(), true)
+            },
         })
     }
 
