@@ -53,7 +53,7 @@ fn threads_do_not_matter() {
         ("tolerance", |s| s.tolerance = Some(0.04)),
         ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
         ("paths", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Paths)),
-        ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.04), Estimator::Paths)),
+        ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Paths)),
     ];
     for (name, change) in cases {
         let on = |threads: usize| {
