@@ -32,7 +32,7 @@ pub struct RunResult {
     /// Blocks that the standard errors come from.
     pub blocks: u64,
     /// How the numbers were estimated.
-    pub estimator: &'static str,
+    pub estimator: Estimator,
     /// Names of the units.
     pub unit: UnitNames,
     /// What the entries of every array stand for: the bands, then the sums over bands.
@@ -221,10 +221,7 @@ impl RunResult {
             seed: settings.seed,
             photons: totals.histories,
             blocks: totals.blocks,
-            estimator: match settings.estimator {
-                Estimator::Photons => "photons",
-                Estimator::Paths => "paths",
-            },
+            estimator: settings.estimator,
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,

@@ -19,7 +19,7 @@ use std::{
 use glam::DVec3;
 
 pub use format::SceneFile;
-use format::{CameraFile, Count, EstimatorFile, PerBand, SettingsFile, TransformFile};
+use format::{CameraFile, Count, PerBand, SettingsFile, TransformFile};
 
 use crate::{
     error::{Error, Result, nearest, number},
@@ -27,7 +27,7 @@ use crate::{
     input::read_bytes,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
-    settings::{Checked, Estimator, Settings},
+    settings::{Checked, Settings},
     spectrum::{MAX_BANDS, lanes},
     units::LengthUnit,
 };
@@ -252,10 +252,7 @@ impl Loader {
             count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
         };
         Ok(Settings {
-            estimator: match file.estimator {
-                EstimatorFile::Photons => Estimator::Photons,
-                EstimatorFile::Paths => Estimator::Paths,
-            },
+            estimator: file.estimator,
             photons: file
                 .photons
                 .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))

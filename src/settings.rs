@@ -1,6 +1,9 @@
 //! How a run is to be done, and what its numbers may be.
 
-use std::time::Duration;
+use std::{fmt, time::Duration};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::error::number;
 
@@ -8,13 +11,26 @@ use crate::error::number;
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
 
 /// How captors are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema, clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
 pub enum Estimator {
     /// Photons from the lights, counted where they arrive.
     #[default]
     Photons,
     /// Paths back from the captors.
     Paths,
+}
+
+impl fmt::Display for Estimator {
+    /// What it traces.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Photons => "photons",
+            Self::Paths => "paths",
+        })
+    }
 }
 
 /// How a run is to be done.

@@ -203,10 +203,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let summary = summary(&result, &settings, simulation.end);
     super::warn(&summary.warnings);
     let speed = format!(
-        "{:.1} s on {} threads, {:.2e} photons/s\n{}\n",
+        "{:.1} s on {} threads, {:.2e} {}/s\n{}\n",
         trace_seconds,
         stats.threads,
         stats.photons_per_second,
+        settings.estimator,
         arguments.output.display(),
     );
     super::print(&(summary.text + &speed))
@@ -229,9 +230,12 @@ fn check_places(places: &[&Path], files: &[PathBuf]) -> Result<()> {
 }
 
 fn progress_bar(settings: &Settings) -> ProgressBar {
-    terminal_bar(match settings.tolerance {
-        Some(_) => "{elapsed} {human_pos} photons, {per_sec}, {msg}",
-        None => "{bar:30} {percent}% {human_pos} photons, {per_sec}, {eta} left",
+    let what = settings.estimator;
+    terminal_bar(&match settings.tolerance {
+        Some(_) => format!("{{elapsed}} {{human_pos}} {what}, {{per_sec}}, {{msg}}"),
+        None => {
+            format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{per_sec}}, {{eta}} left")
+        }
     })
 }
 

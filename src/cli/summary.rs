@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::{
     result::{CaptorResult, FaceResult, RunResult},
-    settings::Settings,
+    settings::{Estimator, Settings},
     simulate::End,
 };
 
@@ -173,8 +173,8 @@ fn warnings(result: &RunResult) -> Vec<String> {
         let more =
             if dark.len() > 5 { format!(" and {} more", dark.len() - 5) } else { String::new() };
         let nothing = match result.estimator {
-            "paths" => "no path found light from",
-            _ => "no photon reached",
+            Estimator::Photons => "no photon reached",
+            Estimator::Paths => "no path found light from",
         };
         warnings.push(format!("{nothing} {}{more}", dark[..dark.len().min(5)].join(", ")));
     }
