@@ -2,8 +2,9 @@
 //! growth chamber receives.
 //!
 //! Light leaves a lamp ([`Light`]), photons travel ([`simulate`]), those that meet a captor are
-//! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). A scene comes from a
-//! file ([`load`]) or from parts made in memory ([`Scene::new`]).
+//! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). Or paths go back from
+//! the captors to the lights ([`Estimator`]). A scene comes from a file ([`load`]) or from parts made
+//! in memory ([`Scene::new`]).
 //!
 //! ```no_run
 //! use std::{path::Path, sync::atomic::AtomicBool};
@@ -61,6 +62,7 @@ mod spoil;
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use check::{MaterialSummary, SceneSummary, check};
 pub use error::{Error, ErrorKind, Result};
+pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{

@@ -30,7 +30,7 @@ use crate::{
 pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
-/// The least number of paths from a face.
+/// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
 /// The most memory that a run with a time limit may take for its block sums, bytes.
 const MAX_OPEN_BYTES: usize = 4 << 30;
@@ -84,8 +84,8 @@ pub struct Simulation {
     pub threads: usize,
 }
 
-/// Runs `scene`. Errors: fewer photons than lights, stopped by `control`, no threads to be had,
-/// too many captors for a time limit.
+/// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, stopped by
+/// `control`, no threads to be had, too many captors for a time limit.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
     with_lanes!(scene.lanes(), N => Run::new(scene, settings, control)?.go::<N>())
 }
@@ -168,6 +168,10 @@ impl<'a> Run<'a> {
             Estimator::Photons => {
                 let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+            }
+            Estimator::Paths if scene.captors.is_empty() => {
+                return Err(Error::input("captors", "there are none for paths to start from")
+                    .remedy("add a captor, or run photons"));
             }
             Estimator::Paths => Work::Paths(faces(scene)),
         };

@@ -381,8 +381,19 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
             "escaped": null, "lost": null, "absorbed_by": null })
         );
         let face = &result["captors"][0]["front"];
-        assert!(face["knn"].is_null() && face["photons"] == 10_000, "{face}");
+        assert_eq!((face.get("knn"), &face["photons"]), (Some(&json!(null)), &json!(10_000)));
     }
+}
+
+/// No captor, no path: a sentence, not a panic.
+#[test]
+fn paths_need_a_captor() {
+    let scene = World::new().lamp("lamp", &level(0.0, 1.0), 1.0).write();
+    let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
+    let settings = Settings { estimator: Estimator::Paths, ..loaded.settings };
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let error = phylux::simulate(&loaded.scene, &settings, &control).err().expect("an error");
+    assert!(error.to_string().contains("none for paths to start from"), "{error}");
 }
 
 /// In millimetres the paths go the same ways, but for a few that rounding sends elsewhere: results of
