@@ -68,11 +68,12 @@ impl Bvh {
         found.then_some(best)
     }
 
-    /// Whether any triangle is hit with 0 < t < `t_max` (which may be infinite).
-    pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
+    /// Whether a triangle that the ray hits with 0 < t < `t_max` (which may be infinite) `stops` it;
+    /// asked for each at most once, in no particular order.
+    pub fn occluded(&self, ray: &Ray, t_max: f32, mut stops: impl FnMut(Hit) -> bool) -> bool {
         let mut found = false;
         self.walk(ray, t_max, |hit| {
-            found |= hit.t < t_max;
+            found = found || (hit.t < t_max && stops(hit));
             if found { -1.0 } else { t_max }
         });
         found

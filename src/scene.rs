@@ -169,7 +169,6 @@ pub struct Scene {
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
-    has_pane: bool,
 }
 
 /// A ray's meeting with a surface.
@@ -306,8 +305,6 @@ impl Scene {
             light_triangles.extend_from_slice(light.triangles());
             light_of_triangle.resize(light_triangles.len(), l as u32);
         }
-        let is_pane = |m: &NamedMaterial| matches!(m.material, Material::Pane(_));
-        let has_pane = parts.materials.iter().any(is_pane);
         let surface_bvh = Bvh::build(&triangles);
         let mut scene = Self {
             name: parts.name,
@@ -330,7 +327,6 @@ impl Scene {
             light_bvh: Bvh::build(&light_triangles),
             light_triangles,
             light_of_triangle,
-            has_pane,
         };
         scene.lift_captors_off_surfaces();
         Ok(scene)

@@ -47,25 +47,19 @@ impl Scene {
     /// What of the light goes straight from one point to another, per band: all, nothing, or what
     /// thin panes let through.
     pub fn visibility<const N: usize>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<N>> {
-        let mut distance = from.distance(to);
-        let direction = (to - from) / distance;
-        let mut ray = Ray { origin: from, direction };
-        if !self.has_pane {
-            return (!self.surface_bvh.occluded(&ray, distance)).then_some(Spectrum::ONE);
-        }
+        let distance = from.distance(to);
+        let ray = Ray { origin: from, direction: (to - from) / distance };
         let mut through = Spectrum::ONE;
-        while let Some(hit) = self.surface_bvh.closest(&ray, distance) {
+        let occluded = self.surface_bvh.occluded(&ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
-            let Material::Pane(pane) = self.material(surface) else { return None };
-            let encounter = Encounter::new(direction, surface.normal);
-            through = through * pane.transmittance(&encounter);
-            // on the line itself, or panes would bend it
-            ray.origin = ray.at(hit.t + self.ray_offset() / encounter.cos);
-            distance = (to - ray.origin).dot(direction);
-            if distance <= 0.0 {
-                break;
+            let Material::Pane(pane) = self.material(surface) else { return true };
+            // an edge between two triangles of a pane counts once
+            if hit.owned {
+                let encounter = Encounter::new(ray.direction, surface.normal);
+                through = through * pane.transmittance(&encounter);
             }
-        }
-        Some(through)
+            false
+        });
+        (!occluded).then_some(through)
     }
 }
