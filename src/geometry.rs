@@ -300,15 +300,20 @@ impl Transform {
     }
 }
 
+/// Twice the vector area of a polygon (Newell): robust for collinear corners and slightly bent
+/// outlines; from a corner, as nothing would be left of a small polygon far from the origin.
+fn newell(polygon: &[DVec3]) -> DVec3 {
+    let n = polygon.len();
+    let from_first = |i: usize| polygon[i % n] - polygon[0];
+    (1..n).map(|i| from_first(i).cross(from_first(i + 1))).sum()
+}
+
 /// Cuts a planar polygon, convex or not, into triangles (corner indices, same orientation).
 /// A convex one becomes a fan; one that no ear can be cut from yields what could be cut.
 pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     let fan = || (1..polygon.len().saturating_sub(1)).map(|i| [0, i, i + 1]).collect();
-    // Newell's normal: robust for collinear corners and slightly bent polygons; from a corner, as
-    // nothing would be left of a small polygon far from the origin
     let n = polygon.len();
-    let from_first = |i: usize| polygon[i] - polygon[0];
-    let normal: DVec3 = (1..n).map(|i| from_first(i).cross(from_first((i + 1) % n))).sum();
+    let normal = newell(polygon);
     let convex = (0..n).all(|i| {
         let (p, q, r) = (polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]);
         (q - p).cross(r - q).dot(normal) >= 0.0
@@ -318,7 +323,7 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     }
     let z = normal.normalize();
     let (x, y) = z.any_orthonormal_pair();
-    let flat = (0..n).map(from_first).map(|p| [p.dot(x), p.dot(y)]);
+    let flat = polygon.iter().map(|p| p - polygon[0]).map(|p| [p.dot(x), p.dot(y)]);
     let mut corners: Vec<usize> = Vec::new();
     earcut::Earcut::new().earcut(flat, &[], &mut corners);
     let mut triangles: Vec<[usize; 3]> = corners.as_chunks::<3>().0.to_vec();
@@ -329,4 +334,18 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
         }
     }
     triangles
+}
+
+/// Whether the triangles of [`triangulate`] do not cover the polygon just once: seen along its normal,
+/// their areas sum to its own unless its outline crosses itself.
+pub fn is_tangled(polygon: &[DVec3], triangles: &[[usize; 3]]) -> bool {
+    let whole = newell(polygon);
+    let area = |t: &[usize; 3]| {
+        let cross = newell(&t.map(|i| polygon[i]));
+        whole.try_normalize().map_or(cross.length(), |normal| cross.dot(normal).abs())
+    };
+    let covered: f64 = triangles.iter().map(area).sum();
+    let n = polygon.len();
+    let edges: f64 = (0..n).map(|i| polygon[i].distance_squared(polygon[(i + 1) % n])).sum();
+    (covered - whole.length()).abs() > 1e-6 * whole.length() + 1e-12 * edges
 }

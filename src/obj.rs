@@ -12,7 +12,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::geometry::triangulate;
+use crate::geometry::{is_tangled, triangulate};
 use crate::input::{RELATIVE, read_bytes};
 use lines::{Lines, decode};
 use scan::Scan;
@@ -50,6 +50,9 @@ pub struct ObjPart {
     /// Corners in the file's unit, all finite, counter-clockwise seen from the front; at least one
     /// triangle, possibly without area.
     pub triangles: Vec<[DVec3; 3]>,
+    /// How many of its faces have an outline that crosses itself, so that it is unclear what they
+    /// cover.
+    pub tangled: usize,
 }
 
 impl ObjFile {
@@ -119,6 +122,7 @@ fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(),
                 // no ear found in a tangled outline; a face must not vanish
                 cut = (2..polygon.len()).map(|i| [0, i - 1, i]).collect();
             }
+            part.tangled += usize::from(is_tangled(&polygon, &cut));
             part.triangles.extend(cut.iter().map(|t| t.map(|i| polygon[i])));
         }
     }

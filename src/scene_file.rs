@@ -366,6 +366,16 @@ impl Loader {
             return Err(self.error(pointer, "no file name").remedy("name an OBJ file"));
         }
         let obj = Rc::new(ObjFile::read(&path)?);
+        for part in obj.parts.iter().filter(|part| part.tangled > 0) {
+            self.warn(
+                format!("{}:{}", path.display(), part.line),
+                format!(
+                    "{} of the faces from here on have an outline that crosses itself, so it is \
+                    unclear what they cover; cut them into triangles in the modelling program",
+                    part.tangled
+                ),
+            );
+        }
         self.obj_files.insert(path, obj.clone());
         Ok(obj)
     }

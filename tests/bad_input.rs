@@ -637,7 +637,10 @@ fn mtl_files() {
     );
     mtl(
         "newmtl soil\nillum 2\nKd .9 .9 .9\nKs .2 .2 .2\n",
-        &["a.mtl:1: material soil: reflectance + specular + transmittance = 1.1000"],
+        &[
+            "a.mtl:1: material soil: reflectance + specular + transmittance = 1.1000",
+            "or give the scene a material of this name",
+        ],
     );
     mtl(
         "newmtl soil\nillum 6\nKd .9 .9 .9\nTf .2 .2 .2\n",

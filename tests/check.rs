@@ -235,12 +235,20 @@ fn materials_and_lights_without_effect() {
 
 #[test]
 fn leaves_whose_transmittance_differs_between_the_faces() {
-    let leaf = r#", "rose": { "type": "leaf", "reflectance": 0.1, "transmittance": 0.1,
-        "back": { "transmittance": 0.2 } }"#;
-    let object = r#", { "obj": "rose.obj", "material": "rose" }"#;
-    let triangle = "v 0 0 1\nv 0.1 0 1\nv 0 0.1 1\nf 1 2 3\n";
-    let scene = scene(leaf, object, "", &[("rose.obj", triangle)]);
-    warns(&scene, &["leaves whose faces differ in transmittance", "`rose`", "reciprocity"]);
+    let with_back = |back: &str| {
+        let leaf = format!(
+            r#", "rose": {{ "type": "leaf", "reflectance": 0.1, "transmittance": 0.1,
+            "back": {{ "transmittance": {back} }} }}"#
+        );
+        let object = r#", { "obj": "rose.obj", "material": "rose" }"#;
+        let triangle = "v 0 0 1\nv 0.1 0 1\nv 0 0.1 1\nf 1 2 3\n";
+        scene(&leaf, object, "", &[("rose.obj", triangle)])
+    };
+    let words = ["leaves whose faces differ in transmittance", "`rose`", "reciprocity"];
+    warns(&with_back("0.2"), &words);
+    is_clean(&with_back("0.1"));
+    // the same, written for each band
+    is_clean(&with_back("[0.1]"));
 }
 
 #[test]

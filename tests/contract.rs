@@ -192,12 +192,35 @@ fn mtl_entries_become_materials() {
     assert!(absorptance(&result)[0] > 0.7);
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].contains("soil") && warnings[0].contains("phong"), "{warnings:?}");
+    // what is left out reflects nothing, and a texture is not seen: that is said
+    for (entry, word) in [
+        ("illum 1", "no Kd"),
+        ("illum 5\nKd 1 1 1", "no Ks"),
+        ("illum 1\nKd 0 0 0\nmap_Kd soil.png", "map_Kd"),
+    ] {
+        let (result, warnings) = with_mtl(&format!("newmtl soil\n{entry}\n"), "");
+        near(&absorptance(&result), &[1.0]);
+        assert_eq!(warnings.len(), 1);
+        assert!(warnings[0].contains("soil") && warnings[0].contains(word), "{warnings:?}");
+    }
     // a leaf lets light through, unless Tf is the default 1 1 1; water as well
     let through = |mtl: &str| with_mtl(mtl, "").0.energy.escaped[0];
     let opaque = through("newmtl soil\nillum 6\nKd .1 .1 .1\nTf 1 1 1\n");
     let leaf = through("newmtl soil\nillum 6\nKd .1 .1 .1\nTf .5 .5 .5\n");
     let water = through("newmtl soil\nillum 7\nNi 1.33\nKd .5 .5 .5\n");
     assert!(leaf > opaque + 0.01 && water > opaque + 0.01, "{opaque} {leaf} {water}");
+}
+
+#[test]
+fn faces_that_cross_themselves_are_warned_of() {
+    let bow_tie = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 5\nf 1 2 3 4\n";
+    let text = r#"{"materials": {"wall": {"type": "lambert", "reflectance": 0.5}},
+        "objects": [{"obj": "a.obj", "material": "wall"}],
+        "lights": [{"type": "point", "position": [0, 0, 1], "power": 1}]}"#;
+    let scene = TestScene::new(text, &[("a.obj", bow_tie)]);
+    let warnings = phylux::load(&scene.path("scene.json")).expect("a scene").warnings;
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].contains("a.obj:6: 1 of the faces"), "{warnings:?}");
 }
 
 #[test]

@@ -63,14 +63,18 @@ fn stderr(output: &Output) -> String {
 const LONG: [&str; 6] = ["run", "scene.json", "--photons", "1e14", "--per-captor", "each"];
 
 #[test]
-fn ctrl_c_leaves_nothing_behind() {
+fn an_interrupted_run_leaves_nothing_behind() {
     let scene = scene();
     let folder = scene.path("");
     let before = listing(&folder);
-    for more in [&["--csv", "t.csv"][..], &["--max-time", "1e6"], &["--tolerance", "1e-9"]] {
+    for (name, more) in [
+        ("-INT", &["--csv", "t.csv"][..]),
+        ("-INT", &["--max-time", "1e6"]),
+        ("-TERM", &["--tolerance", "1e-9"]),
+    ] {
         let child = start(&folder, &[&LONG[..], more].concat());
         wait_for_start(&folder);
-        signal(&child, "-INT");
+        signal(&child, name);
         let output = child.wait_with_output().expect("an end");
         assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
         assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");

@@ -61,16 +61,29 @@ fn noise(n: u64) -> f32 {
     (z >> 40) as f32 / (1 << 24) as f32
 }
 
+/// Visits from which on triangles are a heap: reinsertion looks through all that overlap, for each of
+/// them (a minute for 100,000 discs at one place), and finds nothing better. Rooms and plants have
+/// tens to hundreds.
+const HEAP: f32 = 5000.0;
+
+/// How many nodes a random ray through the tree meets: their areas over the area of the root.
+fn expected_visits(tree: &Bvh2) -> f32 {
+    let root = tree.nodes[0].aabb.half_area();
+    tree.nodes.iter().map(|node| node.aabb.half_area() / root).sum()
+}
+
 /// The eight-way tree over `boxes`, up to three in a leaf.
 fn wide_tree(boxes: &[Aabb]) -> CwBvh {
     if boxes.is_empty() {
         return CwBvh::default();
     }
-    // what obvhs calls a medium build
+    // what obvhs calls a medium build, unless they lie in a heap
     let indices = (0..boxes.len() as u32).collect();
     let distance = PlocSearchDistance::Medium;
     let mut binary = PlocBuilder::new().build(distance, boxes, indices, SortPrecision::U64, 3);
-    ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
+    if expected_visits(&binary) < HEAP {
+        ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
+    }
     let convert = || bvh2_to_cwbvh(&binary, 3, true, false);
     // obvhs converts by recursion: a chain of nested triangles gets a call stack of its own
     let depth = depth(&binary);

@@ -123,7 +123,7 @@ struct Stats {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
-    // first of all, so that no Ctrl-C leaves a temporary file behind
+    // first of all, so that neither Ctrl-C nor SIGTERM leaves a temporary file behind
     let stop = Arc::new(AtomicBool::new(false));
     let handler = stop.clone();
     ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))

@@ -214,6 +214,7 @@ fn assert_cut(what: &str, polygon: &[DVec3]) {
     let exact = whole.length();
     assert!((sum - exact).abs() < 1e-7 * exact, "{what}: area {sum}, not {exact}");
     assert!(triangles.len() <= polygon.len() - 2, "{what}: {} triangles", triangles.len());
+    assert!(!is_tangled(polygon, &triangles), "{what}");
 }
 
 /// Points in the plane, placed across no axis and far from the origin.
@@ -305,6 +306,7 @@ fn random_simple_polygons_keep_their_area() {
 fn outlines_that_cross_themselves_are_cut_somehow() {
     let bow_tie = placed(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], 0.0);
     assert!(triangulate(&bow_tie).len() <= 2);
+    assert!(is_tangled(&bow_tie, &triangulate(&bow_tie)));
     let mut rng = Stream::new(5, 0, 0);
     for n in [5, 50, 2_000] {
         let points: Vec<[f64; 2]> =
@@ -313,6 +315,7 @@ fn outlines_that_cross_themselves_are_cut_somehow() {
         let triangles = triangulate(&polygon);
         assert!(!triangles.is_empty() && triangles.len() <= n - 2, "{n}: {}", triangles.len());
         assert!(triangles.iter().flatten().all(|&i| i < n));
+        assert!(is_tangled(&polygon, &triangles), "{n}");
     }
     // nothing to cut
     assert!(triangulate(&[]).is_empty());

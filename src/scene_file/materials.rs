@@ -74,9 +74,14 @@ impl Loader {
         for (name, file) in files {
             let pointer = format!("/materials/{}", json::escaped(name));
             let material = self.material(&pointer, file)?;
-            let reciprocal = !matches!(file, MaterialFile::Leaf(leaf)
-                if leaf.back.as_ref().is_some_and(|back| back.transmittance.as_ref()
-                    .is_some_and(|t| Some(t) != leaf.transmittance.as_ref())));
+            let reciprocal = match file {
+                MaterialFile::Leaf(LeafFile { transmittance, back: Some(back), .. }) => {
+                    back.transmittance.is_none()
+                        || self.checked(back.transmittance.as_ref())
+                            == self.checked(transmittance.as_ref())
+                }
+                _ => true,
+            };
             let index = self.materials.add(name.clone(), material, reciprocal);
             self.materials.by_name.insert(name.clone(), index);
         }
@@ -166,11 +171,19 @@ impl Loader {
     }
 
     fn mtl_material(&mut self, entry: &MtlEntry) -> Result<Material> {
+        let place = format!("{}: material {}", entry.place, entry.name);
+        if entry.map_kd.is_some() {
+            self.warn(&place, "its texture map_Kd is not read: Kd is its colour everywhere");
+        }
+        let (key, colour) =
+            if entry.illum == Some(5) { ("Ks", entry.ks) } else { ("Kd", entry.kd) };
+        if colour.is_none() && entry.illum != Some(7) {
+            self.warn(&place, format!("no {key}: it reflects nothing"));
+        }
         let fraction = |key: &str, rgb: Option<[f64; 3]>| {
             self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
         };
         let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&self.lanes(&fraction)));
-        let place = format!("{}: material {}", entry.place, entry.name);
         let specular = entry.ks.is_some_and(|ks| ks.iter().any(|&v| v > 0.0));
         match entry.illum {
             Some(1 | 3) => Ok(lambert(fraction("Kd", entry.kd)?)),
@@ -181,7 +194,7 @@ impl Loader {
                     transmittance: None,
                     exponent: Some(entry.ns.unwrap_or(0.0)),
                 };
-                let material = self.phong(&phong).map_err(|why| why.error(&place))?;
+                let material = self.phong(&phong).map_err(|why| why.of_mtl(&place))?;
                 self.warn(
                     place,
                     "illum 2 with Ks: read as phong (many modelling programs write \
@@ -201,7 +214,8 @@ impl Loader {
                     thin: true,
                     tint: None,
                 };
-                let (material, warning) = self.thin_leaf(&leaf).map_err(|why| why.error(&place))?;
+                let (material, warning) =
+                    self.thin_leaf(&leaf).map_err(|why| why.of_mtl(&place))?;
                 if let Some(warning) = warning {
                     self.warn(place, warning);
                 }
@@ -415,5 +429,10 @@ impl Nonsense {
 
     fn error(self, place: &str) -> Error {
         Error::input(place, self.problem).remedy(self.remedy)
+    }
+
+    fn of_mtl(self, place: &str) -> Error {
+        let remedy = format!("{}, or give the scene a material of this name", self.remedy);
+        Error::input(place, self.problem).remedy(remedy)
     }
 }
