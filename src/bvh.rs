@@ -1,4 +1,4 @@
-//! The ray kernel: nearest hit and crossings among triangles, without losing a hit.
+//! The ray kernel: nearest hit, occlusion and crossings among triangles, without losing a hit.
 //!
 //! obvhs builds the tree (PLOC, then reinsertion, then eight children a node); the walk and both
 //! intersection tests are our own, because a photon that slips between two triangles is flux that
@@ -66,6 +66,17 @@ impl Bvh {
             best.t
         });
         found.then_some(best)
+    }
+
+    /// Whether a triangle that the ray hits with 0 < t < `t_max` (which may be infinite) `stops` it;
+    /// asked for each at most once, in no particular order.
+    pub fn occluded(&self, ray: &Ray, t_max: f32, mut stops: impl FnMut(Hit) -> bool) -> bool {
+        let mut found = false;
+        self.walk(ray, t_max, |hit| {
+            found = found || (hit.t < t_max && stops(hit));
+            if found { -1.0 } else { t_max }
+        });
+        found
     }
 
     /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order; of two

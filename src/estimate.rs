@@ -1,3 +1,4 @@
 //! Estimates at captors from what a run has collected.
 
 pub mod nearest;
+pub mod paths;

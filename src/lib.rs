@@ -2,8 +2,9 @@
 //! growth chamber receives.
 //!
 //! Light leaves a lamp ([`Light`]), photons travel ([`simulate`]), those that meet a captor are
-//! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). A scene comes from a
-//! file ([`load`]) or from parts made in memory ([`Scene::new`]).
+//! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). Or paths go back from
+//! the captors to the lights ([`Estimator`]). A scene comes from a file ([`load`]) or from parts made
+//! in memory ([`Scene::new`]).
 //!
 //! ```no_run
 //! use std::{path::Path, sync::atomic::AtomicBool};
@@ -61,11 +62,12 @@ mod spoil;
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use check::{MaterialSummary, SceneSummary, check};
 pub use error::{Error, ErrorKind, Result};
+pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
-pub use light::{Light, LightShape};
+pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
-    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,
-    Scatter, Transport,
+    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
+    PhongFractions, Scatter, Transport,
 };
 pub use photon_map::{Arrival, Neighbour, PhotonMap};
 pub use result::{
@@ -74,11 +76,11 @@ pub use result::{
 pub use result_file::{OutputFile, OutputFolder, write_csv, write_json};
 pub use rng::Stream;
 pub use scene::{
-    Band, BandSum, CaptorPart, Crossing, LightPart, NamedMaterial, Scene, SceneParts, Surface,
-    SurfaceHit, SurfacePart,
+    Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
+    Surface, SurfaceHit, SurfacePart,
 };
 pub use scene_file::{LoadedScene, load};
-pub use settings::Settings;
+pub use settings::{Estimator, Settings};
 pub use simulate::{Control, End, Progress, Simulation, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};

@@ -10,8 +10,11 @@ use crate::{
     sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
 };
 
+mod illuminate;
 #[cfg(test)]
 mod tests;
+
+pub use illuminate::{LightSample, Shine, TubeHit};
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
@@ -63,6 +66,8 @@ pub struct Light {
     /// Total emitted flux per band, W or umol/s, at least 0.
     pub power: Vec<f64>,
     emitter: Emitter,
+    /// A ball around it: middle and radius, m.
+    ball: (Vec3, f32),
 }
 
 #[derive(Clone, Debug)]
@@ -115,7 +120,8 @@ impl Light {
                 Emitter::Area { triangles: solid, cumulative_area, two_sided: *two_sided }
             }
         };
-        Self { name, power, emitter }
+        let ball = emitter.ball();
+        Self { name, power, emitter, ball }
     }
 
     /// A box around it, m from the centre of the scene.
@@ -152,9 +158,7 @@ impl Light {
                 direction: uniform_cone(2.0, rng.square()),
             },
             Emitter::Area { triangles, cumulative_area, two_sided } => {
-                let target = rng.uniform_fine() * cumulative_area[cumulative_area.len() - 1];
-                let chosen = cumulative_area.partition_point(|&area| area <= target);
-                let triangle = &triangles[chosen.min(triangles.len() - 1)];
+                let triangle = choose_triangle(triangles, cumulative_area, rng);
                 let weights = uniform_triangle(rng.square());
                 let front = !*two_sided || rng.uniform() < 0.5;
                 let normal = if front { triangle.normal() } else { -triangle.normal() };
@@ -163,6 +167,18 @@ impl Light {
             }
         }
     }
+}
+
+/// A triangle, in proportion to its area.
+#[inline]
+fn choose_triangle<'a>(
+    triangles: &'a [Triangle],
+    cumulative_area: &[f64],
+    rng: &mut Stream,
+) -> &'a Triangle {
+    let target = rng.uniform_fine() * cumulative_area[cumulative_area.len() - 1];
+    let chosen = cumulative_area.partition_point(|&area| area <= target);
+    &triangles[chosen.min(triangles.len() - 1)]
 }
 
 /// A point uniform on a line, `offset` from its ends.

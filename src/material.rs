@@ -64,6 +64,8 @@ pub struct Scatter<const N: usize> {
     pub factor: Spectrum<N>,
     /// Whether the path goes on at the other side of the surface.
     pub crosses: bool,
+    /// What its direction has to do with the old one.
+    pub onward: Onward,
     /// Whether this was a total internal reflection.
     pub total_reflection: bool,
 }
@@ -71,8 +73,24 @@ pub struct Scatter<const N: usize> {
 impl<const N: usize> Scatter<N> {
     #[inline]
     fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { direction, factor, crosses, total_reflection: false }
+        Self { direction, factor, crosses, onward: Onward::Diffuse, total_reflection: false }
     }
+
+    #[inline]
+    fn specular(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
+        Self { onward: Onward::Specular, ..Self::new(direction, factor, crosses) }
+    }
+}
+
+/// How a path leaves a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Onward {
+    /// Straight on, through a thin pane.
+    Straight,
+    /// Mirrored or refracted: the new direction follows from the old one.
+    Specular,
+    /// In a random direction, with a density.
+    Diffuse,
 }
 
 /// One way to scatter: the fraction of the incident power per band, as its largest value and
@@ -205,6 +223,16 @@ impl Material {
         matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
     }
 
+    /// Whether some light leaves it mirrored or refracted.
+    pub fn has_mirror(&self) -> bool {
+        match self {
+            Self::Lambert(_) => false,
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => true,
+            Self::Leaf(m) => m.has_cuticle(),
+            Self::Phong(m) => m.has_mirror(),
+        }
+    }
+
     /// Whether it is the interface of a closed solid.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Dielectric(_))
@@ -259,6 +287,6 @@ impl Mirror {
     #[inline]
     fn sample<const N: usize>(&self, at: &Encounter, rng: &mut Stream) -> Option<Scatter<N>> {
         choose([self.lobe.largest], rng.uniform())?;
-        Some(Scatter::new(at.mirrored(), self.lobe.relative(), false))
+        Some(Scatter::specular(at.mirrored(), self.lobe.relative(), false))
     }
 }

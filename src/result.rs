@@ -2,13 +2,16 @@
 //! umol/s; errors are standard errors (1 sigma).
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::{
     captor::{CHANNELS, Captor, CaptorKind, Channel},
-    estimate::nearest::{self, NearestEstimate},
+    estimate::{
+        nearest::{self, NearestEstimate},
+        paths::Unseen,
+    },
     scene::Scene,
-    settings::Settings,
+    settings::{Estimator, Settings},
     simulate::Simulation,
     stats::Running,
     tally::{Ledger, Totals},
@@ -24,18 +27,23 @@ pub struct RunResult {
     pub scene: String,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Histories traced.
+    /// Photons traced, or paths from all faces.
     pub photons: u64,
     /// Blocks that the standard errors come from.
     pub blocks: u64,
     /// How the numbers were estimated.
-    pub estimator: &'static str,
+    pub estimator: Estimator,
     /// Names of the units.
     pub unit: UnitNames,
     /// What the entries of every array stand for: the bands, then the sums over bands.
     pub bands: Vec<BandResult>,
     /// The energy balance.
     pub energy: Energy,
+    /// In a run of paths: about which share of the flux on all captors together they cannot find
+    /// (light of points and lines by way of mirrors or refraction), per band, in [0, 1]; absent
+    /// where there can be none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unseen: Option<Vec<f64>>,
     /// What the k-nearest estimates were made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<MapResult>,
@@ -61,30 +69,48 @@ pub struct BandResult {
     pub sum_of: Option<Vec<String>>,
 }
 
-/// The energy balance per band: emitted = absorbed + escaped + lost.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
+/// The energy balance per band: emitted = absorbed + escaped + lost. Paths from the captors know
+/// `power` alone: the rest is empty or none, and null in the file.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Energy {
     /// Nominal power of all lights.
     pub power: Vec<f64>,
     /// What the photons carried.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
     pub emitted: Vec<f64>,
     /// What surfaces absorbed.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
     pub absorbed: Vec<f64>,
     /// What left the scene.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
     pub escaped: Vec<f64>,
     /// What was on paths cut off by the length limits.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(serialize_with = "or_null")]
     pub lost: Vec<f64>,
     /// What the surfaces of each material absorbed.
-    #[schemars(with = "std::collections::BTreeMap<String, Vec<f64>>")]
+    #[schemars(with = "Option<std::collections::BTreeMap<String, Vec<f64>>>")]
     #[serde(serialize_with = "as_map")]
-    pub absorbed_by: Vec<(String, Vec<f64>)>,
+    pub absorbed_by: Option<Vec<(String, Vec<f64>)>>,
 }
 
-fn as_map<S: serde::Serializer>(
-    entries: &[(String, Vec<f64>)],
+fn or_null<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    (!values.is_empty()).then_some(values).serialize(serializer)
+}
+
+fn as_map<S: Serializer>(
+    entries: &Option<Vec<(String, Vec<f64>)>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(entries.iter().map(|(name, values)| (name, values)))
+    match entries {
+        Some(entries) => {
+            serializer.collect_map(entries.iter().map(|(name, values)| (name, values)))
+        }
+        None => serializer.serialize_none(),
+    }
 }
 
 /// The photon map that k-nearest estimates were made from.
@@ -147,7 +173,7 @@ pub struct GroupResult {
 /// What arrived on one face.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct FaceResult {
-    /// Photons counted.
+    /// Photons counted; paths that started here.
     pub photons: u64,
     /// Power that arrived, per band.
     pub flux: Vec<f64>,
@@ -157,7 +183,8 @@ pub struct FaceResult {
     pub irradiance: Vec<f64>,
     /// Its standard error; null where nothing arrived.
     pub irradiance_se: Vec<Option<f64>>,
-    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for.
+    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
+    /// null in a run of paths.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub knn: Option<Option<NearestResult>>,
 }
@@ -183,18 +210,9 @@ impl RunResult {
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
-        let Ledger { emitted, absorbed, escaped, lost } = totals.ledger();
-        let by_material: Vec<&[f64]> = absorbed.chunks(scene.bands.len()).collect();
-        let total: Vec<f64> =
-            (0..scene.bands.len()).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
-        let named = scene.materials.iter().zip(&by_material);
-        let energy = Energy {
-            power: with_sums(&powers),
-            emitted: with_sums(&emitted),
-            absorbed: with_sums(&total),
-            escaped: with_sums(&escaped),
-            lost: with_sums(&lost),
-            absorbed_by: named.map(|(m, values)| (m.name.clone(), with_sums(values))).collect(),
+        let energy = match settings.estimator {
+            Estimator::Photons => balance(scene, with_sums(&powers), totals.ledger()),
+            Estimator::Paths => Energy { power: with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.as_ref().map(|map| (map, settings.k));
         Self {
@@ -203,10 +221,11 @@ impl RunResult {
             seed: settings.seed,
             photons: totals.histories,
             blocks: totals.blocks,
-            estimator: "photons",
+            estimator: settings.estimator,
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,
+            unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             map: map.as_ref().map(|map| MapResult {
                 arrivals: map.arrivals.len() as u64,
                 photons: map.histories,
@@ -215,13 +234,43 @@ impl RunResult {
                 .captors
                 .iter()
                 .map(|captor| {
-                    let nearest =
-                        estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k));
+                    let nearest = match settings.estimator {
+                        Estimator::Photons => {
+                            estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k))
+                        }
+                        Estimator::Paths => Some([None, None]),
+                    };
                     captor_result(scene, totals, captor, nearest)
                 })
                 .collect(),
             groups: group_results(scene, totals),
         }
+    }
+}
+
+/// The share per band, then per sum, that paths cannot find.
+fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
+    let (hidden, all) = (with_sums(scene, &unseen.hidden), with_sums(scene, &unseen.all));
+    let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
+    hidden.into_iter().zip(all).map(share).collect()
+}
+
+/// The energy balance of a photon run.
+fn balance(scene: &Scene, power: Vec<f64>, ledger: Ledger) -> Energy {
+    let Ledger { emitted, absorbed, escaped, lost } = ledger;
+    let bands = scene.bands.len();
+    let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
+    let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
+    let named = scene.materials.iter().zip(&by_material);
+    Energy {
+        power,
+        emitted: with_sums(scene, &emitted),
+        absorbed: with_sums(scene, &total),
+        escaped: with_sums(scene, &escaped),
+        lost: with_sums(scene, &lost),
+        absorbed_by: Some(
+            named.map(|(m, values)| (m.name.clone(), with_sums(scene, values))).collect(),
+        ),
     }
 }
 

@@ -17,6 +17,10 @@ use crate::{
     units::Quantity,
 };
 
+mod sight;
+
+pub use sight::LightHit;
+
 /// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
 /// scene: well above the rounding of single precision (2^-24), far below any geometry.
 const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
@@ -117,7 +121,7 @@ pub struct Surface {
     pub material: u32,
     captor: u32,
     /// Barycentric weights below which a point is too near to the edge opposite each corner.
-    margins: Vec3,
+    pub(crate) margins: Vec3,
 }
 
 const NO_CAPTOR: u32 = u32::MAX;
@@ -162,6 +166,9 @@ pub struct Scene {
     surface_bvh: Bvh,
     captor_bvh: Bvh,
     in_surface: Vec<usize>,
+    light_triangles: Vec<Triangle>,
+    light_of_triangle: Vec<u32>,
+    light_bvh: Bvh,
 }
 
 /// A ray's meeting with a surface.
@@ -230,7 +237,7 @@ impl Scene {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
-        let lights = parts
+        let lights: Vec<Light> = parts
             .lights
             .into_iter()
             .map(|light| Light::new(light.name, light.power, &light.shape, center))
@@ -295,6 +302,12 @@ impl Scene {
             });
         }
 
+        let mut light_triangles = Vec::new();
+        let mut light_of_triangle = Vec::new();
+        for (l, light) in lights.iter().enumerate() {
+            light_triangles.extend_from_slice(light.triangles());
+            light_of_triangle.resize(light_triangles.len(), l as u32);
+        }
         let surface_bvh = Bvh::build(&triangles);
         let mut scene = Self {
             name: parts.name,
@@ -314,6 +327,9 @@ impl Scene {
             captor_of_triangle,
             surface_bvh,
             in_surface: Vec::new(),
+            light_bvh: Bvh::build(&light_triangles),
+            light_triangles,
+            light_of_triangle,
         };
         scene.lift_captors_off_surfaces();
         Ok(scene)
@@ -346,6 +362,14 @@ impl Scene {
         match captor.kind {
             CaptorKind::Surface => &self.triangles[captor.triangles.clone()],
             CaptorKind::Virtual { .. } => &self.captor_triangles[captor.triangles.clone()],
+        }
+    }
+
+    /// How far a captor's triangles are taken off the surface that they lie in, m.
+    pub fn lift(&self, captor: usize) -> f32 {
+        match self.in_surface.binary_search(&captor) {
+            Ok(_) => 2.0 * self.ray_offset(),
+            Err(_) => 0.0,
         }
     }
 

@@ -19,7 +19,7 @@ use std::{
 use glam::DVec3;
 
 pub use format::SceneFile;
-use format::{CameraFile, Count, EstimatorFile, PerBand, SettingsFile, TransformFile};
+use format::{CameraFile, Count, PerBand, SettingsFile, TransformFile};
 
 use crate::{
     error::{Error, Result, nearest, number},
@@ -247,12 +247,12 @@ impl Loader {
 
     fn settings(&self, file: &SettingsFile) -> Result<Settings> {
         let default = Settings::default();
-        let EstimatorFile::Photons = file.estimator;
         let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
         let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
             count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
         };
         Ok(Settings {
+            estimator: file.estimator,
             photons: file
                 .photons
                 .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))

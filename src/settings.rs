@@ -1,16 +1,44 @@
 //! How a run is to be done, and what its numbers may be.
 
-use std::time::Duration;
+use std::{fmt, time::Duration};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::error::number;
 
 /// The most histories that a run can have.
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
 
+/// How captors are read.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema, clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Estimator {
+    /// Photons from the lights, counted where they arrive.
+    #[default]
+    Photons,
+    /// Paths back from the captors.
+    Paths,
+}
+
+impl fmt::Display for Estimator {
+    /// What it traces.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Photons => "photons",
+            Self::Paths => "paths",
+        })
+    }
+}
+
 /// How a run is to be done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Histories: how many (none: [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS)).
+    /// How captors are read.
+    pub estimator: Estimator,
+    /// Histories, or paths over all faces: how many (none: [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS)).
     pub photons: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
@@ -31,6 +59,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            estimator: Estimator::Photons,
             photons: None,
             seed: 1,
             k: 50,

@@ -15,11 +15,12 @@ use std::{
 use crate::{
     captor::Channel,
     error::{Error, Result},
+    estimate::paths::{Face, Unseen},
     light::Strata,
     photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
     rng::Stream,
     scene::Scene,
-    settings::{MAX_PHOTONS, Settings},
+    settings::{Estimator, MAX_PHOTONS, Settings},
     spectrum::{Spectrum, with_lanes},
     tally::{Tally, Totals},
     trace::{Event, trace},
@@ -29,6 +30,8 @@ use crate::{
 pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
+/// The least number of paths from each face.
+const MIN_PATHS: u64 = 100;
 /// The most memory that a run with a time limit may take for its block sums, bytes.
 const MAX_OPEN_BYTES: usize = 4 << 30;
 /// The most memory that a run may take for its sums and results, bytes.
@@ -73,14 +76,16 @@ pub struct Simulation {
     pub totals: Totals,
     /// Stored arrivals on captors; none for k = 0.
     pub map: Option<PhotonMap>,
+    /// In a run of paths: what they cannot find, where there may be such light.
+    pub unseen: Option<Unseen>,
     /// Why it ended.
     pub end: End,
     /// Threads that took part.
     pub threads: usize,
 }
 
-/// Runs `scene`. Errors: fewer photons than lights, stopped by `control`, no threads to be had,
-/// too many captors for a time limit.
+/// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, stopped by
+/// `control`, no threads to be had, too many captors for a time limit.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
     with_lanes!(scene.lanes(), N => Run::new(scene, settings, control)?.go::<N>())
 }
@@ -94,8 +99,9 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(histories: u64, lights: u64, piece: u64) -> Self {
-        Self { blocks: BLOCKS.min(histories / lights), histories, piece }
+    /// Of `histories`, at least `least` to a block.
+    fn new(histories: u64, least: u64, piece: u64) -> Self {
+        Self { blocks: BLOCKS.min(histories / least), histories, piece }
     }
 
     /// Histories of a block.
@@ -138,8 +144,16 @@ struct Run<'a> {
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
-    full_piece: Strata,
+    work: Work<'a>,
     done: AtomicU64,
+}
+
+/// What one history is.
+enum Work<'a> {
+    /// A photon; the lights' shares in a piece of the usual length.
+    Photons(Strata),
+    /// A path from each of these faces.
+    Paths(Vec<Face<'a>>),
 }
 
 impl<'a> Run<'a> {
@@ -150,20 +164,50 @@ impl<'a> Run<'a> {
             .build()
             .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
         check_memory(scene, pool.current_num_threads())?;
-        let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
-        let full_piece = Strata::new(&scene.lights, piece, scene.lanes());
+        let work = match settings.estimator {
+            Estimator::Photons => {
+                let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
+                Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+            }
+            Estimator::Paths if scene.captors.is_empty() => {
+                return Err(Error::input("captors", "there are none for paths to start from")
+                    .remedy("add a captor, or run photons"));
+            }
+            Estimator::Paths => Work::Paths(faces(scene)),
+        };
         let done = AtomicU64::new(0);
-        Ok(Self { scene, settings, control, pool, started, full_piece, done })
+        Ok(Self { scene, settings, control, pool, started, work, done })
+    }
+
+    /// Histories of a piece of the usual length.
+    fn full_piece(&self) -> u64 {
+        match &self.work {
+            Work::Photons(strata) => strata.histories(),
+            // about as many paths in all
+            Work::Paths(faces) => (PIECE / faces.len() as u64).max(1),
+        }
+    }
+
+    /// Photons, or paths, that a history is.
+    fn unit(&self) -> u64 {
+        match &self.work {
+            Work::Photons(_) => 1,
+            Work::Paths(faces) => faces.len() as u64,
+        }
     }
 
     fn plan(&self, histories: u64) -> Result<Plan> {
+        if let Work::Paths(_) = self.work {
+            let each = (histories / self.unit()).max(MIN_PATHS);
+            return Ok(Plan::new(each, 1, self.full_piece()));
+        }
         let lights = self.scene.lights.len() as u64;
         if histories < lights {
             let problem = format!("{histories} photons for {lights} lights");
             return Err(Error::input("photons", problem)
                 .remedy(format!("every light needs one: ask for at least {lights}")));
         }
-        Ok(Plan::new(histories, lights, self.full_piece.histories()))
+        Ok(Plan::new(histories, lights, self.full_piece()))
     }
 
     fn go<const N: usize>(&self) -> Result<Simulation> {
@@ -175,8 +219,9 @@ impl<'a> Run<'a> {
             (None, None) => {
                 let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
                 let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
-                self.round::<N>(&plan, 0, Some(plan.histories), &mut totals, map.as_ref())?;
-                self.finish(totals, map, &plan, End::Photons)
+                let of = Some(plan.histories * self.unit());
+                self.round::<N>(&plan, 0, of, &mut totals, map.as_ref())?;
+                self.finish::<N>(totals, map, &plan, End::Photons)
             }
             (None, Some(limit)) => {
                 let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
@@ -191,14 +236,18 @@ impl<'a> Run<'a> {
         tolerance: f64,
         limit: Option<u64>,
     ) -> Result<Simulation> {
-        let piece = self.full_piece.histories();
-        // a block is worth adding up once it has some photons for each captor
-        let block = piece * 2.max(self.scene.channels() as u64 / 8 / piece);
-        let whole = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block))?;
+        let (piece, unit) = (self.full_piece(), self.unit());
+        // a block is worth adding up once it has some photons for each captor; paths always have
+        let enough = match self.work {
+            Work::Photons(_) => self.scene.channels() as u64 / 8 / piece,
+            Work::Paths(_) => 2,
+        };
+        let block = piece * enough.max(2);
+        let whole = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block * unit))?;
         let short = self.less_than::<N>(&whole, whole.block(0))?;
         let rounds = match short {
             Some(_) => 1,
-            None => limit.unwrap_or(MAX_PHOTONS) / whole.histories,
+            None => (limit.unwrap_or(MAX_PHOTONS) / (whole.histories * unit)).max(1),
         };
         let plan = short.unwrap_or(whole);
         let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
@@ -216,7 +265,7 @@ impl<'a> Run<'a> {
                 break;
             }
         }
-        self.finish(totals, map, &plan, end)
+        self.finish::<N>(totals, map, &plan, end)
     }
 
     /// One round of blocks, each traced whole by one thread and added up in order.
@@ -272,8 +321,9 @@ impl<'a> Run<'a> {
         }
         if let Some(short) = self.less_than::<N>(plan, plan.block(0).min(plan.piece))? {
             let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
-            self.round::<N>(&short, 0, Some(short.histories), &mut totals, map.as_ref())?;
-            return self.finish(totals, map, &short, End::Time);
+            let of = Some(short.histories * self.unit());
+            self.round::<N>(&short, 0, of, &mut totals, map.as_ref())?;
+            return self.finish::<N>(totals, map, &short, End::Time);
         }
         let map = self.map_builder();
         let blocks: Vec<Mutex<Tally>> =
@@ -294,7 +344,7 @@ impl<'a> Run<'a> {
                     if piece < plan.pieces(block) {
                         self.piece::<N>(plan, (0, piece, block), &mut piece_sums, map.as_ref());
                         lock(&blocks[block as usize]).drain(&mut piece_sums);
-                        self.report(Some(plan.histories), None);
+                        self.report(Some(plan.histories * self.unit()), None);
                     }
                 }
             });
@@ -312,35 +362,40 @@ impl<'a> Run<'a> {
         for (block, sums) in blocks.iter().enumerate() {
             totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
         }
-        self.finish(totals, map, &ended, end)
+        self.finish::<N>(totals, map, &ended, end)
     }
 
     /// With a time limit that will be up before each block of `plan` has done `most` histories: a
     /// plan that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
     fn less_than<const N: usize>(&self, plan: &Plan, most: u64) -> Result<Option<Plan>> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
-        let least = plan.blocks * self.scene.lights.len() as u64;
-        let most = plan.blocks * most;
-        let mut trial = self.plan(least)?;
-        loop {
+        let each = match &self.work {
+            Work::Photons(_) => self.scene.lights.len() as u64,
+            Work::Paths(_) => 1,
+        };
+        // like parts of all blocks
+        let cut = |parts: u64| Plan { histories: plan.blocks * each * parts, ..*plan };
+        let most = most / each;
+        let mut parts = 1;
+        while parts < most {
             let began = Instant::now();
-            self.round::<N>(&trial, 0, None, &mut Totals::new(self.scene), None)?;
+            self.round::<N>(&cut(parts), 0, None, &mut Totals::new(self.scene), None)?;
             self.done.store(0, Ordering::Relaxed);
             let taken = began.elapsed();
             let left = limit.saturating_sub(self.started.elapsed());
-            let fit = trial.histories as f64 * left.as_secs_f64() / taken.as_secs_f64();
+            let fit = parts as f64 * left.as_secs_f64() / taken.as_secs_f64();
             if fit >= most as f64 {
-                return Ok(None);
+                break;
             }
             if taken >= limit / 32 {
-                // like parts of all blocks
-                return self.plan((fit as u64 / least).max(1) * least).map(Some);
+                return Ok(Some(cut((fit as u64).max(1))));
             }
-            trial = self.plan((2 * trial.histories).min(most))?;
+            parts *= 2;
         }
+        Ok(None)
     }
 
-    /// Emits and follows the histories of one piece.
+    /// Follows the histories of one piece.
     fn piece<const N: usize>(
         &self,
         plan: &Plan,
@@ -348,15 +403,54 @@ impl<'a> Run<'a> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
+        let (_, piece, block) = key;
+        let (_, histories) = plan.range(block, piece);
+        match &self.work {
+            Work::Paths(faces) => self.paths::<N>(plan, key, faces, tally),
+            Work::Photons(strata) if strata.histories() == histories => {
+                self.photons::<N>(plan, key, strata, tally, map);
+            }
+            Work::Photons(_) => {
+                let strata = Strata::new(&self.scene.lights, histories, N);
+                self.photons::<N>(plan, key, &strata, tally, map);
+            }
+        }
+        self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
+    }
+
+    /// Follows paths from every face.
+    fn paths<const N: usize>(
+        &self,
+        plan: &Plan,
+        (round, piece, block): PieceKey,
+        faces: &[Face],
+        tally: &mut Tally,
+    ) {
+        let (first, histories) = plan.range(block, piece);
+        for (f, face) in faces.iter().enumerate() {
+            if self.stopped() {
+                return;
+            }
+            for index in first..first + histories {
+                let stream = index * faces.len() as u64 + f as u64;
+                let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, stream);
+                let score = face.path::<N>(&mut rng);
+                tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
+            }
+        }
+    }
+
+    /// Emits and follows photons.
+    fn photons<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        strata: &Strata,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
         let (round, piece, block) = key;
         let (first, histories) = plan.range(block, piece);
-        let own;
-        let strata = if histories == self.full_piece.histories() {
-            &self.full_piece
-        } else {
-            own = Strata::new(&self.scene.lights, histories, N);
-            &own
-        };
         let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
@@ -383,20 +477,20 @@ impl<'a> Run<'a> {
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);
         }
-        self.done.fetch_add(histories, Ordering::Relaxed);
     }
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
-        let wanted = self.settings.k > 0 && !self.scene.captors.is_empty();
+        let photons = matches!(self.work, Work::Photons(_));
+        let wanted = photons && self.settings.k > 0 && !self.scene.captors.is_empty();
         let bands = self.scene.bands.len();
         let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
         let limit = self.settings.map_photons.min(most);
         wanted.then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
-    fn finish(
+    fn finish<const N: usize>(
         &self,
-        totals: Totals,
+        mut totals: Totals,
         map: Option<Mutex<MapBuilder>>,
         plan: &Plan,
         end: End,
@@ -405,7 +499,12 @@ impl<'a> Run<'a> {
             let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
             builder.build(totals.histories, |key| plan.histories_before(key))
         });
-        Ok(Simulation { totals, map, end, threads: self.pool.current_num_threads() })
+        totals.histories *= self.unit();
+        let unseen = match self.work {
+            Work::Photons(_) => None,
+            Work::Paths(_) => Unseen::find::<N>(self.scene, self.settings.seed),
+        };
+        Ok(Simulation { totals, map, unseen, end, threads: self.pool.current_num_threads() })
     }
 
     fn report(&self, of: Option<u64>, worst_error: Option<f64>) {
@@ -427,6 +526,17 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// The faces of all captors.
+fn faces(scene: &Scene) -> Vec<Face<'_>> {
+    let all = [Channel::Front, Channel::Back];
+    (0..scene.captors.len())
+        .flat_map(|captor| {
+            let faces = if scene.captors[captor].kind.has_back() { 2 } else { 1 };
+            all[..faces].iter().map(move |&face| Face::new(scene, captor, face))
+        })
+        .collect()
 }
 
 /// Refuses a run whose sums would not fit into memory, before it begins.

@@ -93,3 +93,11 @@ impl<const N: usize> std::ops::Mul for Spectrum<N> {
         self.zip(other, |a, b| a * b)
     }
 }
+
+impl<const N: usize> std::ops::Add for Spectrum<N> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}

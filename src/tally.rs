@@ -1,7 +1,8 @@
 //! Tallies: what arrived where, in sums over a block of histories.
 
 use crate::{
-    captor::{CHANNELS, Channel},
+    captor::{CHANNELS, Captor, CaptorKind, Channel},
+    estimate::paths::PathScore,
     scene::Scene,
     spectrum::Spectrum,
     stats::Running,
@@ -119,8 +120,28 @@ impl Tally {
         }
     }
 
+    /// Scores what a path says about a captor's face.
+    pub fn score_path<const N: usize>(
+        &mut self,
+        captor: &Captor,
+        face: Channel,
+        score: &PathScore<N>,
+    ) {
+        let ones = std::iter::repeat(&1.0);
+        self.segments += u64::from(score.rays);
+        self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
+        if captor.kind == CaptorKind::Surface {
+            self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
+        }
+    }
+
     #[inline]
-    fn add<const N: usize>(&mut self, channel: usize, weights: &[f64], power: &Spectrum<N>) {
+    fn add<'a, const N: usize>(
+        &mut self,
+        channel: usize,
+        weights: impl IntoIterator<Item = &'a f64>,
+        power: &Spectrum<N>,
+    ) {
         if self.photons[channel] == 0 {
             self.touched.push(channel as u32);
         }
@@ -146,7 +167,11 @@ impl Tally {
 }
 
 #[inline]
-fn accumulate<const N: usize>(sums: &mut [f64], weights: &[f64], power: &Spectrum<N>) {
+fn accumulate<'a, const N: usize>(
+    sums: &mut [f64],
+    weights: impl IntoIterator<Item = &'a f64>,
+    power: &Spectrum<N>,
+) {
     for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(&power.0) {
         *sum += weight * f64::from(*power);
     }

@@ -4,16 +4,16 @@ use glam::Vec3;
 
 use crate::{
     geometry::Ray,
-    material::{Encounter, Transport},
+    material::{Encounter, Onward, Transport},
     rng::Stream,
     scene::{Crossing, Scene, Surface, SurfaceHit},
     spectrum::Spectrum,
 };
 
 /// Interactions after which a path is given up as lost.
-const MAX_INTERACTIONS: u32 = 10_000;
+pub const MAX_INTERACTIONS: u32 = 10_000;
 /// Total internal reflections in a row after which it is given up as lost.
-const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
+pub const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
 
 /// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
 #[derive(Debug)]
@@ -39,6 +39,8 @@ pub enum Event<'a, const N: usize> {
         power: Spectrum<N>,
         /// What it carries on.
         scattered: Spectrum<N>,
+        /// How it goes on, if it does.
+        onward: Option<Onward>,
     },
     /// It leaves the scene.
     Escaped(Spectrum<N>),
@@ -68,7 +70,8 @@ pub fn trace<const N: usize>(
         let encounter = Encounter::new(direction, surface.normal);
         let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
         let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
-        on(Event::Arrival { hit, surface, encounter, power, scattered });
+        let onward = scatter.map(|scatter| scatter.onward);
+        on(Event::Arrival { hit, surface, encounter, power, scattered, onward });
 
         let Some(scatter) = scatter else { return };
         if scattered.is_zero() {

@@ -261,8 +261,8 @@ fn keys_and_types() {
         ),
         (
             "settings",
-            r#"{"estimator": "paths"}"#,
-            &["/settings/estimator: unknown value `paths`", "photons"],
+            r#"{"estimator": "backwards"}"#,
+            &["/settings/estimator: unknown value `backwards`", "photons", "paths"],
         ),
         ("settings", "[1000]", &["/settings: an array, must be an object"]),
     ]);

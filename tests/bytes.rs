@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use phylux::{RunResult, Settings};
+use phylux::{Estimator, RunResult, Settings};
 use serde_json::json;
 
 use crate::{
@@ -42,16 +42,18 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
     })
 }
 
-/// On 1, 2 and 5 threads: a run of a number of photons that nothing divides, one with a tolerance, and
-/// one whose photon map is full. No chance in it.
+/// On 1, 2 and 5 threads: a run of a number of photons that nothing divides, one with a tolerance,
+/// one whose photon map is full, and paths. No chance in it.
 #[test]
 fn threads_do_not_matter() {
     let scene = scene();
     type Change = fn(&mut Settings);
-    let cases: [(&str, Change); 3] = [
+    let cases: [(&str, Change); 5] = [
         ("plain", |s| s.photons = Some(100_003)),
         ("tolerance", |s| s.tolerance = Some(0.04)),
         ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
+        ("paths", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Paths)),
+        ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Paths)),
     ];
     for (name, change) in cases {
         let on = |threads: usize| {
@@ -78,17 +80,26 @@ fn seeds_matter() {
     assert!(of(1) != of(2));
 }
 
-/// A run that its time limit ends is the run of that many photons.
+/// A run that its time limit ends is the run of that many photons, or paths.
 #[test]
 fn time_limit_is_a_number_of_photons() {
     let scene = scene();
-    for milliseconds in [1, 20, 700] {
+    for (estimator, milliseconds) in [
+        (Estimator::Photons, 1),
+        (Estimator::Photons, 20),
+        (Estimator::Photons, 700),
+        (Estimator::Paths, 1),
+        (Estimator::Paths, 300),
+    ] {
         let limited = run(&scene, |settings| {
+            settings.estimator = estimator;
             settings.photons = Some(1_000_000_000);
             settings.max_time = Some(Duration::from_millis(milliseconds));
         });
         assert!(limited.photons < 1_000_000_000 && limited.photons % 128 == 0);
-        let again = run(&scene, |settings| settings.photons = Some(limited.photons));
-        assert!(bytes(&limited) == bytes(&again), "{} photons", limited.photons);
+        let again = run(&scene, |settings| {
+            (settings.photons, settings.estimator) = (Some(limited.photons), estimator);
+        });
+        assert!(bytes(&limited) == bytes(&again), "{} {estimator:?}", limited.photons);
     }
 }

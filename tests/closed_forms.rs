@@ -3,8 +3,8 @@
 mod canopy;
 mod cie;
 mod furnace;
-mod glass;
+pub mod glass;
 mod leaf;
-mod lights;
+pub mod lights;
 mod sheets;
 mod view_factors;

@@ -5,7 +5,7 @@ use std::{
     sync::atomic::AtomicBool,
 };
 
-use phylux::{Control, FaceResult, RunResult, Settings};
+use phylux::{Control, Estimator, FaceResult, RunResult, Settings};
 
 /// Loads and runs a scene file; panics with the error's sentence.
 pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
@@ -42,6 +42,14 @@ impl TestScene {
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         run_file(&self.path("scene.json"), |settings| {
             *settings = Settings { photons: Some(photons), seed, k: 0, ..settings.clone() };
+        })
+    }
+
+    /// Runs it with so many paths over all captors.
+    pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
+        run_file(&self.path("scene.json"), |settings| {
+            settings.estimator = Estimator::Paths;
+            (settings.photons, settings.seed) = (Some(paths), seed);
         })
     }
 }

@@ -9,7 +9,7 @@ const FLOORS: [&[&str]; 8] = [
     &["bvh", "photon_map", "obj"],
     &["material", "light", "captor"],
     &["scene"],
-    &["settings", "trace", "tally", "simulate", "estimate", "result"],
+    &["settings", "trace", "estimate", "tally", "simulate", "result"],
     &["captor_csv", "scene_file", "result_file"],
     &["check"],
     &["cli", "lib", "main"],

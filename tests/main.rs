@@ -11,5 +11,6 @@ mod floors;
 mod invariance;
 mod nearest;
 mod output;
+mod paths;
 mod truths;
 mod world;

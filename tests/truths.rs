@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use phylux::{FaceResult, RunResult};
+use phylux::{Estimator, FaceResult, RunResult};
 use serde_json::{Value, json};
 
 use crate::{
@@ -12,9 +12,10 @@ use crate::{
 };
 
 const PHOTONS: u64 = 2_000_000;
+const PATHS: u64 = 500_000;
 
 /// Runs a truth's scene with captors of both sides.
-fn run(folder: &Path, seed: u64) -> RunResult {
+fn run(folder: &Path, seed: u64, estimator: Estimator) -> RunResult {
     let text = std::fs::read_to_string(folder.join("scene.json")).expect("scene.json");
     let mut scene: Value = serde_json::from_str(&text).expect("a scene");
     for list in ["objects", "lights", "captors"] {
@@ -27,9 +28,15 @@ fn run(folder: &Path, seed: u64) -> RunResult {
     for captor in scene["captors"].as_array_mut().expect("captors") {
         captor["sides"] = json!("both");
     }
-    let result = TestScene::new(&scene.to_string(), &[]).run(PHOTONS, seed);
-    check_ledger(&result);
-    result
+    let scene = TestScene::new(&scene.to_string(), &[]);
+    match estimator {
+        Estimator::Paths => scene.run_paths(PATHS, seed),
+        _ => {
+            let result = scene.run(PHOTONS, seed);
+            check_ledger(&result);
+            result
+        }
+    }
 }
 
 struct Truth {
@@ -71,10 +78,10 @@ fn standard_error(run: &RunResult, face: &FaceResult, truth: &Truth, area: f64) 
 }
 
 /// Every captor and band within 4 combined standard errors plus 0.1 % of the value.
-fn compare(name: &str, comparisons: usize) {
+fn compare(estimator: Estimator, name: &str, comparisons: usize) {
     let Some(shared) = shared() else { return };
     let folder = shared.join("truth").join(name);
-    let result = run(&folder, 1);
+    let result = run(&folder, 1, estimator);
     let mut wrong = Vec::new();
     let mut compared = 0;
     let mut sum_of_squares = 0.0;
@@ -112,22 +119,27 @@ fn compare(name: &str, comparisons: usize) {
     assert_eq!(compared, comparisons);
 }
 
-/// One test per scene: seed 1, 2e6 photons, odds of a false alarm at most 1.1e-4 per comparison
-/// (Student's t, 127 degrees of freedom).
+/// One test per scene and estimator: seed 1, 2e6 photons or 5e5 paths, odds of a false alarm at most
+/// 1.1e-4 per comparison (Student's t, 127 degrees of freedom).
 macro_rules! truths {
-    ($($test:ident: $name:literal, $comparisons:literal;)*) => {
+    ($($test:ident: $estimator:ident, $name:literal, $comparisons:literal;)*) => {
         $(#[test]
         fn $test() {
-            compare($name, $comparisons);
+            compare(Estimator::$estimator, $name, $comparisons);
         })*
     };
 }
 
 truths! {
-    area_lamp: "A2_area", 15;
-    spot: "A4_spot", 11;
-    furnace: "A5a_furnace_centre", 27;
-    slab: "A6_slab", 10;
-    cornell_box_both_sides: "B_cornell", 72;
-    dim_lamp_behind_a_thin_wall: "D3b_thin_wall_dimlamp", 10;
+    area_lamp: Photons, "A2_area", 15;
+    spot: Photons, "A4_spot", 11;
+    furnace: Photons, "A5a_furnace_centre", 27;
+    slab: Photons, "A6_slab", 10;
+    cornell_box_both_sides: Photons, "B_cornell", 72;
+    dim_lamp_behind_a_thin_wall: Photons, "D3b_thin_wall_dimlamp", 10;
+    area_lamp_by_paths: Paths, "A2_area", 15;
+    spot_by_paths: Paths, "A4_spot", 11;
+    furnace_by_paths: Paths, "A5a_furnace_centre", 27;
+    cornell_box_both_sides_by_paths: Paths, "B_cornell", 72;
+    dim_lamp_behind_a_thin_wall_by_paths: Paths, "D3b_thin_wall_dimlamp", 10;
 }

@@ -265,6 +265,11 @@ impl World {
         TestScene::new(&self.scene.to_string(), &files)
     }
 
+    /// Runs it backwards, with so many paths in all.
+    pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
+        self.write().run_paths(paths, seed)
+    }
+
     /// Runs it, and checks its ledger.
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         let result = self.write().run(photons, seed);
@@ -283,7 +288,7 @@ pub fn check_ledger(result: &RunResult) {
             assert!(off <= tolerance * power, "band {b}: {what} {value}, expected {expected}");
         };
         close(energy.emitted[b], power, 1e-12, "emitted");
-        let by_material: f64 = energy.absorbed_by.iter().map(|(_, values)| values[b]).sum();
+        let by_material = energy.absorbed_by.iter().flatten().map(|(_, values)| values[b]).sum();
         close(by_material, energy.absorbed[b], 1e-12, "absorbed by all materials");
         let accounted = by_material + energy.escaped[b] + energy.lost[b];
         close(accounted, energy.emitted[b], 1e-9, "absorbed + escaped + lost");

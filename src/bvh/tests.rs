@@ -172,6 +172,9 @@ fn compare(random: &mut Random, triangles: &[Triangle], rays: usize, scale: f32)
         let nearest = |p: &&Hit, q: &&Hit| p.t.total_cmp(&q.t).then(p.triangle.cmp(&q.triangle));
         let first = found.iter().min_by(nearest).copied();
         assert_eq!(bvh.closest(&ray, t_max), first);
+        assert_eq!(bvh.occluded(&ray, t_max, |_| true), first.is_some());
+        let last = found.iter().map(|hit| hit.triangle).max();
+        assert_eq!(bvh.occluded(&ray, t_max, |hit| Some(hit.triangle) == last), last.is_some());
         hits += usize::from(first.is_some());
     }
     hits

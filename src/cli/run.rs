@@ -23,7 +23,7 @@ use crate::{
     result::RunResult,
     result_file::{OutputFile, OutputFolder, write_csv, write_json},
     scene_file::{self, LoadedScene},
-    settings::{Checked, Settings},
+    settings::{Checked, Estimator, Settings},
     simulate::{Control, Progress, simulate},
 };
 
@@ -31,7 +31,10 @@ use crate::{
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Photons to trace, e.g. 5e6; with --tolerance: at most so many
+    /// How to read the captors: photons from the lights, or paths back from the captors
+    #[arg(long, value_enum)]
+    estimator: Option<Estimator>,
+    /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: at most so many
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
@@ -153,6 +156,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .remedy("add a captor, or `\"captor\": true` to an object"));
     }
     let settings = Settings {
+        estimator: arguments.estimator.unwrap_or(settings.estimator),
         photons: arguments.photons.or(settings.photons),
         seed: arguments.seed.unwrap_or(settings.seed),
         k: arguments.k.unwrap_or(settings.k),
@@ -206,10 +210,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let summary = summary(&result, &settings, simulation.end);
     super::warn(&summary.warnings);
     let speed = format!(
-        "\n{:.1} s on {} threads, {:.2e} photons/s; wrote {}\n",
+        "\n{:.1} s on {} threads, {:.2e} {}/s; wrote {}\n",
         trace_seconds,
         stats.threads,
         stats.photons_per_second,
+        settings.estimator,
         arguments.output.display(),
     );
     super::print(&(summary.text + &speed))
@@ -234,9 +239,10 @@ fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
 }
 
 fn progress_bar(settings: &Settings) -> ProgressBar {
-    terminal_bar(match settings.tolerance {
-        Some(_) => "{elapsed} {human_pos} photons, {speed}, {msg}",
-        None => "{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left",
+    let what = settings.estimator;
+    terminal_bar(&match settings.tolerance {
+        Some(_) => format!("{{elapsed}} {{human_pos}} {what}, {{speed}}, {{msg}}"),
+        None => format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"),
     })
 }
 

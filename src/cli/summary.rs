@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::{
     result::{CaptorResult, FaceResult, RunResult},
-    settings::Settings,
+    settings::{Estimator, Settings},
     simulate::End,
 };
 
@@ -31,8 +31,8 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
     };
     let _ = writeln!(
         text,
-        "{}: {} photons in {} blocks, seed {}{reason}",
-        result.scene, result.photons, result.blocks, result.seed
+        "{}: {} {} in {} blocks, seed {}{reason}",
+        result.scene, result.photons, result.estimator, result.blocks, result.seed
     );
     energy(&mut text, result);
     let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
@@ -45,6 +45,9 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
 
 fn energy(text: &mut String, result: &RunResult) {
     let energy = &result.energy;
+    if energy.emitted.is_empty() {
+        return;
+    }
     let unit = result.unit.flux;
     let _ = writeln!(
         text,
@@ -161,19 +164,32 @@ fn warnings(result: &RunResult) -> Vec<String> {
     }
     if result.blocks < FEW_BLOCKS {
         warnings.push(format!(
-            "the standard errors come from {} blocks only and are rough themselves; trace more photons",
+            "the standard errors come from {} blocks only and are rough themselves; trace more",
             result.blocks
         ));
     }
-    let reached = |captor: &CaptorResult| {
-        captor.front.photons + captor.back.as_ref().map_or(0, |back| back.photons) > 0
-    };
+    let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
+    if unseen > 0.0 {
+        warnings.push(format!(
+            "paths cannot find light of a point, spot or line that comes by way of mirrors or \
+             refraction: about {:.2} % of the flux on the captors is missing; \
+             --estimator photons finds it",
+            100.0 * unseen
+        ));
+    }
+    let lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
+    let reached =
+        |captor: &CaptorResult| lit(&captor.front) || captor.back.as_ref().is_some_and(lit);
     let dark: Vec<&str> =
         result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
     if !dark.is_empty() {
         let more =
             if dark.len() > 5 { format!(" and {} more", dark.len() - 5) } else { String::new() };
-        warnings.push(format!("no photon reached {}{more}", dark[..dark.len().min(5)].join(", ")));
+        let nothing = match result.estimator {
+            Estimator::Photons => "no photon reached",
+            Estimator::Paths => "no path found light from",
+        };
+        warnings.push(format!("{nothing} {}{more}", dark[..dark.len().min(5)].join(", ")));
     }
     warnings
 }

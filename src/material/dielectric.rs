@@ -1,6 +1,6 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
-use super::{Encounter, Fresnel, Lobe, Scatter, Transport, choose, complement};
+use super::{Encounter, Fresnel, Lobe, Onward, Scatter, Transport, choose, complement};
 use crate::{rng::Stream, spectrum::Spectrum};
 
 /// Interface between air, on the front, and a solid: Fresnel reflection, Snell refraction.
@@ -41,7 +41,7 @@ impl Dielectric {
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
         if choice.lobe == 0 {
             let total_reflection = fresnel.is_total();
-            let scatter = Scatter::new(at.mirrored(), Spectrum::ONE, false);
+            let scatter = Scatter::specular(at.mirrored(), Spectrum::ONE, false);
             return Some(Scatter { total_reflection, ..scatter });
         }
         let along = at.cos / eta - fresnel.cos_refracted;
@@ -51,7 +51,7 @@ impl Dielectric {
             Transport::Light => 1.0,
             Transport::Importance => 1.0 / (eta * eta),
         };
-        Some(Scatter::new(direction, self.tint.relative().scaled(scale), true))
+        Some(Scatter::specular(direction, self.tint.relative().scaled(scale), true))
     }
 
     #[inline]
@@ -90,13 +90,21 @@ impl Pane {
         let reflected = self.reflectance(at);
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
         Some(match choice.lobe {
-            0 => Scatter::new(at.mirrored(), Spectrum::ONE, false),
-            _ => Scatter::new(at.direction, self.tint.relative(), true),
+            0 => Scatter::specular(at.mirrored(), Spectrum::ONE, false),
+            _ => Scatter {
+                onward: Onward::Straight,
+                ..Scatter::new(at.direction, self.tint.relative(), true)
+            },
         })
     }
 
     #[inline]
     pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
         complement(self.tint.fraction()).scaled(1.0 - self.reflectance(at))
+    }
+
+    /// Fraction that goes straight through, per band.
+    pub fn transmittance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+        self.tint.fraction().scaled(1.0 - self.reflectance(at))
     }
 }

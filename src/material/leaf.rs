@@ -54,6 +54,11 @@ impl Leaf {
         Self { ior, diffuse_transmittance, front: face(front), back: face(back) }
     }
 
+    /// Whether it mirrors: all but the plain bi-Lambertian sheet.
+    pub(super) fn has_cuticle(&self) -> bool {
+        self.ior > 1.0
+    }
+
     #[inline]
     fn cuticle(&self, cos: f32) -> f32 {
         Fresnel::new(cos, self.ior).unpolarised()
@@ -86,7 +91,7 @@ impl Leaf {
         let choice = choose(fractions, rng.uniform())?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match choice.lobe {
-            0 => Scatter::new(at.mirrored(), scale(Spectrum::ONE), false),
+            0 => Scatter::specular(at.mirrored(), scale(Spectrum::ONE), false),
             1 => Scatter::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
             _ => Scatter::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
         })

@@ -45,6 +45,11 @@ impl Phong {
         }
     }
 
+    /// Whether its specular lobe is a mirror.
+    pub(super) fn has_mirror(&self) -> bool {
+        self.exponent.is_none() && self.specular.largest > 0.0
+    }
+
     fn fractions(&self) -> [f32; 3] {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }
@@ -61,7 +66,7 @@ impl Phong {
             (0, _) => {
                 Scatter::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
             }
-            (1, None) => Scatter::new(at.mirrored(), scale(self.specular.relative()), false),
+            (1, None) => Scatter::specular(at.mirrored(), scale(self.specular.relative()), false),
             (1, Some(n)) => {
                 let around_mirror = cosine_power(n, rng.square());
                 let direction = Frame::new(at.mirrored()).to_world(around_mirror);

@@ -6,7 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de};
 
 use super::json::tagged;
-use crate::units::{LengthUnit, Quantity};
+use crate::{
+    settings::Estimator,
+    units::{LengthUnit, Quantity},
+};
 
 /// A phylux scene.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -451,7 +454,7 @@ pub struct DiscFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SettingsFile {
-    /// Photons to trace, at least 1 (default 1e6).
+    /// Photons to trace, or paths over all captors, at least 1 (default 1e6).
     #[schemars(extend("minimum" = 1))]
     pub photons: Option<Count>,
     /// Seed of the random numbers (default 1).
@@ -466,20 +469,11 @@ pub struct SettingsFile {
     /// Time to stop at, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time: Option<f64>,
-    /// How to estimate (default photons).
+    /// How to read the captors (default photons).
     #[serde(default)]
-    pub estimator: EstimatorFile,
+    pub estimator: Estimator,
     /// Threads, 0 for all processors (default 0).
     pub threads: Option<Count>,
-}
-
-/// How to estimate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum EstimatorFile {
-    /// Photons from the lights.
-    #[default]
-    Photons,
 }
 
 /// The view to render.

@@ -7,19 +7,19 @@ use crate::{
     world::{Mesh, World, back, beam, front, room},
 };
 
-const GLASS: f64 = 1.52;
+pub const GLASS: f64 = 1.52;
 const ANGLES: [f64; 7] = [0.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0];
 
 /// Transmittance of two parallel faces at a cosine of incidence: each polarisation by itself in the
 /// thin pane, unpolarised light at each face of the solid slab.
-fn two_faces(cos: f64, thin: bool) -> f64 {
+pub fn two_faces(cos: f64, thin: bool) -> f64 {
     let [s, p] = fresnel(cos, GLASS);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     if thin { 0.5 * (through(s) + through(p)) } else { through(0.5 * (s + p)) }
 }
 
 /// The same for diffuse light.
-fn diffusely(thin: bool) -> f64 {
+pub fn diffusely(thin: bool) -> f64 {
     integral(0.0, 1.0, 100, |cos| 2.0 * cos * two_faces(cos, thin))
 }
 
