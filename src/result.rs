@@ -33,6 +33,9 @@ pub struct RunResult {
     pub blocks: u64,
     /// How the numbers were estimated.
     pub estimator: Estimator,
+    /// Why, where it was left to a trial.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<String>,
     /// Names of the units.
     pub unit: UnitNames,
     /// What the entries of every array stand for: the bands, then the sums over bands.
@@ -210,9 +213,10 @@ impl RunResult {
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
-        let energy = match settings.estimator {
-            Estimator::Photons => balance(scene, with_sums(&powers), totals.ledger()),
-            Estimator::Paths => Energy { power: with_sums(&powers), ..Energy::default() },
+        let of_paths = simulation.estimator == Estimator::Paths;
+        let energy = match of_paths {
+            false => balance(scene, with_sums(&powers), totals.ledger()),
+            true => Energy { power: with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.as_ref().map(|map| (map, settings.k));
         Self {
@@ -221,7 +225,8 @@ impl RunResult {
             seed: settings.seed,
             photons: totals.histories,
             blocks: totals.blocks,
-            estimator: settings.estimator,
+            estimator: simulation.estimator,
+            chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,
@@ -234,11 +239,9 @@ impl RunResult {
                 .captors
                 .iter()
                 .map(|captor| {
-                    let nearest = match settings.estimator {
-                        Estimator::Photons => {
-                            estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k))
-                        }
-                        Estimator::Paths => Some([None, None]),
+                    let nearest = match of_paths {
+                        false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                        true => Some([None, None]),
                     };
                     captor_result(scene, totals, captor, nearest)
                 })

@@ -12,5 +12,6 @@ mod invariance;
 mod nearest;
 mod output;
 mod paths;
+mod study;
 mod truths;
 mod world;

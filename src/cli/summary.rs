@@ -34,6 +34,9 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
         "{}: {} {} in {} blocks, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.blocks, result.seed
     );
+    if let Some(why) = &result.chosen {
+        let _ = writeln!(text, "{} were chosen: {why}", result.estimator);
+    }
     energy(&mut text, result);
     let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
     kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
@@ -186,8 +189,8 @@ fn warnings(result: &RunResult) -> Vec<String> {
         let more =
             if dark.len() > 5 { format!(" and {} more", dark.len() - 5) } else { String::new() };
         let nothing = match result.estimator {
-            Estimator::Photons => "no photon reached",
             Estimator::Paths => "no path found light from",
+            _ => "no photon reached",
         };
         warnings.push(format!("{nothing} {}{more}", dark[..dark.len().min(5)].join(", ")));
     }
