@@ -199,6 +199,9 @@ pub struct NearestResult {
     pub k: usize,
     /// Radius of the gather ball, m.
     pub radius: f64,
+    /// Share of the captor's area that it is a mean over, in (0, 1]: near 1 it says nothing of the
+    /// middle that the summed flux does not say better.
+    pub coverage: f64,
     /// Per band.
     pub irradiance: Vec<f64>,
     /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
@@ -334,6 +337,7 @@ fn nearest_result(scene: &Scene, estimate: NearestEstimate) -> NearestResult {
     NearestResult {
         k: estimate.k,
         radius: estimate.radius,
+        coverage: estimate.coverage,
         irradiance: with_sums(scene, &estimate.irradiance),
         radiance: estimate.radiance.map(|radiance| with_sums(scene, &radiance)),
     }
