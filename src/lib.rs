@@ -63,7 +63,7 @@ mod spoil;
 
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
-pub use check::{MaterialSummary, SceneSummary, check, check_solids};
+pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};

@@ -12,6 +12,7 @@ mod invariance;
 mod nearest;
 mod output;
 mod paths;
+mod stability;
 mod study;
 mod truths;
 mod world;
