@@ -97,16 +97,16 @@ impl Loader {
         let obj = self.obj(&format!("{}/obj", entry.pointer), file)?;
         let path = self.sibling(file);
         let identity = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
-        for (g, group) in obj.groups.iter().enumerate() {
+        let mut triangles = vec![Vec::new(); obj.groups.len()];
+        for part in &obj.parts {
+            triangles[part.group].extend(self.placed(&part.triangles, &identity)?);
+        }
+        for (group, triangles) in obj.groups.iter().zip(triangles) {
             let id = match &group.name {
                 Some(name) => format!("{}/{name}", entry.name),
                 None if obj.groups.len() == 1 => entry.name.clone(),
                 None => format!("{}/{}", entry.name, stem(&path)),
             };
-            let mut triangles = Vec::new();
-            for part in obj.parts.iter().filter(|part| part.group == g) {
-                triangles.extend(self.placed(&part.triangles, &identity)?);
-            }
             let place = path.display().to_string();
             self.add_captor(entry, &place, id, triangles)?;
         }
