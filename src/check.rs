@@ -12,7 +12,6 @@ use crate::{
     captor::CaptorKind,
     error::{Error, Result},
     geometry::{Extent, Triangle},
-    material::Material,
     scene::Scene,
     scene_file::LoadedScene,
     units::LengthUnit,
@@ -53,16 +52,15 @@ pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
     Ok(pool.map_err(|e| Error::run("threads", e))?.install(|| look_over(loaded)))
 }
 
-/// What looks wrong with the closed solids of a scene, where light would go wrong ways: for a run to
-/// warn of. Without solids it looks at nothing. Errors: threads cannot be started.
-pub fn check_solids(scene: &Scene) -> Result<Vec<String>> {
-    if !scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
-        return Ok(Vec::new());
-    }
+/// What looks wrong with the meshes of a scene, where light would go wrong ways: for a run to warn
+/// of. Errors: threads cannot be started.
+pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
     let pool = rayon::ThreadPoolBuilder::new().build();
     pool.map_err(|e| Error::run("threads", e))?.install(|| {
         let mut remarks = Remarks::default();
-        solids::check_solids(scene, &mesh::weld(&scene.triangles), &mut remarks);
+        let vertices = mesh::weld(&scene.triangles);
+        check_coincident(scene, &mut remarks);
+        solids::check_solids(scene, &vertices, &mut remarks);
         Ok(remarks.warnings)
     })
 }
@@ -81,7 +79,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_captors(scene, &lit, &mut remarks);
     check_areas(scene, &mut remarks);
     let vertices = mesh::weld(&scene.triangles);
-    check_duplicates(scene, &vertices, &mut remarks);
+    check_coincident(scene, &mut remarks);
     solids::check_solids(scene, &vertices, &mut remarks);
     solids::check_sheets(scene, &vertices, &mut remarks);
     SceneSummary { size, surfaces, warnings: remarks.warnings, notes: remarks.notes }
@@ -171,30 +169,27 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-/// Triangles with the same corners. Those of two solids are a matter of `solids`.
-fn check_duplicates(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
-    let distinct = |[a, b, c]: [u32; 3]| a != b && b != c && c != a;
-    let mut sorted: Vec<([u32; 3], u32)> =
-        vertices.iter().copied().zip(0..).filter(|(corners, _)| distinct(*corners)).collect();
-    sorted.par_iter_mut().for_each(|(corners, _)| corners.sort_unstable());
-    sorted.par_sort_unstable();
+/// Faces that lie in one place, as each has its middle in the other, however they are cut: light meets
+/// one of them. Those of two solids are a matter of `solids`; a small face on a large one is a thing
+/// that stands there.
+fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
+    let twin = |i: usize| {
+        let other = scene.coincident(i)?;
+        let material = |i: usize| scene.surface(i).material;
+        let mutual = scene.coincident(other).is_some_and(|j| material(j) == material(i));
+        let solid = [i, other].iter().all(|&i| scene.material(scene.surface(i)).is_solid());
+        (mutual && other < i && !solid).then(|| [material(other), material(i)])
+    };
+    let twins: Vec<[u32; 2]> =
+        (0..scene.triangles.len()).into_par_iter().filter_map(twin).collect();
     let mut counts: BTreeMap<[u32; 2], usize> = BTreeMap::new();
-    for same in sorted.chunk_by(|p, q| p.0 == q.0) {
-        let surface = |i: usize| scene.surface(same[i].1 as usize);
-        for i in 1..same.len() {
-            let pair = [surface(0), surface(i)];
-            if !pair.iter().all(|s| scene.material(s).is_solid()) {
-                *counts.entry(pair.map(|s| s.material)).or_default() += 1;
-            }
-        }
-    }
+    twins.into_iter().for_each(|pair| *counts.entry(pair).or_default() += 1);
     let name = |m: u32| &scene.materials[m as usize].name;
-    let pairs =
-        counts.iter().map(|(&[p, q], n)| format!("{n} of `{}` behind `{}`", name(q), name(p)));
+    let pairs = counts.iter().map(|(&[p, q], n)| format!("{n} of `{}` on `{}`", name(q), name(p)));
     remarks.warn_of(&pairs.collect::<Vec<_>>(), |list| {
         format!(
-            "triangles with the same corners as another, which light meets instead of them: \
-            {list}; remove one of the two"
+            "triangles in the same place as others, front to front or back to back, of which light \
+            meets only one: {list}; remove one of the two"
         )
     });
 }

@@ -411,6 +411,20 @@ impl Scene {
         });
     }
 
+    /// Another triangle of a surface that lies in the plane of this one, over its middle.
+    pub fn coincident(&self, triangle: usize) -> Option<usize> {
+        let shape = &self.triangles[triangle];
+        let (middle, normal) = (shape.centroid(), shape.normal());
+        let found = parallel_neighbours(
+            &self.surface_bvh,
+            &self.triangles,
+            middle,
+            normal,
+            self.ray_offset(),
+        );
+        found.filter(|&other| other as usize != triangle).min().map(|other| other as usize)
+    }
+
     /// The ray that leaves a surface at `point` on the side of `normal`.
     #[inline]
     pub fn leave(&self, point: Vec3, normal: Vec3, direction: Vec3) -> Ray {
@@ -442,13 +456,14 @@ impl Scene {
                 .triangles
                 .par_iter()
                 .filter_map(|t| {
-                    parallel_neighbour(
+                    parallel_neighbours(
                         &self.captor_bvh,
                         &self.captor_triangles,
                         t.centroid(),
                         t.normal(),
                         offset,
                     )
+                    .min()
                 })
                 .collect();
             for triangle in covered {
@@ -474,8 +489,15 @@ impl Scene {
         let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
         [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners).any(|&(u, v)| {
             let point = triangle.point(u, v);
-            parallel_neighbour(&self.surface_bvh, &self.triangles, point, normal, self.ray_offset())
-                .is_some()
+            parallel_neighbours(
+                &self.surface_bvh,
+                &self.triangles,
+                point,
+                normal,
+                self.ray_offset(),
+            )
+            .next()
+            .is_some()
         })
     }
 }
@@ -506,25 +528,24 @@ fn check_rounding(
     Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))
 }
 
-/// The triangle parallel to `normal` within `reach` of `point`.
-fn parallel_neighbour(
+/// The triangles parallel to `normal` within `reach` of `point`.
+fn parallel_neighbours(
     bvh: &Bvh,
     triangles: &[Triangle],
     point: Vec3,
     normal: Vec3,
     reach: f32,
-) -> Option<u32> {
-    if normal == Vec3::ZERO {
-        return None;
+) -> impl Iterator<Item = u32> {
+    let mut found = Vec::new();
+    if normal != Vec3::ZERO {
+        let ray = Ray { origin: point - reach * normal, direction: normal };
+        bvh.crossings(&ray, 2.0 * reach, |hit| {
+            if triangles[hit.triangle as usize].normal().dot(normal).abs() > 0.999_999 {
+                found.push(hit.triangle);
+            }
+        });
     }
-    let ray = Ray { origin: point - reach * normal, direction: normal };
-    let mut found = None;
-    bvh.crossings(&ray, 2.0 * reach, |hit| {
-        if triangles[hit.triangle as usize].normal().dot(normal).abs() > 0.999_999 {
-            found = Some(found.map_or(hit.triangle, |f: u32| f.min(hit.triangle)));
-        }
-    });
-    found
+    found.into_iter()
 }
 
 /// Extent of everything in a scene, m.

@@ -280,7 +280,12 @@ fn triangles_twice_or_without_area() {
     let object = r#", { "obj": "paint.obj", "material": "paint" }"#;
     let again = "v 2 2 0\nv -2 -2 0\nv 2 -2 0\nf 1 2 3\n";
     let twice = scene(paint, object, "", &[("paint.obj", again)]);
-    warns(&twice, &["same corners", "1 of `paint` behind `ground`"]);
+    warns(&twice, &["in the same place", "1 of `paint` on `ground`"]);
+    // the other way round, and cut along the other diagonal
+    let back = "v 2 2 0\nv 2 -2 0\nv -2 -2 0\nv -2 2 0\nf 2 3 4\nf 2 4 1\n";
+    warns(&scene(paint, object, "", &[("paint.obj", back)]), &["2 of `paint` on `ground`"]);
+    let pot = "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\n";
+    is_clean(&scene(paint, object, "", &[("paint.obj", pot)]));
     let line = "v 0 0 1\nv 1 1 1\nv 2 2 1\nv 0 1 1\nf 1 2 3\nf 1 2 4\n";
     let flat = scene(paint, object, "", &[("paint.obj", line)]);
     warns(&flat, &["without area", "1 of `paint`"]);

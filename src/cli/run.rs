@@ -18,7 +18,7 @@ use super::{
     summary::summary,
 };
 use crate::{
-    check::check_solids,
+    check::check_meshes,
     error::{Error, Result},
     result::RunResult,
     result_file::{OutputFile, OutputFolder, write_csv, write_json},
@@ -147,7 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     places.extend(per_captor.iter().flat_map(|folder| folder.places(ids())));
     check_places(&places, &files)?;
     super::warn(&warnings);
-    super::warn(&check_solids(&scene)?);
+    super::warn(&check_meshes(&scene)?);
     if scene.captors.is_empty() {
         return Err(Error::input(
             format!("{}: /captors", arguments.scene.display()),
