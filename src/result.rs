@@ -44,6 +44,10 @@ pub struct RunResult {
     /// where there can be none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Vec<f64>>,
+    /// In a run of paths: the share of them that the length limits cut off, in [0, 1]; light that
+    /// they could still have found is missing. Absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut_off: Option<f64>,
     /// What the k-nearest estimates were made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<MapResult>,
@@ -226,6 +230,7 @@ impl RunResult {
             bands: band_results(scene),
             energy,
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
+            cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             map: map.as_ref().map(|map| MapResult {
                 arrivals: map.arrivals.len() as u64,
                 photons: map.histories,

@@ -53,6 +53,8 @@ pub struct Tally {
     touched: Vec<u32>,
     /// Straight flights between emission, interactions and escape.
     segments: u64,
+    /// Paths that a length limit ended.
+    cut_off: u64,
     ledger: Ledger,
 }
 
@@ -66,6 +68,7 @@ impl Tally {
             photons: vec![0; scene.channels()],
             touched: Vec::new(),
             segments: 0,
+            cut_off: 0,
             ledger: Ledger::new(bands, scene.materials.len()),
         }
     }
@@ -129,6 +132,7 @@ impl Tally {
     ) {
         let ones = std::iter::repeat(&1.0);
         self.segments += u64::from(score.rays);
+        self.cut_off += u64::from(score.cut_off);
         self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
         if captor.kind == CaptorKind::Surface {
             self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
@@ -162,6 +166,7 @@ impl Tally {
             }
         }
         self.segments += std::mem::take(&mut other.segments);
+        self.cut_off += std::mem::take(&mut other.cut_off);
         self.ledger.drain(&mut other.ledger, 1.0);
     }
 }
@@ -187,6 +192,8 @@ pub struct Totals {
     pub histories: u64,
     /// Straight flights so far.
     pub segments: u64,
+    /// Paths so far that a length limit ended.
+    pub cut_off: u64,
     columns: usize,
     running: Vec<Running>,
     photons: Vec<u64>,
@@ -211,6 +218,7 @@ impl Totals {
             blocks: 0,
             histories: 0,
             segments: 0,
+            cut_off: 0,
             columns,
             running: vec![Running::default(); channels * columns],
             photons: vec![0; channels],
@@ -266,6 +274,7 @@ impl Totals {
         self.blocks += 1;
         self.histories += histories;
         self.segments += std::mem::take(&mut block.segments);
+        self.cut_off += std::mem::take(&mut block.cut_off);
     }
 
     /// Photons counted in a channel.

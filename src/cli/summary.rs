@@ -15,6 +15,8 @@ const MUCH_LOST: f64 = 1e-3;
 /// Blocks below which standard errors are off by more than a fifth: their own relative error is
 /// 1 / sqrt(2 (blocks - 1)).
 const FEW_BLOCKS: u64 = 16;
+/// Photons below which a value and its error are not reliable.
+const FEW_PHOTONS: u64 = 30;
 
 pub(super) struct Summary {
     pub(super) text: String,
@@ -162,11 +164,20 @@ fn warnings(result: &RunResult) -> Vec<String> {
             100.0 * lost
         ));
     }
-    if result.blocks < FEW_BLOCKS {
+    let cut_off = result.cut_off.unwrap_or(0.0);
+    if cut_off > MUCH_LOST {
         warnings.push(format!(
-            "the standard errors come from {} blocks only and are rough themselves; trace more",
-            result.blocks
+            "{:.2} % of the paths were cut off at the length limits: light that they could still \
+             have found is missing",
+            100.0 * cut_off
         ));
+    }
+    match result.blocks {
+        1 => warnings.push("one block: no standard error is known; trace more".into()),
+        blocks if blocks < FEW_BLOCKS => warnings.push(format!(
+            "the standard errors come from {blocks} blocks only and are rough themselves; trace more"
+        )),
+        _ => {}
     }
     let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
     if unseen > 0.0 {
@@ -183,13 +194,36 @@ fn warnings(result: &RunResult) -> Vec<String> {
     let dark: Vec<&str> =
         result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
     if !dark.is_empty() {
-        let more =
-            if dark.len() > 5 { format!(" and {} more", dark.len() - 5) } else { String::new() };
         let nothing = match result.estimator {
             Estimator::Photons => "no photon reached",
             Estimator::Paths => "no path found light from",
         };
-        warnings.push(format!("{nothing} {}{more}", dark[..dark.len().min(5)].join(", ")));
+        warnings.push(format!("{nothing} {}", some(&dark)));
+    }
+    let faint = |face: &FaceResult| lit(face) && face.photons < FEW_PHOTONS;
+    let rough: Vec<&str> = match result.estimator {
+        Estimator::Paths => Vec::new(),
+        Estimator::Photons => {
+            let rough = |c: &&CaptorResult| faint(&c.front) || c.back.as_ref().is_some_and(faint);
+            result.captors.iter().filter(rough).map(|c| c.id.as_str()).collect()
+        }
+    };
+    if !rough.is_empty() {
+        warnings.push(format!(
+            "fewer than {FEW_PHOTONS} photons on a face of {}: neither their values nor their \
+             errors are reliable; trace more, or try --estimator paths",
+            some(&rough)
+        ));
     }
     warnings
+}
+
+/// The first few names, and how many more.
+fn some(names: &[&str]) -> String {
+    const LISTED: usize = 5;
+    let more = match names.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    names[..names.len().min(LISTED)].join(", ") + &more
 }

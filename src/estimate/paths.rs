@@ -35,6 +35,8 @@ pub struct PathScore<const N: usize> {
     pub absorbed: Spectrum<N>,
     /// Rays traced.
     pub rays: u32,
+    /// Whether a length limit ended it: what it could still have found is missing.
+    pub cut_off: bool,
 }
 
 /// The face of a captor that paths start from.
@@ -68,7 +70,7 @@ impl<'a> Face<'a> {
         let Start { triangle, point, normal } = self.start(rng);
         let at = Vertex { point, step: None, one_sided: Some(normal) };
         let density = |direction: Vec3| cosine_hemisphere_density(direction.dot(normal));
-        let mut path = Path { scene: self.scene, rng, rays: 0 };
+        let mut path = Path { scene: self.scene, rng, rays: 0, cut_off: false };
 
         let direct = path.next_event::<N>(&at, density);
         let direct = direct.map(|(towards, irradiance)| {
@@ -80,8 +82,9 @@ impl<'a> Face<'a> {
         let radiance = path.follow::<N>(at, ray, cosine_hemisphere_density(local.z));
         let indirect = (direction, radiance.scaled(self.area * PI));
 
-        let rays = path.rays;
-        let mut score = PathScore { flux: Spectrum::ZERO, absorbed: Spectrum::ZERO, rays };
+        let Path { rays, cut_off, .. } = path;
+        let nothing = Spectrum::ZERO;
+        let mut score = PathScore { flux: nothing, absorbed: nothing, rays, cut_off };
         for (direction, flux) in direct.into_iter().chain([indirect]) {
             score.flux = score.flux + flux;
             score.absorbed = score.absorbed + self.absorbed(triangle, direction, flux, rng);
@@ -160,6 +163,7 @@ struct Path<'a, 'r> {
     scene: &'a Scene,
     rng: &'r mut Stream,
     rays: u32,
+    cut_off: bool,
 }
 
 impl Path<'_, '_> {
@@ -214,7 +218,7 @@ impl Path<'_, '_> {
                 radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
             });
 
-            let Some(hit) = hit else { break };
+            let Some(hit) = hit else { return radiance };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
             let encounter = Encounter::new(ray.direction, surface.normal);
@@ -233,10 +237,13 @@ impl Path<'_, '_> {
             }
 
             let scatter = material.sample::<N>(&encounter, Transport::Importance, self.rng);
-            let Some(scatter) = scatter else { break };
+            let Some(scatter) = scatter else { return radiance };
             throughput = throughput * scatter.factor;
             total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
-            if throughput.is_zero() || total_reflections == MAX_TOTAL_REFLECTIONS {
+            if throughput.is_zero() {
+                return radiance;
+            }
+            if total_reflections == MAX_TOTAL_REFLECTIONS {
                 break;
             }
             match scatter.onward {
@@ -248,6 +255,7 @@ impl Path<'_, '_> {
             let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
             ray = scene.leave(hit.point, side, scatter.direction);
         }
+        self.cut_off = true;
         radiance
     }
 
