@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// A room with a leaf, a glass block, a lamp and a spot, moved by a vector.
-fn bay(mut world: World, by: Point, per_metre: f64, reflectance: Value) -> World {
+pub fn bay(mut world: World, by: Point, per_metre: f64, reflectance: Value) -> World {
     let at = |p: Point| [0, 1, 2].map(|i| (p[i] + by[i]) * per_metre);
     let spot = json!({ "type": "spot", "position": at([0.5, 0.5, 0.9]), "direction": [0.1, 0.2, -1],
                        "half_angle_deg": 40, "power": 3 });

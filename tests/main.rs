@@ -12,5 +12,6 @@ mod invariance;
 mod nearest;
 mod output;
 mod paths;
+mod stability;
 mod truths;
 mod world;

@@ -1,0 +1,672 @@
+//! Where methods fail: each hard case of docs/stability.md that has no test elsewhere, for photons,
+//! the k nearest of them, and paths. A method finds the truth within 4 standard errors, or says that
+//! it cannot.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec2;
+use phylux::{Estimator, FaceResult, RunResult, Settings};
+use serde_json::json;
+
+use crate::{
+    bad_input::phylux,
+    closed_forms::glass::{GLASS, two_faces},
+    common::run_file,
+    exact::{Comparisons, fresnel, mean_over, polygon_irradiance},
+    invariance::bay,
+    world::{Mesh, Point, World, back, beam, check_ledger, front, room},
+};
+
+const UP: Point = [0.0, 0.0, 1.0];
+const DOWN: Point = [0.0, 0.0, -1.0];
+/// Photons of the k-nearest estimates: their relative standard error is 1 / sqrt(K - 2), 5 %.
+const K: usize = 400;
+
+/// One scene, by photons (seed 1) and by paths (seed 2).
+struct Runs {
+    photons: RunResult,
+    paths: RunResult,
+}
+
+impl Runs {
+    fn new(world: &World, photons: u64, paths: u64) -> Self {
+        let scene = world.write();
+        let run = |estimator, photons, seed| {
+            let result = run_file(&scene.path("scene.json"), |settings| {
+                let photons = Some(photons);
+                *settings = Settings { estimator, photons, seed, k: K, ..settings.clone() };
+            });
+            sound(&result);
+            result
+        };
+        let runs = Self {
+            photons: run(Estimator::Photons, photons, 1),
+            paths: run(Estimator::Paths, paths, 2),
+        };
+        check_ledger(&runs.photons);
+        runs
+    }
+
+    /// The irradiance of a face by photons and by paths.
+    fn irradiance(&self, check: &mut Comparisons, name: &str, face: Face, exact: f64) {
+        for (method, run) in [("photons", &self.photons), ("paths", &self.paths)] {
+            check.irradiance(format!("{name}, {method}"), face(run, name), 0, exact);
+        }
+    }
+
+    /// That the two agree on a face.
+    fn agree(&self, check: &mut Comparisons, name: &str, face: Face) {
+        let [a, b] = [&self.photons, &self.paths].map(|run| face(run, name));
+        let error = |face: &FaceResult| face.flux_se[0].expect("light arrives");
+        let what = format!("{name}, paths against photons");
+        check.add(what, b.flux[0], error(a).hypot(error(b)), a.flux[0]);
+    }
+}
+
+type Face = for<'a> fn(&'a RunResult, &str) -> &'a FaceResult;
+
+/// The k-nearest irradiance in the middle of the one captor of an entry.
+fn nearest(check: &mut Comparisons, run: &RunResult, name: &str, exact: f64) {
+    let captor = run.captors.iter().find(|c| c.id.split('/').next() == Some(name));
+    let captor = captor.unwrap_or_else(|| panic!("no captor {name}"));
+    let knn = captor.front.knn.as_ref().and_then(|knn| knn.as_ref()).expect("photons");
+    assert_eq!(knn.k, K, "{name}");
+    let spread = exact / (K as f64 - 2.0).sqrt();
+    check.add(
+        format!("{name}, k nearest within {:.4} m", knn.radius),
+        knn.irradiance[0],
+        spread,
+        exact,
+    );
+}
+
+/// No number is NaN or infinite, no flux and no error below zero.
+fn sound(run: &RunResult) {
+    let mut faces: Vec<&FaceResult> = Vec::new();
+    let mut absorbed: Vec<f64> = Vec::new();
+    for captor in &run.captors {
+        faces.extend([Some(&captor.front), captor.back.as_ref()].into_iter().flatten());
+        absorbed.extend(captor.absorbed.iter().flatten());
+    }
+    for group in &run.groups {
+        faces.extend([Some(&group.front), group.back.as_ref()].into_iter().flatten());
+        absorbed.extend(group.absorbed.iter().flatten());
+    }
+    assert!(absorbed.iter().all(|a| a.is_finite()), "{absorbed:?}");
+    for face in faces {
+        let errors = face.flux_se.iter().chain(&face.irradiance_se).flatten();
+        let knn = face.knn.iter().flatten();
+        let nearest = knn.flat_map(|n| n.irradiance.iter().chain(n.radiance.iter().flatten()));
+        let mut all = face.flux.iter().chain(&face.irradiance).chain(errors).chain(nearest);
+        assert!(all.all(|v| v.is_finite() && *v >= 0.0), "{face:?}");
+    }
+}
+
+/// What `phylux run` with these arguments says.
+fn said(world: &World, arguments: &[&str]) -> String {
+    let scene = world.write();
+    let output = phylux(&scene.path(""), &[&["run", "scene.json"], arguments].concat());
+    let words = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{words}");
+    assert!(!words.contains("NaN") && !words.contains("inf "), "{words}");
+    words.into_owned()
+}
+
+/// Walls of reflectance `rho` that glow with (1 - rho) L around [-half, half]^3: radiance is L
+/// everywhere.
+pub fn furnace(half: f64, rho: f64) -> World {
+    let walls = room([-half; 3], [half; 3]);
+    World::new().lambert("wall", rho).glowing("walls", "wall", &walls, 1.0 - rho)
+}
+
+/// A disc of 1 cm in a white furnace of 10 m: paths find pi L; a million photons bring none or a
+/// few, and the run says so.
+/// Seed 2, 1e5 paths, standard error at most 0.5 %; 1 comparison, odds of a false alarm 1e-4.
+#[test]
+fn captor_of_1_cm_in_a_white_room_of_10_m() {
+    let world = furnace(5.0, 0.5).captor("sensor", &Mesh::disc([1.0, 2.0, -3.0], UP, 0.005));
+    let runs = Runs::new(&world, 1_000_000, 100_000);
+    let mut check = Comparisons::new("1 cm in 10 m", 0.005);
+    check.irradiance("paths", front(&runs.paths, "sensor"), 0, PI);
+    check.finish(1);
+    let arrived = front(&runs.photons, "sensor");
+    println!(
+        "{} photons: {:?} +- {:?}",
+        arrived.photons, arrived.irradiance, arrived.irradiance_se
+    );
+    let words = said(&world, &["--photons", "100000"]);
+    assert!(
+        words.contains("no photon reached sensor")
+            || words.contains("fewer than 30 photons on a face of sensor"),
+        "{words}"
+    );
+}
+
+/// Captors of 20 cm in a furnace of 2 m, 0.1 mm from a wall, in an edge and in a corner, with their
+/// rims on the walls, across an edge and a corner, and in the plane of a wall: pi L everywhere, also
+/// from behind, where only that sliver shines.
+/// Seeds 1 and 2, 1.5e6 photons and 4e5 paths, standard errors at most 2 %, of the k nearest 6 %; 28
+/// comparisons, odds of a false alarm 3e-3.
+#[test]
+fn captors_close_to_walls() {
+    const GAP: f64 = -1.0 + 1e-4;
+    let level = |x: f64, y: f64| Mesh::rectangle([x, y, GAP], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0]);
+    let across = Mesh::rectangle([-0.85, -1.0, 0.0], [-0.15, 0.15, 0.0], [0.0, 0.0, 0.2]);
+    let corner = Mesh(vec![vec![[-0.75, -1.0, -1.0], [-1.0, -0.75, -1.0], [-1.0, -1.0, -0.75]]]);
+    let captors = [
+        ("wall", level(0.2, 0.3)),
+        ("edge", level(-1.0, 0.3)),
+        ("corner", level(-1.0, -1.0)),
+        ("across an edge", across.flipped()),
+        ("across a corner", corner),
+    ];
+    let world = captors
+        .iter()
+        .fold(furnace(1.0, 0.5), |world, (name, mesh)| world.captor_of_both_sides(name, mesh));
+    let plane = Mesh::square([0.3, -0.4, -1.0], UP, 0.2);
+    let runs = Runs::new(&world.captor("plane", &plane), 1_500_000, 400_000);
+    let mut check = Comparisons::new("close to walls", 0.02);
+    let mut by_nearest = Comparisons::new("close to walls", 0.06);
+    for (name, _) in &captors {
+        runs.irradiance(&mut check, name, front, PI);
+        runs.irradiance(&mut check, name, back, PI);
+        nearest(&mut by_nearest, &runs.photons, name, PI);
+    }
+    runs.irradiance(&mut check, "plane", front, PI);
+    nearest(&mut by_nearest, &runs.photons, "plane", PI);
+    check.finish(22);
+    by_nearest.finish(6);
+}
+
+/// A wall of 1 mm through a white room: nothing gets behind it, nor does the photon map leak, on
+/// captors 0.1 mm behind it, in its plane and across the dark half.
+/// Seeds 1 and 2, 1e6 photons and 1e5 paths; no chance in it, unless light leaks.
+#[test]
+fn wall_of_1_mm_between_light_and_dark() {
+    let wall = Mesh::cuboid([-5e-4, -1.0, -1.0], [5e-4, 1.0, 1.0]);
+    let bright = [0, 2, 3, 4, 5].into_iter().fold(Mesh::default(), |m, i| m.and(wall.face(i)));
+    let upright = |x: f64| Mesh::square([x, 0.0, 0.0], [1.0, 0.0, 0.0], 2.0);
+    let world = World::new()
+        .lambert("white", 0.8)
+        .surface("room", "white", &room([-1.0; 3], [1.0; 3]))
+        .counted("bright face", "white", &bright)
+        .counted("dark face", "white", &wall.face(1))
+        .captor_of_both_sides("behind", &upright(6e-4))
+        .captor("in its plane", &upright(5e-4))
+        .captor_of_both_sides("floor", &Mesh::square([0.501, 0.0, -0.9999], UP, 0.998))
+        .lamp("lamp", &Mesh::square([-0.4, 0.3, 0.9], DOWN, 0.5), 100.0)
+        .light(json!({ "type": "point", "position": [-0.02, 0.9, -0.9], "power": 100 }));
+    let runs = Runs::new(&world, 1_000_000, 100_000);
+    for run in [&runs.photons, &runs.paths] {
+        assert!(front(run, "bright face").flux[0] > 100.0);
+        for captor in run.captors.iter().filter(|c| !c.id.starts_with("bright face")) {
+            for face in [Some(&captor.front), captor.back.as_ref()].into_iter().flatten() {
+                assert_eq!((face.flux[0], face.flux_se[0]), (0.0, None), "{}", captor.id);
+                assert!(face.knn.as_ref().is_none_or(|knn| knn.is_none()), "{}", captor.id);
+            }
+        }
+    }
+}
+
+/// A slit of 1 cm x 2 m from a black furnace into a dark room: it shines with L, so the room gets
+/// pi L x its area, and a sensor on the far wall what that strip sheds there.
+/// Seeds 1 and 2, 4e6 photons and 4e5 paths, standard errors at most 8 %; 6 comparisons, odds of a
+/// false alarm 7e-4.
+#[test]
+fn slit_of_1_cm_between_two_rooms() {
+    let lit = room([-1.0, -1.0, -1.0], [0.0, 1.0, 1.0]);
+    let dark = room([0.0, -1.0, -1.0], [1.0, 1.0, 1.0]);
+    let five = |mesh: &Mesh, skip: usize| {
+        (0..6).filter(|i| *i != skip).fold(Mesh::default(), |m, i| m.and(mesh.face(i)))
+    };
+    let half = |y: f64| Mesh::rectangle([0.0, y, -1.0], [0.0, 0.995, 0.0], [0.0, 0.0, 2.0]);
+    let slit = Mesh::rectangle([0.0, -0.005, -1.0], [0.0, 0.01, 0.0], [0.0, 0.0, 2.0]);
+    let (corner, u, v) = ([0.99, -0.2, -0.2], [0.0, 0.4, 0.0], [0.0, 0.0, 0.4]);
+    let sensor = Mesh::rectangle(corner, u, v).flipped();
+    let world = World::new()
+        .lambert("black", 0.0)
+        .glowing("walls", "black", &five(&lit, 1), 1.0)
+        .surface("screen", "black", &half(-1.0).and(half(0.005)))
+        .counted("dark", "black", &five(&dark, 0))
+        .captor_of_both_sides("slit", &slit)
+        .captor("sensor", &sensor);
+    let runs = Runs::new(&world, 4_000_000, 400_000);
+    let mut check = Comparisons::new("slit", 0.08);
+    let dark_area = 4.0 + 4.0 * 2.0;
+    runs.irradiance(&mut check, "dark", front, PI * 0.02 / dark_area);
+    runs.irradiance(&mut check, "slit", back, PI);
+    let exact = mean_over(corner, u, v, |p| polygon_irradiance(p, [-1.0, 0.0, 0.0], &slit.0[0]));
+    runs.irradiance(&mut check, "sensor", front, exact);
+    check.finish(6);
+    assert_eq!(front(&runs.photons, "slit").photons, 0, "nothing comes back");
+    assert_eq!(front(&runs.paths, "slit").flux, [0.0]);
+}
+
+/// A room of albedo 0.99 and a point in its middle: each wall gets 100 / 6 of the power.
+/// Seeds 1 and 2, 1e5 photons and 5e4 paths, standard errors at most 1 %, of the k nearest 6 %; 5
+/// comparisons, odds of a false alarm 6e-4.
+#[test]
+fn albedo_of_0_99() {
+    let walls = room([-1.0; 3], [1.0; 3]);
+    let world = World::new()
+        .lambert("white", 0.99)
+        .counted("floor", "white", &walls.face(4))
+        .counted("rest", "white", &(0..4).fold(walls.face(5), |m, i| m.and(walls.face(i))))
+        .light(json!({ "type": "point", "position": [0, 0, 0], "power": 24 }));
+    let runs = Runs::new(&world, 100_000, 50_000);
+    let mut check = Comparisons::new("albedo 0.99", 0.01);
+    runs.irradiance(&mut check, "floor", front, 100.0);
+    runs.irradiance(&mut check, "rest", front, 100.0);
+    check.finish(4);
+    // direct light is 1 % of all, and not quite even
+    let mut by_nearest = Comparisons::new("albedo 0.99", 0.06);
+    nearest(&mut by_nearest, &runs.photons, "floor", 100.0 - 1.0 + 24.0 / (4.0 * PI));
+    by_nearest.finish(1);
+}
+
+/// A room of albedo 0.9999, where the limit on path length, 10,000 interactions, takes rho^10000 = 37 %
+/// of the power. Photons call it lost, paths cut off, and both warn; the rest is exact.
+/// Seeds 1 and 2, 1000 photons and 2000 paths (half of them from the backs, which look out of the room),
+/// standard errors at most 5 %; 2 comparisons, and 2 shares against their binomial errors;
+/// odds of a false alarm 4e-4.
+#[test]
+fn paths_of_thousands_of_interactions() {
+    let rho: f64 = 0.9999;
+    let cut = rho.powi(10_000);
+    let world = World::new()
+        .lambert("white", rho)
+        .counted("room", "white", &room([-1.0; 3], [1.0; 3]))
+        .light(json!({ "type": "point", "position": [0, 0, 0], "power": 24 }));
+    let runs = Runs::new(&world, 1_000, 2_000);
+    let mut check = Comparisons::new("thousands of interactions", 0.05);
+    runs.irradiance(&mut check, "room", front, (1.0 - cut) / (1.0 - rho));
+    let error = (cut * (1.0 - cut) / 1e3).sqrt();
+    check.add("photons, lost", runs.photons.energy.lost[0] / 24.0, error, cut);
+    check.add("paths, cut off", 2.0 * runs.paths.cut_off.expect("some"), error, cut);
+    check.finish(4);
+    let words = said(&world, &["--photons", "300"]);
+    assert!(words.contains("% of the power was on paths cut off at the length limits"), "{words}");
+    let words = said(&world, &["--photons", "300", "--estimator", "paths"]);
+    assert!(words.contains("% of the paths were cut off at the length limits"), "{words}");
+}
+
+/// A rod of glass, 1 cm x 1 cm x 1 m: all light that enters its end is totally reflected at its sides,
+/// here 52 times at each pass, so that it transmits as much as a slab. A beam at 45 degrees by photons;
+/// a lamp before the end by photons and paths.
+/// Seeds 1 and 2, 5e4 photons and 1e5 paths, standard errors at most 1 %; 2 comparisons, odds of a false
+/// alarm 2e-4.
+#[test]
+fn light_guide() {
+    let rod = Mesh::cuboid([-5e-3, -5e-3, 0.0], [5e-3, 5e-3, 1.0]);
+    let world = World::new()
+        .material("glass", json!({ "type": "transparent", "ior": GLASS }))
+        .surface("rod", "glass", &rod)
+        .captor("end", &Mesh::square([0.0, 0.0, 1.001], DOWN, 0.1));
+    let mut check = Comparisons::new("light guide", 0.01);
+    let run = world.clone().light(beam([-0.01, 0.0, -0.01], [0.0; 3], 0.1)).run(50_000, 1);
+    check.flux("beam, photons", front(&run, "end"), 0, two_faces(45f64.to_radians().cos(), false));
+    assert_eq!(run.energy.lost, [0.0]);
+    let lamp = Mesh::square([0.0, 0.0, -0.001], UP, 0.008);
+    let near = Mesh::square([0.0, 0.0, 1.001], DOWN, 0.01);
+    let world = World::new()
+        .material("glass", json!({ "type": "transparent", "ior": GLASS }))
+        .surface("rod", "glass", &rod)
+        .captor("end", &near)
+        .lamp("lamp", &lamp, 1.0);
+    Runs::new(&world, 50_000, 100_000).agree(&mut check, "end", front);
+    check.finish(2);
+}
+
+/// A spot 1 cm over a plane, 1 m away, at half a degree: onto a floor that counts and a sensor that
+/// hangs in its plane. A lamp in the plane of a sensor sheds exactly nothing on it.
+/// Seeds 1 and 2, 2e6 photons and 1e5 paths, standard errors at most 3 %; 4 comparisons, odds of a
+/// false alarm 5e-4.
+#[test]
+fn grazing_lamps() {
+    const HEIGHT: f64 = 0.01;
+    let (u, v) = ([0.1, 0.0, 0.0], [0.0, 0.1, 0.0]);
+    let corners = [("floor", [0.95, 0.01, 0.0]), ("sensor", [0.95, -0.11, 0.0])];
+    let square = |corner| Mesh::rectangle(corner, u, v);
+    let spot = json!({ "type": "spot", "position": [0, 0, HEIGHT], "direction": [1, 0, -HEIGHT],
+                       "half_angle_deg": 10, "power": 1 });
+    let world = World::new()
+        .lambert("black", 0.0)
+        .counted("floor", "black", &square(corners[0].1))
+        .captor("sensor", &square(corners[1].1));
+    let runs = Runs::new(&world.clone().light(spot), 2_000_000, 100_000);
+    let intensity = 1.0 / (TAU * (1.0 - 10f64.to_radians().cos()));
+    let mut check = Comparisons::new("grazing", 0.03);
+    for (name, corner) in corners {
+        let exact = mean_over(corner, u, v, |p| {
+            let d2 = p[0] * p[0] + p[1] * p[1] + HEIGHT * HEIGHT;
+            intensity * HEIGHT / d2.powf(1.5)
+        });
+        runs.irradiance(&mut check, name, front, exact);
+    }
+    check.finish(4);
+    let level = world.lamp("lamp", &Mesh::square([0.0; 3], UP, 0.5), 1.0);
+    let runs = Runs::new(&level, 1_000_000, 100_000);
+    for run in [&runs.photons, &runs.paths] {
+        assert_eq!((front(run, "floor").flux[0], front(run, "sensor").flux[0]), (0.0, 0.0));
+    }
+}
+
+/// Of faces that coincide, also back to back, the first is met from both sides, as if there were no
+/// other; a run warns. Triangles without area change nothing. Bit for bit, by photons and paths.
+#[test]
+fn faces_twice_back_to_back_or_without_area() {
+    let sheet = Mesh::square([0.0; 3], UP, 1.0);
+    let line = Mesh(vec![vec![[-0.5, 0.0, 0.3], [0.0, 0.0, 0.3], [0.5, 0.0, 0.3]]]);
+    let point = Mesh(vec![vec![[0.1, 0.2, 0.3]; 3]]);
+    let world = |black: Option<&Mesh>, flat: &Mesh| {
+        let world = World::new()
+            .lambert("white", 0.9)
+            .lambert("black", 0.0)
+            .counted("room", "white", &room([-1.0; 3], [1.0; 3]).and(flat.clone()))
+            .surface("sheet", "white", &sheet.clone().and(flat.clone()))
+            .captor_of_both_sides(
+                "sensor",
+                &Mesh::square([0.0, 0.0, 0.5], UP, 0.5).and(flat.clone()),
+            )
+            .lamp("lamp", &Mesh::square([0.0, 0.0, 0.9], DOWN, 0.3).and(flat.clone()), 10.0);
+        match black {
+            Some(mesh) => world.surface("black", "black", mesh),
+            None => world,
+        }
+    };
+    let plain = world(None, &Mesh::default());
+    let numbers = |world: &World| {
+        let Runs { photons, paths } = Runs::new(world, 20_000, 20_000);
+        [photons, paths].map(|run| serde_json::to_value(run.groups).expect("JSON"))
+    };
+    let expected = numbers(&plain);
+    for other in [sheet.clone(), sheet.clone().flipped()] {
+        let twice = world(Some(&other), &Mesh::default());
+        assert_eq!(numbers(&twice), expected);
+        let words = said(&twice, &["--photons", "1000"]);
+        assert!(words.contains("2 of `black` on `white`"), "{words}");
+    }
+    assert!(!said(&plain, &["--photons", "1000"]).contains("in the same place"));
+    for flat in [line, point] {
+        assert_eq!(numbers(&world(None, &flat)), expected);
+    }
+}
+
+/// Lossless leaves that cross, touch along an edge, and stand on the floor, in a furnace: pi L on
+/// every face of them, and on a captor between them. Of those that keep light, photons and paths
+/// agree on what is absorbed.
+/// Seeds 1 and 2, 1.5e6 photons and 3e5 paths, standard errors at most 2 %; 19 comparisons, odds of a
+/// false alarm 2e-3.
+#[test]
+fn leaves_that_touch_and_cross() {
+    let leaf = |reflectance: f64, transmittance: f64| json!({ "type": "leaf", "reflectance": reflectance, "transmittance": transmittance });
+    let stack = |world: World| {
+        world
+            .counted("level", "leaf", &Mesh::square([0.0, 0.0, -0.5], UP, 0.8))
+            .counted("upright", "leaf", &Mesh::square([0.1, 0.0, -0.6], [1.0, 0.0, 0.0], 0.8))
+            .counted(
+                "tilted",
+                "leaf",
+                &Mesh::rectangle([0.4, -0.4, -0.5], [0.3, 0.0, 0.3], [0.0, 0.8, 0.0]),
+            )
+            .captor_of_both_sides(
+                "between",
+                &Mesh::square([0.25, 0.0, -0.45], [0.6, 0.0, 0.8], 0.2),
+            )
+    };
+    let lossless = stack(furnace(1.0, 0.5).material("leaf", leaf(0.55, 0.45)));
+    let runs = Runs::new(&lossless, 1_500_000, 300_000);
+    let mut check = Comparisons::new("leaves", 0.02);
+    for name in ["level", "upright", "tilted", "between"] {
+        runs.irradiance(&mut check, name, front, PI);
+        runs.irradiance(&mut check, name, back, PI);
+    }
+    assert_eq!(runs.photons.energy.escaped, [0.0]);
+    let absorbing = stack(furnace(1.0, 0.5).material("leaf", leaf(0.3, 0.2)));
+    let runs = Runs::new(&absorbing, 500_000, 200_000);
+    for name in ["level", "upright", "tilted"] {
+        let absorbed = |run: &RunResult| {
+            let group = run.groups.iter().find(|g| g.id == name).expect("a leaf");
+            (group.absorbed.as_ref().unwrap()[0], group.absorbed_se.as_ref().unwrap()[0].unwrap())
+        };
+        let ((a, a_error), (b, b_error)) = (absorbed(&runs.photons), absorbed(&runs.paths));
+        check.add(format!("{name}, absorbed"), b, a_error.hypot(b_error), a);
+    }
+    check.finish(19);
+}
+
+/// A point in the middle of a glass ball: nothing is totally reflected, so all of it gets out, by
+/// photons. No path finds it, and the run says that all is missing.
+#[test]
+fn light_inside_glass() {
+    let world = World::new()
+        .material("glass", json!({ "type": "transparent", "ior": GLASS }))
+        .surface("ball", "glass", &Mesh::sphere([0.0; 3], 0.5, 24))
+        .captor_of_both_sides("out", &Mesh::sphere([0.0; 3], 0.6, 8))
+        .light(json!({ "type": "point", "position": [0, 0, 0], "power": 1 }));
+    let runs = Runs::new(&world, 100_000, 10_000);
+    let out = back(&runs.photons, "out").flux[0];
+    println!("out {out}, escaped {:?}", runs.photons.energy.escaped);
+    assert!((out - 1.0).abs() < 1e-6 && runs.photons.energy.lost == [0.0], "{out}");
+    assert_eq!(runs.paths.unseen.as_deref(), Some(&[1.0][..]));
+    assert_eq!(back(&runs.paths, "out").flux, [0.0]);
+    let words = said(&world, &["--photons", "1000", "--estimator", "paths"]);
+    assert!(words.contains("100.00 % of the flux on the captors is missing"), "{words}");
+}
+
+/// A glass box without its top in a furnace: its light goes on, each face by itself, and what goes in
+/// through the hole comes out refracted as from glass. Energy is kept, photons and paths agree, and a
+/// run warns.
+/// Seeds 1 and 2, 1e6 photons and 2e5 paths, standard errors at most 2 %; 2 comparisons, odds of a
+/// false alarm 2e-4.
+#[test]
+fn solid_that_is_not_closed() {
+    let block = Mesh::cuboid([-0.5, -0.5, -0.9], [0.5, 0.5, -0.1]);
+    let open = (0..5).fold(Mesh::default(), |m, i| m.and(block.face(i)));
+    let world = furnace(1.0, 0.5)
+        .material("glass", json!({ "type": "transparent", "ior": GLASS }))
+        .surface("block", "glass", &open)
+        .captor_of_both_sides("inside", &Mesh::square([0.0, 0.0, -0.5], UP, 0.8));
+    let runs = Runs::new(&world, 1_000_000, 200_000);
+    let mut check = Comparisons::new("open solid", 0.02);
+    runs.agree(&mut check, "inside", front);
+    runs.agree(&mut check, "inside", back);
+    check.finish(2);
+    assert_eq!(runs.photons.energy.escaped, [0.0]);
+    for estimator in ["photons", "paths"] {
+        let words = said(&world, &["--photons", "1000", "--estimator", estimator]);
+        assert!(words.contains("solids that are not closed: `glass`"), "{words}");
+    }
+}
+
+/// Share of a spot's light that reaches a disc around the axis behind a glass ball, by way of up to
+/// five reflections inside: the ray in the plane of the axis, with its Fresnel factors, over the angle.
+fn through_a_ball(ball: f64, lamp: f64, half_angle: f64, plane: f64, disc: f64) -> f64 {
+    const STEPS: usize = 100_000;
+    let reflectance = |cos: f64, eta: f64| 0.5 * fresnel(cos, eta).iter().sum::<f64>();
+    let refracted = |direction: DVec2, normal: DVec2, cos: f64, eta: f64| {
+        let beyond = (1.0 - (1.0 - cos * cos) / (eta * eta)).sqrt();
+        direction / eta + (cos / eta - beyond) * normal
+    };
+    let mut sum = 0.0;
+    for step in 0..STEPS {
+        let angle = (step as f64 + 0.5) / STEPS as f64 * half_angle;
+        let (from, mut direction) = (DVec2::new(0.0, lamp), DVec2::new(angle.sin(), -angle.cos()));
+        let b = from.dot(direction);
+        let mut point = from + (-b - (b * b - lamp * lamp + ball * ball).sqrt()) * direction;
+        let cos = -direction.dot(point / ball);
+        let mut power = angle.sin() * (1.0 - reflectance(cos, GLASS));
+        direction = refracted(direction, point / ball, cos, GLASS);
+        for _ in 0..6 {
+            point -= 2.0 * point.dot(direction) * direction;
+            let normal = -point / ball;
+            let cos = -direction.dot(normal);
+            let inner = reflectance(cos, 1.0 / GLASS);
+            let out = refracted(direction, normal, cos, 1.0 / GLASS);
+            let at = point + (plane - point.y) / out.y * out;
+            if out.y < 0.0 && point.y > plane && at.x.abs() < disc {
+                sum += power * (1.0 - inner);
+            }
+            power *= inner;
+            direction += 2.0 * cos * normal;
+        }
+    }
+    sum * half_angle / STEPS as f64 / (1.0 - half_angle.cos())
+}
+
+/// The caustic of a glass ball under a spot: the whole of it, its core, and the k nearest photons in
+/// its middle, whose disc is as wide as they say. Paths miss all of it and say so; of a lamp with a
+/// surface they find it.
+/// Seeds 1 to 3, 5e5 photons and 3e5 paths, standard errors at most 3 %, of the k nearest 8 %; 5
+/// comparisons, odds of a false alarm 6e-4.
+#[test]
+fn caustic_of_a_glass_ball() {
+    const BALL: f64 = 0.3;
+    let (plane, whole, core) = (-0.6, 0.25, 0.03);
+    let scene = |rows: usize| {
+        World::new()
+            .material("glass", json!({ "type": "transparent", "ior": GLASS }))
+            .surface("ball", "glass", &Mesh::sphere([0.0; 3], BALL, rows))
+            .captor("whole", &Mesh::disc([0.0, 0.0, plane], UP, whole))
+            .captor("core", &Mesh::disc([0.0, 0.0, plane], UP, core))
+    };
+    let mut spot = beam([0.0, 0.0, 1.0], [0.0; 3], 15.0);
+    spot["power"] = json!(1);
+    let runs = Runs::new(&scene(96).light(spot.clone()), 500_000, 10_000);
+    let exact = |disc: f64| through_a_ball(BALL, 1.0, 15f64.to_radians(), plane, disc);
+    let mut check = Comparisons::new("caustic", 0.03);
+    check.flux("whole", front(&runs.photons, "whole"), 0, exact(whole));
+    check.flux("core", front(&runs.photons, "core"), 0, exact(core));
+    // the k nearest against all photons of another seed on a disc as wide as theirs
+    let knn = runs.photons.captors[0].front.knn.as_ref().and_then(|knn| knn.as_ref());
+    let middle = Mesh::disc([0.0, 0.0, plane], UP, knn.expect("photons").radius);
+    let again = scene(96).light(spot).captor("middle", &middle).run(500_000, 3);
+    let middle = front(&again, "middle");
+    let mut by_nearest = Comparisons::new("caustic", 0.08);
+    let nearest = knn.expect("photons").irradiance[0];
+    let error = (nearest / (K as f64 - 2.0).sqrt()).hypot(middle.irradiance_se[0].expect("light"));
+    by_nearest.add("k nearest", nearest, error, middle.irradiance[0]);
+    by_nearest.finish(1);
+    assert_eq!(runs.paths.unseen.as_deref(), Some(&[1.0][..]));
+    assert_eq!(front(&runs.paths, "whole").flux, [0.0]);
+    let lamp = Mesh::square([0.0, 0.0, 1.0], DOWN, 0.2);
+    let runs = Runs::new(&scene(24).lamp("lamp", &lamp, 1.0), 500_000, 300_000);
+    runs.agree(&mut check, "whole", front);
+    runs.agree(&mut check, "core", front);
+    check.finish(4);
+}
+
+/// Lamps, and bands of one lamp, whose powers differ by 1e8: rooms of their own by paths; three bands
+/// by both, one of them black on every wall, one without light.
+/// Seeds 1 and 2, 2e5 photons and 2e5 paths, standard errors at most 1 %; 6 comparisons, odds of a
+/// false alarm 7e-4.
+#[test]
+fn powers_and_bands_far_apart() {
+    let mut rooms = World::new().lambert("wall", 0.04);
+    for (name, x, power) in [("bright", 0.0, 1e4), ("dim", 3.0, 1e-4)] {
+        let walls = room([-1.0; 3], [1.0; 3]).shifted([x, 0.0, 0.0]);
+        rooms = rooms
+            .counted(name, "wall", &walls)
+            .light(json!({ "type": "point", "position": [x, 0.3, 0.2], "power": power }));
+    }
+    let run = rooms.run_paths(200_000, 2);
+    let mut check = Comparisons::new("powers", 0.01);
+    check.flux("bright, paths", front(&run, "bright"), 0, 1e4 / 0.96);
+    check.flux("dim, paths", front(&run, "dim"), 0, 1e-4 / 0.96);
+
+    let walls = json!({ "type": "lambert", "reflectance": [0.5, 0.5, 0, 0.5] });
+    let lamp = json!({ "type": "point", "position": [0, 0, 0], "power": [1e4, 1e-4, 1, 0] });
+    let world = World::new()
+        .bands(4)
+        .material("wall", walls)
+        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .light(lamp);
+    let runs = Runs::new(&world, 200_000, 200_000);
+    for (method, run) in [("photons", &runs.photons), ("paths", &runs.paths)] {
+        let face = front(run, "room");
+        check.flux(format!("bright band, {method}"), face, 0, 2e4);
+        check.flux(format!("dim band, {method}"), face, 1, 2e-4);
+        assert!((face.flux[1] / face.flux[0] - 1e-8).abs() < 1e-14, "{:?}", face.flux);
+        assert_eq!((face.flux[3], face.flux_se[3]), (0.0, None));
+    }
+    check.flux("black band, paths", front(&runs.paths, "room"), 2, 1.0);
+    check.finish(7);
+    // each photon arrives once
+    assert!((front(&runs.photons, "room").flux[2] - 1.0).abs() < 1e-9);
+}
+
+/// One photon, and one path (which becomes a hundred for each face): numbers without NaN, no standard
+/// error, and words that say why. With k far above the photons there are.
+#[test]
+fn one_photon() {
+    let world = furnace(1.0, 0.5).captor("sensor", &Mesh::square([0.0; 3], UP, 1.9));
+    for photons in [1, 2, 3] {
+        let runs = Runs::new(&world, photons, photons);
+        assert_eq!((runs.photons.photons, runs.paths.photons), (photons, 100));
+        let face = front(&runs.photons, "sensor");
+        assert_eq!(face.flux_se[0].is_some(), photons > 1 && face.photons > 0);
+    }
+    let words = said(&world, &["--photons", "1", "--k", "1000000000"]);
+    assert!(words.contains("one block: no standard error is known"), "{words}");
+}
+
+/// A captor in a closed box of its own: zero, no standard error, and a warning; a tolerance is met
+/// without it.
+#[test]
+fn captor_that_nothing_can_reach() {
+    let world = furnace(1.0, 0.5)
+        .surface("box", "wall", &Mesh::cuboid([-0.2; 3], [0.2; 3]))
+        .captor("open", &Mesh::square([0.5, 0.5, 0.5], UP, 0.5))
+        .captor_of_both_sides("shut", &Mesh::square([0.0; 3], UP, 0.3));
+    let runs = Runs::new(&world, 1_000_000, 100_000);
+    for run in [&runs.photons, &runs.paths] {
+        for face in [front(run, "shut"), back(run, "shut")] {
+            assert_eq!((face.flux[0], face.flux_se[0]), (0.0, None));
+        }
+    }
+    for (estimator, words) in
+        [("photons", "no photon reached shut"), ("paths", "no path found light from shut")]
+    {
+        let said = said(&world, &["--tolerance", "0.05", "--estimator", estimator]);
+        assert!(said.contains(words) && said.contains("tolerance met"), "{said}");
+    }
+}
+
+/// 10,000 captors that tile a furnace (a million by hand, see docs/stability.md): in the mean they
+/// receive pi L.
+/// Seeds 1 and 2, 1e6 photons and 1e6 paths, standard errors at most 0.5 %; 2 comparisons, odds of a
+/// false alarm 2e-4.
+#[test]
+fn many_captors() {
+    const SIDE: usize = 100;
+    let size = 2.0 / SIDE as f64;
+    let tiles = (0..SIDE * SIDE).map(|i| {
+        let (x, y) = ((i % SIDE) as f64 + 0.5, (i / SIDE) as f64 + 0.5);
+        (format!("{i}"), Mesh::square([x * size - 1.0, y * size - 1.0, -0.9], UP, size))
+    });
+    let runs = Runs::new(&furnace(1.0, 0.0).captors("tiles", tiles), 1_000_000, 1_000_000);
+    let mut check = Comparisons::new("many captors", 0.005);
+    runs.irradiance(&mut check, "tiles", front, PI);
+    check.finish(2);
+    assert_eq!(runs.photons.captors.len(), SIDE * SIDE);
+}
+
+/// 10 km from the origin the paths go the same ways: results of one seed differ by far less than their
+/// errors. (Photons, and millimetres: `place_and_unit_do_not_matter`, `unit_does_not_matter`.)
+#[test]
+fn paths_10_km_away() {
+    const FAR: Point = [10_000.0, -10_000.0, 3_000.0];
+    let moved = |by: Point| bay(World::new(), by, 1.0, json!(0.6));
+    let [here, far] = [[0.0; 3], FAR].map(|by| moved(by).run_paths(100_000, 1));
+    for (a, b) in here.groups.iter().zip(&far.groups) {
+        let off = (a.front.flux[0] - b.front.flux[0]).abs() / a.front.flux_se[0].expect("light");
+        println!("{}: {} and {}, off by {off:.3} errors", a.id, a.front.flux[0], b.front.flux[0]);
+        assert!(
+            off < 0.3,
+            "{}: {} and {} differ by {off:.2} errors",
+            a.id,
+            a.front.flux[0],
+            b.front.flux[0]
+        );
+    }
+}
