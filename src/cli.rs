@@ -1,5 +1,6 @@
 //! The command line: one file per command.
 
+mod chart;
 mod check;
 mod interrupt;
 mod run;
@@ -33,6 +34,8 @@ enum Command {
         /// Scene file (JSON)
         scene: PathBuf,
     },
+    /// Chart error against cost for every estimator, and say what the scene needs
+    Chart(chart::Arguments),
     /// Print the JSON Schema of scene files, results files or files of one captor
     Schema {
         /// Of which files
@@ -46,6 +49,7 @@ pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check { scene } => check::run(&scene),
+        Command::Chart(arguments) => chart::run(&arguments),
         Command::Schema { of } => schema::print(of),
     };
     let Err(error) = outcome else { return ExitCode::SUCCESS };

@@ -47,10 +47,12 @@ mod tally;
 mod trace;
 
 mod captor_csv;
+mod chart;
 mod result_file;
 mod scene_file;
 
 mod check;
+mod study;
 
 pub mod cli;
 
@@ -60,7 +62,8 @@ mod odds;
 mod spoil;
 
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
-pub use check::{MaterialSummary, SceneSummary, check};
+pub use chart::{Chart, Series, Stroke};
+pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
@@ -81,8 +84,9 @@ pub use scene::{
 };
 pub use scene_file::{LoadedScene, load};
 pub use settings::{Estimator, Settings};
-pub use simulate::{Control, End, Progress, Simulation, simulate};
+pub use simulate::{Choice, Control, End, Progress, Simulation, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};
+pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};
 pub use tally::{Ledger, Totals};
 pub use units::{LengthUnit, Quantity, UnitNames};

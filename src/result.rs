@@ -33,6 +33,9 @@ pub struct RunResult {
     pub blocks: u64,
     /// How the numbers were estimated.
     pub estimator: Estimator,
+    /// Why, where it was left to a trial.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<String>,
     /// Names of the units.
     pub unit: UnitNames,
     /// What the entries of every array stand for: the bands, then the sums over bands.
@@ -200,6 +203,9 @@ pub struct NearestResult {
     pub k: usize,
     /// Radius of the gather ball, m.
     pub radius: f64,
+    /// Share of the captor's area that it is a mean over, in (0, 1]: near 1 it says nothing of the
+    /// middle that the summed flux does not say better.
+    pub coverage: f64,
     /// Per band.
     pub irradiance: Vec<f64>,
     /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
@@ -214,9 +220,10 @@ impl RunResult {
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
-        let energy = match settings.estimator {
-            Estimator::Photons => balance(scene, with_sums(&powers), totals.ledger()),
-            Estimator::Paths => Energy { power: with_sums(&powers), ..Energy::default() },
+        let of_paths = simulation.estimator == Estimator::Paths;
+        let energy = match of_paths {
+            false => balance(scene, with_sums(&powers), totals.ledger()),
+            true => Energy { power: with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.as_ref().map(|map| (map, settings.k));
         Self {
@@ -225,7 +232,8 @@ impl RunResult {
             seed: settings.seed,
             photons: totals.histories,
             blocks: totals.blocks,
-            estimator: settings.estimator,
+            estimator: simulation.estimator,
+            chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             unit: scene.quantity.unit_names(),
             bands: band_results(scene),
             energy,
@@ -239,11 +247,9 @@ impl RunResult {
                 .captors
                 .iter()
                 .map(|captor| {
-                    let nearest = match settings.estimator {
-                        Estimator::Photons => {
-                            estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k))
-                        }
-                        Estimator::Paths => Some([None, None]),
+                    let nearest = match of_paths {
+                        false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                        true => Some([None, None]),
                     };
                     captor_result(scene, totals, captor, nearest)
                 })
@@ -336,6 +342,7 @@ fn nearest_result(scene: &Scene, estimate: NearestEstimate) -> NearestResult {
     NearestResult {
         k: estimate.k,
         radius: estimate.radius,
+        coverage: estimate.coverage,
         irradiance: with_sums(scene, &estimate.irradiance),
         radiance: estimate.radiance.map(|radiance| with_sums(scene, &radiance)),
     }

@@ -21,6 +21,8 @@ pub enum Estimator {
     Photons,
     /// Paths back from the captors.
     Paths,
+    /// What a short trial finds cheaper.
+    Auto,
 }
 
 impl fmt::Display for Estimator {
@@ -29,6 +31,7 @@ impl fmt::Display for Estimator {
         f.write_str(match self {
             Self::Photons => "photons",
             Self::Paths => "paths",
+            Self::Auto => "photons or paths",
         })
     }
 }

@@ -4,6 +4,8 @@
 //! exact share, and random streams belong to (seed, block, history): so neither the number of
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
+mod trial;
+
 use std::{
     sync::{
         Condvar, Mutex, MutexGuard, PoisonError,
@@ -25,6 +27,8 @@ use crate::{
     tally::{Tally, Totals},
     trace::{Event, trace},
 };
+
+pub use trial::Choice;
 
 /// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
 pub const BLOCKS: u64 = 128;
@@ -72,6 +76,10 @@ pub enum End {
 
 /// What a run found.
 pub struct Simulation {
+    /// What was traced: photons or paths.
+    pub estimator: Estimator,
+    /// Why, where a trial has chosen it.
+    pub choice: Option<Choice>,
     /// Sums per captor, group and band, and the ledger.
     pub totals: Totals,
     /// Stored arrivals on captors; none for k = 0.
@@ -87,6 +95,12 @@ pub struct Simulation {
 /// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, stopped by
 /// `control`, no threads to be had, too many captors for a time limit.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
+    if settings.estimator == Estimator::Auto {
+        let choice = Choice::make(scene, settings, control)?;
+        let settings = Settings { estimator: choice.estimator, ..settings.clone() };
+        let simulation = simulate(scene, &settings, control)?;
+        return Ok(Simulation { choice: Some(choice), ..simulation });
+    }
     with_lanes!(scene.lanes(), N => Run::new(scene, settings, control)?.go::<N>())
 }
 
@@ -165,7 +179,8 @@ impl<'a> Run<'a> {
             .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
         check_memory(scene, pool.current_num_threads())?;
         let work = match settings.estimator {
-            Estimator::Photons => {
+            // what a trial finds cheaper is known by now
+            Estimator::Photons | Estimator::Auto => {
                 let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
             }
@@ -504,7 +519,15 @@ impl<'a> Run<'a> {
             Work::Photons(_) => None,
             Work::Paths(_) => Unseen::find::<N>(self.scene, self.settings.seed),
         };
-        Ok(Simulation { totals, map, unseen, end, threads: self.pool.current_num_threads() })
+        Ok(Simulation {
+            estimator: self.settings.estimator,
+            choice: None,
+            totals,
+            map,
+            unseen,
+            end,
+            threads: self.pool.current_num_threads(),
+        })
     }
 
     fn report(&self, of: Option<u64>, worst_error: Option<f64>) {
@@ -537,6 +560,11 @@ fn faces(scene: &Scene) -> Vec<Face<'_>> {
             all[..faces].iter().map(move |&face| Face::new(scene, captor, face))
         })
         .collect()
+}
+
+/// The least number of paths of a run: some from each face.
+pub fn least_paths(scene: &Scene) -> u64 {
+    MIN_PATHS * faces(scene).len() as u64
 }
 
 /// Refuses a run whose sums would not fit into memory, before it begins.

@@ -14,5 +14,6 @@ mod nearest;
 mod output;
 mod paths;
 mod stability;
+mod study;
 mod truths;
 mod world;

@@ -86,5 +86,6 @@ fn fewer_photons_than_k_count_over_the_whole_captor() {
         let off = knn.irradiance[0] - captor.front.irradiance[0];
         assert!(off.abs() < 1e-6 * captor.front.irradiance[0], "{}: off by {off}", captor.id);
         assert!((knn.radius - 2f64.sqrt() / 53.0).abs() < 1e-5, "{}", knn.radius);
+        assert_eq!(knn.coverage, 1.0);
     }
 }

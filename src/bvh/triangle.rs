@@ -31,6 +31,18 @@ pub(super) struct Meeting {
     pub owned: bool,
 }
 
+/// Whether a ray that passes through edges of a triangle (those whose function is zero) counts as
+/// its own.
+#[cold]
+#[inline(never)]
+fn owns_edges(px: DVec3, py: DVec3, edges: DVec3) -> bool {
+    let [a, b, c] = [0, 1, 2].map(|i| DVec2::new(px[i], py[i]));
+    let turn = edges.element_sum().signum();
+    (edges.x != 0.0 || owns_edge(b, c, turn))
+        && (edges.y != 0.0 || owns_edge(c, a, turn))
+        && (edges.z != 0.0 || owns_edge(a, b, turn))
+}
+
 /// Whether a point on the edge from `p` to `q`, seen along the ray, belongs to the triangle that has
 /// it on its left: the triangle on the other side runs along it the other way (the top-left rule of
 /// rasterisation).
@@ -90,14 +102,7 @@ impl Shear {
         }
         let inverse = 1.0 / determinant;
         let t = self.distance(corners, DVec3::new(u, v, w) * inverse, depth);
-        let mut owned = true;
-        if u == 0.0 || v == 0.0 || w == 0.0 {
-            let [a, b, c] = [0, 1, 2].map(|i| DVec2::new(px[i], py[i]));
-            let turn = determinant.signum();
-            owned = (u != 0.0 || owns_edge(b, c, turn))
-                && (v != 0.0 || owns_edge(c, a, turn))
-                && (w != 0.0 || owns_edge(a, b, turn));
-        }
+        let owned = u * v * w != 0.0 || owns_edges(px, py, DVec3::new(u, v, w));
         let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
         (t > 0.0 && t <= limit).then_some(Meeting { t, u, v, owned })
     }

@@ -86,11 +86,11 @@ fn number(text: &str) -> Checked<f64> {
     text.parse().map_err(|_| "must be a number".into())
 }
 
-fn photons(text: &str) -> Checked<u64> {
+pub(super) fn photons(text: &str) -> Checked<u64> {
     Settings::check_photons(count(text)?)
 }
 
-fn k(text: &str) -> Checked<usize> {
+pub(super) fn k(text: &str) -> Checked<usize> {
     Settings::check_k(count(text)?)
 }
 
@@ -98,7 +98,7 @@ fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 
-fn threads(text: &str) -> Checked<usize> {
+pub(super) fn threads(text: &str) -> Checked<usize> {
     Settings::check_threads(count(text)?)
 }
 
@@ -214,7 +214,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         trace_seconds,
         stats.threads,
         stats.photons_per_second,
-        settings.estimator,
+        simulation.estimator,
         arguments.output.display(),
     );
     super::print(&(summary.text + &speed))
@@ -247,7 +247,7 @@ fn progress_bar(settings: &Settings) -> ProgressBar {
 }
 
 /// Progress in the form of `template`; on a terminal only.
-fn terminal_bar(template: &str) -> ProgressBar {
+pub(super) fn terminal_bar(template: &str) -> ProgressBar {
     let target = match io::stderr().is_terminal() {
         true => ProgressDrawTarget::stderr_with_hz(10),
         false => ProgressDrawTarget::hidden(),
@@ -262,7 +262,7 @@ fn terminal_bar(template: &str) -> ProgressBar {
     bar
 }
 
-fn show(bar: &ProgressBar, progress: Progress) {
+pub(super) fn show(bar: &ProgressBar, progress: Progress) {
     if let Some(of) = progress.of {
         bar.set_length(of);
     }

@@ -36,6 +36,9 @@ pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summ
         "{}: {} {} in {} blocks, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.blocks, result.seed
     );
+    if let Some(why) = &result.chosen {
+        let _ = writeln!(text, "{} were chosen: {why}", result.estimator);
+    }
     energy(&mut text, result);
     let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
     kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
@@ -195,15 +198,15 @@ fn warnings(result: &RunResult) -> Vec<String> {
         result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
     if !dark.is_empty() {
         let nothing = match result.estimator {
-            Estimator::Photons => "no photon reached",
             Estimator::Paths => "no path found light from",
+            _ => "no photon reached",
         };
         warnings.push(format!("{nothing} {}", some(&dark)));
     }
     let faint = |face: &FaceResult| lit(face) && face.photons < FEW_PHOTONS;
     let rough: Vec<&str> = match result.estimator {
         Estimator::Paths => Vec::new(),
-        Estimator::Photons => {
+        _ => {
             let rough = |c: &&CaptorResult| faint(&c.front) || c.back.as_ref().is_some_and(faint);
             result.captors.iter().filter(rough).map(|c| c.id.as_str()).collect()
         }

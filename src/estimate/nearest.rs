@@ -24,6 +24,8 @@ pub struct NearestEstimate {
     pub k: usize,
     /// Distance of the k-th photon, m; with fewer than k, of the captor's farthest point.
     pub radius: f64,
+    /// Share of the captor's area that it is a mean over, in (0, 1].
+    pub coverage: f64,
     /// Per band, W/m2 or umol/m2/s.
     pub irradiance: Vec<f64>,
     /// Sent along the face's mean normal by scattering that is no mirror, per band, W/m2/sr or
@@ -69,7 +71,9 @@ pub fn estimate(
             CaptorKind::Virtual { .. } => Some(irradiance.iter().map(|e| e / PI).collect()),
             CaptorKind::Surface => radiance(face),
         };
-        Some(NearestEstimate { k: gathered.found, radius: gathered.radius, irradiance, radiance })
+        let Gathered { found: k, radius, area, .. } = *gathered;
+        let coverage = (area / captor.area).min(1.0);
+        Some(NearestEstimate { k, radius, coverage, irradiance, radiance })
     })
 }
 

@@ -97,12 +97,14 @@ fn irradiance_is_unbiased() {
         for (n, k) in [(300, 50), (60, 50), (50, 50), (40, 3)] {
             let mut rng = Stream::new(1, 0, n as u64);
             let mut means = [Mean::default(); 2];
+            let mut coverage = Mean::default();
             for _ in 0..2_000 {
                 let map = scatter(&scene, n, &mut rng);
                 let [Some(front), None] = estimate(&scene, &map, captor, k) else {
                     panic!("a front alone")
                 };
                 assert_eq!(front.k, k);
+                coverage.add(front.coverage);
                 for (mean, e) in means.iter_mut().zip(&front.irradiance) {
                     mean.add(e * captor.area);
                 }
@@ -112,6 +114,8 @@ fn irradiance_is_unbiased() {
             let what = format!("{what}, {k} of {n}");
             means[0].assert(&what, 1.0, 1e-5);
             means[1].assert(&what, 3.0, 1e-5);
+            // the share of n uniform points' area up to the k-th is the k-th of n uniform numbers
+            coverage.assert(&what, k as f64 / (n as f64 + 1.0), 1e-5);
         }
     }
 }
@@ -128,6 +132,7 @@ fn few_photons_count_over_the_whole_captor() {
     assert_eq!(front.k, 7);
     assert!((front.irradiance[0] - 1.0).abs() < 1e-6 && (front.irradiance[1] - 3.0).abs() < 1e-6);
     assert!((front.radius - 1.0625f64.sqrt()).abs() < 1e-6, "the farthest corner");
+    assert_eq!(front.coverage, 1.0);
     assert_eq!(estimate(&scene, &scatter(&scene, 0, &mut rng), captor, 50), [None, None]);
 }
 

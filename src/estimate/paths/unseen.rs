@@ -63,6 +63,12 @@ impl Unseen {
         Some(Self { all: mean(flux.all), hidden: mean(flux.hidden) })
     }
 
+    /// The largest hidden share over bands, in [0, 1].
+    pub fn share(&self) -> f64 {
+        let lit = self.hidden.iter().zip(&self.all).filter(|(_, all)| **all > 0.0);
+        lit.map(|(hidden, all)| hidden / all).fold(0.0, f64::max)
+    }
+
     fn add<const N: usize>(&mut self, weights: &[f64], power: &Spectrum<N>, hidden: bool) {
         let sums = self.all.iter_mut().zip(&mut self.hidden);
         for (((all, unseen), weight), power) in sums.zip(weights).zip(power.0) {

@@ -1,0 +1,245 @@
+//! Rows -> pictures: lines and dots on logarithmic axes, as SVG (plotters).
+
+use std::ops::Range;
+
+use plotters::{
+    chart::{ChartBuilder, ChartContext},
+    coord::{
+        Shift,
+        combinators::IntoLogRange,
+        ranged1d::{AsRangedCoord, Ranged, ValueFormatter},
+    },
+    element::{Circle, PathElement, Text},
+    prelude::{Cartesian2d, Color, DrawingArea, IntoDrawingArea, RGBColor, SVGBackend, ShapeStyle},
+    series::{DashedLineSeries, LineSeries},
+    style::{BLACK, IntoFont, WHITE},
+};
+
+/// Width and height, pixels.
+const SIZE: (u32, u32) = (860, 480);
+/// Width of the part left of the legend.
+const PLOT: i32 = 640;
+/// Colour of horizontal lines.
+const LEVEL: RGBColor = RGBColor(130, 130, 130);
+/// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(90, 90, 90),
+];
+
+/// A picture with a logarithmic y axis.
+#[derive(Clone, Debug, Default)]
+pub struct Chart {
+    /// Above it.
+    pub title: String,
+    /// What x is, with its unit.
+    pub x: String,
+    /// What y is, with its unit.
+    pub y: String,
+    /// Whether x is linear; else logarithmic.
+    pub linear_x: bool,
+    /// What is drawn, in order.
+    pub series: Vec<Series>,
+    /// Horizontal lines, with what they mean.
+    pub levels: Vec<(String, f64)>,
+}
+
+/// One kind of points.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Its name in the legend; without one it is not named.
+    pub name: Option<String>,
+    /// Index of its colour.
+    pub colour: usize,
+    /// How it is drawn.
+    pub stroke: Stroke,
+    /// Points (x, y). Those that an axis cannot show are left out.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// The colour of what only guides the eye.
+    pub const GREY: usize = COLOURS.len() - 1;
+
+    fn colour(&self) -> RGBColor {
+        COLOURS[self.colour % COLOURS.len()]
+    }
+}
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stroke {
+    /// A line with a mark at each point.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// Small pale dots.
+    Dots,
+}
+
+type Failure = Box<dyn std::error::Error>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+impl Chart {
+    /// The picture as SVG text; one that says so where there is nothing to draw. Errors: none that
+    /// input can cause.
+    pub fn svg(&self) -> Result<String, String> {
+        let mut text = String::new();
+        self.draw(&mut text).map_err(|e| e.to_string())?;
+        Ok(text)
+    }
+
+    fn draw(&self, text: &mut String) -> Result<(), Failure> {
+        let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let (plot, legend) = area.split_horizontally(PLOT);
+        let shown: Vec<Series> = self.series.iter().map(|series| self.visible(series)).collect();
+        let points = || shown.iter().flat_map(|series| &series.points);
+        let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && y.is_finite());
+        match (span(points().map(|p| p.0)), span(points().map(|p| p.1).chain(levels))) {
+            (Some(x), Some(y)) => {
+                let y = roomy(y).log_scale();
+                if self.linear_x {
+                    self.plot(&plot, &shown, x.start..x.end * 1.02 + 1e-9, y)?;
+                } else {
+                    self.plot(&plot, &shown, roomy(x).log_scale(), y)?;
+                }
+                self.draw_legend(&legend)?;
+            }
+            _ => {
+                let note =
+                    Text::new(format!("{}: nothing to draw", self.title), (40, 40), font(16));
+                area.draw(&note)?;
+            }
+        }
+        area.present()?;
+        Ok(())
+    }
+
+    /// Without the points that the axes cannot show.
+    fn visible(&self, series: &Series) -> Series {
+        let fits = |&&(x, y): &&(f64, f64)| {
+            x.is_finite() && y.is_finite() && y > 0.0 && (self.linear_x || x > 0.0)
+        };
+        Series { points: series.points.iter().filter(fits).copied().collect(), ..series.clone() }
+    }
+
+    fn plot<X, Y>(
+        &self,
+        area: &Area,
+        shown: &[Series],
+        x: impl AsRangedCoord<CoordDescType = X, Value = f64>,
+        y: impl AsRangedCoord<CoordDescType = Y, Value = f64>,
+    ) -> Result<(), Failure>
+    where
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let mut builder = ChartBuilder::on(area);
+        builder.caption(&self.title, font(18)).margin(14);
+        builder.x_label_area_size(48).y_label_area_size(72);
+        let mut chart = builder.build_cartesian_2d(x, y)?;
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc(&self.x).y_desc(&self.y).label_style(font(13)).axis_desc_style(font(14));
+        mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v));
+        mesh.bold_line_style(BLACK.mix(0.15)).light_line_style(BLACK.mix(0.04)).draw()?;
+
+        self.draw_levels(&mut chart)?;
+        for series in shown {
+            draw_series(&mut chart, series)?;
+        }
+        Ok(())
+    }
+
+    fn draw_levels<X, Y>(
+        &self,
+        chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
+    ) -> Result<(), Failure>
+    where
+        X: Ranged<ValueType = f64>,
+        Y: Ranged<ValueType = f64>,
+    {
+        let Range { start, end } = chart.x_range();
+        for (_, y) in self.levels.iter().filter(|(_, y)| *y > 0.0 && y.is_finite()) {
+            let line = DashedLineSeries::new([(start, *y), (end, *y)], 2, 4, LEVEL.into());
+            chart.draw_series(line)?;
+        }
+        Ok(())
+    }
+
+    /// Names beside strokes, in an area of their own: nothing is hidden below them.
+    fn draw_legend(&self, area: &Area) -> Result<(), Failure> {
+        let series = self.series.iter().filter_map(|series| {
+            Some((series.name.as_ref()?, series.colour(), series.stroke == Stroke::Dashed))
+        });
+        let levels = self.levels.iter().map(|(name, _)| (name, LEVEL, true));
+        for (i, (name, colour, dashed)) in series.chain(levels).enumerate() {
+            let y = 60 + 22 * i as i32;
+            let style = ShapeStyle::from(&colour).stroke_width(2);
+            for (from, to) in if dashed { vec![(0, 7), (12, 19)] } else { vec![(0, 19)] } {
+                area.draw(&PathElement::new(vec![(from, y), (to, y)], style))?;
+            }
+            area.draw(&Text::new(name.as_str(), (26, y - 6), font(13)))?;
+        }
+        Ok(())
+    }
+}
+
+fn draw_series<X, Y>(
+    chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
+    series: &Series,
+) -> Result<(), Failure>
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    let colour = series.colour();
+    let points = || series.points.iter().copied();
+    let stroke = ShapeStyle::from(&colour).stroke_width(2);
+    match series.stroke {
+        Stroke::Line => {
+            let marks = points().map(|p| Circle::new(p, 3, colour.filled()));
+            chart.draw_series(marks)?;
+            chart.draw_series(LineSeries::new(points(), stroke))?;
+        }
+        Stroke::Dashed => {
+            chart.draw_series(DashedLineSeries::new(points(), 6, 5, stroke))?;
+        }
+        Stroke::Dots => {
+            let pale = colour.mix(0.35).filled();
+            chart.draw_series(points().map(|p| Circle::new(p, 2, pale)))?;
+        }
+    }
+    Ok(())
+}
+
+fn font(size: u32) -> plotters::style::FontDesc<'static> {
+    ("sans-serif", size).into_font()
+}
+
+/// Least and greatest of some values.
+fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
+    values.fold(None, |span, v| {
+        let (low, high) = span.map_or((v, v), |Range { start, end }| (v.min(start), v.max(end)));
+        Some(low..high)
+    })
+}
+
+/// A range on a logarithmic axis with some room around it.
+fn roomy(range: Range<f64>) -> Range<f64> {
+    range.start / 1.4..range.end * 1.6
+}
+
+/// A number at an axis.
+fn tick(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        v if (1e-3..1e5).contains(&v) => format!("{}", (value * 1e6).round() / 1e6),
+        _ => format!("{value:e}"),
+    }
+}

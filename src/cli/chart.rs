@@ -1,0 +1,111 @@
+//! `phylux chart`
+
+use std::{fs, path::PathBuf};
+
+use clap::Args;
+
+use super::{interrupt::Interrupt, run};
+use crate::{
+    error::{Error, Result},
+    result_file::{OutputFile, Temporary},
+    scene_file,
+    settings::Settings,
+    simulate::{Control, Progress},
+    study::{Reference, Row, StudyPlan, study},
+};
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// Folder for the pictures (SVG) and their numbers (CSV, JSON); made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Table of true irradiances: columns captor, band, irradiance and, if wanted, face and
+    /// standard_error. Without it a run of 16 times the largest budget stands in for the truth
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// The largest budget; six smaller ones down to a thousandth come with it [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = run::photons)]
+    photons: Option<u64>,
+    /// Runs of each budget
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    seeds: u64,
+    /// k of the k-nearest estimates
+    #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
+    k: Vec<usize>,
+    /// Threads; 0 takes all processors. Times are CPU seconds of all of them together
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = run::threads)]
+    threads: usize,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let folder = &arguments.output;
+    let new = !folder.is_dir();
+    if new {
+        fs::create_dir(folder).map_err(|e| {
+            Error::input(folder.display(), format!("cannot be created: {}", e.kind()))
+                .remedy("write elsewhere")
+        })?;
+    }
+    let drawn = draw(arguments, &interrupt, new);
+    if new && drawn.is_err() {
+        // only if it is empty: nothing was written
+        let _ = fs::remove_dir(folder);
+    }
+    drawn
+}
+
+fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
+    let folder = &arguments.output;
+    let create = |name: &str| OutputFile::create(&folder.join(name));
+    let (csv, json) = (create("rows.csv")?, create("study.json")?);
+    interrupt.remove_at_end([&csv, &json].into_iter().filter_map(OutputFile::temporary));
+    interrupt.remove_at_end(new.then(|| Temporary::IfEmpty(folder.clone())));
+
+    let loaded = scene_file::load(&arguments.scene)?;
+    let scene = &loaded.scene;
+    super::warn(&loaded.warnings);
+    if scene.captors.is_empty() {
+        return Err(Error::input(
+            format!("{}: /captors", arguments.scene.display()),
+            "the scene has no captor, so there is nothing to compare",
+        )
+        .remedy("add a captor, or `\"captor\": true` to an object"));
+    }
+    let truth = arguments.truth.as_ref().map(|path| Reference::read(path, scene)).transpose()?;
+    let photons = arguments.photons.or(loaded.settings.photons);
+    let plan = StudyPlan {
+        photons: photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+        seeds: arguments.seeds,
+        k: arguments.k.iter().copied().filter(|k| *k > 0).collect(),
+        threads: arguments.threads,
+    };
+
+    let bar = run::terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
+    let progress = |progress: Progress| run::show(&bar, progress);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let found = interrupt.listening(|| study(scene, &plan, truth, &control));
+    bar.finish_and_clear();
+    let found = found?;
+    interrupt.writing();
+    csv.write(|writer| write_rows(&found.rows, writer))?;
+    json.write(|writer| {
+        serde_json::to_writer_pretty(&mut *writer, &found)?;
+        writer.write_all(b"\n")
+    })?;
+    for (name, chart) in found.charts() {
+        let svg = chart.svg().map_err(|e| Error::run(name, e))?;
+        create(&format!("{name}.svg"))?.write(|writer| writer.write_all(svg.as_bytes()))?;
+    }
+    super::print(&format!("{}wrote {}\n", found.words(), folder.display()))
+}
+
+fn write_rows(rows: &[Row], writer: &mut dyn std::io::Write) -> std::io::Result<()> {
+    let mut table = csv::Writer::from_writer(writer);
+    for row in rows {
+        table.serialize(row)?;
+    }
+    table.flush()
+}

@@ -1,0 +1,125 @@
+//! A short trial of both estimators on the scene itself, to pick the cheaper one.
+//!
+//! Cost is counted as work, never by the clock: rays x relative variance, which is the number of
+//! rays for a relative standard error of 1, and falls as 1 / error^2.
+
+use super::{BLOCKS, Control, Run, faces};
+use crate::{
+    error::Result,
+    estimate::paths::{Face, Unseen},
+    rng::Stream,
+    scene::Scene,
+    settings::{Estimator, Settings},
+    spectrum::with_lanes,
+    stats::Estimate,
+    tally::Totals,
+};
+
+/// Photons, and paths from all faces together, of a trial.
+const TRIAL: u64 = 1 << 16;
+/// The most faces that paths are tried from, spread over all captors.
+const FACES: usize = 64;
+/// Share of the light on captors that paths may miss; where they would miss more, photons do it.
+const MISSED: f64 = 1e-3;
+/// The error that work is told for, where no tolerance is asked for.
+const GOAL: f64 = 0.01;
+
+/// An estimator and why it was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Photons or paths.
+    pub estimator: Estimator,
+    /// A sentence for the user.
+    pub why: String,
+}
+
+impl Choice {
+    /// Picks the cheaper estimator for the tolerance of `settings` on each captor or, without one, for
+    /// the root mean square error over captors. Errors: those of a run.
+    pub(super) fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Self> {
+        with_lanes!(scene.lanes(), N => make::<N>(scene, settings, control))
+    }
+}
+
+fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice> {
+    let missed = Unseen::find::<N>(scene, settings.seed).map_or(0.0, |unseen| unseen.share());
+    if missed > MISSED {
+        let why = format!("paths cannot find {:.2} % of the light on the captors", 100.0 * missed);
+        return Ok(Choice { estimator: Estimator::Photons, why });
+    }
+    let settings = Settings { estimator: Estimator::Photons, max_time: None, ..settings.clone() };
+    let run = Run::new(scene, &settings, control)?;
+    let mut totals = Totals::new(scene);
+    let histories = TRIAL.max(BLOCKS * scene.lights.len() as u64);
+    run.round::<N>(&run.plan(histories)?, 0, Some(histories), &mut totals, None)?;
+
+    let all = faces(scene);
+    let number = all.len();
+    let tried: Vec<Face> = all.into_iter().step_by(number.div_ceil(FACES).max(1)).collect();
+    let paths = TRIAL / tried.len().max(1) as u64;
+    let mut photons_found = Found::default();
+    let mut paths_found = Found::default();
+    for (f, face) in tried.iter().enumerate() {
+        let channel = scene.captors[face.captor].first_channel + face.channel as usize;
+        for running in &totals.running(channel)[..scene.bands.len()] {
+            let Estimate { mean, standard_error } = running.estimate(totals.blocks);
+            let relative = standard_error.unwrap_or(mean) / mean;
+            photons_found.add(mean, relative.powi(2) * histories as f64);
+        }
+        let (mut sums, mut squares) = ([0.0; N], [0.0; N]);
+        for index in 0..paths {
+            let mut rng = Stream::new(settings.seed, BLOCKS, index * tried.len() as u64 + f as u64);
+            let score = face.path::<N>(&mut rng);
+            paths_found.rays += u64::from(score.rays);
+            for (b, flux) in score.flux.0.into_iter().map(f64::from).enumerate() {
+                sums[b] += flux;
+                squares[b] += flux * flux;
+            }
+        }
+        for (sum, square) in sums.into_iter().zip(squares).take(scene.bands.len()) {
+            paths_found.add(sum, square * paths as f64 / (sum * sum) - 1.0);
+        }
+    }
+    photons_found.rays = totals.segments;
+
+    // photons serve all faces at once, a path one
+    let photon = photons_found.rays as f64 / totals.histories as f64;
+    let path = number as f64 * paths_found.rays as f64 / (paths * tried.len() as u64) as f64;
+    let goal = settings.tolerance.unwrap_or(GOAL);
+    let hardest = settings.tolerance.is_some();
+    let photons = photon * photons_found.variance(&paths_found, histories, hardest) / goal.powi(2);
+    let paths = path * paths_found.variance(&photons_found, paths, hardest) / goal.powi(2);
+    let estimator = if paths < photons { Estimator::Paths } else { Estimator::Photons };
+    let of = if hardest { "on every captor" } else { "over all captors" };
+    let percent = 100.0 * goal;
+    let why =
+        format!("for {percent} % {of} photons take about {photons:.1e} rays, paths {paths:.1e}");
+    Ok(Choice { estimator, why })
+}
+
+/// What a trial has found.
+#[derive(Default)]
+struct Found {
+    /// Rays that it took.
+    rays: u64,
+    /// For each face and band the relative variance of one history; none where nothing arrived.
+    variances: Vec<Option<f64>>,
+}
+
+impl Found {
+    fn add(&mut self, mean: f64, variance: f64) {
+        self.variances.push((mean > 0.0).then_some(variance));
+    }
+
+    /// The greatest or the mean relative variance, where this trial or the other has found light. Of
+    /// what it has missed in so many histories that number is the least.
+    fn variance(&self, other: &Self, histories: u64, greatest: bool) -> f64 {
+        let both = self.variances.iter().zip(&other.variances);
+        let lit = both.filter(|(mine, theirs)| mine.is_some() || theirs.is_some());
+        let values: Vec<f64> = lit.map(|(mine, _)| mine.unwrap_or(histories as f64)).collect();
+        match greatest {
+            true => values.into_iter().fold(0.0, f64::max),
+            false => values.iter().sum::<f64>() / values.len().max(1) as f64,
+        }
+    }
+}

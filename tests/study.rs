@@ -1,0 +1,219 @@
+//! Error against cost: what a study finds where the truth is known, its table and its pictures.
+
+use std::{path::Path, sync::atomic::AtomicBool};
+
+use phylux::{Control, Estimator, LoadedScene, Reference, Settings, Study, StudyPlan};
+use serde_json::json;
+
+use crate::{
+    bad_input::{listing, phylux},
+    common::TestScene,
+    world::{Mesh, World, beam, room},
+};
+
+/// The captor's share of the lamp's power, its area and its irradiance.
+const SHARE: f64 = 0.200_043_776;
+
+/// Perpendicular unit squares that share an edge: one glows with 1 W, the other counts.
+fn corner() -> World {
+    let floor = Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let wall = Mesh::rectangle([0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    World::new().captor("wall", &wall).lamp("lamp", &floor, 1.0)
+}
+
+fn load(scene: &TestScene) -> LoadedScene {
+    phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn study(scene: &TestScene, truth: Option<&Path>, seeds: u64) -> Study {
+    let loaded = load(scene);
+    let plan = StudyPlan { photons: 100_000, seeds, k: vec![400], threads: 0 };
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let truth =
+        truth.map(|path| Reference::read(path, &loaded.scene).unwrap_or_else(|e| panic!("{e}")));
+    phylux::study(&loaded.scene, &plan, truth, &control).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn table(scene: &TestScene) -> std::path::PathBuf {
+    let path = scene.path("truth.csv");
+    let text = format!("captor,band,irradiance_W_m2,stderr\nwall,b0,{SHARE},0\n");
+    std::fs::write(&path, text).expect("a table");
+    path
+}
+
+/// One captor that gets the share p of n photons has the relative spread sqrt((1 - p) / (p n)), and
+/// no bias; 400 nearest photons show the irradiance in its middle, which is not its mean.
+/// 40 seeds: a spread is known to sqrt(1 / 78), 11 %, and lies within 4 of those but for odds of 1e-4;
+/// 8 comparisons, odds of a false alarm 1e-3.
+#[test]
+fn spread_and_bias_are_those_of_theory() {
+    const SEEDS: u64 = 40;
+    let scene = corner().write();
+    let truth = table(&scene);
+    let found = study(&scene, Some(&truth), SEEDS);
+    assert_eq!((found.compared, found.floor), (1, 0.0));
+    let of = |name: &'static str| found.rungs.iter().filter(move |rung| rung.estimator == name);
+    assert_eq!((of("photons").count(), of("paths").count()), (7, 7));
+    let within = 4.0 * (0.5 / (SEEDS as f64 - 1.0)).sqrt();
+    for rung in of("photons") {
+        let expected = ((1.0 - SHARE) / (SHARE * rung.photons as f64)).sqrt();
+        let off = rung.spread / expected - 1.0;
+        assert!(off.abs() < within, "{} photons: spread off by {off}", rung.photons);
+        // the mean of all seeds, within 4 errors
+        assert!(rung.bias < 4.0 * rung.spread / (SEEDS as f64).sqrt(), "{}", rung.bias);
+        // the root mean square holds spread and bias
+        let whole = rung.spread.hypot(rung.bias);
+        assert!((rung.error / whole - 1.0).abs() < 0.25, "{} {whole}", rung.error);
+    }
+    let middle = crate::exact::polygon_irradiance(
+        [0.0, 0.5, 0.5],
+        [1.0, 0.0, 0.0],
+        &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+    ) / std::f64::consts::PI;
+    let expected = (middle / SHARE - 1.0).abs();
+    let nearest = of("400 nearest photons").next_back().expect("a rung");
+    let error = nearest.spread / (SEEDS as f64).sqrt();
+    assert!(expected > 5.0 * error, "{expected} {error}");
+    assert!((nearest.bias - expected).abs() < 4.0 * error, "{} for {expected}", nearest.bias);
+    assert!(nearest.arrivals.is_some_and(|a| (a / (SHARE * 1e5) - 1.0).abs() < 0.02));
+    // light comes straight from the lamp
+    assert_eq!(found.bounces.rows.len(), 1);
+    assert_eq!((found.bounces.rows[0].bounces, found.bounces.rows[0].share), (0, 1.0));
+}
+
+/// In a closed room of reflectance rho the share of the light that arrives after at most b bounces is
+/// 1 - rho^(b + 1). Seed 1, 1e4 photons, of which each arrives once directly; by the sizes of the
+/// terms one standard error of a share is below 0.003; 4 comparisons at 4 of them.
+#[test]
+fn light_arrives_after_bounces() {
+    let scene = World::new()
+        .lambert("wall", 0.5)
+        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .light(json!({ "type": "point", "position": [0.1, 0.2, 0.3], "power": 1 }))
+        .write();
+    let found = study(&scene, None, 2);
+    assert_eq!(found.bounces.photons, 10_000);
+    for (row, bounces) in found.bounces.rows.iter().zip(0..4) {
+        assert_eq!(row.bounces, bounces);
+        let expected = 1.0 - 0.5f64.powi(bounces as i32 + 1);
+        assert!((row.share - expected).abs() < 0.012, "{bounces}: {} for {expected}", row.share);
+    }
+    assert!(found.floor > 0.0 && found.floor < 0.01, "{}", found.floor);
+}
+
+/// What a trial chooses: paths for a small captor in a large room, by far more than ten times; photons
+/// where paths would miss light, and for the canopy of the shipped greenhouse. No chance in it but that
+/// of seed 1.
+#[test]
+fn a_trial_picks_the_cheaper_estimator() {
+    let choice = |loaded: &LoadedScene| {
+        let settings =
+            Settings { estimator: Estimator::Auto, photons: Some(10_000), ..Settings::default() };
+        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
+        let choice = simulation.choice.expect("a choice");
+        assert_eq!(choice.estimator, simulation.estimator);
+        println!("{}: {}", choice.estimator, choice.why);
+        choice
+    };
+    let hall = World::new()
+        .lambert("white", 0.7)
+        .surface("room", "white", &room([-5.0; 3], [5.0; 3]))
+        .captor("sensor", &Mesh::square([1.0, 2.0, -4.0], [0.0, 0.0, 1.0], 0.01))
+        .lamp("lamp", &Mesh::square([0.0, 0.0, 4.9], [0.0, 0.0, -1.0], 1.0), 1.0);
+    let found = choice(&load(&hall.write()));
+    assert_eq!(found.estimator, Estimator::Paths);
+    let numbers: Vec<f64> =
+        found.why.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+    let [_, photons, paths] = numbers[..] else { panic!("{}", found.why) };
+    assert!(photons > 10.0 * paths, "{}", found.why);
+
+    let behind_glass = World::new()
+        .material("glass", json!({ "type": "transparent", "ior": 1.5 }))
+        .surface("block", "glass", &Mesh::cuboid([-0.5, -0.5, 0.4], [0.5, 0.5, 0.6]))
+        .captor("sensor", &Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 0.4))
+        .light(beam([0.0, 0.0, 1.0], [0.0; 3], 5.0));
+    let found = choice(&load(&behind_glass.write()));
+    assert_eq!(found.estimator, Estimator::Photons);
+    assert!(found.why.contains("paths cannot find 100.00 %"), "{}", found.why);
+
+    let greenhouse = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/greenhouse.json");
+    let greenhouse = phylux::load(&greenhouse).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(choice(&greenhouse).estimator, Estimator::Photons);
+}
+
+/// The command writes pictures with their axes named, and the numbers behind them.
+#[test]
+fn the_command_draws_and_says() {
+    let scene = corner().write();
+    table(&scene);
+    let folder = scene.path("");
+    let arguments =
+        ["chart", "scene.json", "--truth", "truth.csv", "--photons", "1e4", "--seeds", "2"];
+    let output = phylux(&folder, &[&arguments[..], &["--k", "5,20", "-o", "charts"]].concat());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for words in ["1 % at the median captor: photons, ", "; paths, ", "20 nearest photons"] {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(said.contains("of the light arrives within 0 bounces"), "{said}");
+    let pictures = ["bias.svg", "bounces.svg", "error.svg", "map.svg", "merit.svg"];
+    let charts = scene.path("charts");
+    assert_eq!(listing(&charts), [&pictures[..], &["rows.csv", "study.json"]].concat());
+    for name in pictures {
+        let svg = std::fs::read_to_string(charts.join(name)).expect("a picture");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+    }
+    let error = std::fs::read_to_string(charts.join("error.svg")).expect("a picture");
+    for words in ["CPU time, s", "relative RMS error of irradiance", "slope -1/2", "5 nearest"] {
+        assert!(error.contains(words), "{words}");
+    }
+    // 7 budgets, 2 seeds, photons and two k; paths from 100 on
+    let rows = std::fs::read_to_string(charts.join("rows.csv")).expect("rows");
+    assert_eq!(rows.lines().count(), 1 + 2 * (7 * 3 + 5));
+}
+
+/// A captor in the shade has nothing to compare with.
+#[test]
+fn a_study_of_the_dark_is_refused() {
+    let scene = World::new()
+        .captor("away", &Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 1.0))
+        .light(beam([0.0, 0.0, 1.0], [0.0, 0.0, 2.0], 5.0))
+        .write();
+    let folder = scene.path("");
+    let output = phylux(&folder, &["chart", "scene.json", "--photons", "1e4", "-o", "charts"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("knows the irradiance of no captor to 5 %"), "{said}");
+    assert!(!scene.path("charts").exists());
+}
+
+#[test]
+fn bad_tables_of_truths() {
+    let scene = corner().write();
+    let loaded = load(&scene);
+    let path = scene.path("truth.csv");
+    for (text, words) in [
+        ("", "truth.csv:1: has no column `captor`"),
+        ("captor,band\nwall,b0\n", "truth.csv:1: has no column `irradiance`"),
+        ("captor,band,irradiance\n", "holds no value above 0"),
+        (
+            "captor,band,irradiance\nwal,b0,1\n",
+            "truth.csv:2: no captor `wal` in the scene; did you mean",
+        ),
+        ("captor,band,irradiance\nwall,b1,1\n", "truth.csv:2: no band `b1` in the scene"),
+        (
+            "captor,band,irradiance\nwall,b0,nan\n",
+            "truth.csv:2: `nan` must be a number, at least 0",
+        ),
+        ("captor,band,irradiance\nwall,b0,-1\n", "truth.csv:2: `-1` must be a number, at least 0"),
+        ("captor,band,irradiance\nwall,b0\n", "is no CSV table"),
+        ("captor,face,band,irradiance\nwall,back,b0,1\n", "truth.csv:2: no face `back`"),
+    ] {
+        std::fs::write(&path, text).expect("a table");
+        let error = Reference::read(&path, &loaded.scene).expect_err(text).to_string();
+        assert!(error.contains(words), "{text}: {error}");
+    }
+    assert!(Reference::read(&scene.path("none.csv"), &loaded.scene).is_err());
+}
