@@ -6,6 +6,7 @@ mod check;
 mod closed_forms;
 mod common;
 mod contract;
+mod coverage;
 mod exact;
 mod floors;
 mod invariance;

@@ -1,0 +1,139 @@
+//! Whether 95 % intervals hold the truth in 95 % of runs.
+
+use std::{
+    f64::consts::PI,
+    path::{Path, PathBuf},
+};
+
+use phylux::{Estimator, RunResult, Settings};
+
+use crate::{
+    common::run_file,
+    stability::furnace,
+    world::{Mesh, back, front},
+};
+
+const SEEDS: u64 = 200;
+
+/// What one run says of a scene: values with their standard errors.
+struct Value {
+    what: String,
+    value: f64,
+    error: Option<f64>,
+}
+
+fn run(path: &Path, estimator: Estimator, photons: u64, seed: u64) -> RunResult {
+    run_file(path, |settings| {
+        let photons = Some(photons);
+        *settings = Settings { estimator, photons, seed, k: 0, ..settings.clone() };
+    })
+}
+
+/// Flux and absorbed power of every group, face and band.
+fn values(run: &RunResult) -> Vec<Value> {
+    let mut all = Vec::new();
+    for group in &run.groups {
+        let face = |face: &phylux::FaceResult| (face.flux.clone(), face.flux_se.clone());
+        let absorbed = group.absorbed.clone().zip(group.absorbed_se.clone());
+        let rows = [
+            ("flux, front", Some(face(&group.front))),
+            ("flux, back", group.back.as_ref().map(face)),
+            ("absorbed", absorbed),
+        ];
+        for (what, row) in rows {
+            for (b, (value, error)) in
+                row.into_iter().flat_map(|(v, e)| v.into_iter().zip(e)).enumerate()
+            {
+                all.push(Value { what: format!("{}, {what}, band {b}", group.id), value, error });
+            }
+        }
+    }
+    all
+}
+
+/// The share of 95 % intervals over the seeds that hold the truth, for flux and for absorbed power:
+/// in all, and that of the worst value. A truth from a long run has an error of its own, below an
+/// eighth of the interval's, which widens the spread by less than 1 %.
+fn coverage(
+    scene: &str,
+    path: &Path,
+    estimator: Estimator,
+    photons: u64,
+    truth: &[Value],
+) -> Vec<f64> {
+    let mut held = vec![0u32; truth.len()];
+    let mut errors = vec![0.0; truth.len()];
+    for seed in 1..=SEEDS {
+        let found = values(&run(path, estimator, photons, seed));
+        for (i, (truth, found)) in truth.iter().zip(found).enumerate() {
+            let error = found.error.unwrap_or(0.0);
+            errors[i] += error / SEEDS as f64;
+            held[i] += u32::from((found.value - truth.value).abs() <= 1.98 * error);
+        }
+    }
+    for (truth, error) in truth.iter().zip(errors) {
+        let known = truth.error.is_none_or(|own| own < 0.125 * error);
+        assert!(known, "{scene}: {}: {:?} of {error}", truth.what, truth.error);
+    }
+    let mut shares = Vec::new();
+    for kind in ["flux", "absorbed"] {
+        let each = || {
+            let all = truth.iter().zip(&held).filter(|(truth, _)| truth.what.contains(kind));
+            // where nothing can arrive there is no interval
+            let all = all.filter(|(truth, _)| truth.value > 0.0);
+            all.map(|(truth, held)| (f64::from(*held) / SEEDS as f64, &truth.what))
+        };
+        if each().next().is_none() {
+            continue;
+        }
+        let mean = each().map(|(share, _)| share).sum::<f64>() / each().count() as f64;
+        let worst = each().min_by(|a, b| a.0.total_cmp(&b.0)).expect("a value");
+        println!(
+            "{scene}, {estimator}, {kind}: {:.1} % of {} x {SEEDS} intervals, least {:.1} % ({})",
+            100.0 * mean,
+            each().count(),
+            100.0 * worst.0,
+            worst.1
+        );
+        shares.push(mean);
+    }
+    shares
+}
+
+/// Over 200 seeds on three scenes, for photons and for paths, between 90 and 99 % of the 95 % intervals
+/// (1.98 standard errors, as they come from 128 blocks) of flux and of absorbed power hold the truth:
+/// the closed form in a furnace, in the shipped scenes a run of seed 1000 with 200 times as many.
+/// Seeds 1 to 200. The share of 200 independent intervals has a standard error of 1.5 %, so that one of
+/// them would leave the range by chance with odds of 6e-4; the bounds are on means over several values.
+#[test]
+#[ignore = "some minutes: run by hand or nightly"]
+fn intervals_hold_the_truth() {
+    let mut shares = Vec::new();
+    let world = furnace(1.0, 0.5)
+        .captor_of_both_sides("level", &Mesh::square([0.1, 0.0, 0.6], [0.0, 0.0, 1.0], 0.9))
+        .captor_of_both_sides("tilted", &Mesh::square([-0.2, 0.1, 0.1], [0.6, 0.0, 0.8], 0.9));
+    let scene = world.write();
+    let path = scene.path("scene.json");
+    let sample = run(&path, Estimator::Photons, 10_000, 1);
+    assert!(front(&sample, "level").photons > 100 && back(&sample, "tilted").photons > 100);
+    let exact = |found: Value| Value { value: PI * 0.81, error: None, ..found };
+    let truth: Vec<Value> = values(&sample).into_iter().map(exact).collect();
+    for (estimator, photons) in [(Estimator::Photons, 20_000), (Estimator::Paths, 4_000)] {
+        shares.extend(coverage("furnace", &path, estimator, photons, &truth));
+    }
+    let shipped =
+        |name: &str| -> PathBuf { Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name) };
+    for (name, photons, paths) in
+        [("box.json", 10_000, 10_000), ("growth-chamber.json", 10_000, 20_000)]
+    {
+        let path = shipped(name);
+        for (estimator, photons) in [(Estimator::Photons, photons), (Estimator::Paths, paths)] {
+            let truth = values(&run(&path, estimator, LONGER * photons, 1000));
+            shares.extend(coverage(name, &path, estimator, photons, &truth));
+        }
+    }
+    assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");
+}
+
+/// How much longer the run is that stands for the truth.
+const LONGER: u64 = 200;
