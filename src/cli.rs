@@ -2,6 +2,7 @@
 
 mod chart;
 mod check;
+mod compare;
 mod interrupt;
 mod run;
 mod schema;
@@ -36,6 +37,8 @@ enum Command {
     },
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
+    /// Compare two results captor by captor, worst first
+    Compare(compare::Arguments),
     /// Print the JSON Schema of scene files, results files or files of one captor
     Schema {
         /// Of which files
@@ -50,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Schema { of } => schema::print(of),
     };
     let Err(error) = outcome else { return ExitCode::SUCCESS };

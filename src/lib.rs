@@ -52,6 +52,7 @@ mod result_file;
 mod scene_file;
 
 mod check;
+mod compare;
 mod study;
 
 pub mod cli;
@@ -64,6 +65,7 @@ mod spoil;
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
+pub use compare::{Comparison, Difference, ResultsFile};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};

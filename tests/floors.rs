@@ -11,7 +11,7 @@ const FLOORS: [&[&str]; 8] = [
     &["scene"],
     &["settings", "trace", "estimate", "tally", "simulate", "result"],
     &["captor_csv", "scene_file", "result_file", "chart"],
-    &["check", "study"],
+    &["check", "study", "compare"],
     &["cli", "lib", "main"],
 ];
 

@@ -5,6 +5,7 @@ mod bytes;
 mod check;
 mod closed_forms;
 mod common;
+mod compare;
 mod contract;
 mod coverage;
 mod exact;

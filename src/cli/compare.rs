@@ -1,0 +1,94 @@
+//! `phylux compare`
+
+use std::{fmt::Write, path::PathBuf};
+
+use clap::Args;
+
+use super::summary::short;
+use crate::{
+    compare::{Comparison, ODDS, ResultsFile},
+    error::Result,
+    result_file::OutputFile,
+};
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Results file (JSON)
+    a: PathBuf,
+    /// Another one, of the same captors
+    b: PathBuf,
+    /// How many to list, worst first
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    worst: usize,
+    /// Also write all of them as a table: captor, what, band, a, b, z
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
+    let (a, b) = (ResultsFile::read(&arguments.a)?, ResultsFile::read(&arguments.b)?);
+    let comparison = Comparison::new(&a, &b)?;
+    if let Some(csv) = csv {
+        csv.write(|writer| {
+            let mut table = csv::Writer::from_writer(writer);
+            for difference in &comparison.differences {
+                table.serialize(difference)?;
+            }
+            table.flush()
+        })?;
+    }
+    let mut text = String::new();
+    for (name, file) in [("a", &a), ("b", &b)] {
+        let ResultsFile { scene, photons, estimator, seed, .. } = file;
+        let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
+    }
+    describe(&mut text, &comparison, arguments.worst);
+    super::print(&text)
+}
+
+fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
+    let listed = &comparison.differences[..worst.min(comparison.differences.len())];
+    let width = listed.iter().map(|d| d.captor.chars().count()).max().unwrap_or(0).max(7);
+    let _ = writeln!(
+        text,
+        "\n{:<width$}  {:<9} {:<12}{:>12}{:>12}{:>9}{:>8}",
+        "captor", "what", "band", "a", "b", "b/a - 1", "z"
+    );
+    for d in listed {
+        let relative =
+            if d.a == 0.0 { "-".into() } else { format!("{:+.2} %", 100.0 * (d.b / d.a - 1.0)) };
+        let z = d.z.map_or("-".into(), |z| format!("{z:+.2}"));
+        let _ = writeln!(
+            text,
+            "{:<width$}  {:<9} {:<12}{:>12}{:>12}{relative:>9}{z:>8}",
+            d.captor,
+            d.what,
+            d.band,
+            short(d.a),
+            short(d.b)
+        );
+    }
+    let n = comparison.differences.len();
+    let rms = comparison.rms().map_or(String::new(), |rms| format!(", rms z {rms:.2}"));
+    let _ = writeln!(
+        text,
+        "\n{n} values{rms}; chance alone stays below |z| = {:.2} (odds {ODDS})",
+        comparison.limit
+    );
+    if !comparison.unmatched.is_empty() {
+        let _ = writeln!(
+            text,
+            "{} values are in one of them only, the first: {}",
+            comparison.unmatched.len(),
+            comparison.unmatched[0]
+        );
+    }
+    if comparison.dependent {
+        text.push_str("one estimator and seed: both share random numbers, so z is too small; compare two seeds\n");
+    }
+    text.push_str(&match comparison.beyond_chance() {
+        0 => "they agree within their errors\n".into(),
+        beyond => format!("{beyond} differ by more than chance\n"),
+    });
+}

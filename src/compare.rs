@@ -1,0 +1,192 @@
+//! Two results, captor by captor: do they differ by more than chance?
+
+use std::{
+    collections::{HashMap, HashSet},
+    path::Path,
+};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    error::{Error, Result},
+    input::read_bytes,
+};
+
+/// Odds of a false alarm over all values of a comparison.
+pub const ODDS: f64 = 1e-3;
+
+/// What a comparison reads of a results file.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ResultsFile {
+    /// Name of the scene.
+    pub scene: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// How many photons or paths.
+    pub photons: u64,
+    /// Which of them.
+    pub estimator: String,
+    unit: Unit,
+    bands: Vec<Band>,
+    captors: Vec<Captor>,
+}
+
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+struct Unit {
+    flux: String,
+    irradiance: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Band {
+    name: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Captor {
+    id: String,
+    front: Face,
+    back: Option<Face>,
+    absorbed: Option<Vec<f64>>,
+    absorbed_se: Option<Vec<Option<f64>>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Face {
+    irradiance: Vec<f64>,
+    irradiance_se: Vec<Option<f64>>,
+}
+
+impl ResultsFile {
+    /// Reads the results at `path`. Errors: they cannot be read, or are none.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+        serde_json::from_slice(&bytes).map_err(|e| {
+            Error::input(path.display(), format!("is no results file: {e}"))
+                .remedy("name a file that `phylux run -o` has written")
+        })
+    }
+
+    /// Every value with what it belongs to, in the order of the file.
+    fn values(&self) -> Vec<(Key<'_>, Value)> {
+        let mut all = Vec::new();
+        for captor in &self.captors {
+            let mut add = |what, values: &[f64], errors: &[Option<f64>]| {
+                for ((band, &mean), &error) in self.bands.iter().zip(values).zip(errors) {
+                    all.push((
+                        (captor.id.as_str(), what, band.name.as_str()),
+                        Value { mean, error },
+                    ));
+                }
+            };
+            add("front", &captor.front.irradiance, &captor.front.irradiance_se);
+            if let Some(back) = &captor.back {
+                add("back", &back.irradiance, &back.irradiance_se);
+            }
+            if let (Some(values), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) {
+                add("absorbed", values, errors);
+            }
+        }
+        all
+    }
+}
+
+/// Captor; `front`, `back` (irradiance) or `absorbed` (power); band.
+type Key<'a> = (&'a str, &'static str, &'a str);
+
+#[derive(Clone, Copy, Debug)]
+struct Value {
+    mean: f64,
+    error: Option<f64>,
+}
+
+/// One value in both results.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Id of the captor.
+    pub captor: String,
+    /// `front` or `back`: irradiance of that face; `absorbed`: power.
+    pub what: &'static str,
+    /// Name of the band or sum.
+    pub band: String,
+    /// In the first results.
+    pub a: f64,
+    /// In the second.
+    pub b: f64,
+    /// b - a over the standard error of the difference; none where no error is known.
+    pub z: Option<f64>,
+}
+
+/// All that two results have in common, and what only one has.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Worst first: by |z|, before them those that differ without a known error.
+    pub differences: Vec<Difference>,
+    /// Captors, faces and bands of only one of the two.
+    pub unmatched: Vec<String>,
+    /// The |z| that chance exceeds anywhere among them with odds below [`ODDS`].
+    pub limit: f64,
+    /// Whether both are of one estimator and seed, so that they share random numbers and differ by
+    /// less than independent ones.
+    pub dependent: bool,
+}
+
+impl Comparison {
+    /// Compares the values that both have. Errors: nothing in common; different units.
+    pub fn new(a: &ResultsFile, b: &ResultsFile) -> Result<Self> {
+        if a.unit != b.unit {
+            let problem = format!("one is in {}, the other in {}", a.unit.flux, b.unit.flux);
+            return Err(Error::input("results", problem).remedy("compare results of one unit"));
+        }
+        let (ours, theirs) = (a.values(), b.values());
+        let known: HashMap<Key, Value> = theirs.iter().copied().collect();
+        let mine: HashSet<Key> = ours.iter().map(|(key, _)| *key).collect();
+        let only = |keys: &mut dyn Iterator<Item = Key>| -> Vec<String> {
+            keys.map(|(captor, what, band)| format!("{captor} {what} {band}")).collect()
+        };
+        let mut unmatched =
+            only(&mut ours.iter().map(|(k, _)| *k).filter(|k| !known.contains_key(k)));
+        unmatched.extend(only(&mut theirs.iter().map(|(k, _)| *k).filter(|k| !mine.contains(k))));
+
+        let mut differences: Vec<Difference> = ours
+            .iter()
+            .filter_map(|(key, value)| Some(difference(*key, *value, *known.get(key)?)))
+            .collect();
+        if differences.is_empty() {
+            return Err(Error::input("results", "they have no captor and band in common")
+                .remedy("compare results of one scene"));
+        }
+        // by Gauss's tail, P(|z| > x) <= exp(-x^2 / 2), for all of them together
+        let limit = (2.0 * (differences.len() as f64 / ODDS).ln()).sqrt();
+        differences.sort_by(|p, q| q.weight().total_cmp(&p.weight()));
+        let dependent = (&a.estimator, a.seed) == (&b.estimator, b.seed);
+        Ok(Self { differences, unmatched, limit, dependent })
+    }
+
+    /// Those that differ by more than chance.
+    pub fn beyond_chance(&self) -> usize {
+        self.differences.iter().filter(|d| d.weight() > self.limit).count()
+    }
+
+    /// Root mean square of z, where errors are known: about 1 for two runs of one scene.
+    pub fn rms(&self) -> Option<f64> {
+        let z: Vec<f64> = self.differences.iter().filter_map(|d| d.z).collect();
+        (!z.is_empty()).then(|| (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt())
+    }
+}
+
+impl Difference {
+    /// How much it matters: |z|, and without an error all or nothing.
+    fn weight(&self) -> f64 {
+        self.z.map_or(if self.a == self.b { 0.0 } else { f64::INFINITY }, f64::abs)
+    }
+}
+
+fn difference((captor, what, band): Key, a: Value, b: Value) -> Difference {
+    // a value that nothing has reached has no error: then the other's is all that is known
+    let variance = |value: Value| value.error.map(|error| error * error);
+    let known = [variance(a), variance(b)].into_iter().flatten();
+    let error = known.sum::<f64>().sqrt();
+    let z = (error > 0.0).then(|| (b.mean - a.mean) / error);
+    Difference { captor: captor.into(), what, band: band.into(), a: a.mean, b: b.mean, z }
+}

@@ -1,0 +1,92 @@
+//! Two results side by side.
+
+use phylux::{Comparison, ResultsFile};
+
+use crate::{
+    bad_input::phylux,
+    common::TestScene,
+    world::{Mesh, World, room},
+};
+
+/// A room with a lamp and a leaf-sized sheet of this reflectance, run into `name` with a seed.
+fn run(folder: &TestScene, name: &str, reflectance: f64, more: &[&str]) {
+    let world = World::new()
+        .bands(2)
+        .lambert("wall", 0.5)
+        .lambert("sheet", reflectance)
+        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .counted("sheet", "sheet", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
+        .captor("sensor", &Mesh::square([0.3, 0.2, -0.5], [0.0, 0.0, 1.0], 0.2))
+        .lamp("lamp", &Mesh::square([0.0, 0.0, 0.9], [0.0, 0.0, -1.0], 0.3), 1.0);
+    let scene = world.write();
+    let output = folder.path(name);
+    let output = output.to_str().expect("a path");
+    let done = phylux(&scene.path(""), &[&["run", "scene.json", "-o", output], more].concat());
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
+fn compare(folder: &TestScene, a: &str, b: &str) -> Comparison {
+    let read = |name| ResultsFile::read(&folder.path(name)).unwrap_or_else(|e| panic!("{e}"));
+    Comparison::new(&read(a), &read(b)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Two seeds, and photons and paths, agree: odds 1e-3 for all values of a comparison together, and
+/// the root mean square of their z lies near 1. Another reflectance does not agree, and
+/// what it changes most stands first. Seeds 1 and 2, 3e5 photons and paths.
+#[test]
+fn what_differs_is_found_and_what_agrees_agrees() {
+    let folder = TestScene::new("{}", &[]);
+    let many = ["--photons", "3e5", "--k", "0"];
+    run(&folder, "a.json", 0.5, &many);
+    run(&folder, "again.json", 0.5, &many);
+    run(&folder, "seed.json", 0.5, &[&many[..], &["--seed", "2"]].concat());
+    run(&folder, "paths.json", 0.5, &[&many[..], &["--estimator", "paths"]].concat());
+    run(&folder, "dark.json", 0.4, &[&many[..], &["--seed", "3"]].concat());
+
+    let same = compare(&folder, "a.json", "again.json");
+    // irradiance of 5 faces, absorbed power of 2 captors, 2 bands
+    assert_eq!((same.differences.len(), same.beyond_chance()), (14, 0));
+    assert!(same.dependent && same.differences.iter().all(|d| d.a == d.b));
+    assert!((same.limit - (2.0 * 14_000f64.ln()).sqrt()).abs() < 1e-12);
+    for other in ["seed.json", "paths.json"] {
+        let found = compare(&folder, "a.json", other);
+        assert!(!found.dependent);
+        assert_eq!(found.beyond_chance(), 0, "{other}: {:?}", found.differences[0]);
+        let rms = found.rms().expect("errors");
+        assert!((0.3..2.0).contains(&rms), "{other}: {rms}");
+        let size = |i: usize| found.differences[i].z.map_or(0.0, f64::abs);
+        assert!((1..14).all(|i| size(i - 1) >= size(i)), "worst first");
+    }
+    let found = compare(&folder, "a.json", "dark.json");
+    assert!(found.beyond_chance() > 0);
+    let first = &found.differences[0];
+    assert_eq!((first.captor.as_str(), first.what), ("sheet/sheet", "absorbed"));
+    // 0.6 / 0.5 of what arrives, which is a little less than before
+    assert!((1.1..1.2).contains(&(first.b / first.a)), "{first:?}");
+
+    let output = phylux(&folder.path(""), &["compare", "a.json", "dark.json", "--csv", "d.csv"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && said.contains("differ by more than chance"), "{said}");
+    let table = std::fs::read_to_string(folder.path("d.csv")).expect("a table");
+    assert!(table.starts_with("captor,what,band,a,b,z\nsheet/sheet,absorbed,b"), "{table}");
+    assert_eq!(table.lines().count(), 15);
+    let output = phylux(&folder.path(""), &["compare", "a.json", "again.json"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("share random numbers") && said.contains("they agree"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_compared() {
+    let folder = TestScene::new("{}", &[("empty.json", ""), ("a.csv", "captor,band\n")]);
+    for (a, words) in [
+        ("none.json", "none.json: there is no such file"),
+        ("empty.json", "empty.json: is no results file"),
+        ("scene.json", "scene.json: is no results file: missing field"),
+        ("a.csv", "a.csv: is no results file"),
+    ] {
+        let output = phylux(&folder.path(""), &["compare", a, a]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(words), "{said}");
+    }
+}
