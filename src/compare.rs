@@ -124,7 +124,7 @@ pub struct Comparison {
     pub differences: Vec<Difference>,
     /// Captors, faces and bands of only one of the two.
     pub unmatched: Vec<String>,
-    /// The |z| that chance exceeds anywhere among them with odds below [`ODDS`].
+    /// The |z| that chance exceeds anywhere among them with odds below 1/1000.
     pub limit: f64,
     /// Whether both are of one estimator and seed, so that they share random numbers and differ by
     /// less than independent ones.
