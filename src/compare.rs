@@ -141,12 +141,10 @@ impl Comparison {
         let (ours, theirs) = (a.values(), b.values());
         let known: HashMap<Key, Value> = theirs.iter().copied().collect();
         let mine: HashSet<Key> = ours.iter().map(|(key, _)| *key).collect();
-        let only = |keys: &mut dyn Iterator<Item = Key>| -> Vec<String> {
-            keys.map(|(captor, what, band)| format!("{captor} {what} {band}")).collect()
-        };
-        let mut unmatched =
-            only(&mut ours.iter().map(|(k, _)| *k).filter(|k| !known.contains_key(k)));
-        unmatched.extend(only(&mut theirs.iter().map(|(k, _)| *k).filter(|k| !mine.contains(k))));
+        let only_ours = ours.iter().filter(|(key, _)| !known.contains_key(key));
+        let only_theirs = theirs.iter().filter(|(key, _)| !mine.contains(key));
+        let name = |((captor, what, band), _): &(Key, Value)| format!("{captor} {what} {band}");
+        let unmatched = only_ours.chain(only_theirs).map(name).collect();
 
         let mut differences: Vec<Difference> = ours
             .iter()

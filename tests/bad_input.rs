@@ -900,10 +900,10 @@ fn command_line() {
             &["new/: cannot be written: it does not name a file"],
         ),
         (&["run", "scene.json", "-o", "a.obj/r.json"], &["a.obj/r.json: "]),
-        (&["run", "scene.json", "-o", "scene.json"], &["scene.json: is a file of the scene"]),
+        (&["run", "scene.json", "-o", "scene.json"], &["scene.json: is a file that is read"]),
         (
             &["run", "scene.json", "-o", "./a.obj"],
-            &["a.obj: is a file of the scene, which the output would replace"],
+            &["a.obj: is a file that is read, which the output would replace"],
         ),
         (
             &["run", "scene.json", "--csv", "results.json"],

@@ -75,6 +75,7 @@ fn what_differs_is_found_and_what_agrees_agrees() {
     assert!(said.contains("share random numbers") && said.contains("they agree"), "{said}");
 }
 
+/// Nor is a file replaced that is read.
 #[test]
 fn what_cannot_be_compared() {
     let folder = TestScene::new("{}", &[("empty.json", ""), ("a.csv", "captor,band\n")]);
@@ -89,4 +90,8 @@ fn what_cannot_be_compared() {
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains(words), "{said}");
     }
+    let arguments = ["compare", "a.csv", "scene.json", "--csv", "./a.csv"];
+    let output = phylux(&folder.path(""), &arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("is a file that is read"), "{said}");
 }

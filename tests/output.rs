@@ -224,7 +224,7 @@ fn files_of_captors_replace_nothing_else() {
     let scene = scene();
     let folder = scene.path("");
     fs::copy(scene.path("scene.json"), scene.path("a_a.json")).expect("a copy");
-    refused(&folder, &["run", "a_a.json", "--per-captor", "."], "is a file of the scene");
+    refused(&folder, &["run", "a_a.json", "--per-captor", "."], "is a file that is read");
     fs::create_dir(scene.path("each")).expect("a folder");
     let both = ["run", "scene.json", "-o", "each/a_a.json", "--per-captor", "./each"];
     refused(&folder, &both, "is named for two outputs");

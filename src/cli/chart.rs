@@ -1,6 +1,9 @@
 //! `phylux chart`
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 
@@ -65,6 +68,9 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     interrupt.remove_at_end(new.then(|| Temporary::IfEmpty(folder.clone())));
 
     let loaded = scene_file::load(&arguments.scene)?;
+    let places = [&csv, &json].into_iter().filter_map(OutputFile::place).map(Path::to_path_buf);
+    let read: Vec<PathBuf> = loaded.files.iter().chain(&arguments.truth).cloned().collect();
+    run::check_places(&places.collect::<Vec<_>>(), &read)?;
     let scene = &loaded.scene;
     super::warn(&loaded.warnings);
     if scene.captors.is_empty() {

@@ -1,10 +1,13 @@
 //! `phylux compare`
 
-use std::{fmt::Write, path::PathBuf};
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 
-use super::summary::short;
+use super::{run::check_places, summary::short};
 use crate::{
     compare::{Comparison, ODDS, ResultsFile},
     error::Result,
@@ -27,6 +30,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
+    let place = csv.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
+    check_places(place.as_slice(), &[arguments.a.clone(), arguments.b.clone()])?;
     let (a, b) = (ResultsFile::read(&arguments.a)?, ResultsFile::read(&arguments.b)?);
     let comparison = Comparison::new(&a, &b)?;
     if let Some(csv) = csv {

@@ -220,8 +220,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     super::print(&(summary.text + &speed))
 }
 
-/// No output may take the place of another, or of a file of the scene.
-fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
+/// No output may take the place of another, or of a file that is read.
+pub(super) fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
     let files: HashSet<PathBuf> =
         files.iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
     let mut named = HashSet::new();
@@ -229,7 +229,7 @@ fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
         let problem = if !named.insert(place) {
             "is named for two outputs"
         } else if files.contains(place) {
-            "is a file of the scene, which the output would replace"
+            "is a file that is read, which the output would replace"
         } else {
             continue;
         };
