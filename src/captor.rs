@@ -41,6 +41,11 @@ impl CaptorKind {
         }
     }
 
+    /// The faces that count.
+    pub fn faces(self) -> &'static [Channel] {
+        &CHANNELS[..if self.has_back() { 2 } else { 1 }]
+    }
+
     /// Whether it has a back that counts.
     pub fn has_back(self) -> bool {
         self.channels() > 1

@@ -7,7 +7,8 @@ use glam::{DVec3, Vec3};
 use crate::{
     geometry::{Extent, Frame, Ray, Triangle, unit_vector},
     rng::Stream,
-    sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle},
+    sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle, weighted_index},
+    spectrum::Spectrum,
 };
 
 mod illuminate;
@@ -176,9 +177,7 @@ fn choose_triangle<'a>(
     cumulative_area: &[f64],
     rng: &mut Stream,
 ) -> &'a Triangle {
-    let target = rng.uniform_fine() * cumulative_area[cumulative_area.len() - 1];
-    let chosen = cumulative_area.partition_point(|&area| area <= target);
-    &triangles[chosen.min(triangles.len() - 1)]
+    &triangles[weighted_index(cumulative_area, rng.uniform_fine())]
 }
 
 /// A point uniform on a line, `offset` from its ends.
@@ -195,6 +194,18 @@ fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
         origin: point + offset * normal,
         direction: Frame::new(normal).to_world(cosine_hemisphere(rng.square())),
     }
+}
+
+/// A photon as it leaves its light.
+pub struct Emission<'a, const N: usize> {
+    /// Index of the light.
+    pub light: usize,
+    /// Power of the photon per lane, times the histories of the piece, W or umol/s.
+    pub weights: &'a [f64],
+    /// Where it starts.
+    pub ray: Ray,
+    /// Fraction of that power per band: 1, or 0 in bands that the light does not emit.
+    pub power: Spectrum<N>,
 }
 
 /// How the histories of one piece are shared among the lights: which history belongs to which
@@ -237,6 +248,22 @@ impl Strata {
         // a piece has far fewer than 2^32 histories
         let rank = index * self.stride % self.histories();
         self.first.partition_point(|&first| first <= rank) - 1
+    }
+
+    /// Emits history `index`, from `offset` metres off its light.
+    #[inline]
+    pub fn emit<const N: usize>(
+        &self,
+        lights: &[Light],
+        index: u64,
+        offset: f32,
+        rng: &mut Stream,
+    ) -> Emission<'_, N> {
+        let light = self.light(index);
+        let weights = self.weights(light);
+        let ray = lights[light].emit(offset, rng);
+        let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+        Emission { light, weights, ray, power }
     }
 
     /// Power of a photon of `light` per lane, times the histories of the piece, W or umol/s.

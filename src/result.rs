@@ -177,6 +177,13 @@ pub struct GroupResult {
     pub absorbed_se: Option<Vec<Option<f64>>>,
 }
 
+impl CaptorResult {
+    /// Its front and, where it counts, its back.
+    pub fn faces(&self) -> impl Iterator<Item = &FaceResult> {
+        std::iter::once(&self.front).chain(&self.back)
+    }
+}
+
 /// What arrived on one face.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct FaceResult {

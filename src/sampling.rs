@@ -64,6 +64,15 @@ pub fn uniform_circle(u: f32) -> Vec2 {
     Vec2::new(cos, sin)
 }
 
+/// The index that `u` in [0, 1) stands for, in proportion to weights that are given by their running
+/// sums (at least one, the last above 0).
+#[inline]
+pub fn weighted_index(running_sums: &[f64], u: f64) -> usize {
+    let last = running_sums.len() - 1;
+    let target = u * running_sums[last];
+    running_sums.partition_point(|&sum| sum <= target).min(last)
+}
+
 /// Every chi-square: 4e5 samples, seed 1, odds of a false alarm 1e-6.
 #[cfg(test)]
 mod tests {

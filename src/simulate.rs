@@ -15,10 +15,10 @@ use std::{
 };
 
 use crate::{
-    captor::Channel,
+    captor::{Captor, Channel},
     error::{Error, Result},
     estimate::paths::{Face, Unseen},
-    light::Strata,
+    light::{Emission, Strata},
     photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
     rng::Stream,
     scene::Scene,
@@ -473,11 +473,9 @@ impl<'a> Run<'a> {
             if self.stopped() {
                 return;
             }
-            let light = strata.light(index);
-            let weights = strata.weights(light);
             let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
-            let ray = self.scene.lights[light].emit(self.scene.ray_offset(), &mut rng);
-            let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+            let Emission { light, weights, ray, power } =
+                strata.emit::<N>(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
             tally.emitted(weights);
             trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
                 tally.score(self.scene, weights, &event);
@@ -553,18 +551,15 @@ impl<'a> Run<'a> {
 
 /// The faces of all captors.
 fn faces(scene: &Scene) -> Vec<Face<'_>> {
-    let all = [Channel::Front, Channel::Back];
-    (0..scene.captors.len())
-        .flat_map(|captor| {
-            let faces = if scene.captors[captor].kind.has_back() { 2 } else { 1 };
-            all[..faces].iter().map(move |&face| Face::new(scene, captor, face))
-        })
-        .collect()
+    let of = |(c, captor): (usize, &Captor)| {
+        captor.kind.faces().iter().map(move |&face| Face::new(scene, c, face))
+    };
+    scene.captors.iter().enumerate().flat_map(of).collect()
 }
 
 /// The least number of paths of a run: some from each face.
 pub fn least_paths(scene: &Scene) -> u64 {
-    MIN_PATHS * faces(scene).len() as u64
+    MIN_PATHS * scene.captors.iter().map(|captor| captor.kind.faces().len() as u64).sum::<u64>()
 }
 
 /// Refuses a run whose sums would not fit into memory, before it begins.
@@ -592,40 +587,21 @@ fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The arrival to store of an event on a captor, and its power.
 #[inline]
 fn arrival<'e, const N: usize>(
-    scene: &Scene,
+    scene: &'e Scene,
     event: &'e Event<'_, N>,
 ) -> Option<(Arrival, &'e Spectrum<N>)> {
-    let face = |captor: usize, front: bool| {
-        let face = if front { Channel::Front } else { Channel::Back };
-        (scene.captors[captor].first_channel + face as usize) as u32
+    let counted = event.counted(scene)?;
+    let (position, direction, triangle) = match event {
+        Event::Crossing { crossing, direction, .. } => {
+            (crossing.point, *direction, crossing.triangle)
+        }
+        Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
+        Event::Escaped(_) | Event::Lost(_) => return None,
     };
-    match event {
-        Event::Crossing { crossing, direction, power } => {
-            let captor = crossing.captor;
-            if !crossing.front && !scene.captors[captor].kind.has_back() {
-                return None;
-            }
-            let shelf = face(captor, crossing.front);
-            let (position, triangle) = (crossing.point, crossing.triangle as u32);
-            let direction = *direction;
-            let front = crossing.front;
-            Some((
-                Arrival { position, direction, triangle, shelf, front, light: 0, history: 0 },
-                power,
-            ))
-        }
-        Event::Arrival { hit, surface, encounter, power, .. } => {
-            let shelf = face(surface.captor()?, encounter.front);
-            let (position, triangle) = (hit.point, hit.triangle as u32);
-            let direction = encounter.direction;
-            let front = encounter.front;
-            Some((
-                Arrival { position, direction, triangle, shelf, front, light: 0, history: 0 },
-                power,
-            ))
-        }
-        _ => None,
-    }
+    let (triangle, shelf) = (triangle as u32, counted.channel() as u32);
+    let front = counted.face == Channel::Front;
+    let arrival = Arrival { position, direction, triangle, shelf, front, light: 0, history: 0 };
+    Some((arrival, counted.power))
 }
 
 /// The largest relative standard error over captors, faces and bands that carry power and that
@@ -634,10 +610,10 @@ pub fn worst_error(scene: &Scene, totals: &Totals) -> Option<f64> {
     let powered: Vec<bool> = (0..scene.bands.len())
         .map(|b| scene.lights.iter().any(|light| light.power[b] > 0.0))
         .collect();
-    let faces = scene.captors.iter().flat_map(|captor| {
-        let faces = if captor.kind.has_back() { 2 } else { 1 };
-        captor.first_channel..captor.first_channel + faces
-    });
+    let faces = scene
+        .captors
+        .iter()
+        .flat_map(|captor| captor.first_channel..captor.first_channel + captor.kind.faces().len());
     faces
         .flat_map(|channel| {
             totals.running(channel).iter().zip(&powered).filter(|(_, powered)| **powered)

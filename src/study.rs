@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::{
     error::{Error, Result},
-    result::{FaceResult, RunResult},
+    result::{CaptorResult, FaceResult, RunResult},
     scene::Scene,
     settings::{Estimator, Settings},
     simulate::{Control, Progress, Simulation, least_paths, simulate},
@@ -26,7 +26,9 @@ const RUNG: f64 = 3.162_277_660_168_379_5;
 const RUNGS: i32 = 7;
 /// The run that stands in for the truth has so many times the largest budget.
 const LONG_RUN: u64 = 16;
-/// Its seed: not one of the ladder's.
+/// Photons that show the shares of bounces well enough.
+const MOST_FOR_BOUNCES: u64 = 1_000_000;
+/// The long run's seed: not one of the ladder's.
 const LONG_RUN_SEED: u64 = 1_000_003;
 
 /// What to run.
@@ -104,13 +106,17 @@ pub struct Study {
 }
 
 /// Runs the ladder on `scene` and compares with `truth`, or with a long run of its own. Errors: those
-/// of [`simulate`]; a truth that has nothing to do with the scene.
+/// of [`simulate`]; fewer than 2 seeds; no captor that the reference knows.
 pub fn study(
     scene: &Scene,
     plan: &StudyPlan,
     truth: Option<Reference>,
     control: &Control,
 ) -> Result<Study> {
+    if plan.seeds < 2 {
+        let problem = format!("{} seeds, must be at least 2", plan.seeds);
+        return Err(Error::input("seeds", problem).remedy("a spread needs several runs"));
+    }
     let budgets: Vec<u64> = (1 - RUNGS..=0)
         .map(|i| {
             ((plan.photons as f64 * RUNG.powi(i)).round() as u64).max(scene.lights.len() as u64)
@@ -148,7 +154,8 @@ pub fn study(
             rungs.push(Rung::of(&same, &reference));
         }
     }
-    let bounces = Bounces::count(scene, budgets[budgets.len() - 3], control)?;
+    let enough = MOST_FOR_BOUNCES.max(scene.lights.len() as u64);
+    let bounces = Bounces::count(scene, budgets[budgets.len() - 3].min(enough), control)?;
     Ok(Study {
         scene: scene.name.clone(),
         reference: reference.name.clone(),
@@ -236,10 +243,8 @@ fn irradiances(
     of: impl Fn(&FaceResult) -> Option<&Vec<f64>>,
 ) -> Vec<f64> {
     let bands = scene.bands.len();
-    let faces =
-        result.captors.iter().flat_map(|captor| [Some(&captor.front), captor.back.as_ref()]);
+    let faces = result.captors.iter().flat_map(CaptorResult::faces);
     faces
-        .flatten()
         .flat_map(|face| of(face).map_or_else(|| vec![0.0; bands], |v| v[..bands].to_vec()))
         .collect()
 }

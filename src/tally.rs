@@ -6,7 +6,7 @@ use crate::{
     scene::Scene,
     spectrum::Spectrum,
     stats::Running,
-    trace::Event,
+    trace::{Counted, Event},
 };
 
 /// Power accounted for, per band, in W or umol/s.
@@ -90,29 +90,25 @@ impl Tally {
     /// Scores what happened to a photon of these weights.
     #[inline]
     pub fn score<const N: usize>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, N>) {
+        let counted = event.counted(scene);
+        if let Some(counted) = &counted {
+            self.add(counted.channel(), weights, counted.power);
+        }
         match event {
-            Event::Crossing { crossing, power, .. } => {
-                let face = if crossing.front { Channel::Front } else { Channel::Back };
-                let captor = &scene.captors[crossing.captor];
-                if crossing.front || captor.kind.has_back() {
-                    self.add(captor.first_channel + face as usize, weights, power);
-                }
-            }
+            Event::Crossing { .. } => {}
             Event::Arrival { surface, encounter, power, scattered, .. } => {
                 self.segments += 1;
                 let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];
                 for b in 0..self.bands {
                     absorbed[b] += (f64::from(power.0[b]) - f64::from(scattered.0[b])) * weights[b];
                 }
-                if let Some(captor) = surface.captor() {
-                    let first = scene.captors[captor].first_channel;
-                    let face = if encounter.front { Channel::Front } else { Channel::Back };
-                    self.add(first + face as usize, weights, power);
+                if let Some(Counted { captor, .. }) = counted {
                     let absorbed = match scene.material(surface).absorptance::<N>(encounter) {
                         Some(absorptance) => *power * absorptance,
                         None => power.zip(*scattered, |before, after| before - after),
                     };
-                    self.add(first + Channel::Absorbed as usize, weights, &absorbed);
+                    let channel = captor.first_channel + Channel::Absorbed as usize;
+                    self.add(channel, weights, &absorbed);
                 }
             }
             Event::Escaped(power) => {

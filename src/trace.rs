@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::{
+    captor::{Captor, Channel},
     geometry::Ray,
     material::{Encounter, Onward, Transport},
     rng::Stream,
@@ -46,6 +47,40 @@ pub enum Event<'a, const N: usize> {
     Escaped(Spectrum<N>),
     /// Its path is longer than the limits allow.
     Lost(Spectrum<N>),
+}
+
+/// What an event counts for at a captor.
+pub struct Counted<'e, const N: usize> {
+    /// The captor.
+    pub captor: &'e Captor,
+    /// The face that it comes to.
+    pub face: Channel,
+    /// What it brings.
+    pub power: &'e Spectrum<N>,
+}
+
+impl<const N: usize> Counted<'_, N> {
+    /// Index of the face's channel.
+    pub fn channel(&self) -> usize {
+        self.captor.first_channel + self.face as usize
+    }
+}
+
+impl<const N: usize> Event<'_, N> {
+    /// Where it counts; nowhere off captors, and behind captors of one side.
+    #[inline]
+    pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, N>> {
+        let (captor, front, power) = match self {
+            Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
+            Self::Arrival { surface, encounter, power, .. } => {
+                (surface.captor()?, encounter.front, power)
+            }
+            Self::Escaped(_) | Self::Lost(_) => return None,
+        };
+        let captor = &scene.captors[captor];
+        let face = if front { Channel::Front } else { Channel::Back };
+        (front || captor.kind.has_back()).then_some(Counted { captor, face, power })
+    }
 }
 
 /// Follows a photon along `ray` and tells `on` what happens.

@@ -174,6 +174,28 @@ fn the_command_draws_and_says() {
     assert_eq!(rows.lines().count(), 1 + 2 * (7 * 3 + 5));
 }
 
+/// Paths that never end make no long trial, and no captor no trial at all.
+#[test]
+fn a_trial_has_an_end() {
+    let mirrors = World::new()
+        .material("mirror", json!({ "type": "mirror", "reflectance": 1 }))
+        .surface("room", "mirror", &room([-1.0; 3], [1.0; 3]))
+        .lamp("lamp", &Mesh::square([0.0, 0.0, 0.9], [0.0, 0.0, -1.0], 0.3), 1.0);
+    let run = |world: &World| {
+        let loaded = load(&world.write());
+        let settings =
+            Settings { estimator: Estimator::Auto, photons: Some(128), ..Settings::default() };
+        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        phylux::simulate(&loaded.scene, &settings, &control).expect("a run")
+    };
+    // as fast as it runs dry: 65,536 photons of 10,000 interactions would take minutes
+    let captor = Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 0.5);
+    assert!(run(&mirrors.clone().captor("captor", &captor)).choice.is_some());
+    let choice = run(&mirrors).choice.expect("a choice");
+    assert_eq!(choice.estimator, Estimator::Photons);
+    assert!(choice.why.contains("no captor"), "{}", choice.why);
+}
+
 /// A captor in the shade has nothing to compare with.
 #[test]
 fn a_study_of_the_dark_is_refused() {
@@ -187,6 +209,11 @@ fn a_study_of_the_dark_is_refused() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("knows the irradiance of no captor to 5 %"), "{said}");
     assert!(!scene.path("charts").exists());
+
+    let plan = StudyPlan { photons: 1000, seeds: 1, k: vec![], threads: 1 };
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let error = phylux::study(&load(&scene).scene, &plan, None, &control).expect_err("one seed");
+    assert!(error.to_string().contains("1 seeds, must be at least 2"), "{error}");
 }
 
 #[test]

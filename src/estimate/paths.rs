@@ -18,7 +18,7 @@ use crate::{
     geometry::{Frame, Ray, Triangle},
     material::{Encounter, Material, Onward, Transport},
     rng::Stream,
-    sampling::{cosine_hemisphere, cosine_hemisphere_density, uniform_triangle},
+    sampling::{cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_index},
     scene::{LightHit, Scene, Surface},
     spectrum::Spectrum,
     trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS},
@@ -95,10 +95,7 @@ impl<'a> Face<'a> {
     /// A point of the face, as far off it and from its edges as photons that leave it.
     fn start(&self, rng: &mut Stream) -> Start {
         let scene = self.scene;
-        let all = self.cumulative_area[self.cumulative_area.len() - 1];
-        let target = rng.uniform_fine() * all;
-        let triangle = self.cumulative_area.partition_point(|&area| area <= target);
-        let triangle = triangle.min(self.triangles.len() - 1);
+        let triangle = weighted_index(&self.cumulative_area, rng.uniform_fine());
         let shape = &self.triangles[triangle];
         let front = shape.normal();
         let normal = if self.channel == Channel::Back { -front } else { front };

@@ -17,6 +17,10 @@ use crate::{
 
 /// Photons, and paths from all faces together, of a trial.
 const TRIAL: u64 = 1 << 16;
+/// It ends sooner where paths are so long that they take more rays.
+const RAYS: u64 = 1 << 20;
+/// The least number of paths from a face.
+const LEAST: u64 = 16;
 /// The most faces that paths are tried from, spread over all captors.
 const FACES: usize = 64;
 /// Share of the light on captors that paths may miss; where they would miss more, photons do it.
@@ -47,40 +51,56 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
         let why = format!("paths cannot find {:.2} % of the light on the captors", 100.0 * missed);
         return Ok(Choice { estimator: Estimator::Photons, why });
     }
+    if scene.captors.is_empty() {
+        let why = "there is no captor for paths to start from".into();
+        return Ok(Choice { estimator: Estimator::Photons, why });
+    }
     let settings = Settings { estimator: Estimator::Photons, max_time: None, ..settings.clone() };
     let run = Run::new(scene, &settings, control)?;
-    let mut totals = Totals::new(scene);
-    let histories = TRIAL.max(BLOCKS * scene.lights.len() as u64);
-    run.round::<N>(&run.plan(histories)?, 0, Some(histories), &mut totals, None)?;
-
+    // one photon of each light in each block, then twice as many, ...
+    let mut histories = BLOCKS * scene.lights.len() as u64;
+    let totals = loop {
+        let mut totals = Totals::new(scene);
+        run.round::<N>(&run.plan(histories)?, 0, None, &mut totals, None)?;
+        if histories >= TRIAL || totals.segments >= RAYS {
+            break totals;
+        }
+        histories *= 2;
+    };
     let all = faces(scene);
     let number = all.len();
-    let tried: Vec<Face> = all.into_iter().step_by(number.div_ceil(FACES).max(1)).collect();
-    let paths = TRIAL / tried.len().max(1) as u64;
-    let mut photons_found = Found::default();
-    let mut paths_found = Found::default();
-    for (f, face) in tried.iter().enumerate() {
+    let tried: Vec<Face> = all.into_iter().step_by(number.div_ceil(FACES)).collect();
+    let mut photons_found = Found { rays: totals.segments, ..Found::default() };
+    for face in &tried {
         let channel = scene.captors[face.captor].first_channel + face.channel as usize;
         for running in &totals.running(channel)[..scene.bands.len()] {
             let Estimate { mean, standard_error } = running.estimate(totals.blocks);
             let relative = standard_error.unwrap_or(mean) / mean;
             photons_found.add(mean, relative.powi(2) * histories as f64);
         }
-        let (mut sums, mut squares) = ([0.0; N], [0.0; N]);
-        for index in 0..paths {
-            let mut rng = Stream::new(settings.seed, BLOCKS, index * tried.len() as u64 + f as u64);
+    }
+
+    let mut paths_found = Found::default();
+    let (mut sums, mut squares) = (vec![[0.0; N]; tried.len()], vec![[0.0; N]; tried.len()]);
+    let mut paths = 0;
+    while paths < LEAST || (paths < TRIAL / tried.len() as u64 && paths_found.rays < RAYS) {
+        for (f, face) in tried.iter().enumerate() {
+            let mut rng = Stream::new(settings.seed, BLOCKS, paths * tried.len() as u64 + f as u64);
             let score = face.path::<N>(&mut rng);
             paths_found.rays += u64::from(score.rays);
             for (b, flux) in score.flux.0.into_iter().map(f64::from).enumerate() {
-                sums[b] += flux;
-                squares[b] += flux * flux;
+                sums[f][b] += flux;
+                squares[f][b] += flux * flux;
             }
         }
-        for (sum, square) in sums.into_iter().zip(squares).take(scene.bands.len()) {
-            paths_found.add(sum, square * paths as f64 / (sum * sum) - 1.0);
+        run.check_stopped()?;
+        paths += 1;
+    }
+    for (sum, square) in sums.iter().zip(&squares) {
+        for (sum, square) in sum.iter().zip(square).take(scene.bands.len()) {
+            paths_found.add(*sum, square * paths as f64 / (sum * sum) - 1.0);
         }
     }
-    photons_found.rays = totals.segments;
 
     // photons serve all faces at once, a path one
     let photon = photons_found.rays as f64 / totals.histories as f64;
@@ -97,7 +117,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     Ok(Choice { estimator, why })
 }
 
-/// What a trial has found.
+/// What a trial of one estimator has found.
 #[derive(Default)]
 struct Found {
     /// Rays that it took.

@@ -5,14 +5,13 @@ use std::sync::atomic::Ordering;
 use serde::Serialize;
 
 use crate::{
-    captor::Channel,
     error::{Error, Result},
-    light::Strata,
+    light::{Emission, Strata},
     rng::Stream,
     scene::Scene,
     settings::Settings,
     simulate::Control,
-    spectrum::{Spectrum, with_lanes},
+    spectrum::with_lanes,
     trace::{Event, trace},
 };
 
@@ -61,30 +60,16 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
         if control.stop.load(Ordering::Relaxed) {
             return Err(Error::run("chart", "interrupted, nothing was written"));
         }
-        let light = strata.light(index);
-        let weights = strata.weights(light);
         let mut rng = Stream::new(Settings::default().seed, 0, index);
-        let ray = scene.lights[light].emit(scene.ray_offset(), &mut rng);
-        let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+        let Emission { weights, ray, power, .. } =
+            strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut bounces = 0;
-        trace::<N>(scene, ray, power, &mut rng, |event| {
-            let (captor, front, power) = match &event {
-                Event::Crossing { crossing, power, .. } => {
-                    (Some(crossing.captor), crossing.front, power)
-                }
-                Event::Arrival { surface, encounter, power, .. } => {
-                    (surface.captor(), encounter.front, power)
-                }
-                Event::Escaped(_) | Event::Lost(_) => return,
-            };
-            if let Some(captor) = captor.map(|c| &scene.captors[c])
-                && (front || captor.kind.has_back())
-            {
-                let face = if front { Channel::Front } else { Channel::Back };
-                let first = (captor.first_channel + face as usize) * bands;
+        trace(scene, ray, power, &mut rng, |event| {
+            if let Some(counted) = event.counted(scene) {
+                let first = counted.channel() * bands;
                 let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];
                 for b in 0..bands {
-                    row[first + b] += f64::from(power.0[b]) * weights[b];
+                    row[first + b] += f64::from(counted.power.0[b]) * weights[b];
                 }
             }
             bounces += u32::from(matches!(event, Event::Arrival { .. }));

@@ -1,11 +1,11 @@
 //! What the errors of a study are measured against: a table, or a long run.
 
-use std::{collections::HashMap, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use crate::{
     error::{Error, Result, nearest},
     input::{RELATIVE, quoted, read_bytes},
-    result::RunResult,
+    result::{CaptorResult, RunResult},
     scene::Scene,
 };
 
@@ -36,9 +36,7 @@ impl Reference {
     /// What a run found on the faces that light has reached, where it knows that to 5 %.
     pub fn of_run(result: &RunResult, scene: &Scene) -> Self {
         let bands = scene.bands.len();
-        let captors = result.captors.iter();
-        let faces =
-            captors.flat_map(|captor| [Some(&captor.front), captor.back.as_ref()]).flatten();
+        let faces = result.captors.iter().flat_map(CaptorResult::faces);
         let each = faces.flat_map(|face| {
             (0..bands).map(|b| TrueValue {
                 value: face.irradiance[b],
@@ -148,55 +146,51 @@ impl Columns {
 /// Where the value of a captor, face and band stands.
 struct Places<'a> {
     scene: &'a Scene,
-    /// Index of the captor's first value, by id; none where a short name fits several.
-    captors: HashMap<&'a str, Option<usize>>,
-    back: HashMap<usize, bool>,
+    /// Index of each captor's first value.
+    first: Vec<usize>,
+    /// Captors by id, and by what follows its last slash: none where that fits several.
+    captors: BTreeMap<&'a str, Option<usize>>,
 }
 
 impl<'a> Places<'a> {
     fn of(scene: &'a Scene) -> Self {
-        let (mut captors, mut back, mut next) = (HashMap::new(), HashMap::new(), 0);
-        for captor in &scene.captors {
+        let (mut first, mut next) = (Vec::new(), 0);
+        let mut captors = BTreeMap::new();
+        for (c, captor) in scene.captors.iter().enumerate() {
+            first.push(next);
+            next += captor.kind.faces().len() * scene.bands.len();
             let short = captor.id.rsplit('/').next().unwrap_or_default();
-            captors.entry(short).and_modify(|index| *index = None).or_insert(Some(next));
-            back.insert(next, captor.kind.has_back());
-            next += if captor.kind.has_back() { 2 } else { 1 } * scene.bands.len();
+            captors.entry(short).and_modify(|found| *found = None).or_insert(Some(c));
         }
-        let mut next = 0;
-        for captor in &scene.captors {
-            captors.insert(&captor.id, Some(next));
-            next += if captor.kind.has_back() { 2 } else { 1 } * scene.bands.len();
-        }
-        Self { scene, captors, back }
+        captors.extend(scene.captors.iter().enumerate().map(|(c, captor)| (&*captor.id, Some(c))));
+        Self { scene, first, captors }
     }
 
     fn find(&self, place: &str, captor: &str, face: &str, band: &str) -> Result<usize> {
         let unknown = |what: &str, name: &str, known: Vec<&str>| {
             let problem = format!("no {what} {} in the scene", quoted(name));
-            Error::input(place, problem).remedy(match nearest(name, known.iter().copied()) {
+            Error::input(place, problem).remedy(match nearest(name, known) {
                 Some(known) => format!("did you mean `{known}`?"),
                 None => format!("name a {what} of the scene"),
             })
         };
-        let first = match self.captors.get(captor) {
-            Some(Some(first)) => *first,
+        let captor = match self.captors.get(captor) {
+            Some(Some(captor)) => *captor,
             Some(None) => {
                 let problem = format!("{} is the end of several captors' ids", quoted(captor));
                 return Err(Error::input(place, problem).remedy("write the whole id"));
             }
             None => return Err(unknown("captor", captor, self.captors.keys().copied().collect())),
         };
-        let back = match face {
-            "front" => false,
-            "back" if self.back[&first] => true,
-            _ => return Err(unknown("face", face, vec!["front", "back"])),
-        };
+        let faces = &["front", "back"][..self.scene.captors[captor].kind.faces().len()];
+        let found = faces.iter().position(|name| *name == face);
+        let face = found.ok_or_else(|| unknown("face", face, faces.to_vec()))?;
         let bands = &self.scene.bands;
         let number = || band.strip_prefix('b')?.parse().ok().filter(|b: &usize| *b < bands.len());
         let named = bands.iter().position(|b| b.name == band);
         let band = named.or_else(number).ok_or_else(|| {
             unknown("band", band, bands.iter().map(|b| b.name.as_str()).collect())
         })?;
-        Ok(first + if back { bands.len() } else { 0 } + band)
+        Ok(self.first[captor] + face * bands.len() + band)
     }
 }

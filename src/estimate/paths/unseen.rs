@@ -1,7 +1,7 @@
 //! What paths cannot find.
 
 use crate::{
-    light::{Light, Strata},
+    light::{Emission, Light, Strata},
     material::Onward,
     rng::Stream,
     scene::Scene,
@@ -11,6 +11,8 @@ use crate::{
 
 /// Photons of the run that tells it.
 const PHOTONS: u64 = 50_000;
+/// It ends sooner where paths are so long that they take more rays.
+const MOST_RAYS: u64 = 2_000_000;
 
 /// Flux of a short photon run per band, in W or umol/s: on the captors or, where it reached none, on
 /// all surfaces.
@@ -37,29 +39,30 @@ impl Unseen {
         let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
         let photons = PHOTONS.max(2 * scene.lights.len() as u64);
         let strata = Strata::new(&scene.lights, photons, N);
-        for index in 0..photons {
-            let (light, weights) = (strata.light(index), strata.weights(strata.light(index)));
-            let light = &scene.lights[light];
-            let mut rng = Stream::new(seed, 0, index);
-            let ray = light.emit(scene.ray_offset(), &mut rng);
-            let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+        let (mut done, mut rays) = (0, 0);
+        // neighbouring histories share the lights well, so it can end after any
+        while done < photons && rays < MOST_RAYS {
+            let mut rng = Stream::new(seed, 0, done);
+            let Emission { light, weights, ray, power } =
+                strata.emit::<N>(&scene.lights, done, scene.ray_offset(), &mut rng);
+            let delta = scene.lights[light].is_delta();
             let (mut hidden, mut diffused) = (false, false);
-            trace(scene, ray, power, &mut rng, |event: Event<'_, N>| match event {
-                Event::Crossing { power, .. } => on_captors.add(weights, &power, hidden),
-                Event::Arrival { surface, power, onward, .. } => {
+            trace(scene, ray, power, &mut rng, |event| {
+                if let Some(counted) = event.counted(scene) {
+                    on_captors.add(weights, counted.power, hidden);
+                }
+                if let Event::Arrival { power, onward, .. } = event {
+                    rays += 1;
                     on_surfaces.add(weights, &power, hidden);
-                    if surface.captor().is_some() {
-                        on_captors.add(weights, &power, hidden);
-                    }
-                    hidden |= light.is_delta() && !diffused && onward == Some(Onward::Specular);
+                    hidden |= delta && !diffused && onward == Some(Onward::Specular);
                     diffused |= onward == Some(Onward::Diffuse);
                 }
-                Event::Escaped(_) | Event::Lost(_) => {}
             });
+            done += 1;
         }
         let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
         let flux = if reached { on_captors } else { on_surfaces };
-        let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / photons as f64).collect();
+        let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();
         Some(Self { all: mean(flux.all), hidden: mean(flux.hidden) })
     }
 
