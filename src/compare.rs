@@ -55,6 +55,8 @@ struct Captor {
 struct Face {
     irradiance: Vec<f64>,
     irradiance_se: Vec<Option<f64>>,
+    #[serde(default)]
+    few_paths: bool,
 }
 
 impl ResultsFile {
@@ -71,20 +73,23 @@ impl ResultsFile {
     fn values(&self) -> Vec<(Key<'_>, Value)> {
         let mut all = Vec::new();
         for captor in &self.captors {
-            let mut add = |what, values: &[f64], errors: &[Option<f64>]| {
+            let mut add = |what, values: &[f64], errors: &[Option<f64>], few_paths| {
                 for ((band, &mean), &error) in self.bands.iter().zip(values).zip(errors) {
                     all.push((
                         (captor.id.as_str(), what, band.name.as_str()),
-                        Value { mean, error },
+                        Value { mean, error, few_paths },
                     ));
                 }
             };
-            add("front", &captor.front.irradiance, &captor.front.irradiance_se);
-            if let Some(back) = &captor.back {
-                add("back", &back.irradiance, &back.irradiance_se);
+            let mut few_paths = false;
+            for (what, face) in [("front", Some(&captor.front)), ("back", captor.back.as_ref())] {
+                if let Some(face) = face {
+                    add(what, &face.irradiance, &face.irradiance_se, face.few_paths);
+                    few_paths |= face.few_paths;
+                }
             }
             if let (Some(values), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) {
-                add("absorbed", values, errors);
+                add("absorbed", values, errors, few_paths);
             }
         }
         all
@@ -98,6 +103,7 @@ type Key<'a> = (&'a str, &'static str, &'a str);
 struct Value {
     mean: f64,
     error: Option<f64>,
+    few_paths: bool,
 }
 
 /// One value in both results.
@@ -122,6 +128,8 @@ pub struct Difference {
 pub struct Comparison {
     /// Worst first: by |z|, before them those that differ without a known error.
     pub differences: Vec<Difference>,
+    /// How many more there are whose error says little, as it rests on few paths in one of them.
+    pub few_paths: usize,
     /// Captors, faces and bands of only one of the two.
     pub unmatched: Vec<String>,
     /// The |z| that chance exceeds anywhere among them with odds below 1/1000.
@@ -146,19 +154,20 @@ impl Comparison {
         let name = |((captor, what, band), _): &(Key, Value)| format!("{captor} {what} {band}");
         let unmatched = only_ours.chain(only_theirs).map(name).collect();
 
-        let mut differences: Vec<Difference> = ours
-            .iter()
-            .filter_map(|(key, value)| Some(difference(*key, *value, *known.get(key)?)))
-            .collect();
-        if differences.is_empty() {
+        let common: Vec<(Key, Value, Value)> =
+            ours.iter().filter_map(|&(key, value)| Some((key, value, *known.get(&key)?))).collect();
+        if common.is_empty() {
             return Err(Error::input("results", "they have no captor and band in common")
                 .remedy("compare results of one scene"));
         }
+        let sure = common.iter().filter(|(_, a, b)| !a.few_paths && !b.few_paths);
+        let mut differences: Vec<_> = sure.map(|&(key, a, b)| difference(key, a, b)).collect();
+        let few_paths = common.len() - differences.len();
         // by Gauss's tail, P(|z| > x) <= exp(-x^2 / 2), for all of them together
-        let limit = (2.0 * (differences.len() as f64 / ODDS).ln()).sqrt();
+        let limit = (2.0 * (differences.len().max(1) as f64 / ODDS).ln()).sqrt();
         differences.sort_by(|p, q| q.weight().total_cmp(&p.weight()));
         let dependent = (&a.estimator, a.seed) == (&b.estimator, b.seed);
-        Ok(Self { differences, unmatched, limit, dependent })
+        Ok(Self { differences, few_paths, unmatched, limit, dependent })
     }
 
     /// Those that differ by more than chance.

@@ -18,6 +18,10 @@ use crate::{
     units::UnitNames,
 };
 
+/// Part of the squared deviations in one block above which few paths have made them; the odds that
+/// one of 128 normal blocks exceeds it are 2e-7.
+const CONCENTRATED: f64 = 0.25;
+
 /// What a run found.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RunResult {
@@ -197,6 +201,10 @@ pub struct FaceResult {
     pub irradiance: Vec<f64>,
     /// Its standard error; null where nothing arrived.
     pub irradiance_se: Vec<Option<f64>>,
+    /// In a run of paths: whether the error rests on what few paths found, so that it and the value
+    /// may be far too small.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub few_paths: bool,
     /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
     /// null in a run of paths.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -258,10 +266,10 @@ impl RunResult {
                         false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                         true => Some([None, None]),
                     };
-                    captor_result(scene, totals, captor, nearest)
+                    captor_result(scene, simulation, captor, nearest)
                 })
                 .collect(),
-            groups: group_results(scene, totals),
+            groups: group_results(scene, simulation),
         }
     }
 }
@@ -316,7 +324,7 @@ fn with_sums(scene: &Scene, values: &[f64]) -> Vec<f64> {
 
 fn captor_result(
     scene: &Scene,
-    totals: &Totals,
+    simulation: &Simulation,
     captor: &Captor,
     nearest: Option<[Option<NearestEstimate>; 2]>,
 ) -> CaptorResult {
@@ -325,9 +333,9 @@ fn captor_result(
         Some(faces) => faces.map(|face| Some(face.map(|n| nearest_result(scene, n)))),
         None => [None, None],
     };
-    let face = |c: Channel, knn| FaceResult { knn, ..face(totals, channel(c), captor.area) };
-    let absorbed =
-        (captor.kind == CaptorKind::Surface).then(|| Sums::of(totals, channel(Channel::Absorbed)));
+    let face = |c: Channel, knn| FaceResult { knn, ..face(simulation, channel(c), captor.area) };
+    let absorbed = (captor.kind == CaptorKind::Surface)
+        .then(|| Sums::of(&simulation.totals, channel(Channel::Absorbed)));
     let (absorbed, absorbed_se) = absorbed.map(|a| (a.mean, a.standard_error)).unzip();
     CaptorResult {
         id: captor.id.clone(),
@@ -364,7 +372,7 @@ struct Members {
     surfaces: usize,
 }
 
-fn group_results(scene: &Scene, totals: &Totals) -> Vec<GroupResult> {
+fn group_results(scene: &Scene, simulation: &Simulation) -> Vec<GroupResult> {
     let mut members = vec![Members::default(); scene.groups.len()];
     for captor in &scene.captors {
         for &group in &captor.groups {
@@ -376,26 +384,27 @@ fn group_results(scene: &Scene, totals: &Totals) -> Vec<GroupResult> {
         }
     }
     let groups = scene.groups.iter().zip(members).enumerate();
-    groups.map(|(g, (name, members))| group_result(scene, totals, g, name, &members)).collect()
+    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, &members)).collect()
 }
 
 fn group_result(
     scene: &Scene,
-    totals: &Totals,
+    simulation: &Simulation,
     group: usize,
     name: &str,
     members: &Members,
 ) -> GroupResult {
     let channel = |c: Channel| scene.channels() + group * CHANNELS.len() + c as usize;
-    let absorbed = (members.surfaces > 0).then(|| Sums::of(totals, channel(Channel::Absorbed)));
+    let absorbed =
+        (members.surfaces > 0).then(|| Sums::of(&simulation.totals, channel(Channel::Absorbed)));
     let (absorbed, absorbed_se) = absorbed.map(|a| (a.mean, a.standard_error)).unzip();
     GroupResult {
         id: name.to_string(),
         captors: members.captors,
         area: members.area,
-        front: face(totals, channel(Channel::Front), members.area),
+        front: face(simulation, channel(Channel::Front), members.area),
         back: (members.back_area > 0.0)
-            .then(|| face(totals, channel(Channel::Back), members.back_area)),
+            .then(|| face(simulation, channel(Channel::Back), members.back_area)),
         absorbed,
         absorbed_se,
     }
@@ -422,14 +431,18 @@ impl Sums {
     }
 }
 
-fn face(totals: &Totals, channel: usize, area: f64) -> FaceResult {
+fn face(simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
+    let totals = &simulation.totals;
     let flux = Sums::of(totals, channel);
+    let concentrated = |r: &Running| r.concentration(totals.blocks) > CONCENTRATED;
+    let of_paths = simulation.estimator == Estimator::Paths;
     FaceResult {
         photons: totals.photons(channel),
         irradiance: flux.mean.iter().map(|f| f / area).collect(),
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
         flux: flux.mean,
         flux_se: flux.standard_error,
+        few_paths: of_paths && totals.running(channel).iter().any(concentrated),
         knn: None,
     }
 }

@@ -81,6 +81,13 @@ fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
         "\n{n} values{rms}; chance alone stays below |z| = {:.2} (odds {ODDS})",
         comparison.limit
     );
+    if comparison.few_paths > 0 {
+        let _ = writeln!(
+            text,
+            "{} more values are left out: their errors rest on few paths and say little",
+            comparison.few_paths
+        );
+    }
     if !comparison.unmatched.is_empty() {
         let _ = writeln!(
             text,
@@ -93,6 +100,7 @@ fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
         text.push_str("one estimator and seed: both share random numbers, so z is too small; compare two seeds\n");
     }
     text.push_str(&match comparison.beyond_chance() {
+        0 if n == 0 => "nothing is left to compare; trace more\n".into(),
         0 => "they agree within their errors\n".into(),
         beyond => format!("{beyond} differ by more than chance\n"),
     });

@@ -203,6 +203,16 @@ fn warnings(result: &RunResult) -> Vec<String> {
         };
         warnings.push(format!("{nothing} {}", some(&dark)));
     }
+    let faces = || result.captors.iter().flat_map(CaptorResult::faces);
+    let few = faces().filter(|face| face.few_paths).count();
+    if few > 0 {
+        warnings.push(format!(
+            "the errors at {few} of {} faces of captors rest on few paths that found much light, as \
+             by way of a glossy reflector: values and errors may be far too small, and where no \
+             path found any; trace more, or --estimator photons",
+            faces().count()
+        ));
+    }
     let faint = |face: &FaceResult| lit(face) && face.photons < FEW_PHOTONS;
     let rough: Vec<&str> = match result.estimator {
         Estimator::Paths => Vec::new(),
