@@ -23,6 +23,8 @@ pub struct Hit {
     pub t: f32,
     /// Index of the triangle in the list the structure was built from.
     pub triangle: u32,
+    /// Where the structure keeps that triangle.
+    place: u32,
     /// Weight of the triangle's corner b, in [0, 1].
     pub u: f32,
     /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
@@ -56,7 +58,7 @@ impl Bvh {
     /// The nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same t the
     /// one with the lowest triangle index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        let mut best = Hit { t: t_max, triangle: 0, u: 0.0, v: 0.0, owned: true };
+        let mut best = Hit { t: t_max, triangle: 0, place: 0, u: 0.0, v: 0.0, owned: true };
         let mut found = false;
         self.walk(ray, t_max, |hit| {
             if hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle) {
@@ -66,6 +68,15 @@ impl Bvh {
             best.t
         });
         found.then_some(best)
+    }
+
+    /// The point of a hit in this structure.
+    #[inline]
+    pub fn point(&self, hit: &Hit) -> Vec3 {
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        let along = |row: Vec4| weights.x * row.x + weights.y * row.y + weights.z * row.z;
+        let [x, y, z] = self.corners[hit.place as usize];
+        Vec3::new(along(x), along(y), along(z))
     }
 
     /// Whether a triangle that the ray hits with 0 < t < `t_max` (which may be infinite) `stops` it;

@@ -80,13 +80,22 @@ impl Triangle {
     /// The point a + u (b - a) + v (c - a), drawn in to the margins from edges that are nearer.
     #[inline]
     pub fn point_within(&self, u: f32, v: f32, margins: Vec3) -> Vec3 {
-        let point = self.point(u, v);
+        self.draw_in(self.point(u, v), u, v, margins)
+    }
+
+    /// `point`, which is a + u (b - a) + v (c - a), drawn in likewise.
+    #[inline]
+    pub fn draw_in(&self, point: Vec3, u: f32, v: f32, margins: Vec3) -> Vec3 {
         let weights = Vec3::new(1.0 - u - v, u, v);
-        if weights.cmplt(margins).any() { self.draw_in(point, weights, margins) } else { point }
+        if weights.cmplt(margins).any() {
+            self.draw_in_near(point, weights, margins)
+        } else {
+            point
+        }
     }
 
     #[cold]
-    fn draw_in(&self, mut point: Vec3, weights: Vec3, margins: Vec3) -> Vec3 {
+    fn draw_in_near(&self, mut point: Vec3, weights: Vec3, margins: Vec3) -> Vec3 {
         let corners = [self.a, self.b, self.c];
         for i in 0..3 {
             let lack = margins[i] - weights[i];

@@ -164,8 +164,9 @@ pub enum Material {
 }
 
 impl Material {
-    /// Follows a path one interaction further; `None` where it ends (absorbed or roulette).
-    #[inline]
+    /// Follows a path one interaction further; `None` where it ends (absorbed or roulette). Inlined
+    /// for the walls, which are met most; the longer ones are called.
+    #[inline(always)]
     pub fn sample<const N: usize>(
         &self,
         encounter: &Encounter,

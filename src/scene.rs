@@ -389,7 +389,7 @@ impl Scene {
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         let hit = self.surface_bvh.closest(ray, f32::INFINITY)?;
         let triangle = hit.triangle as usize;
-        let point = self.inside(triangle, hit.u, hit.v);
+        let point = self.inside(triangle, self.surface_bvh.point(&hit), hit.u, hit.v);
         Some(SurfaceHit { t: hit.t, triangle, point })
     }
 
@@ -431,11 +431,11 @@ impl Scene {
         Ray { origin: point + self.ray_offset() * normal, direction }
     }
 
-    /// The hit point, drawn in from edges nearer than a few ray offsets: a point that rounding has
+    /// A hit point, drawn in from edges nearer than a few ray offsets: a point that rounding has
     /// put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
-    fn inside(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
-        self.triangles[triangle].point_within(u, v, self.surfaces[triangle].margins)
+    fn inside(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
+        self.triangles[triangle].draw_in(point, u, v, self.surfaces[triangle].margins)
     }
 
     /// A virtual captor in the plane of a surface counts as lying off it, where its normal points:

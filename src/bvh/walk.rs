@@ -1,6 +1,6 @@
 //! The walk through the tree, and ray against eight boxes.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 use super::triangle::{Shear, main_axis};
 use super::{Bvh, Hit};
@@ -117,17 +117,20 @@ impl Bvh {
             }
         };
         let slabs = Slabs::new(ray, self.reach);
-        let shear = Shear::new(ray, slabs.inverse);
+        // most walks among captors end before a leaf
+        let mut shear = None;
         let mut limit = t_max;
         let mut waiting = 0;
         let mut child = Child::inner(0);
         loop {
             if child.is_leaf() {
+                let shear = shear.get_or_insert_with(|| Shear::new(ray, slabs.inverse));
                 for i in child.triangles() {
                     if let Some(m) = shear.meet(&self.corners[i], limit) {
                         limit = visit(Hit {
                             t: m.t,
                             triangle: self.indices[i],
+                            place: i as u32,
                             u: m.u,
                             v: m.v,
                             owned: m.owned,
@@ -208,12 +211,12 @@ const LARGEST_INVERSE: f32 = (1u128 << 96) as f32;
 impl Slabs {
     #[inline(always)]
     fn new(ray: &Ray, reach: Vec3) -> Self {
-        let d = ray.direction;
-        let zero = d.abs().cmplt(Vec3::splat(1.0 / LARGEST_INVERSE));
-        let inverse = Vec3::select(zero, Vec3::splat(LARGEST_INVERSE).copysign(d), 1.0 / d);
-        let error = (reach + ray.origin.abs()) * inverse.abs() * PAD;
-        let pad = error + Vec3::splat(error.to_array()[main_axis(d)]);
-        let shift = -ray.origin * inverse;
+        let (o, d) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let zero = d.abs().cmplt(Vec3A::splat(1.0 / LARGEST_INVERSE));
+        let inverse = Vec3A::select(zero, Vec3A::splat(LARGEST_INVERSE).copysign(d), 1.0 / d);
+        let error = (Vec3A::from(reach) + o.abs()) * inverse.abs() * PAD;
+        let pad = error + Vec3A::splat(error.to_array()[main_axis(ray.direction)]);
+        let shift = -o * inverse;
         let first = d.is_negative_bitmask() as usize;
         Self {
             inverse: inverse.to_array(),

@@ -28,7 +28,7 @@ impl Dielectric {
         if at.front { self.ior } else { 1.0 / self.ior }
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Encounter,
@@ -81,7 +81,7 @@ impl Pane {
         s / (1.0 + s) + p / (1.0 + p)
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Encounter,

@@ -76,7 +76,7 @@ impl Leaf {
         &self.face(at.front == (transport == Transport::Light)).transmitted
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Encounter,

@@ -54,7 +54,7 @@ impl Phong {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Encounter,
