@@ -21,7 +21,7 @@ pub struct Arrival {
     pub shelf: u32,
     /// Index of the light that it came from.
     pub light: u32,
-    /// Index of its history in the piece.
+    /// Index of its history in the piece; in a map, among the histories that it holds.
     pub history: u32,
     /// Whether it came against the triangle's normal.
     pub front: bool,
@@ -100,6 +100,7 @@ impl MapBuilder {
         let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
         let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
         let mut count = self.end.map_or(all, &histories);
+        let mut first = 0;
         for (key, mut piece) in self.pieces {
             let room = self.limit - arrivals.len();
             if piece.arrivals.len() > room {
@@ -109,6 +110,10 @@ impl MapBuilder {
                 piece.arrivals.truncate(whole);
                 piece.power.truncate(whole * self.bands);
                 count = histories(key) + u64::from(history);
+            }
+            for history in piece.arrivals.chunk_by_mut(|a, b| a.history == b.history) {
+                history.iter_mut().for_each(|arrival| arrival.history = first);
+                first += 1;
             }
             arrivals.append(&mut piece.arrivals);
             power.append(&mut piece.power);
@@ -166,6 +171,11 @@ impl PhotonMap {
     /// Power of an arrival per band, W or umol/s x [`histories`](Self::histories).
     pub fn power(&self, index: usize) -> &[f32] {
         &self.power[index * self.bands..][..self.bands]
+    }
+
+    /// How many arrivals a shelf has.
+    pub fn count(&self, shelf: u32) -> usize {
+        self.shelves.get(&shelf).map_or(0, |shelf| shelf.range.len())
     }
 
     /// The `k` (at least 1) arrivals of a shelf nearest to `point`, nearest first; fewer where the

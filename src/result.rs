@@ -13,7 +13,7 @@ use crate::{
     scene::Scene,
     settings::{Estimator, Settings},
     simulate::Simulation,
-    stats::Running,
+    stats::{Estimate, Running},
     tally::{Ledger, Totals},
     units::UnitNames,
 };
@@ -223,15 +223,20 @@ pub struct NearestResult {
     pub coverage: f64,
     /// Per band.
     pub irradiance: Vec<f64>,
+    /// Its standard error: the noise alone, not the bias of a mean over the disc; null for fewer than
+    /// two photons and where nothing arrived.
+    pub irradiance_se: Vec<Option<f64>>,
     /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
     pub radiance: Option<Vec<f64>>,
+    /// Its standard error, likewise.
+    pub radiance_se: Option<Vec<Option<f64>>>,
 }
 
 impl RunResult {
     /// From what `simulate` found in `scene` with `settings`.
     pub fn new(scene: &Scene, settings: &Settings, simulation: &Simulation) -> Self {
         let Simulation { totals, map, .. } = simulation;
-        let with_sums = |values: &[f64]| with_sums(scene, values);
+        let with_sums = |values: &[f64]| scene.with_sums(values);
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
@@ -266,7 +271,7 @@ impl RunResult {
                         false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                         true => Some([None, None]),
                     };
-                    captor_result(scene, simulation, captor, nearest)
+                    captor_result(simulation, captor, nearest)
                 })
                 .collect(),
             groups: group_results(scene, simulation),
@@ -276,7 +281,7 @@ impl RunResult {
 
 /// The share per band, then per sum, that paths cannot find.
 fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
-    let (hidden, all) = (with_sums(scene, &unseen.hidden), with_sums(scene, &unseen.all));
+    let (hidden, all) = (scene.with_sums(&unseen.hidden), scene.with_sums(&unseen.all));
     let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
     hidden.into_iter().zip(all).map(share).collect()
 }
@@ -290,12 +295,12 @@ fn balance(scene: &Scene, power: Vec<f64>, ledger: Ledger) -> Energy {
     let named = scene.materials.iter().zip(&by_material);
     Energy {
         power,
-        emitted: with_sums(scene, &emitted),
-        absorbed: with_sums(scene, &total),
-        escaped: with_sums(scene, &escaped),
-        lost: with_sums(scene, &lost),
+        emitted: scene.with_sums(&emitted),
+        absorbed: scene.with_sums(&total),
+        escaped: scene.with_sums(&escaped),
+        lost: scene.with_sums(&lost),
         absorbed_by: Some(
-            named.map(|(m, values)| (m.name.clone(), with_sums(scene, values))).collect(),
+            named.map(|(m, values)| (m.name.clone(), scene.with_sums(values))).collect(),
         ),
     }
 }
@@ -316,21 +321,14 @@ fn band_results(scene: &Scene) -> Vec<BandResult> {
     bands.chain(sums).collect()
 }
 
-/// Values per band, followed by the sums over bands.
-fn with_sums(scene: &Scene, values: &[f64]) -> Vec<f64> {
-    let sums = scene.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());
-    values.iter().copied().chain(sums).collect()
-}
-
 fn captor_result(
-    scene: &Scene,
     simulation: &Simulation,
     captor: &Captor,
     nearest: Option<[Option<NearestEstimate>; 2]>,
 ) -> CaptorResult {
     let channel = |channel: Channel| captor.first_channel + channel as usize;
     let [nearest_front, nearest_back] = match nearest {
-        Some(faces) => faces.map(|face| Some(face.map(|n| nearest_result(scene, n)))),
+        Some(faces) => faces.map(|face| Some(face.map(nearest_result))),
         None => [None, None],
     };
     let face = |c: Channel, knn| FaceResult { knn, ..face(simulation, channel(c), captor.area) };
@@ -353,13 +351,18 @@ fn captor_result(
     }
 }
 
-fn nearest_result(scene: &Scene, estimate: NearestEstimate) -> NearestResult {
+fn nearest_result(estimate: NearestEstimate) -> NearestResult {
+    let columns = |of: Vec<Estimate>| of.into_iter().map(|e| (e.mean, e.standard_error)).unzip();
+    let (irradiance, irradiance_se) = columns(estimate.irradiance);
+    let (radiance, radiance_se) = estimate.radiance.map(columns).unzip();
     NearestResult {
         k: estimate.k,
         radius: estimate.radius,
         coverage: estimate.coverage,
-        irradiance: with_sums(scene, &estimate.irradiance),
-        radiance: estimate.radiance.map(|radiance| with_sums(scene, &radiance)),
+        irradiance,
+        irradiance_se,
+        radiance,
+        radiance_se,
     }
 }
 

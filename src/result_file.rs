@@ -306,8 +306,9 @@ fn face_rows(face: &FaceResult, band: usize) -> Vec<Row> {
         ("irradiance", face.irradiance[band], face.irradiance_se[band]),
     ];
     if let Some(Some(knn)) = &face.knn {
-        rows.push(("knn_irradiance", knn.irradiance[band], None));
-        rows.extend(knn.radiance.as_ref().map(|radiance| ("knn_radiance", radiance[band], None)));
+        rows.push(("knn_irradiance", knn.irradiance[band], knn.irradiance_se[band]));
+        let radiance = knn.radiance.iter().zip(&knn.radiance_se);
+        rows.extend(radiance.map(|(value, error)| ("knn_radiance", value[band], error[band])));
     }
     rows
 }

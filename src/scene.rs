@@ -357,6 +357,12 @@ impl Scene {
         &self.materials[surface.material as usize].material
     }
 
+    /// Values per band, followed by those of the sums over bands.
+    pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
+        let sums = self.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());
+        values.iter().copied().chain(sums).collect()
+    }
+
     /// The triangles of a captor.
     pub fn triangles_of(&self, captor: &Captor) -> &[Triangle] {
         match captor.kind {

@@ -258,7 +258,7 @@ impl Loader {
                 .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))
                 .transpose()?,
             seed: file.seed.unwrap_or(default.seed),
-            k: count("k", file.k, Settings::check_k)?.unwrap_or(default.k),
+            k: count("k", file.k, Settings::check_k)?,
             map_photons: count("map_photons", file.map_photons, Settings::check_map_photons)?
                 .unwrap_or(default.map_photons),
             tolerance: file

@@ -45,8 +45,9 @@ pub struct Settings {
     pub photons: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Photons of a k-nearest estimate, at least 2; 0 stores no photons.
-    pub k: usize,
+    /// Photons of a k-nearest estimate, at least 2 (none: the number of those on each face to the power
+    /// 2/3, at least 50); 0 stores no photons.
+    pub k: Option<usize>,
     /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
     pub map_photons: usize,
     /// Goes on until every captor's relative standard error is at most this, in (0, 1).
@@ -65,7 +66,7 @@ impl Default for Settings {
             estimator: Estimator::Photons,
             photons: None,
             seed: 1,
-            k: 50,
+            k: None,
             map_photons: 2_000_000,
             tolerance: None,
             tolerance_limit: None,

@@ -494,7 +494,7 @@ impl<'a> Run<'a> {
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
         let photons = matches!(self.work, Work::Photons(_));
-        let wanted = photons && self.settings.k > 0 && !self.scene.captors.is_empty();
+        let wanted = photons && self.settings.k != Some(0) && !self.scene.captors.is_empty();
         let bands = self.scene.bands.len();
         let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
         let limit = self.settings.map_photons.min(most);

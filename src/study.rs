@@ -181,7 +181,7 @@ struct Ladder<'a> {
 impl Ladder<'_> {
     fn settings(&self, estimator: Estimator, photons: u64, seed: u64, k: usize) -> Settings {
         let (photons, threads) = (Some(photons), self.plan.threads);
-        Settings { estimator, photons, seed, k, threads, ..Settings::default() }
+        Settings { estimator, photons, seed, k: Some(k), threads, ..Settings::default() }
     }
 
     fn simulate(&self, settings: &Settings) -> Result<Simulation> {

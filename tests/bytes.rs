@@ -37,7 +37,7 @@ fn bytes(result: &RunResult) -> String {
 
 fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
     run_file(&scene.path("scene.json"), |settings| {
-        settings.k = 20;
+        settings.k = Some(20);
         change(settings);
     })
 }

@@ -41,7 +41,7 @@ impl TestScene {
     /// Runs it with so many photons and no k-nearest estimate.
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         run_file(&self.path("scene.json"), |settings| {
-            *settings = Settings { photons: Some(photons), seed, k: 0, ..settings.clone() };
+            *settings = Settings { photons: Some(photons), seed, k: Some(0), ..settings.clone() };
         })
     }
 

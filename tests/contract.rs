@@ -279,7 +279,8 @@ fn results_have_the_fields_of_the_contract() {
     assert!(dark["back"]["flux_se"][0].is_null() && dark["back"]["knn"].is_null(), "{dark}");
     assert_eq!(dark["back"]["flux"][0], 0.0);
     let lit = &captors[0]["front"];
-    for key in ["k", "radius", "coverage", "irradiance", "radiance"] {
+    for key in ["k", "radius", "coverage", "irradiance", "irradiance_se", "radiance", "radiance_se"]
+    {
         assert!(!lit["knn"][key].is_null(), "{key} of {lit}");
     }
     let mirror = captors.iter().find(|c| c["id"] == "b/base").expect("a mirror");

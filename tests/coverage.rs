@@ -25,7 +25,7 @@ struct Value {
 fn run(path: &Path, estimator: Estimator, photons: u64, seed: u64) -> RunResult {
     run_file(path, |settings| {
         let photons = Some(photons);
-        *settings = Settings { estimator, photons, seed, k: 0, ..settings.clone() };
+        *settings = Settings { estimator, photons, seed, k: Some(0), ..settings.clone() };
     })
 }
 

@@ -12,6 +12,7 @@ mod exact;
 mod floors;
 mod invariance;
 mod nearest;
+mod nearest_study;
 mod output;
 mod paths;
 mod stability;

@@ -261,6 +261,22 @@ fn rough_errors_are_said_to_be_rough() {
     assert!(!warns("1000"));
 }
 
+/// With 30 photons all count, over the whole captor; with 1e5 some 1000 of them, over a part of it.
+#[test]
+fn a_wide_gather_disc_is_told_of() {
+    let scene = scene();
+    let told = |arguments: &[&str]| {
+        let arguments = [&["run", "scene.json", "--photons"], arguments].concat();
+        let output = phylux(&scene.path(""), &arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        ["error of the k nearest", "more than half on 1 of 1 faces"].map(|w| text.contains(w))
+    };
+    assert_eq!(told(&["30"]), [true, true]);
+    assert_eq!(told(&["1e5"]), [true, false]);
+    assert_eq!(told(&["1e5", "--k", "0"]), [false, false]);
+}
+
 #[test]
 fn solids_that_are_not_closed_are_warned_of_by_a_run() {
     let scene = scene();

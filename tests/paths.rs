@@ -426,7 +426,7 @@ fn unit_does_not_matter() {
 fn cost(world: &World, estimator: Estimator, photons: u64) -> f64 {
     let scene = world.write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-    let settings = Settings { estimator, photons: Some(photons), k: 0, ..loaded.settings };
+    let settings = Settings { estimator, photons: Some(photons), k: Some(0), ..loaded.settings };
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
     let result = RunResult::new(&loaded.scene, &settings, &simulation);

@@ -34,7 +34,7 @@ impl Runs {
         let run = |estimator, photons, seed| {
             let result = run_file(&scene.path("scene.json"), |settings| {
                 let photons = Some(photons);
-                *settings = Settings { estimator, photons, seed, k: K, ..settings.clone() };
+                *settings = Settings { estimator, photons, seed, k: Some(K), ..settings.clone() };
             });
             sound(&result);
             result

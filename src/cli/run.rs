@@ -47,7 +47,8 @@ pub(super) struct Arguments {
     /// --photons. The photons that it reports, given as --photons, give the same results
     #[arg(long, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
     max_time: Option<Duration>,
-    /// Photons of a k-nearest estimate; 0 makes none and stores no photons
+    /// Photons of a k-nearest estimate; 0 makes none and stores no photons [default: the scene's, or
+    /// the number of those on the face to the power 2/3, at least 50]
     #[arg(long, value_name = "N", value_parser = k, allow_negative_numbers = true)]
     k: Option<usize>,
     /// The most arrivals to store for k-nearest estimates
@@ -159,7 +160,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         estimator: arguments.estimator.unwrap_or(settings.estimator),
         photons: arguments.photons.or(settings.photons),
         seed: arguments.seed.unwrap_or(settings.seed),
-        k: arguments.k.unwrap_or(settings.k),
+        k: arguments.k.or(settings.k),
         map_photons: arguments.map_photons.unwrap_or(settings.map_photons),
         tolerance: arguments.tolerance.or(settings.tolerance),
         tolerance_limit: arguments.photons,

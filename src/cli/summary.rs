@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
-    result::{CaptorResult, FaceResult, RunResult},
+    result::{CaptorResult, FaceResult, NearestResult, RunResult},
     settings::{Estimator, Settings},
     simulate::End,
 };
@@ -17,6 +17,8 @@ const MUCH_LOST: f64 = 1e-3;
 const FEW_BLOCKS: u64 = 16;
 /// Photons below which a value and its error are not reliable.
 const FEW_PHOTONS: u64 = 30;
+/// Share of a captor above which a gather disc is no longer local.
+const WIDE_DISC: f64 = 0.5;
 
 pub(super) struct Summary {
     pub(super) text: String,
@@ -113,6 +115,37 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
                 short(irradiance.max),
             );
         }
+    }
+    let faces = result.captors.iter().filter(|c| c.kind == kind).flat_map(CaptorResult::faces);
+    nearest(text, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
+}
+
+/// How sure and how local the k-nearest estimates are.
+fn nearest(text: &mut String, found: Vec<&NearestResult>) {
+    let bands = |knn: &&NearestResult| knn.irradiance.len().min(SHOWN_BANDS);
+    let errors: Vec<f64> = found
+        .iter()
+        .flat_map(|knn| {
+            (0..bands(knn)).filter_map(|b| Some(knn.irradiance_se[b]? / knn.irradiance[b]))
+        })
+        .collect();
+    if errors.is_empty() {
+        return;
+    }
+    let shares = found.iter().map(|knn| knn.coverage).collect();
+    for (what, spread) in [
+        ("  error of the k nearest, at the middle", errors),
+        ("    share of the captor that they cover", shares),
+    ] {
+        let _ = writeln!(text, "{what:<57}   {}", Spread::of(spread).percent());
+    }
+    let wide = found.iter().filter(|knn| knn.coverage > WIDE_DISC).count();
+    if wide > 0 {
+        let faces = found.len();
+        let _ = writeln!(
+            text,
+            "    (more than half on {wide} of {faces} faces: there irradiance says more than knn)"
+        );
     }
 }
 

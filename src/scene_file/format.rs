@@ -459,7 +459,8 @@ pub struct SettingsFile {
     pub photons: Option<Count>,
     /// Seed of the random numbers (default 1).
     pub seed: Option<u64>,
-    /// Photons of a k-nearest estimate, 0 for none (default 50).
+    /// Photons of a k-nearest estimate, 0 for none (default: the number of those on the face to the
+    /// power 2/3, at least 50).
     pub k: Option<Count>,
     /// The most arrivals in the photon map (default 2e6).
     pub map_photons: Option<Count>,

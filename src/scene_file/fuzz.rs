@@ -264,7 +264,7 @@ fn check(bytes: &[u8]) {
         Ok(loaded) => {
             let settings = Settings {
                 photons: Some(100),
-                k: 5,
+                k: Some(5),
                 threads: 1,
                 tolerance: None,
                 max_time: None,

@@ -62,7 +62,7 @@ fn run(width: f64, light: LightShape, seed: u64) -> RunResult {
         ..SceneParts::default()
     })
     .unwrap_or_else(|e| panic!("{e}"));
-    let settings = Settings { photons: Some(30_000), seed, k: 0, ..Settings::default() };
+    let settings = Settings { photons: Some(30_000), seed, k: Some(0), ..Settings::default() };
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     let simulation =
         phylux::simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
