@@ -2,12 +2,14 @@
 
 use std::collections::BinaryHeap;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::{
     geometry::{Extent, Frame, Ray, Triangle, unit_vector},
     rng::Stream,
-    sampling::{cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle, weighted_index},
+    sampling::{
+        Chosen, cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle, weighted_choice,
+    },
     spectrum::Spectrum,
 };
 
@@ -159,25 +161,27 @@ impl Light {
                 direction: uniform_cone(2.0, rng.square()),
             },
             Emitter::Area { triangles, cumulative_area, two_sided } => {
-                let triangle = choose_triangle(triangles, cumulative_area, rng);
-                let weights = uniform_triangle(rng.square());
+                let (triangle, point) = on_area(triangles, cumulative_area, offset, rng);
                 let front = !*two_sided || rng.uniform() < 0.5;
                 let normal = if front { triangle.normal() } else { -triangle.normal() };
-                let point = triangle.point_within(weights.x, weights.y, triangle.margins(offset));
                 leave(point, normal, offset, rng)
             }
         }
     }
 }
 
-/// A triangle, in proportion to its area.
+/// A point uniform on some triangles, as far as `offset` from their edges, and its triangle.
 #[inline]
-fn choose_triangle<'a>(
+fn on_area<'a>(
     triangles: &'a [Triangle],
     cumulative_area: &[f64],
+    offset: f32,
     rng: &mut Stream,
-) -> &'a Triangle {
-    &triangles[weighted_index(cumulative_area, rng.uniform_fine())]
+) -> (&'a Triangle, Vec3) {
+    let Chosen { index, rest } = weighted_choice(cumulative_area, rng.uniform_fine());
+    let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
+    let triangle = &triangles[index];
+    (triangle, triangle.point_within(weights.x, weights.y, triangle.margins(offset)))
 }
 
 /// A point uniform on a line, `offset` from its ends.

@@ -20,7 +20,7 @@ use crate::{
     estimate::paths::{Face, Unseen},
     light::{Emission, Strata},
     photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
-    rng::Stream,
+    rng::{Sequence, Stream},
     scene::Scene,
     settings::{Estimator, MAX_PHOTONS, Settings},
     spectrum::{Spectrum, with_lanes},
@@ -34,6 +34,9 @@ pub use trial::Choice;
 pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
+/// The first numbers of a path are spread evenly over its block: those of its start and first
+/// bounces. Photons gain less from that than it costs, unless captors are as large as walls.
+const EVEN_NUMBERS: u32 = 16;
 /// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
 /// The most memory that a run with a time limit may take for its block sums, bytes.
@@ -442,13 +445,16 @@ impl<'a> Run<'a> {
         tally: &mut Tally,
     ) {
         let (first, histories) = plan.range(block, piece);
+        let (seed, block) = (self.settings.seed, round * BLOCKS + block);
         for (f, face) in faces.iter().enumerate() {
             if self.stopped() {
                 return;
             }
+            let sequence = Sequence::new(seed, block, f as u64);
             for index in first..first + histories {
                 let stream = index * faces.len() as u64 + f as u64;
-                let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, stream);
+                let rng = Stream::new(seed, block, stream);
+                let mut rng = rng.evenly(sequence, index, EVEN_NUMBERS);
                 let score = face.path::<N>(&mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
             }

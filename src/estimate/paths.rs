@@ -11,14 +11,16 @@ mod unseen;
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::{
     captor::{Captor, CaptorKind, Channel},
     geometry::{Frame, Ray, Triangle},
     material::{Encounter, Material, Onward, Transport},
     rng::Stream,
-    sampling::{cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_index},
+    sampling::{
+        Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_choice,
+    },
     scene::{LightHit, Scene, Surface},
     spectrum::Spectrum,
     trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS},
@@ -95,7 +97,8 @@ impl<'a> Face<'a> {
     /// A point of the face, as far off it and from its edges as photons that leave it.
     fn start(&self, rng: &mut Stream) -> Start {
         let scene = self.scene;
-        let triangle = weighted_index(&self.cumulative_area, rng.uniform_fine());
+        let Chosen { index: triangle, rest } =
+            weighted_choice(&self.cumulative_area, rng.uniform_fine());
         let shape = &self.triangles[triangle];
         let front = shape.normal();
         let normal = if self.channel == Channel::Back { -front } else { front };
@@ -103,7 +106,7 @@ impl<'a> Face<'a> {
             Some(surface) => (scene.ray_offset() * normal, surface.margins),
             None => (scene.lift(self.captor) * front, shape.margins(scene.ray_offset())),
         };
-        let weights = uniform_triangle(rng.square());
+        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
         let point = shape.point_within(weights.x, weights.y, margins) + off;
         Start { triangle, point, normal }
     }

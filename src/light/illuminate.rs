@@ -4,11 +4,11 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Emitter, Light, choose_triangle, on_axis};
+use super::{Emitter, Light, on_area, on_axis};
 use crate::{
     geometry::{Ray, Triangle},
     rng::Stream,
-    sampling::{uniform_circle, uniform_triangle},
+    sampling::uniform_circle,
 };
 
 /// A point of a light as seen from a point of the scene.
@@ -116,10 +116,7 @@ impl Light {
             }
             Emitter::Area { triangles, cumulative_area, two_sided } => {
                 let area = cumulative_area[cumulative_area.len() - 1];
-                let triangle = choose_triangle(triangles, cumulative_area, rng);
-                let weights = uniform_triangle(rng.square());
-                let margins = triangle.margins(offset);
-                let on_light = triangle.point_within(weights.x, weights.y, margins);
+                let (triangle, on_light) = on_area(triangles, cumulative_area, offset, rng);
                 let normal = triangle.normal();
                 let (normal, sides) = match two_sided {
                     true if (point - on_light).dot(normal) < 0.0 => (-normal, 2.0),
