@@ -1,5 +1,7 @@
 //! Results on disk: JSON, one JSON per captor, a tidy CSV. Each is written to a temporary file
-//! beside its place and renamed when it is whole.
+//! beside its place and renamed when it is whole. And what is read of results again.
+
+mod read;
 
 use std::{
     collections::HashSet,
@@ -17,6 +19,12 @@ use crate::{
     result::{BandResult, CaptorResult, FaceResult, RunResult},
     units::UnitNames,
 };
+
+pub use read::ResultsFile;
+pub(crate) use read::{CaptorValues, EnergyValues, FaceValues};
+
+/// How the names of temporary files and folders begin.
+pub const TEMPORARY: &str = ".phylux-";
 
 /// What an unfinished output has on the disk.
 #[derive(Clone, Debug)]
@@ -100,17 +108,74 @@ impl OutputFile {
 
     /// Writes the content and puts the file in its place.
     pub fn write(self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let mut file = self.open()?;
+        let written = content(&mut file);
+        file.finish(written)
+    }
+
+    /// Begins to write it.
+    pub fn open(self) -> Result<OpenFile> {
         let Self { path, target } = self;
-        let written = match target {
-            Target::Special => fs::OpenOptions::new()
-                .write(true)
-                .open(&path)
-                .and_then(|file| buffered(file, content)),
-            Target::Temporary(mut file, place) => buffered(file.as_file_mut(), content)
-                .and_then(|()| file.as_file().sync_all())
-                .and_then(|()| file.persist(&place).map(drop).map_err(|e| e.error)),
+        let target = match target {
+            Target::Special => fs::OpenOptions::new().write(true).open(&path).map(Opened::Special),
+            Target::Temporary(file, place) => Ok(Opened::Temporary(file, place)),
         };
-        written.map_err(|e| Error::run(path.display(), format!("cannot be written: {e}")))
+        let target = target.map_err(|e| unwritten(&path, e))?;
+        Ok(OpenFile { path, writer: BufWriter::with_capacity(1 << 16, target) })
+    }
+}
+
+fn unwritten(path: &Path, e: io::Error) -> Error {
+    Error::run(path.display(), format!("cannot be written: {e}"))
+}
+
+/// A file that is being written, and is in its place only when it is finished.
+#[derive(Debug)]
+pub struct OpenFile {
+    path: PathBuf,
+    writer: BufWriter<Opened>,
+}
+
+#[derive(Debug)]
+enum Opened {
+    Temporary(tempfile::NamedTempFile, PathBuf),
+    Special(fs::File),
+}
+
+impl OpenFile {
+    /// Puts the file in its place, if all of it could be written.
+    pub fn finish(self, written: io::Result<()>) -> Result<()> {
+        let Self { path, writer } = self;
+        let target = written.and_then(|()| writer.into_inner().map_err(io::Error::from));
+        let placed = target.and_then(|target| match target {
+            Opened::Special(_) => Ok(()),
+            Opened::Temporary(file, place) => {
+                file.as_file().sync_all()?;
+                file.persist(&place).map(drop).map_err(|e| e.error)
+            }
+        });
+        placed.map_err(|e| unwritten(&path, e))
+    }
+}
+
+impl Write for OpenFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+impl Write for Opened {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Temporary(file, _) => file.write(bytes),
+            Self::Special(file) => file.write(bytes),
+        }
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 
@@ -148,7 +213,7 @@ fn new_place(path: &Path) -> io::Result<PathBuf> {
 
 fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".phylux-");
+    builder.prefix(TEMPORARY);
     // as any other new file, for the umask to restrict; the default is for secrets
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -157,7 +222,12 @@ fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 
 /// Writes a result as JSON: one line per captor, group and entry of the head.
 pub fn write_json(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
-    result.serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
+    write_lines(result, writer)
+}
+
+/// Writes anything as JSON with lines in the same way.
+pub fn write_lines(value: &impl Serialize, writer: &mut dyn Write) -> io::Result<()> {
+    value.serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
     writer.write_all(b"\n")
 }
 
@@ -209,7 +279,7 @@ impl OutputFolder {
         let mut folder = made
             .map(|()| Self { path: path.to_path_buf(), staging: None, new })
             .map_err(|e| fail(format!("cannot be created: {}", e.kind())))?;
-        let staging = tempfile::Builder::new().prefix(".phylux-").tempdir_in(path);
+        let staging = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(path);
         let staging = staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
         folder.staging = Some(staging);
         Ok(folder)

@@ -10,8 +10,8 @@ const FLOORS: [&[&str]; 8] = [
     &["material", "light", "captor"],
     &["scene"],
     &["settings", "trace", "estimate", "tally", "simulate", "result"],
-    &["captor_csv", "scene_file", "result_file", "chart"],
-    &["check", "study", "compare"],
+    &["captor_csv", "json", "scene_file", "sweep_file", "result_file", "chart"],
+    &["check", "study", "compare", "sweep"],
     &["cli", "lib", "main"],
 ];
 

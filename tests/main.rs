@@ -16,5 +16,6 @@ mod output;
 mod paths;
 mod stability;
 mod study;
+mod sweep;
 mod truths;
 mod world;

@@ -9,9 +9,9 @@ use clap::Args;
 
 use super::{run::check_places, summary::short};
 use crate::{
-    compare::{Comparison, ODDS, ResultsFile},
+    compare::{Comparison, ODDS},
     error::Result,
-    result_file::OutputFile,
+    result_file::{OutputFile, ResultsFile},
 };
 
 #[derive(Args)]

@@ -141,20 +141,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
-    let LoadedScene { scene, settings, warnings, files, .. } = scene_file::load(&arguments.scene)?;
+    let loaded = scene_file::load(&arguments.scene)?;
     reading.finish_and_clear();
+    loaded.check_captors()?;
+    let LoadedScene { scene, settings, warnings, files, .. } = loaded;
     let ids = || scene.captors.iter().map(|captor| captor.id.as_str());
     places.extend(per_captor.iter().flat_map(|folder| folder.places(ids())));
     check_places(&places, &files)?;
     super::warn(&warnings);
     super::warn(&check_meshes(&scene)?);
-    if scene.captors.is_empty() {
-        return Err(Error::input(
-            format!("{}: /captors", arguments.scene.display()),
-            "the scene has no captor, so there is nothing to run",
-        )
-        .remedy("add a captor, or `\"captor\": true` to an object"));
-    }
     let settings = Settings {
         estimator: arguments.estimator.unwrap_or(settings.estimator),
         photons: arguments.photons.or(settings.photons),
