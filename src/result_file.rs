@@ -294,7 +294,7 @@ impl OutputFolder {
     /// Where the files for captors of these ids will be, paths without links.
     pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
         let folder = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
-        file_names(ids).iter().map(|name| folder.join(name)).collect()
+        file_names(ids, "json").iter().map(|name| folder.join(name)).collect()
     }
 
     /// Writes one JSON file for each captor, all of them before any is put in its place.
@@ -305,7 +305,7 @@ impl OutputFolder {
 
     fn stage(&self, result: &RunResult) -> io::Result<()> {
         let staging = self.staging.as_ref().map_or(&*self.path, |staging| staging.path());
-        let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()));
+        let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()), "json");
         for (captor, name) in result.captors.iter().zip(&names) {
             let single = SingleCaptor {
                 phylux: result.phylux,
@@ -327,16 +327,16 @@ impl OutputFolder {
     }
 }
 
-/// A file name for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
+/// A file name with this ending for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
 /// again gets a number.
-fn file_names<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
+pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<String> {
     let mut taken = HashSet::new();
     ids.map(|id| {
         let safe = |c: char| if c.is_alphanumeric() || "-_.#".contains(c) { c } else { '_' };
         let plain: String = id.chars().take(200).map(safe).collect();
         let numbered = |n: usize| match n {
-            1 => format!("{plain}.json"),
-            _ => format!("{plain}~{n}.json"),
+            1 => format!("{plain}.{ending}"),
+            _ => format!("{plain}~{n}.{ending}"),
         };
         // file systems that fold case would make one file of two
         let free = (1..).map(numbered).find(|name| taken.insert(name.to_lowercase()));

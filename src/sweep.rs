@@ -8,6 +8,8 @@ mod folder;
 mod forecast;
 mod merge;
 mod origin;
+mod response;
+mod table;
 mod tables;
 
 use std::{

@@ -13,6 +13,7 @@ use std::{
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
+use format::CombineFile;
 pub use format::SweepFile;
 
 use crate::{
@@ -25,7 +26,9 @@ use design::Points;
 use reader::Reader;
 
 /// Columns that the tables have besides the parameters.
-pub const COLUMNS: [&str; 16] = [
+pub const COLUMNS: [&str; 18] = [
+    "min",
+    "max",
     "run",
     "file",
     "seed",
@@ -71,6 +74,8 @@ pub struct Sweep {
     scene: Value,
     parameters: Vec<Parameter>,
     points: Points,
+    /// Whether the points are a sample.
+    sampled: bool,
     seeds: u64,
 }
 
@@ -79,6 +84,8 @@ pub struct Sweep {
 pub struct Run<'a> {
     /// From 1, in the order of the design.
     pub number: usize,
+    /// The index of each parameter's value.
+    pub choices: Vec<usize>,
     /// The value of each parameter.
     pub values: Vec<(&'a Parameter, &'a Value)>,
     /// Seed of its random streams.
@@ -109,8 +116,9 @@ impl Sweep {
         let reader = Reader { name, scene: &scene };
         let seeds = sweep_file.seeds.map_or(1, |seeds| seeds.0);
         let (parameters, points) = reader.design(&sweep_file, seeds)?;
+        let sampled = matches!(sweep_file.combine, CombineFile::Sample(_));
         let scene_path = sweep_file.scene;
-        let sweep = Self { folder, scene_path, file, scene, parameters, points, seeds };
+        let sweep = Self { folder, scene_path, file, scene, parameters, points, sampled, seeds };
         sweep.check_runs(name)?;
         Ok(sweep)
     }
@@ -140,6 +148,11 @@ impl Sweep {
         &self.parameters
     }
 
+    /// Whether all parameters vary at once, so that neighbouring values do not belong together.
+    pub fn is_scattered(&self) -> bool {
+        self.sampled && self.parameters.len() > 1
+    }
+
     /// All runs, in the order of the design: the seeds of each point one after the other.
     pub fn runs(&self) -> impl ExactSizeIterator<Item = Run<'_>> {
         (0..self.points.len() * self.seeds as usize).map(|index| self.run(index))
@@ -147,9 +160,10 @@ impl Sweep {
 
     fn run(&self, index: usize) -> Run<'_> {
         let (point, seed) = (index / self.seeds as usize, index as u64 % self.seeds);
-        let values = self.parameters.iter().zip(&self.points[point]);
-        let values = values.map(|(p, &i)| (p, &p.values[i as usize])).collect();
-        Run { number: index + 1, values, seed: self.first_seed().wrapping_add(seed) }
+        let choices: Vec<usize> = self.points[point].iter().map(|i| *i as usize).collect();
+        let values = self.parameters.iter().zip(&choices);
+        let values = values.map(|(p, &i)| (p, &p.values[i])).collect();
+        Run { number: index + 1, choices, values, seed: self.first_seed().wrapping_add(seed) }
     }
 
     fn first_seed(&self) -> u64 {

@@ -73,6 +73,8 @@ pub(crate) struct GroupValues {
 pub(crate) struct FaceValues {
     pub irradiance: Vec<f64>,
     pub irradiance_se: Vec<Option<f64>>,
+    pub min: Option<Vec<f64>>,
+    pub max: Option<Vec<f64>>,
 }
 
 impl ResultsFile {

@@ -25,6 +25,8 @@ use crate::{
 const MANIFEST: &str = "sweep.json";
 /// The results.
 const RUNS: &str = "runs";
+/// What groups receive against each parameter.
+const PICTURES: &str = "plots";
 /// How long each run took: what differs each time, kept apart from all else.
 const TIMES: &str = "times.csv";
 /// Held by the one who works in it.
@@ -148,7 +150,7 @@ impl SweepFolder {
 
     /// Removes what a process that was killed has left behind.
     fn sweep_up(&self) {
-        for folder in [self.path.clone(), self.path.join(RUNS)] {
+        for folder in [self.path.clone(), self.path.join(RUNS), self.path.join(PICTURES)] {
             let entries = fs::read_dir(folder).into_iter().flatten().flatten();
             for entry in entries {
                 if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
@@ -204,10 +206,19 @@ impl SweepFolder {
         Times::open(self.path.join(TIMES))
     }
 
-    /// Removes tables and pictures, which no longer say what is there.
-    pub fn remove(&self, names: &[String]) -> Result<()> {
-        for name in names {
-            let path = self.path.join(name);
+    /// The folder of the pictures.
+    pub fn pictures(&self) -> Result<PathBuf> {
+        let path = self.path.join(PICTURES);
+        let made = fs::create_dir_all(&path);
+        made.map_err(|e| Error::run(path.display(), format!("cannot be created: {}", e.kind())))?;
+        Ok(path)
+    }
+
+    /// Removes these tables and the pictures, which no longer say what is there.
+    pub fn remove(&self, tables: &[String]) -> Result<()> {
+        let pictures = fs::read_dir(self.path.join(PICTURES)).into_iter().flatten().flatten();
+        let pictures = pictures.map(|entry| entry.path());
+        for path in tables.iter().map(|name| self.path.join(name)).chain(pictures) {
             match fs::remove_file(&path) {
                 Err(e) if e.kind() != io::ErrorKind::NotFound => {
                     return Err(Error::run(path.display(), format!("cannot be removed: {e}")));

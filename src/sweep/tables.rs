@@ -1,17 +1,15 @@
 //! Tables of a whole sweep, made from the files of its runs: one row a run, one row a captor, one
-//! row a group.
-
-use std::io;
-
-use serde_json::Value;
+//! row a group; and the pictures.
 
 use super::{
     Step, SweepControl, SweepProgress,
     folder::{State, SweepFolder, result_path},
+    response::Responses,
+    table::{Cell, Kind, Table},
 };
 use crate::{
     error::{Error, Result},
-    result_file::{CaptorValues, EnergyValues, FaceValues, OpenFile, OutputFile, ResultsFile},
+    result_file::{CaptorValues, EnergyValues, FaceValues, OutputFile, ResultsFile, file_names},
     sweep_file::{BALANCE, Run, Sweep},
 };
 
@@ -20,66 +18,8 @@ const TABLES: [&str; 3] = ["captors", "groups", "runs"];
 
 /// Names of all files that are written here.
 pub fn names() -> Vec<String> {
-    TABLES.iter().map(|name| format!("{name}.csv")).collect()
-}
-
-/// What stands in a column of a row.
-#[derive(Clone, Debug)]
-enum Cell<'a> {
-    Whole(u64),
-    Number(f64),
-    Text(&'a str),
-    Value(&'a Value),
-    Nothing,
-}
-
-impl Cell<'_> {
-    fn number(value: Option<f64>) -> Self {
-        value.map_or(Self::Nothing, Self::Number)
-    }
-
-    fn text(&self) -> String {
-        match self {
-            Self::Whole(n) => n.to_string(),
-            Self::Number(v) => v.to_string(),
-            Self::Text(text) => text.to_string(),
-            Self::Value(Value::String(text)) => text.clone(),
-            Self::Value(value) => value.to_string(),
-            Self::Nothing => String::new(),
-        }
-    }
-}
-
-/// A table while it is written.
-struct Table {
-    name: String,
-    csv: csv::Writer<OpenFile>,
-}
-
-impl Table {
-    fn create(folder: &SweepFolder, name: &str, columns: &[String]) -> Result<Self> {
-        let path = folder.path().join(format!("{name}.csv"));
-        let mut csv = csv::Writer::from_writer(OutputFile::create(&path)?.open()?);
-        let name = path.display().to_string();
-        csv.write_record(columns).map_err(|e| unwritten(&name, e.into()))?;
-        Ok(Self { name, csv })
-    }
-
-    fn row(&mut self, cells: &[Cell]) -> Result<()> {
-        let written = self.csv.write_record(cells.iter().map(Cell::text));
-        written.map_err(|e| unwritten(&self.name, e.into()))
-    }
-
-    fn finish(self) -> Result<()> {
-        match self.csv.into_inner() {
-            Ok(file) => file.finish(Ok(())),
-            Err(e) => Err(unwritten(&self.name, e.into_error())),
-        }
-    }
-}
-
-fn unwritten(name: &str, e: io::Error) -> Error {
-    Error::run(name, format!("cannot be written: {e}"))
+    let endings = Table::ENDINGS.iter();
+    endings.flat_map(|ending| TABLES.map(|name| format!("{name}.{ending}"))).collect()
 }
 
 /// Writes the tables of a sweep of which every run is done or has failed.
@@ -89,17 +29,32 @@ pub fn write(
     states: &[State],
     control: &SweepControl,
 ) -> Result<()> {
-    let columns = |before: &[&str], after: &[&str]| {
-        let own = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-        let parameters = sweep.parameters().iter().map(|p| p.name.clone()).collect();
+    let columns = |before: &[(&str, Kind)], after: &[(&str, Kind)]| -> Vec<(String, Kind)> {
+        let own = |names: &[(&str, Kind)]| {
+            names.iter().map(|(name, kind)| (name.to_string(), *kind)).collect::<Vec<_>>()
+        };
+        let parameters = sweep.parameters().iter();
+        let parameters = parameters.map(|p| (p.name.clone(), Kind::of(&p.values))).collect();
         [own(before), parameters, own(after)].concat()
     };
-    let values = ["face", "band", "irradiance", "irradiance_se", "absorbed", "absorbed_se"];
-    let of_captors = columns(&["run"], &[&["seed", "captor"], &values[..]].concat());
-    let of_groups = columns(&["run"], &[&["seed", "group", "captors"], &values[..]].concat());
-    let mut captors = Table::create(folder, TABLES[0], &of_captors)?;
-    let mut groups = Table::create(folder, TABLES[1], &of_groups)?;
-    let mut balance = Balance::default();
+    let values = [
+        ("face", Kind::Text),
+        ("band", Kind::Text),
+        ("irradiance", Kind::Number),
+        ("irradiance_se", Kind::Number),
+        ("absorbed", Kind::Number),
+        ("absorbed_se", Kind::Number),
+    ];
+    let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
+    let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
+    let of_groups = [
+        &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
+        &values[..],
+        &[("min", Kind::Number), ("max", Kind::Number)],
+    ];
+    let mut captors = Table::create(folder.path(), TABLES[0], columns(&[run], &of_captors))?;
+    let mut groups = Table::create(folder.path(), TABLES[1], columns(&[run], &of_groups.concat()))?;
+    let (mut balance, mut responses) = (Balance::default(), Responses::default());
     for (run, state) in sweep.runs().zip(states) {
         if control.stopped() {
             return Err(Error::run("sweep", "interrupted while writing tables")
@@ -118,15 +73,24 @@ pub fn write(
         for group in &results.groups {
             rows(&mut groups, &results, &run, &group.values, Some(group.captors))?;
         }
+        responses.add(sweep, &run, &results);
         balance.add(results);
     }
     captors.finish()?;
     groups.finish()?;
+    let charts = responses.charts(sweep);
+    let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), "svg");
+    for ((_, chart), name) in charts.iter().zip(pictures) {
+        let svg = chart.svg().map_err(|e| Error::run(&name, e))?;
+        let file = OutputFile::create(&folder.pictures()?.join(name))?;
+        file.write(|writer| writer.write_all(svg.as_bytes()))?;
+    }
 
-    let of_runs = columns(&["run", "file"], &["seed", "photons"]);
-    let of_energy = balance.columns().map(|(word, band)| format!("{word}{band}"));
-    let all: Vec<String> = of_runs.into_iter().chain(of_energy).chain(["error".into()]).collect();
-    let mut runs = Table::create(folder, TABLES[2], &all)?;
+    let mut of_runs = columns(&[run, ("file", Kind::Text)], &[seed, ("photons", Kind::Whole)]);
+    let energy = balance.columns().map(|(word, band)| (format!("{word}{band}"), Kind::Number));
+    of_runs.extend(energy);
+    of_runs.push(("error".into(), Kind::Text));
+    let mut runs = Table::create(folder.path(), TABLES[2], of_runs)?;
     for ((run, state), found) in sweep.runs().zip(states).zip(&balance.runs) {
         let file = format!("{}.json", sweep.key(&run));
         let mut cells = vec![Cell::Whole(run.number as u64), Cell::Text(&file)];
@@ -172,6 +136,10 @@ fn rows(
                 absorbed.map_or(Cell::Nothing, at),
                 absorbed_se.map_or(Cell::Nothing, error),
             ]);
+            if members.is_some() {
+                let end = |values: &Option<Vec<f64>>| values.as_deref().map_or(Cell::Nothing, at);
+                cells.extend([end(&values.min), end(&values.max)]);
+            }
             table.row(&cells)?;
         }
     }

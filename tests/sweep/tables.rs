@@ -15,6 +15,30 @@ fn column(folder: &TestScene, name: &str, column: &str) -> Vec<String> {
     rows(folder, name).iter().map(|row| row[column].clone()).collect()
 }
 
+/// That a Parquet file says what the CSV file of the same name says.
+fn check_parquet(folder: &TestScene, name: &str) {
+    use parquet::{file::reader::FileReader, record::Field};
+    let file = fs::File::open(folder.path(&format!("{name}.parquet"))).expect("a Parquet file");
+    let file = parquet::file::serialized_reader::SerializedFileReader::new(file).expect("a table");
+    let mut csv = csv::Reader::from_path(folder.path(&format!("{name}.csv"))).expect("a table");
+    let head = csv.headers().expect("names").clone();
+    let mut rows = file.get_row_iter(None).expect("rows");
+    for record in csv.records().map(|record| record.expect("a row")) {
+        let row = rows.next().expect("as many rows").expect("a row");
+        for ((column, field), (name, cell)) in row.get_column_iter().zip(head.iter().zip(&record)) {
+            assert_eq!(column, name);
+            match field {
+                Field::Null => assert_eq!(cell, ""),
+                Field::ULong(n) => assert_eq!(cell, n.to_string()),
+                Field::Double(v) => assert_eq!(cell.parse(), Ok(*v)),
+                Field::Str(text) => assert_eq!(cell, text),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    assert!(rows.next().is_none());
+}
+
 /// Every run of a grid finds what `phylux run` finds in the scene with these values.
 #[test]
 fn a_grid_runs_every_pair() {
@@ -61,6 +85,16 @@ fn a_grid_runs_every_pair() {
         assert_eq!((&*back["irradiance_se"], &*back["absorbed"]), ("", ""));
         assert_eq!((&*groups[2 * i]["group"], &*groups[2 * i]["captors"]), ("a", "1"));
         assert_eq!(number(&groups[2 * i]["irradiance"]), one.groups[0].front.irradiance[0]);
+    }
+    for name in ["runs", "captors", "groups"] {
+        check_parquet(&folder, &format!("out/{name}"));
+    }
+    let pictures = ["both.svg", "materials_wall_reflectance.svg"];
+    assert_eq!(listing(&folder.path("out/plots")), pictures);
+    for name in pictures {
+        let svg = fs::read_to_string(folder.path("out/plots").join(name)).expect("a picture");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+        assert!(svg.contains("irradiance, W/m2") && !svg.contains("NaN"), "{name}");
     }
     // what takes another time each time stands apart
     assert_eq!(column(&folder, "out/times.csv", "file"), column(&folder, "out/runs.csv", "file"));
@@ -120,6 +154,7 @@ fn a_failed_run_is_recorded() {
     assert_eq!((&*errors[0], &*errors[2]), ("", ""));
     assert!(sentence.ends_with(errors[1].split(';').next().expect("a sentence")), "{}", errors[1]);
     assert_eq!(column(&folder, "out/captors.csv", "run"), ["1", "1", "3", "3"]);
+    check_parquet(&folder, "out/runs");
 
     fs::write(folder.path("sweep.json"), sweep("0.3")).expect("a sweep");
     let said = ok(&folder, "sweep sweep.json -o out");
@@ -152,6 +187,43 @@ fn a_change_is_noticed() {
     fs::write(folder.path(&file), &text[..text.len() / 2]).expect("half of it");
     assert_eq!(again(), "4 of 4 runs are done, 3 of them from before; wrote out\n");
     assert_eq!(fs::read_to_string(folder.path(&file)).expect("results"), text);
+}
+
+/// A group says which of its captors has least and most.
+#[test]
+fn groups_have_a_least_and_a_greatest_captor() {
+    let folder =
+        folder(r#"{"scene": "scene.json", "vary": {"/objects/0/captor": [true, "triangle"]}}"#);
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n";
+    fs::write(folder.path("a.obj"), obj).expect("an OBJ file");
+    ok(&folder, "sweep sweep.json -o out");
+    let groups = rows(&folder, "out/groups.csv");
+    assert_eq!((&*groups[0]["captors"], &*groups[0]["min"], &*groups[0]["max"]), ("1", "", ""));
+    let both = groups.iter().find(|row| row["captors"] == "2" && row["face"] == "front");
+    let both = both.expect("a group of two triangles");
+    let captors = rows(&folder, "out/captors.csv");
+    let of_both = |row: &&HashMap<String, String>| row["run"] == "2" && row["face"] == "front";
+    let mut values: Vec<f64> = captors
+        .iter()
+        .filter(of_both)
+        .map(|row| row["irradiance"].parse().expect("a number"))
+        .collect();
+    values.sort_by(f64::total_cmp);
+    let ends: Vec<f64> = ["min", "max"].map(|end| both[end].parse().expect("a number")).to_vec();
+    assert_eq!(values, ends);
+    assert!(ends[0] < ends[1], "{ends:?}");
+    // texts have no axis
+    assert!(!folder.path("out/plots").exists());
+}
+
+/// The shipped example is sound.
+#[test]
+fn the_shipped_sweep_is_sound() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let sweep = phylux::Sweep::load(&scenes.join("lamp-height.sweep.json"));
+    let sweep = sweep.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(sweep.runs().len(), 11);
+    phylux::load_base(&sweep).unwrap_or_else(|e| panic!("{e}"));
 }
 
 #[test]
