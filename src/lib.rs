@@ -23,6 +23,7 @@
 mod error;
 mod geometry;
 mod input;
+mod output;
 mod rng;
 mod sampling;
 mod spectrum;
@@ -77,11 +78,12 @@ pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
     PhongFractions, Scatter, Transport,
 };
+pub use output::{OpenFile, OutputFile};
 pub use photon_map::{Arrival, Neighbour, PhotonMap};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
 };
-pub use result_file::{OpenFile, OutputFile, OutputFolder, ResultsFile, write_csv, write_json};
+pub use result_file::{OutputFolder, ResultsFile, write_csv, write_json};
 pub use rng::Stream;
 pub use scene::{
     Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,

@@ -27,7 +27,7 @@ use std::{
 use crate::{
     error::{Error, Result},
     result::RunResult,
-    scene_file::LoadedScene,
+    scene_file::{LoadedScene, load_value},
     settings::{Checked, Settings},
     simulate::{Control, Progress, simulate},
     sweep_file::{Run, Sweep},
@@ -150,7 +150,7 @@ pub fn load_base(sweep: &Sweep) -> Result<LoadedScene> {
     let inputs = Inputs::new(sweep.folder());
     let read = |path: &Path| inputs.read(path);
     let path = Path::new(sweep.scene_path());
-    let loaded = crate::scene_file::load_value(sweep.scene().clone(), path, &read)?;
+    let loaded = load_value(sweep.scene().clone(), path, &read)?;
     loaded.check_captors()?;
     Ok(loaded)
 }
@@ -189,9 +189,7 @@ pub fn sweep(
     let mut states = look(path, sweep, &inputs, control)?;
     let mine: Vec<Run> = sweep.runs().filter(|run| plan.shard.holds(run)).collect();
     let todo: Vec<&Run> = mine.iter().filter(|run| states[run.number - 1] != State::Done).collect();
-    if states.iter().any(|state| *state != State::Done) {
-        folder.remove(&tables::names())?;
-    }
+    folder.remove(&tables::names())?;
     let kept = mine.len() - todo.len();
     let work = Work {
         sweep,

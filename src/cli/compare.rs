@@ -11,7 +11,8 @@ use super::{run::check_places, summary::short};
 use crate::{
     compare::{Comparison, ODDS},
     error::Result,
-    result_file::{OutputFile, ResultsFile},
+    output::OutputFile,
+    result_file::ResultsFile,
 };
 
 #[derive(Args)]

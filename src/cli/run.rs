@@ -20,8 +20,9 @@ use super::{
 use crate::{
     check::check_meshes,
     error::{Error, Result},
+    output::OutputFile,
     result::RunResult,
-    result_file::{OutputFile, OutputFolder, write_csv, write_json},
+    result_file::{OutputFolder, write_csv, write_json},
     scene_file::{self, LoadedScene},
     settings::{Checked, Estimator, Settings},
     simulate::{Control, Progress, simulate},

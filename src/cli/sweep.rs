@@ -11,6 +11,7 @@ use indicatif::ProgressBar;
 
 use super::{interrupt::Interrupt, run};
 use crate::{
+    check::check_meshes,
     error::{Error, Result},
     settings::Checked,
     sweep::{
@@ -65,6 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let file = Sweep::load(&arguments.sweep)?;
     let base = load_base(&file)?;
     super::warn(&base.warnings);
+    super::warn(&check_meshes(&base.scene)?);
     drop(base);
     if arguments.dry_run {
         return dry_run(&file, &arguments.output, &plan, &interrupt);

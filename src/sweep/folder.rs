@@ -16,8 +16,9 @@ use crate::{
     error::{Error, Result},
     input::read_bytes,
     json,
+    output::{OutputFile, TEMPORARY},
     result::RunResult,
-    result_file::{OutputFile, TEMPORARY, write_lines},
+    result_file::write_lines,
     sweep_file::{Run, Sweep},
 };
 

@@ -19,6 +19,8 @@ const PICTURES: usize = 100;
 #[derive(Default)]
 pub struct Responses {
     unit: String,
+    /// Which parameters have an axis.
+    drawn: Vec<bool>,
     /// Names of the drawn groups, and how many there are.
     groups: Vec<String>,
     all_groups: usize,
@@ -44,37 +46,40 @@ impl Responses {
             let mut largest: Vec<_> = results.groups.iter().collect();
             largest.sort_by_key(|group| Reverse(group.captors));
             largest.truncate(GROUPS);
+            self.drawn = sweep.parameters().iter().map(is_drawn).collect();
             self.unit = results.unit.irradiance.clone();
             self.groups = largest.iter().map(|group| group.values.id.clone()).collect();
             self.all_groups = results.groups.len();
             self.bands = results.bands.iter().map(|band| band.name.clone()).collect();
         }
-        let drawn = sweep.parameters().iter().enumerate().filter(|(_, p)| is_drawn(p));
-        for ((p, _), index) in drawn.map(|(p, parameter)| ((p, parameter), run.choices[p])) {
-            if index >= VALUES {
-                continue;
+        for (p, &index) in run.choices.iter().enumerate() {
+            if index < VALUES && self.drawn[p] {
+                self.add_value(p, index, results);
             }
-            for (b, band) in results.bands.iter().enumerate() {
-                let Some(own) = self.bands.iter().position(|name| *name == band.name) else {
-                    continue;
-                };
-                if p * self.bands.len() + own >= PICTURES {
-                    continue;
-                }
-                let sums = self.sums.entry((p, own)).or_default();
-                for group in &results.groups {
-                    let front = &group.values.front;
-                    let of = self.groups.iter().position(|name| *name == group.values.id);
-                    let (Some(g), Some(mean)) = (of, front.irradiance.get(b)) else { continue };
-                    let sum = sums.entry((g, index)).or_default();
-                    sum.runs += 1.0;
-                    sum.mean += mean;
-                    sum.variance += front.irradiance_se[b].unwrap_or(0.0).powi(2);
-                    if let (Some(min), Some(max)) = (&front.min, &front.max) {
-                        let [low, high] = sum.range.get_or_insert_default();
-                        *low += min[b];
-                        *high += max[b];
-                    }
+        }
+    }
+
+    fn add_value(&mut self, parameter: usize, value: usize, results: &ResultsFile) {
+        for (b, band) in results.bands.iter().enumerate() {
+            let own = self.bands.iter().position(|name| *name == band.name);
+            let Some(own) = own.filter(|own| parameter * self.bands.len() + own < PICTURES) else {
+                continue;
+            };
+            let sums = self.sums.entry((parameter, own)).or_default();
+            for group in &results.groups {
+                let front = &group.values.front;
+                let of = self.groups.iter().position(|name| *name == group.values.id);
+                let (Some(g), Some(mean)) = (of, front.irradiance.get(b)) else { continue };
+                let error = front.irradiance_se.get(b).copied().flatten();
+                let end = |ends: &Option<Vec<f64>>| ends.as_ref()?.get(b).copied();
+                let sum = sums.entry((g, value)).or_default();
+                sum.runs += 1.0;
+                sum.mean += mean;
+                sum.variance += error.unwrap_or(0.0).powi(2);
+                if let (Some(min), Some(max)) = (end(&front.min), end(&front.max)) {
+                    let [low, high] = sum.range.get_or_insert_default();
+                    *low += min;
+                    *high += max;
                 }
             }
         }
@@ -158,4 +163,44 @@ impl Responses {
 /// Whether a parameter has an axis.
 fn is_drawn(parameter: &Parameter) -> bool {
     parameter.values.len() > 1 && parameter.values.iter().all(|value| value.is_number())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use serde_json::json;
+
+    use super::*;
+
+    /// Two seeds of each of two values: means and errors by hand.
+    #[test]
+    fn runs_of_one_value_are_averaged() {
+        let file = json!({ "scene": "s.json", "vary": { "/power": [8, 5] }, "seeds": 2 });
+        let sweep = Sweep::new("s", file, json!({ "power": 1 }), PathBuf::new()).expect("a sweep");
+        let mut responses = Responses::default();
+        for (run, mean) in sweep.runs().zip([1.0, 3.0, 4.0, 6.0]) {
+            let none: [f64; 0] = [];
+            let face = json!({ "irradiance": [mean], "irradiance_se": [0.3 + 0.1 * (mean - 1.0) / 2.0],
+                "min": [mean - 1.0], "max": [mean + 2.0] });
+            let results = json!({ "scene": "s", "seed": run.seed, "photons": 1, "estimator": "photons",
+                "unit": { "flux": "W", "irradiance": "W/m2" }, "bands": [{ "name": "all" }],
+                "energy": { "power": [1], "emitted": null, "absorbed": null, "escaped": null, "lost": null },
+                "captors": none, "groups": [{ "id": "g", "captors": 2, "front": face }] });
+            let results = serde_json::from_value(results).expect("results");
+            responses.add(&sweep, &run, &results);
+        }
+        let charts = responses.charts(&sweep);
+        let [(name, chart)] = &charts[..] else { panic!("{charts:?}") };
+        assert_eq!(name, "power");
+        let [mean, bars, least, greatest] = &chart.series[..] else { panic!("{chart:?}") };
+        assert_eq!(mean.points, [(5.0, 5.0), (8.0, 2.0)]);
+        assert_eq!((mean.stroke, bars.stroke), (Stroke::Line, Stroke::Bars));
+        // errors of 0.3 and 0.4 make sqrt(0.09 + 0.16) / 2 of their mean
+        for (bar, expected) in bars.points[2..].iter().zip([1.75, 2.25]) {
+            assert!((bar.1 - expected).abs() < 1e-12, "{:?}", bars.points);
+        }
+        assert_eq!(least.points, [(5.0, 4.0), (8.0, 1.0)]);
+        assert_eq!(greatest.points, [(5.0, 7.0), (8.0, 4.0)]);
+    }
 }

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::{
     error::{Error, Result},
-    result_file::{OpenFile, OutputFile},
+    output::{OpenFile, OutputFile},
 };
 
 /// Rows that are kept in memory for a Parquet file.

@@ -9,7 +9,8 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    result_file::{CaptorValues, EnergyValues, FaceValues, OutputFile, ResultsFile, file_names},
+    output::OutputFile,
+    result_file::{CaptorValues, EnergyValues, FaceValues, ResultsFile, file_names},
     sweep_file::{BALANCE, Run, Sweep},
 };
 
