@@ -400,11 +400,18 @@ def chamber_captors():
     write_discs(CAPTORS / "shelf-grid.csv", rows, decimals=1)
 
 
+def crop_captors():
+    """Discs 5 cm over the floor of the growth room, 30 cm apart."""
+    rows = [(f"{row}{i}", (0.75 + 0.3 * i, y, 0.05), 0.1, (0, 0, 1))
+            for row, y in zip("abcd", (1.05, 1.35, 1.65, 1.95)) for i in range(6)]
+    write_discs(CAPTORS / "crop-grid.csv", rows)
+
+
 def main():
     """Write every file."""
     CAPTORS.mkdir(exist_ok=True)
     for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker,
-                 greenhouse_captors, chamber_captors):
+                 greenhouse_captors, chamber_captors, crop_captors):
         make()
 
 

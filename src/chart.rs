@@ -1,4 +1,4 @@
-//! Rows -> pictures: lines and dots on logarithmic axes, as SVG (plotters).
+//! Rows -> pictures: lines, dots and bars on logarithmic or linear axes, as SVG (plotters).
 
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(90, 90, 90),
 ];
 
-/// A picture with a logarithmic y axis.
+/// A picture.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
     /// Above it.
@@ -43,6 +43,8 @@ pub struct Chart {
     pub y: String,
     /// Whether x is linear; else logarithmic.
     pub linear_x: bool,
+    /// Whether y is linear, and then x too; else logarithmic.
+    pub linear_y: bool,
     /// What is drawn, in order.
     pub series: Vec<Series>,
     /// Horizontal lines, with what they mean.
@@ -80,6 +82,8 @@ pub enum Stroke {
     Dashed,
     /// Small pale dots.
     Dots,
+    /// A vertical bar between each two points that follow each other.
+    Bars,
 }
 
 type Failure = Box<dyn std::error::Error>;
@@ -103,11 +107,11 @@ impl Chart {
         let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && y.is_finite());
         match (span(points().map(|p| p.0)), span(points().map(|p| p.1).chain(levels))) {
             (Some(x), Some(y)) => {
-                let y = roomy(y).log_scale();
-                if self.linear_x {
-                    self.plot(&plot, &shown, x.start..x.end * 1.02 + 1e-9, y)?;
-                } else {
-                    self.plot(&plot, &shown, roomy(x).log_scale(), y)?;
+                let room = || x.start..x.end * 1.02 + 1e-9;
+                match (self.linear_x, self.linear_y) {
+                    (_, true) => self.plot(&plot, &shown, spacious(x), spacious(y))?,
+                    (true, _) => self.plot(&plot, &shown, room(), roomy(y).log_scale())?,
+                    _ => self.plot(&plot, &shown, roomy(x).log_scale(), roomy(y).log_scale())?,
                 }
                 self.draw_legend(&legend)?;
             }
@@ -124,7 +128,9 @@ impl Chart {
     /// Without the points that the axes cannot show.
     fn visible(&self, series: &Series) -> Series {
         let fits = |&&(x, y): &&(f64, f64)| {
-            x.is_finite() && y.is_finite() && y > 0.0 && (self.linear_x || x > 0.0)
+            x.is_finite()
+                && y.is_finite()
+                && (self.linear_y || y > 0.0 && (self.linear_x || x > 0.0))
         };
         Series { points: series.points.iter().filter(fits).copied().collect(), ..series.clone() }
     }
@@ -210,6 +216,10 @@ where
         Stroke::Dashed => {
             chart.draw_series(DashedLineSeries::new(points(), 6, 5, stroke))?;
         }
+        Stroke::Bars => {
+            let bars = series.points.chunks_exact(2);
+            chart.draw_series(bars.map(|bar| PathElement::new(bar.to_vec(), stroke)))?;
+        }
         Stroke::Dots => {
             let pale = colour.mix(0.35).filled();
             chart.draw_series(points().map(|p| Circle::new(p, 2, pale)))?;
@@ -233,6 +243,17 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
 /// A range on a logarithmic axis with some room around it.
 fn roomy(range: Range<f64>) -> Range<f64> {
     range.start / 1.4..range.end * 1.6
+}
+
+/// A range on a linear axis with some room around it; from 0, where that is not far.
+fn spacious(range: Range<f64>) -> Range<f64> {
+    let Range { start, end } = range;
+    let room = match 0.04 * (end - start) {
+        0.0 => 0.1 * start.abs().max(1.0),
+        room => room,
+    };
+    let near_zero = start >= 0.0 && start < 0.5 * end;
+    (if near_zero { 0.0 } else { start - room })..end + room
 }
 
 /// A number at an axis.

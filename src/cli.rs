@@ -7,6 +7,7 @@ mod interrupt;
 mod run;
 mod schema;
 mod summary;
+mod sweep;
 
 use std::{
     io::{self, Write},
@@ -39,7 +40,11 @@ enum Command {
     Chart(chart::Arguments),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
-    /// Print the JSON Schema of scene files, results files or files of one captor
+    /// Run a scene with many values of some of its numbers, and tabulate what was found
+    Sweep(sweep::Arguments),
+    /// Join the folders of a sweep that ran in shards
+    Merge(sweep::MergeArguments),
+    /// Print the JSON Schema of scene files, sweep files, results files or files of one captor
     Schema {
         /// Of which files
         #[arg(value_enum, default_value = "scene")]
@@ -54,6 +59,8 @@ pub fn main() -> ExitCode {
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),
     };
     let Err(error) = outcome else { return ExitCode::SUCCESS };

@@ -1,74 +1,18 @@
 //! Two results, captor by captor: do they differ by more than chance?
 
-use std::{
-    collections::{HashMap, HashSet},
-    path::Path,
-};
+use std::collections::{HashMap, HashSet};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::{
     error::{Error, Result},
-    input::read_bytes,
+    result_file::ResultsFile,
 };
 
 /// Odds of a false alarm over all values of a comparison.
 pub const ODDS: f64 = 1e-3;
 
-/// What a comparison reads of a results file.
-#[derive(Clone, Debug, Deserialize)]
-pub struct ResultsFile {
-    /// Name of the scene.
-    pub scene: String,
-    /// Seed of the random streams.
-    pub seed: u64,
-    /// How many photons or paths.
-    pub photons: u64,
-    /// Which of them.
-    pub estimator: String,
-    unit: Unit,
-    bands: Vec<Band>,
-    captors: Vec<Captor>,
-}
-
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-struct Unit {
-    flux: String,
-    irradiance: String,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct Band {
-    name: String,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct Captor {
-    id: String,
-    front: Face,
-    back: Option<Face>,
-    absorbed: Option<Vec<f64>>,
-    absorbed_se: Option<Vec<Option<f64>>>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct Face {
-    irradiance: Vec<f64>,
-    irradiance_se: Vec<Option<f64>>,
-    #[serde(default)]
-    few_paths: bool,
-}
-
 impl ResultsFile {
-    /// Reads the results at `path`. Errors: they cannot be read, or are none.
-    pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
-        serde_json::from_slice(&bytes).map_err(|e| {
-            Error::input(path.display(), format!("is no results file: {e}"))
-                .remedy("name a file that `phylux run -o` has written")
-        })
-    }
-
     /// Every value with what it belongs to, in the order of the file.
     fn values(&self) -> Vec<(Key<'_>, Value)> {
         let mut all = Vec::new();

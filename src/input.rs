@@ -10,6 +10,9 @@ pub const RELATIVE: &str = "paths are relative to the file that names them";
 /// The longest file that is read, bytes: 20 million triangles fit.
 const LONGEST: u64 = 2 << 30;
 
+/// Fetches the bytes of a file that another names, or says why it cannot.
+pub type Fetch<'a> = dyn Fn(&Path) -> std::result::Result<Vec<u8>, String> + 'a;
+
 /// Reads the whole of a regular file. The error is the problem alone, in words that fit behind
 /// `path: `; the caller knows the place that names the file.
 pub fn read_bytes(path: &Path) -> std::result::Result<Vec<u8>, String> {

@@ -23,6 +23,7 @@
 mod error;
 mod geometry;
 mod input;
+mod output;
 mod rng;
 mod sampling;
 mod spectrum;
@@ -48,12 +49,15 @@ mod trace;
 
 mod captor_csv;
 mod chart;
+mod json;
 mod result_file;
 mod scene_file;
+mod sweep_file;
 
 mod check;
 mod compare;
 mod study;
+mod sweep;
 
 pub mod cli;
 
@@ -65,7 +69,7 @@ mod spoil;
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
-pub use compare::{Comparison, Difference, ResultsFile};
+pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
@@ -74,11 +78,12 @@ pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
     PhongFractions, Scatter, Transport,
 };
+pub use output::{OpenFile, OutputFile};
 pub use photon_map::{Arrival, Neighbour, PhotonMap};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
 };
-pub use result_file::{OutputFile, OutputFolder, write_csv, write_json};
+pub use result_file::{OutputFolder, ResultsFile, write_csv, write_json};
 pub use rng::Stream;
 pub use scene::{
     Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
@@ -90,5 +95,10 @@ pub use simulate::{Choice, Control, End, Progress, Simulation, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};
 pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};
+pub use sweep::{
+    Forecast, Outcome, Shard, State, Step, SweepControl, SweepPlan, SweepProgress, load_base,
+    merge, states, sweep,
+};
+pub use sweep_file::{Parameter, Run, Sweep};
 pub use tally::{Ledger, Totals};
 pub use units::{LengthUnit, Quantity, UnitNames};

@@ -205,6 +205,12 @@ pub struct FaceResult {
     /// may be far too small.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub few_paths: bool,
+    /// Of a group of several: the least irradiance of its captors, per band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<Vec<f64>>,
+    /// The greatest one; noise drives both apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<Vec<f64>>,
     /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
     /// null in a run of paths.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -246,6 +252,17 @@ impl RunResult {
             true => Energy { power: with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.as_ref().map(|map| (map, settings.k));
+        let captors: Vec<CaptorResult> = scene
+            .captors
+            .iter()
+            .map(|captor| {
+                let nearest = match of_paths {
+                    false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                    true => Some([None, None]),
+                };
+                captor_result(simulation, captor, nearest)
+            })
+            .collect();
         Self {
             phylux: env!("CARGO_PKG_VERSION"),
             scene: scene.name.clone(),
@@ -263,18 +280,8 @@ impl RunResult {
                 arrivals: map.arrivals.len() as u64,
                 photons: map.histories,
             }),
-            captors: scene
-                .captors
-                .iter()
-                .map(|captor| {
-                    let nearest = match of_paths {
-                        false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
-                        true => Some([None, None]),
-                    };
-                    captor_result(simulation, captor, nearest)
-                })
-                .collect(),
-            groups: group_results(scene, simulation),
+            groups: group_results(scene, simulation, &captors),
+            captors,
         }
     }
 }
@@ -373,21 +380,46 @@ struct Members {
     area: f64,
     back_area: f64,
     surfaces: usize,
+    front: Range,
+    back: Range,
 }
 
-fn group_results(scene: &Scene, simulation: &Simulation) -> Vec<GroupResult> {
+/// The least and the greatest irradiance of some captors, per band.
+#[derive(Clone, Default)]
+struct Range(Option<(Vec<f64>, Vec<f64>)>);
+
+impl Range {
+    fn add(&mut self, face: &FaceResult) {
+        let values = &face.irradiance;
+        let (low, high) = self.0.get_or_insert_with(|| (values.clone(), values.clone()));
+        for (low, v) in low.iter_mut().zip(values) {
+            *low = low.min(*v);
+        }
+        for (high, v) in high.iter_mut().zip(values) {
+            *high = high.max(*v);
+        }
+    }
+}
+
+fn group_results(
+    scene: &Scene,
+    simulation: &Simulation,
+    captors: &[CaptorResult],
+) -> Vec<GroupResult> {
     let mut members = vec![Members::default(); scene.groups.len()];
-    for captor in &scene.captors {
+    for (captor, found) in scene.captors.iter().zip(captors) {
         for &group in &captor.groups {
             let members = &mut members[group];
             members.captors += 1;
             members.area += captor.area;
             members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
             members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
+            members.front.add(&found.front);
+            found.back.iter().for_each(|back| members.back.add(back));
         }
     }
     let groups = scene.groups.iter().zip(members).enumerate();
-    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, &members)).collect()
+    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, members)).collect()
 }
 
 fn group_result(
@@ -395,19 +427,24 @@ fn group_result(
     simulation: &Simulation,
     group: usize,
     name: &str,
-    members: &Members,
+    members: Members,
 ) -> GroupResult {
     let channel = |c: Channel| scene.channels() + group * CHANNELS.len() + c as usize;
     let absorbed =
         (members.surfaces > 0).then(|| Sums::of(&simulation.totals, channel(Channel::Absorbed)));
     let (absorbed, absorbed_se) = absorbed.map(|a| (a.mean, a.standard_error)).unzip();
+    let several = members.captors > 1;
+    let face = |c: Channel, area, range: Range| {
+        let (min, max) = range.0.filter(|_| several).unzip();
+        FaceResult { min, max, ..face(simulation, channel(c), area) }
+    };
     GroupResult {
         id: name.to_string(),
         captors: members.captors,
         area: members.area,
-        front: face(simulation, channel(Channel::Front), members.area),
+        front: face(Channel::Front, members.area, members.front),
         back: (members.back_area > 0.0)
-            .then(|| face(simulation, channel(Channel::Back), members.back_area)),
+            .then(|| face(Channel::Back, members.back_area, members.back)),
         absorbed,
         absorbed_se,
     }
@@ -446,6 +483,8 @@ fn face(simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
         flux: flux.mean,
         flux_se: flux.standard_error,
         few_paths: of_paths && totals.running(channel).iter().any(concentrated),
+        min: None,
+        max: None,
         knn: None,
     }
 }

@@ -1,5 +1,6 @@
-//! Results on disk: JSON, one JSON per captor, a tidy CSV. Each is written to a temporary file
-//! beside its place and renamed when it is whole.
+//! Results on disk: JSON, one JSON per captor, a tidy CSV; and what is read of them again.
+
+mod read;
 
 use std::{
     collections::HashSet,
@@ -14,105 +15,13 @@ use serde_json::ser::{Formatter, Serializer};
 
 use crate::{
     error::{Error, Result},
+    output::{TEMPORARY, Temporary, folder_of},
     result::{BandResult, CaptorResult, FaceResult, RunResult},
     units::UnitNames,
 };
 
-/// What an unfinished output has on the disk.
-#[derive(Clone, Debug)]
-pub enum Temporary {
-    /// A file.
-    File(PathBuf),
-    /// A folder with all that is in it.
-    Folder(PathBuf),
-    /// A folder that goes away only if it is empty.
-    IfEmpty(PathBuf),
-}
-
-/// A file to be written whole or not at all. Made before the work, so that a folder that is missing
-/// or closed is found then.
-#[derive(Debug)]
-pub struct OutputFile {
-    path: PathBuf,
-    target: Target,
-}
-
-#[derive(Debug)]
-enum Target {
-    /// Goes to this place, a path without links, when it is whole.
-    Temporary(tempfile::NamedTempFile, PathBuf),
-    /// A device or pipe, which no rename can replace.
-    Special,
-}
-
-impl OutputFile {
-    /// Prepares to write `path`. Errors: it is a directory or write-protected, its folder is missing
-    /// or not writable.
-    pub fn create(path: &Path) -> Result<Self> {
-        let fail = |problem: String, remedy: &str| {
-            Err(Error::input(path.display(), problem).remedy(remedy))
-        };
-        let place = match fs::metadata(path) {
-            Ok(kind) if kind.is_dir() => {
-                return fail("is a directory".into(), "name a file in it");
-            }
-            Ok(kind) if !kind.is_file() => {
-                return Ok(Self { path: path.to_path_buf(), target: Target::Special });
-            }
-            Ok(kind) if kind.permissions().readonly() => {
-                return fail("is write-protected".into(), "write elsewhere");
-            }
-            // a rename would replace a link
-            Ok(_) => fs::canonicalize(path),
-            Err(_) => new_place(path),
-        };
-        let place = match place {
-            Ok(place) => place,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => {
-                let problem = format!("there is no folder {}", folder_of(path).display());
-                return fail(problem, "create it, or write elsewhere");
-            }
-            Err(e) => return fail(format!("cannot be written: {e}"), "write elsewhere"),
-        };
-        match temporary(&folder_of(&place)) {
-            Ok(file) => {
-                Ok(Self { path: path.to_path_buf(), target: Target::Temporary(file, place) })
-            }
-            Err(e) => fail(format!("cannot be written: {}", e.kind()), "write elsewhere"),
-        }
-    }
-
-    /// Where the file will be, a path without links; none for a device or a pipe.
-    pub fn place(&self) -> Option<&Path> {
-        match &self.target {
-            Target::Temporary(_, place) => Some(place),
-            Target::Special => None,
-        }
-    }
-
-    /// What to remove where the process ends before it is dropped.
-    pub fn temporary(&self) -> Option<Temporary> {
-        match &self.target {
-            Target::Temporary(file, _) => Some(Temporary::File(file.path().to_path_buf())),
-            Target::Special => None,
-        }
-    }
-
-    /// Writes the content and puts the file in its place.
-    pub fn write(self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
-        let Self { path, target } = self;
-        let written = match target {
-            Target::Special => fs::OpenOptions::new()
-                .write(true)
-                .open(&path)
-                .and_then(|file| buffered(file, content)),
-            Target::Temporary(mut file, place) => buffered(file.as_file_mut(), content)
-                .and_then(|()| file.as_file().sync_all())
-                .and_then(|()| file.persist(&place).map(drop).map_err(|e| e.error)),
-        };
-        written.map_err(|e| Error::run(path.display(), format!("cannot be written: {e}")))
-    }
-}
+pub use read::ResultsFile;
+pub(crate) use read::{CaptorValues, EnergyValues, FaceValues};
 
 fn buffered<W: Write>(
     file: W,
@@ -123,41 +32,14 @@ fn buffered<W: Write>(
     writer.flush()
 }
 
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
-}
-
-/// The place of a file that is not there yet.
-fn new_place(path: &Path) -> io::Result<PathBuf> {
-    let name = match path.file_name() {
-        Some(name) if !path.as_os_str().as_encoded_bytes().ends_with(b"/") => name,
-        _ => return Err(io::Error::other("it does not name a file")),
-    };
-    let place = fs::canonicalize(folder_of(path))?.join(name);
-    // a name that is too long, or passes through a file, is found now and not when all is done
-    match fs::symlink_metadata(&place) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => {
-            Err(io::Error::other(e.kind().to_string()))
-        }
-        _ => Ok(place),
-    }
-}
-
-fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".phylux-");
-    // as any other new file, for the umask to restrict; the default is for secrets
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
 /// Writes a result as JSON: one line per captor, group and entry of the head.
 pub fn write_json(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
-    result.serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
+    write_lines(result, writer)
+}
+
+/// Writes anything as JSON with lines in the same way.
+pub fn write_lines(value: &impl Serialize, writer: &mut dyn Write) -> io::Result<()> {
+    value.serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
     writer.write_all(b"\n")
 }
 
@@ -209,7 +91,7 @@ impl OutputFolder {
         let mut folder = made
             .map(|()| Self { path: path.to_path_buf(), staging: None, new })
             .map_err(|e| fail(format!("cannot be created: {}", e.kind())))?;
-        let staging = tempfile::Builder::new().prefix(".phylux-").tempdir_in(path);
+        let staging = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(path);
         let staging = staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
         folder.staging = Some(staging);
         Ok(folder)
@@ -224,7 +106,7 @@ impl OutputFolder {
     /// Where the files for captors of these ids will be, paths without links.
     pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
         let folder = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
-        file_names(ids).iter().map(|name| folder.join(name)).collect()
+        file_names(ids, "json").iter().map(|name| folder.join(name)).collect()
     }
 
     /// Writes one JSON file for each captor, all of them before any is put in its place.
@@ -235,7 +117,7 @@ impl OutputFolder {
 
     fn stage(&self, result: &RunResult) -> io::Result<()> {
         let staging = self.staging.as_ref().map_or(&*self.path, |staging| staging.path());
-        let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()));
+        let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()), "json");
         for (captor, name) in result.captors.iter().zip(&names) {
             let single = SingleCaptor {
                 phylux: result.phylux,
@@ -257,16 +139,16 @@ impl OutputFolder {
     }
 }
 
-/// A file name for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
+/// A file name with this ending for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
 /// again gets a number.
-fn file_names<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
+pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<String> {
     let mut taken = HashSet::new();
     ids.map(|id| {
         let safe = |c: char| if c.is_alphanumeric() || "-_.#".contains(c) { c } else { '_' };
         let plain: String = id.chars().take(200).map(safe).collect();
         let numbered = |n: usize| match n {
-            1 => format!("{plain}.json"),
-            _ => format!("{plain}~{n}.json"),
+            1 => format!("{plain}.{ending}"),
+            _ => format!("{plain}~{n}.{ending}"),
         };
         // file systems that fold case would make one file of two
         let free = (1..).map(numbered).find(|name| taken.insert(name.to_lowercase()));

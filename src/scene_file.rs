@@ -4,7 +4,6 @@ mod captors;
 mod format;
 #[cfg(test)]
 mod fuzz;
-mod json;
 mod lights;
 mod materials;
 mod objects;
@@ -17,14 +16,16 @@ use std::{
 };
 
 use glam::DVec3;
+use serde_json::Value;
 
-pub use format::SceneFile;
-use format::{CameraFile, Count, PerBand, SettingsFile, TransformFile};
+use format::{CameraFile, PerBand, SettingsFile, TransformFile};
+pub use format::{Count, SceneFile};
 
 use crate::{
     error::{Error, Result, nearest, number},
     geometry::{Transform, unit_vector},
-    input::{RELATIVE, read_bytes},
+    input::{Fetch, RELATIVE, read_bytes},
+    json,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
     settings::{Checked, Settings},
@@ -32,8 +33,6 @@ use crate::{
     units::LengthUnit,
 };
 
-/// The longest scene file, bytes; its OBJ and CSV files may be longer.
-const MAX_JSON: usize = 64 << 20;
 /// The most triangles in a scene: surfaces, captors and lights together.
 const MAX_TRIANGLES: usize = 20_000_000;
 /// The most captors.
@@ -62,6 +61,21 @@ pub struct LoadedScene {
     pub files: Vec<PathBuf>,
 }
 
+impl LoadedScene {
+    /// Error: it has no captor, so that a run would find nothing.
+    pub fn check_captors(&self) -> Result<()> {
+        if !self.scene.captors.is_empty() {
+            return Ok(());
+        }
+        let place = self.files.first().map_or(String::new(), |file| file.display().to_string());
+        Err(Error::input(
+            json::place(&place, "/captors"),
+            "the scene has no captor, so there is nothing to run",
+        )
+        .remedy("add a captor, or `\"captor\": true` to an object"))
+    }
+}
+
 /// Loads the scene at `path`. Errors name the file and the place in it.
 pub fn load(path: &Path) -> Result<LoadedScene> {
     let bytes = read_bytes(path)
@@ -71,26 +85,19 @@ pub fn load(path: &Path) -> Result<LoadedScene> {
 
 /// Like [`load`], from the bytes of the file at `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedScene> {
-    let name = path.display().to_string();
-    if bytes.len() > MAX_JSON {
-        return Err(Error::input(&name, format!("is longer than {MAX_JSON} bytes"))
-            .remedy("put shapes into OBJ files and sensors into CSV files"));
-    }
-    let text = std::str::from_utf8(bytes).map_err(|e| {
-        Error::input(&name, format!("is not text: byte {} is not UTF-8", e.valid_up_to()))
-            .remedy("a scene is a JSON file")
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if text.trim().is_empty() {
-        return Err(Error::input(&name, "is empty").remedy("a scene is a JSON file"));
-    }
-    let file: SceneFile = json::read(&name, text)?;
-    Loader::new(path, &file)?.load(&file)
+    load_value(json::parse(&path.display().to_string(), bytes)?, path, &read_bytes)
+}
+
+/// Like [`load`], from the JSON of the file at `path`; `read` fetches the files that it names.
+pub fn load_value(value: Value, path: &Path, read: &Fetch) -> Result<LoadedScene> {
+    let file: SceneFile = json::read(&path.display().to_string(), value)?;
+    Loader::new(path, &file, read)?.load(&file)
 }
 
 /// What is known and collected while a scene is put together.
-struct Loader {
+struct Loader<'a> {
     path: PathBuf,
+    read: &'a Fetch<'a>,
     metres: f64,
     bands: usize,
     parts: SceneParts,
@@ -106,10 +113,11 @@ struct Loader {
     warnings: Vec<String>,
 }
 
-impl Loader {
-    fn new(path: &Path, file: &SceneFile) -> Result<Self> {
+impl<'a> Loader<'a> {
+    fn new(path: &Path, file: &SceneFile, read: &'a Fetch) -> Result<Self> {
         let mut loader = Self {
             path: path.to_path_buf(),
+            read,
             metres: file.unit.metres(),
             bands: 0,
             parts: SceneParts::default(),
@@ -359,7 +367,7 @@ impl Loader {
     /// The bytes of a file that the scene file names at `pointer`.
     fn bytes(&self, pointer: &str, path: &Path) -> Result<Vec<u8>> {
         let error = |why| self.error(pointer, format!("{}: {why}", path.display()));
-        read_bytes(path).map_err(|why| error(why).remedy(RELATIVE))
+        (self.read)(path).map_err(|why| error(why).remedy(RELATIVE))
     }
 
     /// An OBJ file, read once.
@@ -372,7 +380,7 @@ impl Loader {
             return Err(self.error(pointer, "no file name").remedy("name an OBJ file"));
         }
         let bytes = self.bytes(pointer, &path)?;
-        let obj = Rc::new(ObjFile::parse(&bytes, &path, read_bytes)?);
+        let obj = Rc::new(ObjFile::parse(&bytes, &path, self.read)?);
         for part in obj.parts.iter().filter(|part| part.tangled > 0) {
             self.warn(
                 format!("{}:{}", path.display(), part.line),

@@ -89,7 +89,7 @@ fn broken_json() {
     let deep = format!("{}1{}", "[".repeat(100_000), "]".repeat(100_000));
     let long = format!("{{\"name\": \"{}\", \"x\": 1}}", "x".repeat(1_000_000));
     let rows: &[(&str, &[&str])] = &[
-        ("", &["scene.json: is empty; a scene is a JSON file"]),
+        ("", &["scene.json: is empty; it must be a JSON file"]),
         (" \n\t ", &["scene.json: is empty"]),
         ("{", &["line 1, column 1: EOF while parsing an object; close every bracket"]),
         ("{\n \"name\": \"x\",\n}", &["line 3, column 1: trailing comma; delete the comma"]),
@@ -101,13 +101,13 @@ fn broken_json() {
         ("{\"a\": 1e999}", &["line 1, column 11: number out of range; numbers are at most"]),
         ("{\"a\": +1}", &["line 1, column 7: expected value", "no leading +"]),
         ("{\"a\": .5}", &["line 1, column 7: expected value; correct the JSON"]),
-        ("// my scene\n{}", &["line 1, column 1: expected value; a scene file is JSON"]),
+        ("// my scene\n{}", &["line 1, column 1: expected value; the file must be JSON"]),
         ("{'a': 1}", &["line 1, column 2: key must be a string; JSON has double quotes only"]),
         ("{} {}", &["line 1, column 4: trailing characters; the file must end"]),
         ("{\"a\": \"\u{1}\"}", &["line 1, column 8: control character"]),
         ("{\"a\": 1, \"a\": 2}", &["line 1, column 16: the key `a` stands here twice; delete one"]),
         ("{\"x\": [{\"y\": {\"a\": 1,\n\"a\": 1}}]}", &["line 2", "`a` stands here twice"]),
-        (&deep, &["line 1, column 128: recursion limit exceeded; no scene is nested so"]),
+        (&deep, &["line 1, column 128: recursion limit exceeded; nothing needs to be nested so"]),
         (&long, &["scene.json: /x: unknown key `x`", "lights"]),
         ("[]", &["scene.json: an array, must be an object"]),
         ("\"scene\"", &["scene.json: \"scene\", must be an object"]),

@@ -5,13 +5,13 @@ use std::{collections::HashMap, fs, path::Path};
 
 /// Every file of the library (a folder counts as the file of its name), floor by floor.
 const FLOORS: [&[&str]; 8] = [
-    &["error", "input", "units", "spectrum", "rng", "stats", "geometry", "sampling"],
+    &["error", "input", "output", "units", "spectrum", "rng", "stats", "geometry", "sampling"],
     &["bvh", "photon_map", "obj"],
     &["material", "light", "captor"],
     &["scene"],
     &["settings", "trace", "estimate", "tally", "simulate", "result"],
-    &["captor_csv", "scene_file", "result_file", "chart"],
-    &["check", "study", "compare"],
+    &["captor_csv", "json", "scene_file", "sweep_file", "result_file", "chart"],
+    &["check", "study", "compare", "sweep"],
     &["cli", "lib", "main"],
 ];
 

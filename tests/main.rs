@@ -17,5 +17,6 @@ mod output;
 mod paths;
 mod stability;
 mod study;
+mod sweep;
 mod truths;
 mod world;

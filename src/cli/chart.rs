@@ -10,7 +10,7 @@ use clap::Args;
 use super::{interrupt::Interrupt, run};
 use crate::{
     error::{Error, Result},
-    result_file::{OutputFile, Temporary},
+    output::{OutputFile, Temporary},
     scene_file,
     settings::Settings,
     simulate::{Control, Progress},

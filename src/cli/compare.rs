@@ -9,9 +9,10 @@ use clap::Args;
 
 use super::{run::check_places, summary::short};
 use crate::{
-    compare::{Comparison, ODDS, ResultsFile},
+    compare::{Comparison, ODDS},
     error::Result,
-    result_file::OutputFile,
+    output::OutputFile,
+    result_file::ResultsFile,
 };
 
 #[derive(Args)]

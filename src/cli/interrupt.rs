@@ -13,7 +13,7 @@ use std::{
 
 use crate::{
     error::{Error, Result},
-    result_file::Temporary,
+    output::Temporary,
 };
 
 /// What an interrupted command says.

@@ -20,8 +20,9 @@ use super::{
 use crate::{
     check::check_meshes,
     error::{Error, Result},
+    output::OutputFile,
     result::RunResult,
-    result_file::{OutputFile, OutputFolder, write_csv, write_json},
+    result_file::{OutputFolder, write_csv, write_json},
     scene_file::{self, LoadedScene},
     settings::{Checked, Estimator, Settings},
     simulate::{Control, Progress, simulate},
@@ -142,20 +143,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
-    let LoadedScene { scene, settings, warnings, files, .. } = scene_file::load(&arguments.scene)?;
+    let loaded = scene_file::load(&arguments.scene)?;
     reading.finish_and_clear();
+    loaded.check_captors()?;
+    let LoadedScene { scene, settings, warnings, files, .. } = loaded;
     let ids = || scene.captors.iter().map(|captor| captor.id.as_str());
     places.extend(per_captor.iter().flat_map(|folder| folder.places(ids())));
     check_places(&places, &files)?;
     super::warn(&warnings);
     super::warn(&check_meshes(&scene)?);
-    if scene.captors.is_empty() {
-        return Err(Error::input(
-            format!("{}: /captors", arguments.scene.display()),
-            "the scene has no captor, so there is nothing to run",
-        )
-        .remedy("add a captor, or `\"captor\": true` to an object"));
-    }
     let settings = Settings {
         estimator: arguments.estimator.unwrap_or(settings.estimator),
         photons: arguments.photons.or(settings.photons),

@@ -7,6 +7,7 @@ use crate::{
     result::RunResult,
     result_file::SingleCaptor,
     scene_file::SceneFile,
+    sweep_file::SweepFile,
 };
 
 /// What to print the schema of.
@@ -14,6 +15,8 @@ use crate::{
 pub(super) enum Of {
     /// Scene files
     Scene,
+    /// Sweep files
+    Sweep,
     /// Results files
     Results,
     /// Files of `--per-captor`
@@ -23,6 +26,7 @@ pub(super) enum Of {
 pub(super) fn print(of: Of) -> Result<()> {
     let schema = match of {
         Of::Scene => schemars::schema_for!(SceneFile),
+        Of::Sweep => schemars::schema_for!(SweepFile),
         Of::Results => schemars::schema_for!(RunResult),
         Of::Captor => schemars::schema_for!(SingleCaptor),
     };

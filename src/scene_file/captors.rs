@@ -16,7 +16,7 @@ use crate::{
 /// Triangles of a disc.
 const DISC_TRIANGLES: usize = 32;
 
-impl Loader {
+impl Loader<'_> {
     pub(super) fn load_captors(&mut self, captors: &[CaptorFile]) -> Result<()> {
         for (i, file) in captors.iter().enumerate() {
             let pointer = format!("/captors/{i}");

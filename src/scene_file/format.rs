@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, fmt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de};
 
-use super::json::tagged;
 use crate::{
+    json::tagged,
     settings::Estimator,
     units::{LengthUnit, Quantity},
 };

@@ -191,7 +191,7 @@ fn pointers(value: &Value, at: String, found: &mut Vec<String>) {
         }
         Value::Object(map) => {
             for (key, v) in map {
-                pointers(v, format!("{at}/{}", super::json::escaped(key)), found);
+                pointers(v, format!("{at}/{}", crate::json::escaped(key)), found);
             }
         }
         _ => {}

@@ -18,7 +18,7 @@ const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 /// Sides of the prism that a tube with a material is.
 const TUBE_SIDES: usize = 64;
 
-impl Loader {
+impl Loader<'_> {
     pub(super) fn load_lights(&mut self, lights: &[LightFile]) -> Result<()> {
         for (i, file) in lights.iter().enumerate() {
             let pointer = format!("/lights/{i}");

@@ -69,7 +69,7 @@ impl Library {
     }
 }
 
-impl Loader {
+impl Loader<'_> {
     pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialFile>) -> Result<()> {
         for (name, file) in files {
             let pointer = format!("/materials/{}", json::escaped(name));

@@ -33,7 +33,7 @@ struct Glow {
     triangles: Vec<[DVec3; 3]>,
 }
 
-impl Loader {
+impl Loader<'_> {
     pub(super) fn load_objects(&mut self, objects: &[ObjectFile]) -> Result<()> {
         for (i, file) in objects.iter().enumerate() {
             self.load_object(&format!("/objects/{i}"), file)?;

@@ -13,9 +13,23 @@ use serde_json::{Map, Value};
 
 use crate::error::{Error, Result, nearest};
 
-/// Reads `text` (the content of `file`) into a type. Errors name line and column for syntax, and
-/// the JSON pointer for meaning.
-pub fn read<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
+/// The longest JSON file, bytes.
+const LONGEST: usize = 64 << 20;
+
+/// Parses the `bytes` of `file`. Errors name line and column.
+pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
+    if bytes.len() > LONGEST {
+        return Err(Error::input(file, format!("is longer than {LONGEST} bytes"))
+            .remedy("put shapes into OBJ files and sensors into CSV files"));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        Error::input(file, format!("is not text: byte {} is not UTF-8", e.valid_up_to()))
+            .remedy(IS_JSON)
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(Error::input(file, "is empty").remedy(IS_JSON));
+    }
     let Strict(value) = serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
         let problem = message.rsplit_once(" at line ").map_or(&*message, |(problem, _)| problem);
@@ -25,10 +39,18 @@ pub fn read<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
         let remedy = match text.trim_start().starts_with(['{', '[']) {
             true => syntax_remedy(problem, rest),
             // an OBJ file, for one, may begin with a comment
-            false => "a scene file is JSON, which begins with { and has no comments",
+            false => "the file must be JSON, which begins with { and has no comments",
         };
         Error::input(place, problem).remedy(remedy)
     })?;
+    Ok(value)
+}
+
+/// The remedy for a file that is none.
+const IS_JSON: &str = "it must be a JSON file";
+
+/// Reads `value` (the content of `file`) into a type. Errors name the JSON pointer.
+pub fn read<T: DeserializeOwned>(file: &str, value: Value) -> Result<T> {
     typed(value).map_err(|Misplaced { pointer, problem }| {
         let error = Error::input(place(file, &pointer), plain_words(&problem));
         match known_names(&problem).or_else(|| missing_key(&problem)) {
@@ -46,9 +68,9 @@ fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
         _ if problem.starts_with("EOF") => "close every bracket and quote; is the file whole?",
         "trailing comma" => "delete the comma before it",
         "number out of range" => "numbers are at most 1.8e308",
-        "recursion limit exceeded" => "no scene is nested so deeply",
+        "recursion limit exceeded" => "nothing needs to be nested so deeply",
         "expected ident" => "write a finite number, true, false or null",
-        "trailing characters" => "the file must end with the closing bracket of the scene",
+        "trailing characters" => "the file must end with its closing bracket",
         _ if at(&["N", "n", "I", "i", "+", "-"]) => {
             "write a finite number; JSON has no NaN, no infinity and no leading +"
         }
@@ -153,16 +175,16 @@ macro_rules! tagged {
                 deserializer: D,
             ) -> std::result::Result<Self, D::Error> {
                 let mut map = serde_json::Map::deserialize(deserializer)?;
-                let tag: String = $crate::scene_file::json::tag(&mut map, &[$($tag),*])?;
+                let tag: String = $crate::json::tag(&mut map, &[$($tag),*])?;
                 $(if tag == $tag {
-                    return $crate::scene_file::json::variant(map).map(Self::$variant);
+                    return $crate::json::variant(map).map(Self::$variant);
                 })*
                 unreachable!("tag() returns known tags only")
             }
         }
     };
 }
-pub(super) use tagged;
+pub(crate) use tagged;
 
 /// Serde's words in those of a user of JSON.
 fn plain_words(problem: &str) -> String {

@@ -1,0 +1,148 @@
+//! `phylux sweep` and `phylux merge`
+
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::{interrupt::Interrupt, run};
+use crate::{
+    check::check_meshes,
+    error::{Error, Result},
+    settings::Checked,
+    sweep::{
+        Forecast, Outcome, Shard, State, SweepControl, SweepPlan, SweepProgress, load_base, merge,
+        states, sweep,
+    },
+    sweep_file::Sweep,
+};
+
+/// Failed runs that are listed; all are in the table of runs.
+const LISTED: usize = 10;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Sweep file (JSON)
+    sweep: PathBuf,
+    /// Folder for the results and tables; made if it is not there. What is finished in it stays
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// List the runs, with what they would take of time and disk, and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Do the I-th of N shares of the runs, in a folder of its own; `phylux merge` joins them
+    #[arg(long, value_name = "I/N", value_parser = Shard::parse, default_value = "1/1")]
+    shard: Shard,
+    /// Threads; 0 takes all processors. The results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = run::threads, allow_negative_numbers = true)]
+    threads: usize,
+    /// The most runs at a time; 0 takes as many as there are threads. Fewer take less memory
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_negative_numbers = true)]
+    jobs: usize,
+}
+
+fn jobs(text: &str) -> Checked<usize> {
+    text.parse().map_err(|_| "must be a whole number, at least 0".into())
+}
+
+#[derive(Args)]
+pub(super) struct MergeArguments {
+    /// Folders that `phylux sweep --shard` has written
+    #[arg(required = true)]
+    parts: Vec<PathBuf>,
+    /// Folder for all of it; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let plan =
+        SweepPlan { shard: arguments.shard, threads: arguments.threads, jobs: arguments.jobs };
+    let file = Sweep::load(&arguments.sweep)?;
+    let base = load_base(&file)?;
+    super::warn(&base.warnings);
+    super::warn(&check_meshes(&base.scene)?);
+    drop(base);
+    if arguments.dry_run {
+        return dry_run(&file, &arguments.output, &plan, &interrupt);
+    }
+    let outcome = watched(&interrupt, |control| sweep(&file, &arguments.output, &plan, control))?;
+    finish(&outcome, &arguments.output)
+}
+
+pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let outcome =
+        watched(&interrupt, |control| merge(&arguments.parts, &arguments.output, control))?;
+    finish(&outcome, &arguments.output)
+}
+
+/// Does `work` with a progress bar, and ends it in order at a signal.
+fn watched<T>(interrupt: &Interrupt, work: impl FnOnce(&SweepControl) -> Result<T>) -> Result<T> {
+    interrupt.writing();
+    let bar = run::terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let progress = |progress| show(&bar, progress);
+    let control = SweepControl { stop: interrupt.stop(), progress: &progress };
+    let done = interrupt.listening(|| work(&control));
+    bar.finish_and_clear();
+    done
+}
+
+fn show(bar: &ProgressBar, progress: SweepProgress) {
+    let SweepProgress { step, runs, of } = progress;
+    bar.set_length(1000 * of as u64);
+    bar.set_message(format!("{step}: {} of {of} runs", runs.floor()));
+    bar.set_position((1000.0 * runs) as u64);
+}
+
+/// Says how it ended. Error: runs have failed.
+fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
+    let Outcome { runs, kept, failed, missing } = outcome;
+    for (run, error) in failed.iter().take(LISTED) {
+        super::warn(&[format!("{run}: {error}")]);
+    }
+    if failed.len() > LISTED {
+        super::warn(&[format!("and {} more", failed.len() - LISTED)]);
+    }
+    let mut text = format!("{} of {runs} runs are done", runs - failed.len());
+    if *kept > 0 {
+        let _ = write!(text, ", {kept} of them from before");
+    }
+    let folder = folder.display();
+    let _ = match missing {
+        0 => writeln!(text, "; wrote {folder}"),
+        _ => writeln!(text, "; {missing} runs of other shards are not in {folder}: no tables yet"),
+    };
+    super::print(&text)?;
+    match failed.len() {
+        0 => Ok(()),
+        n => Err(Error::run("sweep", format!("{n} of {runs} runs failed")).remedy(format!(
+            "correct what their errors name; the same command runs them again (also in {folder}/runs)"
+        ))),
+    }
+}
+
+fn dry_run(file: &Sweep, folder: &Path, plan: &SweepPlan, interrupt: &Interrupt) -> Result<()> {
+    let (states, forecast) = watched(interrupt, |control| {
+        let states = states(folder, file, control)?;
+        let forecast = Forecast::make(file, folder, &states, plan, control)?;
+        Ok((states, forecast))
+    })?;
+    let mut text = String::new();
+    for run in file.runs().filter(|run| plan.shard.holds(run)) {
+        let state = match &states[run.number - 1] {
+            State::Done => "done",
+            State::Failed(_) => "failed, to do",
+            State::Missing => "to do",
+        };
+        let _ = writeln!(text, "run {}: {run}: {state}", run.number);
+    }
+    let _ = writeln!(text, "{forecast}");
+    super::print(&text)
+}

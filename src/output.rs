@@ -1,0 +1,199 @@
+//! Files that are written whole or not at all: to a temporary file beside the place, renamed when all
+//! of it is on the disk.
+
+use std::{
+    fs,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use crate::error::{Error, Result};
+
+/// How the names of temporary files and folders begin.
+pub const TEMPORARY: &str = ".phylux-";
+
+/// What an unfinished output has on the disk.
+#[derive(Clone, Debug)]
+pub enum Temporary {
+    /// A file.
+    File(PathBuf),
+    /// A folder with all that is in it.
+    Folder(PathBuf),
+    /// A folder that goes away only if it is empty.
+    IfEmpty(PathBuf),
+}
+
+/// A file to be written whole or not at all. Made before the work, so that a folder that is missing
+/// or closed is found then.
+#[derive(Debug)]
+pub struct OutputFile {
+    path: PathBuf,
+    target: Target,
+}
+
+#[derive(Debug)]
+enum Target {
+    /// Goes to this place, a path without links, when it is whole.
+    Temporary(tempfile::NamedTempFile, PathBuf),
+    /// A device or pipe, which no rename can replace.
+    Special,
+}
+
+impl OutputFile {
+    /// Prepares to write `path`. Errors: it is a directory or write-protected, its folder is missing
+    /// or not writable.
+    pub fn create(path: &Path) -> Result<Self> {
+        let fail = |problem: String, remedy: &str| {
+            Err(Error::input(path.display(), problem).remedy(remedy))
+        };
+        let place = match fs::metadata(path) {
+            Ok(kind) if kind.is_dir() => {
+                return fail("is a directory".into(), "name a file in it");
+            }
+            Ok(kind) if !kind.is_file() => {
+                return Ok(Self { path: path.to_path_buf(), target: Target::Special });
+            }
+            Ok(kind) if kind.permissions().readonly() => {
+                return fail("is write-protected".into(), "write elsewhere");
+            }
+            // a rename would replace a link
+            Ok(_) => fs::canonicalize(path),
+            Err(_) => new_place(path),
+        };
+        let place = match place {
+            Ok(place) => place,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                let problem = format!("there is no folder {}", folder_of(path).display());
+                return fail(problem, "create it, or write elsewhere");
+            }
+            Err(e) => return fail(format!("cannot be written: {e}"), "write elsewhere"),
+        };
+        match temporary(&folder_of(&place)) {
+            Ok(file) => {
+                Ok(Self { path: path.to_path_buf(), target: Target::Temporary(file, place) })
+            }
+            Err(e) => fail(format!("cannot be written: {}", e.kind()), "write elsewhere"),
+        }
+    }
+
+    /// Where the file will be, a path without links; none for a device or a pipe.
+    pub fn place(&self) -> Option<&Path> {
+        match &self.target {
+            Target::Temporary(_, place) => Some(place),
+            Target::Special => None,
+        }
+    }
+
+    /// What to remove where the process ends before it is dropped.
+    pub fn temporary(&self) -> Option<Temporary> {
+        match &self.target {
+            Target::Temporary(file, _) => Some(Temporary::File(file.path().to_path_buf())),
+            Target::Special => None,
+        }
+    }
+
+    /// Writes the content and puts the file in its place.
+    pub fn write(self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let mut file = self.open()?;
+        let written = content(&mut file);
+        file.finish(written)
+    }
+
+    /// Begins to write it.
+    pub fn open(self) -> Result<OpenFile> {
+        let Self { path, target } = self;
+        let target = match target {
+            Target::Special => fs::OpenOptions::new().write(true).open(&path).map(Opened::Special),
+            Target::Temporary(file, place) => Ok(Opened::Temporary(file, place)),
+        };
+        let target = target.map_err(|e| unwritten(&path, e))?;
+        Ok(OpenFile { path, writer: BufWriter::with_capacity(1 << 16, target) })
+    }
+}
+
+fn unwritten(path: &Path, e: io::Error) -> Error {
+    Error::run(path.display(), format!("cannot be written: {e}"))
+}
+
+/// A file that is being written, and is in its place only when it is finished.
+#[derive(Debug)]
+pub struct OpenFile {
+    path: PathBuf,
+    writer: BufWriter<Opened>,
+}
+
+#[derive(Debug)]
+enum Opened {
+    Temporary(tempfile::NamedTempFile, PathBuf),
+    Special(fs::File),
+}
+
+impl OpenFile {
+    /// Puts the file in its place, if all of it could be written.
+    pub fn finish(self, written: io::Result<()>) -> Result<()> {
+        let Self { path, writer } = self;
+        let target = written.and_then(|()| writer.into_inner().map_err(io::Error::from));
+        let placed = target.and_then(|target| match target {
+            Opened::Special(_) => Ok(()),
+            Opened::Temporary(file, place) => {
+                file.as_file().sync_all()?;
+                file.persist(&place).map(drop).map_err(|e| e.error)
+            }
+        });
+        placed.map_err(|e| unwritten(&path, e))
+    }
+}
+
+impl Write for OpenFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+impl Write for Opened {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Temporary(file, _) => file.write(bytes),
+            Self::Special(file) => file.write(bytes),
+        }
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The folder that a path is in.
+pub fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// The place of a file that is not there yet.
+fn new_place(path: &Path) -> io::Result<PathBuf> {
+    let name = match path.file_name() {
+        Some(name) if !path.as_os_str().as_encoded_bytes().ends_with(b"/") => name,
+        _ => return Err(io::Error::other("it does not name a file")),
+    };
+    let place = fs::canonicalize(folder_of(path))?.join(name);
+    // a name that is too long, or passes through a file, is found now and not when all is done
+    match fs::symlink_metadata(&place) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => {
+            Err(io::Error::other(e.kind().to_string()))
+        }
+        _ => Ok(place),
+    }
+}
+
+fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY);
+    // as any other new file, for the umask to restrict; the default is for secrets
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}

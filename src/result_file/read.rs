@@ -1,0 +1,91 @@
+//! What is read of a results file.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::{
+    error::{Error, Result},
+    input::read_bytes,
+};
+
+/// What comparisons and tables read of a results file.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ResultsFile {
+    /// Name of the scene.
+    pub scene: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// How many photons or paths.
+    pub photons: u64,
+    /// Which of them.
+    pub estimator: String,
+    /// Names of the units.
+    pub(crate) unit: Unit,
+    /// Bands and sums over bands.
+    pub(crate) bands: Vec<Band>,
+    pub(crate) energy: EnergyValues,
+    pub(crate) captors: Vec<CaptorValues>,
+    pub(crate) groups: Vec<GroupValues>,
+}
+
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub(crate) struct Unit {
+    pub flux: String,
+    pub irradiance: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct Band {
+    pub name: String,
+}
+
+/// The energy balance, per band; paths know the power alone.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct EnergyValues {
+    pub power: Vec<f64>,
+    pub emitted: Option<Vec<f64>>,
+    pub absorbed: Option<Vec<f64>>,
+    pub escaped: Option<Vec<f64>>,
+    pub lost: Option<Vec<f64>>,
+}
+
+/// What a captor received.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct CaptorValues {
+    pub id: String,
+    pub front: FaceValues,
+    pub back: Option<FaceValues>,
+    pub absorbed: Option<Vec<f64>>,
+    pub absorbed_se: Option<Vec<Option<f64>>>,
+}
+
+/// What a group received: a captor of captors.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct GroupValues {
+    pub captors: u64,
+    #[serde(flatten)]
+    pub values: CaptorValues,
+}
+
+/// What arrived on one face.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct FaceValues {
+    pub irradiance: Vec<f64>,
+    pub irradiance_se: Vec<Option<f64>>,
+    pub min: Option<Vec<f64>>,
+    pub max: Option<Vec<f64>>,
+    #[serde(default)]
+    pub few_paths: bool,
+}
+
+impl ResultsFile {
+    /// Reads the results at `path`. Errors: they cannot be read, or are none.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+        serde_json::from_slice(&bytes).map_err(|e| {
+            Error::input(path.display(), format!("is no results file: {e}"))
+                .remedy("name a file that `phylux run -o` has written")
+        })
+    }
+}

@@ -1,0 +1,146 @@
+//! Sweeps that are stopped, killed or cut into parts end with the same bytes as one that ran through.
+
+#![cfg(unix)]
+
+use std::{
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use phylux::Stream;
+
+use super::*;
+use crate::bad_input::listing;
+
+/// Twelve powers and three seeds; one run in four fails.
+const SWEEP: &str = r#"{"scene": "scene.json", "seeds": 3, "vary": {
+    "/lights/0/power": {"from": 1, "to": 3, "steps": 3}, "/materials/wall/reflectance": [0.1, 0.2, 0.3, 1.5]}}"#;
+
+fn start(folder: &TestScene, arguments: &str) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_phylux"))
+        .args(arguments.split(' '))
+        .current_dir(folder.path(""))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("phylux starts")
+}
+
+/// Killed at any moment and started again, until 60 kills have come before the end: while it reads,
+/// looks, runs and writes tables. Moments by the stream of seed 5, up to 40 ms after the start; what is
+/// compared does not depend on them.
+#[test]
+fn a_killed_sweep_ends_like_any_other() {
+    let folder = folder(SWEEP);
+    assert_eq!(any(&folder, "sweep sweep.json -o whole --threads 1").status.code(), Some(1));
+    assert_eq!(content(&folder.path("whole")).len(), 36 + 10);
+    let mut moments = Stream::new(5, 0, 0);
+    let (mut kills, mut sweeps) = (0, 0);
+    while kills < 60 {
+        let out = format!("out{sweeps}");
+        for _ in 0..20 {
+            let mut child = start(&folder, &format!("sweep sweep.json -o {out} --threads 3"));
+            sleep(Duration::from_micros((40_000.0 * moments.uniform_fine()) as u64));
+            child.kill().expect("a kill");
+            kills += usize::from(child.wait().expect("an end").code().is_none());
+        }
+        let output = any(&folder, &format!("sweep sweep.json -o {out} --threads 2"));
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        let differ = differences(&folder.path("whole"), &folder.path(&out));
+        assert!(differ.is_empty(), "{out}: {differ:?}");
+        sweeps += 1;
+        assert!(sweeps < 100, "it ends before it can be killed");
+    }
+}
+
+/// Ctrl-C ends a sweep in order: what is finished stays, no half file, and it goes on from there.
+#[test]
+fn an_interrupted_sweep_goes_on() {
+    let folder = folder(r#"{"scene": "scene.json", "vary": {"/settings/photons": [1000, 1e13]}}"#);
+    let child = start(&folder, "sweep sweep.json -o out --threads 2");
+    let started = Instant::now();
+    let runs = folder.path("out/runs");
+    while !runs.is_dir() || listing(&runs).is_empty() || listing(&runs)[0].starts_with('.') {
+        assert!(started.elapsed() < Duration::from_secs(20), "no results");
+        sleep(Duration::from_millis(5));
+    }
+    // no second one at the same time
+    let output = any(&folder, "sweep sweep.json -o out");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).starts_with("error: out: another phylux is at work in this folder"));
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    let output = child.wait_with_output().expect("an end");
+    assert_eq!(output.status.code(), Some(1));
+    let said =
+        "error: sweep: interrupted, 1 of 2 runs are done; the same command goes on from there\n";
+    assert_eq!(stderr(&output), said);
+    assert_eq!(listing(&folder.path("out")), [".lock", "runs", "sweep.json", "times.csv"]);
+    fs::write(
+        folder.path("sweep.json"),
+        r#"{"scene": "scene.json", "vary": {"/settings/photons": [1000, 2000]}}"#,
+    )
+    .expect("a sweep");
+    let said = ok(&folder, "sweep sweep.json -o out");
+    assert_eq!(said, "2 of 2 runs are done, 1 of them from before; wrote out\n");
+}
+
+/// Shards, joined in any order, are what one machine writes; parts that do not belong together are
+/// refused.
+#[test]
+fn shards_merge_to_the_same_bytes() {
+    let folder = folder(SWEEP);
+    assert_eq!(any(&folder, "sweep sweep.json -o whole").status.code(), Some(1));
+    for i in 1..=3 {
+        let output = any(&folder, &format!("sweep sweep.json -o part{i} --shard {i}/3"));
+        assert_eq!(output.status.code(), Some(1));
+        assert_eq!(listing(&folder.path(&format!("part{i}/runs"))).len(), 12);
+    }
+    for (i, parts) in
+        ["part1 part2 part3", "part3 part1 part2", "part2 part3 part1 part3"].iter().enumerate()
+    {
+        let output = any(&folder, &format!("merge {parts} -o merged{i}"));
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).ends_with("(also in merged0/runs)\n") || i > 0);
+        let differ = differences(&folder.path("whole"), &folder.path(&format!("merged{i}")));
+        assert!(differ.is_empty(), "{parts}: {differ:?}");
+        let times = |out: &str| {
+            fs::read_to_string(folder.path(out).join("times.csv")).expect("a table").lines().count()
+        };
+        assert_eq!(times(&format!("merged{i}")), times("whole"));
+    }
+
+    let refused = |parts: &str, words: &str| {
+        let output = any(&folder, &format!("merge {parts} -o none"));
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).starts_with(words), "{}", stderr(&output));
+        assert!(!folder.path("none").exists());
+    };
+    refused(
+        "part1 part3",
+        "error: merge: 12 of 36 runs are in none of the folders, the first: run 2 (",
+    );
+    let shard = |out: &str| {
+        let output = any(&folder, &format!("sweep sweep.json -o {out} --shard 3/3"));
+        assert_eq!(output.status.code(), Some(1));
+    };
+    fs::write(folder.path("a.obj"), OBJ.replace("v 0 1 0", "v 0 2 0")).expect("an OBJ file");
+    shard("other");
+    refused(
+        "part1 part2 other",
+        "error: other: read another content of a.obj than part1; run the older",
+    );
+    refused("part1 part2 part3 other", "error: other: has other results of run ");
+    fs::write(folder.path("a.obj"), OBJ).expect("an OBJ file");
+    fs::write(folder.path("scene.json"), SCENE.replace("2000", "2001")).expect("a scene");
+    shard("scene");
+    refused(
+        "part1 part2 scene",
+        "error: scene: is of another scene than part1; merge parts of one",
+    );
+    fs::write(folder.path("scene.json"), SCENE).expect("a scene");
+    fs::write(folder.path("sweep.json"), SWEEP.replace("\"seeds\": 3", "\"seeds\": 2"))
+        .expect("a sweep");
+    shard("sweep");
+    refused("part1 part2 sweep", "error: sweep: is of another sweep file than part1");
+}
