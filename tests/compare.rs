@@ -87,7 +87,7 @@ fn photons_and_paths_agree_on_the_shipped_scenes() {
     let counts = [
         ("box", "1e6", "1e6", 19),
         ("growth-chamber", "2e6", "1e6", 400),
-        ("greenhouse", "4e6", "4e6", 1000),
+        ("greenhouse", "4e6", "4e6", 800),
     ];
     for (scene, photons, paths, values) in counts {
         let from = scenes.join(scene).with_extension("json");

@@ -318,7 +318,8 @@ fn light_guide() {
 }
 
 /// A spot 1 cm over a plane, 1 m away, at half a degree: onto a floor that counts and a sensor that
-/// hangs in its plane. A lamp in the plane of a sensor sheds exactly nothing on it.
+/// hangs in its plane. A lamp in the plane of a sensor sheds exactly nothing on it. Paths start 2e-6 m
+/// over the floor, which is 2e-4 of the height of the lamp.
 /// Seeds 1 and 2, 2e6 photons and 1e5 paths, standard errors at most 3 %; 4 comparisons, odds of a
 /// false alarm 5e-4.
 #[test]
@@ -335,7 +336,7 @@ fn grazing_lamps() {
         .captor("sensor", &square(corners[1].1));
     let runs = Runs::new(&world.clone().light(spot), 2_000_000, 100_000);
     let intensity = 1.0 / (TAU * (1.0 - 10f64.to_radians().cos()));
-    let mut check = Comparisons::new("grazing", 0.03);
+    let mut check = Comparisons::new("grazing", 0.03).rounding(2.5e-4);
     for (name, corner) in corners {
         let exact = mean_over(corner, u, v, |p| {
             let d2 = p[0] * p[0] + p[1] * p[1] + HEIGHT * HEIGHT;
