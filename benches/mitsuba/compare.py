@@ -32,6 +32,10 @@ def main():
     options = arguments()
     if options.startup:
         return start_mitsuba(options)
+    if not Path(options.phylux).exists():
+        sys.exit(f"{options.phylux}: no such program; build it (cargo build --release) or give --phylux")
+    if options.seeds < 8:
+        sys.exit(f"--seeds {options.seeds}: a deviation needs at least 8")
     with tempfile.TemporaryDirectory() as folder:
         import scene  # numpy is needed for it
 
@@ -60,7 +64,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, default=2.0, help="time of one run")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--variants", default="llvm_ad_mono", help="of Mitsuba, with commas between")
-    parser.add_argument("--sampler", default="independent", help="of Mitsuba")
+    parser.add_argument("--sampler", default="multijitter", help="of Mitsuba")
     parser.add_argument("--startup", help=argparse.SUPPRESS)  # a scene variant is started and no more
     return parser.parse_args()
 
@@ -128,8 +132,10 @@ class Phylux(Method):
     def prepare(self, seconds):
         least = 200 * len(self.world.faces)
         self.start = {"": np.median([self.run(least, 1)[1] for _ in range(5)], axis=0)}
-        *_, stats = self.run(20 * least, 1)
-        self.histories = int(stats["photons"] / stats["trace_seconds"] * seconds)
+        self.histories = 20 * least
+        for share in (0.2, 1.0):  # the first guess is rough
+            *_, stats = self.run(self.histories, 1)
+            self.histories = int(stats["photons"] / stats["trace_seconds"] * seconds * share)
 
     def measure(self, seed):
         found, whole, _ = self.run(self.histories, seed)
