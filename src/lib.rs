@@ -74,7 +74,7 @@ pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
     PhongFractions, Scatter, Transport,
 };
-pub use photon_map::{Arrival, Neighbour, PhotonMap};
+pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
 };
