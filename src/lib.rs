@@ -79,7 +79,7 @@ pub use material::{
     PhongFractions, Scatter, Transport,
 };
 pub use output::{OpenFile, OutputFile};
-pub use photon_map::{Arrival, Neighbour, PhotonMap};
+pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
 };

@@ -5,26 +5,34 @@ use std::{collections::BTreeMap, num::NonZero, ops::Range};
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+mod direction;
 #[cfg(test)]
 mod tests;
+
+pub use direction::PackedDirection;
 
 /// A photon that arrived on, or crossed, a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
     /// Where, relative to the centre of the scene, m.
     pub position: Vec3,
-    /// The way it travelled, unit vector.
-    pub direction: Vec3,
-    /// Index of the triangle, among the surfaces or the virtual captors.
-    pub triangle: u32,
     /// What it is filed under: a channel of a captor, for a run.
     pub shelf: u32,
+    /// The rest of it.
+    pub photon: StoredPhoton,
+}
+
+/// What a map keeps of an arrival beside its power: the place is kept by the tree of its shelf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoredPhoton {
+    /// The way it travelled.
+    pub direction: PackedDirection,
+    /// Index of the triangle, among the surfaces or the virtual captors.
+    pub triangle: u32,
     /// Index of the light that it came from.
     pub light: u32,
     /// Index of its history in the piece; in a map, among the histories that it holds.
     pub history: u32,
-    /// Whether it came against the triangle's normal.
-    pub front: bool,
 }
 
 /// Order of a piece of histories in a run: round, piece within the block, block. Every block
@@ -105,14 +113,15 @@ impl MapBuilder {
             let room = self.limit - arrivals.len();
             if piece.arrivals.len() > room {
                 // cut before the first history that does not fit whole
-                let history = piece.arrivals[room].history;
-                let whole = piece.arrivals.partition_point(|a| a.history < history);
+                let history = piece.arrivals[room].photon.history;
+                let whole = piece.arrivals.partition_point(|a| a.photon.history < history);
                 piece.arrivals.truncate(whole);
                 piece.power.truncate(whole * self.bands);
                 count = histories(key) + u64::from(history);
             }
-            for history in piece.arrivals.chunk_by_mut(|a, b| a.history == b.history) {
-                history.iter_mut().for_each(|arrival| arrival.history = first);
+            let same = |a: &Arrival, b: &Arrival| a.photon.history == b.photon.history;
+            for history in piece.arrivals.chunk_by_mut(same) {
+                history.iter_mut().for_each(|arrival| arrival.photon.history = first);
                 first += 1;
             }
             arrivals.append(&mut piece.arrivals);
@@ -122,10 +131,10 @@ impl MapBuilder {
     }
 }
 
-/// Stored arrivals, shelf by shelf, with a tree over each large shelf.
+/// Stored photons, shelf by shelf, with a tree over each large shelf.
 pub struct PhotonMap {
-    /// All arrivals; those of one shelf stand side by side.
-    pub arrivals: Vec<Arrival>,
+    /// All photons; those of one shelf stand side by side.
+    pub photons: Vec<StoredPhoton>,
     power: Vec<f32>,
     bands: usize,
     /// The histories that these are all arrivals of.
@@ -135,13 +144,21 @@ pub struct PhotonMap {
 
 struct Shelf {
     range: Range<usize>,
-    tree: Option<ImmutableKdTree<f32, 3>>,
+    places: Places,
 }
 
-/// A stored arrival near a point.
+/// Where the photons of a shelf are.
+enum Places {
+    /// One by one: few, or such as kiddo refuses.
+    List(Vec<Vec3>),
+    /// Turned.
+    Tree(ImmutableKdTree<f32, 3>),
+}
+
+/// A stored photon near a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
-    /// Index of the arrival.
+    /// Index of the photon.
     pub index: usize,
     /// Squared distance, m2.
     pub distance2: f32,
@@ -151,64 +168,88 @@ pub struct Neighbour {
 const SMALL_SHELF: usize = 1024;
 
 impl PhotonMap {
-    fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
-        let mut order: Vec<u32> = (0..arrivals.len() as u32).collect();
+    /// A map of all arrivals of `histories`, and their powers per band times `histories`, one after the
+    /// other.
+    ///
+    /// # Panics
+    ///
+    /// Unless there are `bands` powers for each arrival, and fewer than 2^32 arrivals.
+    pub fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
+        assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
+        let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
+        let mut order: Vec<u32> = (0..count).collect();
         order.sort_by_key(|&i| arrivals[i as usize].shelf);
-        let sorted: Vec<Arrival> = order.iter().map(|&i| arrivals[i as usize]).collect();
-        let power = order.iter().flat_map(|&i| &power[i as usize * bands..][..bands]).copied();
-        let power = power.collect();
+        let arrival = |&i: &u32| &arrivals[i as usize];
         let mut shelves = BTreeMap::new();
         let mut first = 0;
-        for group in sorted.chunk_by(|a, b| a.shelf == b.shelf) {
-            let range = first..first + group.len();
+        for shelf in order.chunk_by(|a, b| arrival(a).shelf == arrival(b).shelf) {
+            let range = first..first + shelf.len();
             first = range.end;
-            let tree = (group.len() > SMALL_SHELF).then(|| tree_of(group)).flatten();
-            shelves.insert(group[0].shelf, Shelf { range, tree });
+            let places = Places::of(shelf.iter().map(|i| arrival(i).position));
+            shelves.insert(arrival(&shelf[0]).shelf, Shelf { range, places });
         }
-        Self { arrivals: sorted, power, bands, histories, shelves }
+        let photons = order.iter().map(|i| arrival(i).photon).collect();
+        drop(arrivals);
+        let mut sorted = Vec::with_capacity(power.len());
+        order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
+        Self { photons, power: sorted, bands, histories, shelves }
     }
 
-    /// Power of an arrival per band, W or umol/s x [`histories`](Self::histories).
+    /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
     pub fn power(&self, index: usize) -> &[f32] {
         &self.power[index * self.bands..][..self.bands]
     }
 
-    /// How many arrivals a shelf has.
+    /// How many photons a shelf has.
     pub fn count(&self, shelf: u32) -> usize {
         self.shelves.get(&shelf).map_or(0, |shelf| shelf.range.len())
     }
 
-    /// The `k` (at least 1) arrivals of a shelf nearest to `point`, nearest first; fewer where the
+    /// The `k` (at least 1) photons of a shelf nearest to `point`, nearest first; fewer where the
     /// shelf has fewer.
     pub fn nearest(&self, shelf: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
-        let (Some(Shelf { range, tree }), Some(k)) = (self.shelves.get(&shelf), NonZero::new(k))
+        let (Some(Shelf { range, places }), Some(k)) = (self.shelves.get(&shelf), NonZero::new(k))
         else {
             return Vec::new();
         };
-        if let Some(tree) = tree.as_ref().filter(|_| k.get() < range.len()) {
-            let point = turned(point);
-            let found = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(k).execute();
-            let neighbour =
-                |item: usize, distance2| Neighbour { index: range.start + item, distance2 };
-            return found.iter().map(|f| neighbour(f.item as usize, f.distance)).collect();
+        let mut found = places.nearest(point, k);
+        found.iter_mut().for_each(|neighbour| neighbour.index += range.start);
+        found
+    }
+}
+
+impl Places {
+    fn of(places: impl ExactSizeIterator<Item = Vec3> + Clone) -> Self {
+        if places.len() > SMALL_SHELF {
+            let points: Vec<[f32; 3]> = places.clone().map(turned).collect();
+            if let Ok(tree) = ImmutableKdTree::new_from_slice(&points) {
+                return Self::Tree(tree);
+            }
         }
-        let mut all: Vec<Neighbour> = range
-            .clone()
-            .map(|index| {
-                let distance2 = self.arrivals[index].position.distance_squared(point);
-                Neighbour { index, distance2 }
-            })
-            .collect();
+        Self::List(places.collect())
+    }
+
+    fn nearest(&self, point: Vec3, k: NonZero<usize>) -> Vec<Neighbour> {
+        let neighbour = |item, distance2| Neighbour { index: item as usize, distance2 };
+        let mut all: Vec<Neighbour> = match self {
+            Self::Tree(tree) if k.get() < tree.size() => {
+                let point = turned(point);
+                let found = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(k).execute();
+                return found.iter().map(|f| neighbour(f.item, f.distance)).collect();
+            }
+            Self::Tree(tree) => {
+                let point = Vec3::from(turned(point));
+                let distance2 = |place: [f32; 3]| point.distance_squared(place.into());
+                tree.iter().map(|(item, place)| neighbour(item, distance2(place))).collect()
+            }
+            Self::List(places) => {
+                (0..).zip(places).map(|(i, p)| neighbour(i, p.distance_squared(point))).collect()
+            }
+        };
         all.sort_by(|a, b| a.distance2.total_cmp(&b.distance2));
         all.truncate(k.get());
         all
     }
-}
-
-/// A tree of arrivals; none where kiddo refuses them (it is then a search one by one).
-fn tree_of(arrivals: &[Arrival]) -> Option<ImmutableKdTree<f32, 3>> {
-    let points: Vec<[f32; 3]> = arrivals.iter().map(|a| turned(a.position)).collect();
-    ImmutableKdTree::new_from_slice(&points).ok()
 }
 
 /// Photons lie on walls, and a wall across an axis wastes the splits along it: turn everything

@@ -277,7 +277,7 @@ impl RunResult {
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             map: map.as_ref().map(|map| MapResult {
-                arrivals: map.arrivals.len() as u64,
+                arrivals: map.photons.len() as u64,
                 photons: map.histories,
             }),
             groups: group_results(scene, simulation, &captors),

@@ -17,11 +17,11 @@ use std::{
 };
 
 use crate::{
-    captor::{Captor, Channel},
+    captor::Captor,
     error::{Error, Result},
     estimate::paths::{Face, Unseen},
     light::{Emission, Strata},
-    photon_map::{Arrival, MapBuilder, PhotonMap, Piece, PieceKey},
+    photon_map::{Arrival, MapBuilder, PackedDirection, PhotonMap, Piece, PieceKey, StoredPhoton},
     rng::{Sequence, Stream},
     scene::Scene,
     settings::{Estimator, Settings},
@@ -313,8 +313,9 @@ impl<'a> Run<'a> {
             trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
                 tally.score(self.scene, weights, &event);
                 let Some(piece) = &mut stored else { return };
-                if let Some((arrival, power)) = arrival(self.scene, &event) {
-                    let arrival = Arrival { history: index as u32, light: light as u32, ..arrival };
+                if let Some((mut arrival, power)) = arrival(self.scene, &event) {
+                    arrival.photon.light = light as u32;
+                    arrival.photon.history = index as u32;
                     let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
                     piece.push(limit, arrival, power);
                 }
@@ -431,8 +432,8 @@ fn arrival<'e, const N: usize>(
         Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
         Event::Escaped(_) | Event::Lost(_) => return None,
     };
-    let (triangle, shelf) = (triangle as u32, counted.channel() as u32);
-    let front = counted.face == Channel::Front;
-    let arrival = Arrival { position, direction, triangle, shelf, front, light: 0, history: 0 };
+    let direction = PackedDirection::new(direction);
+    let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
+    let arrival = Arrival { position, shelf: counted.channel() as u32, photon };
     Some((arrival, counted.power))
 }

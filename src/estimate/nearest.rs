@@ -110,7 +110,7 @@ fn sum(
     mut photons: Vec<(usize, f64)>,
     score: impl Fn(usize, f64, &mut [f64]),
 ) -> Vec<Estimate> {
-    let history = |(photon, _): &(usize, f64)| map.arrivals[*photon].history;
+    let history = |(photon, _): &(usize, f64)| map.photons[*photon].history;
     photons.sort_by_key(history);
     let mut one = vec![0.0; scene.bands.len()];
     let mut sums = vec![0.0; one.len() + scene.sums.len()];
@@ -190,9 +190,9 @@ fn radiance<const N: usize>(
     let outgoing = if face == Channel::Front { normal } else { -normal };
     let photons = gathered.iter().flatten().flat_map(|side| side.weighted(map)).collect();
     Some(sum(scene, map, photons, |photon, weight, into| {
-        let arrival = &map.arrivals[photon];
-        let surface = scene.surface(arrival.triangle as usize);
-        let encounter = Encounter::new(arrival.direction, surface.normal);
+        let stored = &map.photons[photon];
+        let surface = scene.surface(stored.triangle as usize);
+        let encounter = Encounter::new(stored.direction.unpack(), surface.normal);
         // what leaves the other side of a bent leaf is not seen from this face
         let leaves_front = outgoing.dot(surface.normal) > 0.0;
         if leaves_front != (face == Channel::Front) {

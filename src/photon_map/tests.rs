@@ -6,8 +6,9 @@ use super::*;
 use crate::rng::Stream;
 
 fn arrival(position: Vec3, shelf: u32, history: u32) -> Arrival {
-    let direction = Vec3::NEG_Z;
-    Arrival { position, direction, triangle: 0, shelf, light: 0, history, front: true }
+    let direction = PackedDirection::new(Vec3::NEG_Z);
+    let photon = StoredPhoton { direction, triangle: 0, light: 0, history };
+    Arrival { position, shelf, photon }
 }
 
 fn map_of(arrivals: &[Arrival]) -> PhotonMap {
@@ -55,7 +56,7 @@ fn nearest_is_that_of_brute_force() {
                     seen.dedup();
                     assert_eq!(seen.len(), found.len(), "a photon is found twice");
                     for (found, exact) in found.iter().zip(exact) {
-                        let arrival = &map.arrivals[found.index];
+                        let arrival = &arrivals[map.photons[found.index].history as usize];
                         assert_eq!(arrival.shelf, 9);
                         let own = arrival.position.distance(point);
                         let near = |d: f32| (d - exact).abs() < 1e-5;
@@ -75,9 +76,11 @@ fn powers_follow_their_arrivals() {
     let arrivals: Vec<Arrival> =
         (0..100).map(|i| arrival(Vec3::splat(i as f32), 7 * i % 5, i)).collect();
     let map = map_of(&arrivals);
-    assert!(map.arrivals.is_sorted_by_key(|a| a.shelf));
-    for (i, a) in map.arrivals.iter().enumerate() {
-        assert_eq!(map.power(i), [a.history as f32]);
+    let shelf = |photon: &StoredPhoton| arrivals[photon.history as usize].shelf;
+    assert!(map.photons.is_sorted_by_key(shelf));
+    assert_eq!(map.photons.len(), arrivals.len());
+    for (i, photon) in map.photons.iter().enumerate() {
+        assert_eq!(map.power(i), [photon.history as f32]);
     }
 }
 
@@ -143,10 +146,10 @@ fn map_is_that_of_the_first_histories() {
             let mut piece = Piece::default();
             for (history, &arrivals) in histories.iter().enumerate() {
                 for i in 0..arrivals {
-                    let position = Vec3::new(key.0 as f32, key.1 as f32, key.2 as f32);
-                    let mut arrival = arrival(position, 0, history as u32);
-                    arrival.triangle = i;
-                    piece.push(limit, arrival, [position.x + 1.0, i as f32].into_iter());
+                    let place = key.0 << 16 | key.1 << 8 | key.2;
+                    let mut arrival = arrival(Vec3::ZERO, 0, history as u32);
+                    (arrival.photon.triangle, arrival.photon.light) = (i, place as u32);
+                    piece.push(limit, arrival, [place as f32, i as f32].into_iter());
                 }
             }
             begun = Some((*key, piece));
@@ -162,16 +165,40 @@ fn map_is_that_of_the_first_histories() {
         let map = builder.build(all, before);
         assert_eq!(map.histories, fit, "run {run}, limit {limit} of {total}");
         let found: Vec<(PieceKey, u32, u32)> = map
-            .arrivals
+            .photons
             .iter()
-            .map(|a| {
-                let [x, y, z] = a.position.to_array().map(|x| x as u64);
-                ((x, y, z), a.history, a.triangle)
+            .map(|photon| {
+                let [_, x, y, z] = photon.light.to_be_bytes().map(u64::from);
+                ((x, y, z), photon.history, photon.triangle)
             })
             .collect();
         assert_eq!(found, kept, "run {run}, limit {limit} of {total}");
-        for (i, a) in map.arrivals.iter().enumerate() {
-            assert_eq!(map.power(i), [a.position.x + 1.0, a.triangle as f32]);
+        for (i, photon) in map.photons.iter().enumerate() {
+            assert_eq!(map.power(i), [photon.light as f32, photon.triangle as f32]);
         }
     }
+}
+
+/// What a photon of one band takes: in the tree its place and its index, and its share of the leaf (where
+/// it begins and ends), of the split above (with room for twice the leaves) and of 7 bytes that
+/// kiddo sets aside for each leaf; beside the tree the rest and its power.
+#[test]
+fn stored_photon_takes_at_most_48_bytes() {
+    let mut rng = Stream::new(3, 0, 0);
+    // just over a power of two: the emptiest leaves
+    for n in [SMALL_SHELF + 1, (1 << 16) + 1, 100_000, 1 << 17] {
+        let arrivals: Vec<Arrival> = (0..n).map(|i| arrival(cube(&mut rng), 0, i as u32)).collect();
+        let map = map_of(&arrivals);
+        let Places::Tree(tree) = &map.shelves[&0].places else { panic!("a tree") };
+        let places = n * (size_of::<[f32; 3]>() + size_of::<u32>());
+        let leaf = size_of::<[usize; 2]>() + 7 + 2 * size_of::<f32>();
+        let in_tree = places + tree.leaf_count().next_power_of_two() * leaf;
+        let beside = map.photons.capacity() * size_of::<StoredPhoton>()
+            + map.power.capacity() * size_of::<f32>();
+        let each = (in_tree + beside) as f64 / n as f64;
+        println!("{n} photons, {} leaves: {each:.1} bytes each", tree.leaf_count());
+        assert!(each <= 48.0, "{each}");
+    }
+    // in a list it is less
+    assert!(size_of::<Vec3>() + size_of::<StoredPhoton>() + size_of::<f32>() <= 48);
 }

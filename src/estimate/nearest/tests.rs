@@ -7,7 +7,7 @@ use crate::{
     light::LightShape,
     material::{Leaf, LeafFace, Material},
     odds::Mean,
-    photon_map::{Arrival, MapBuilder, Piece},
+    photon_map::{Arrival, PackedDirection, StoredPhoton},
     rng::Stream,
     sampling::uniform_triangle,
     scene::{Band, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart},
@@ -43,12 +43,11 @@ fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
     .unwrap()
 }
 
-/// `n` photons uniform over the captor, of powers 1 and 3; as many histories.
-fn scatter(scene: &Scene, n: usize, rng: &mut Stream) -> PhotonMap {
+/// `n` photons uniform over the captor.
+fn arrivals(scene: &Scene, n: usize, rng: &mut Stream) -> Vec<Arrival> {
     let captor = &scene.captors[0];
     let triangles = scene.triangles_of(captor);
-    let mut piece = Piece::default();
-    for history in 0..n {
+    let arrival = |history| {
         let mut target = rng.uniform_fine() * captor.area;
         let chosen = triangles.iter().position(|t| {
             target -= f64::from(t.area());
@@ -56,20 +55,24 @@ fn scatter(scene: &Scene, n: usize, rng: &mut Stream) -> PhotonMap {
         });
         let index = chosen.unwrap_or(triangles.len() - 1);
         let weights = uniform_triangle(rng.square());
-        let arrival = Arrival {
-            position: triangles[index].point(weights.x, weights.y),
-            direction: Vec3::NEG_Z,
-            triangle: index as u32,
-            shelf: 0,
-            light: 0,
-            history: history as u32,
-            front: true,
-        };
-        piece.push(usize::MAX, arrival, [1.0, 3.0].into_iter());
+        let position = triangles[index].point(weights.x, weights.y);
+        Arrival { position, shelf: 0, photon: photon(Vec3::NEG_Z, index, history) }
+    };
+    (0..n).map(arrival).collect()
+}
+
+fn photon(direction: Vec3, triangle: usize, history: usize) -> StoredPhoton {
+    StoredPhoton {
+        direction: PackedDirection::new(direction),
+        triangle: triangle as u32,
+        light: 0,
+        history: history as u32,
     }
-    let mut builder = MapBuilder::new(usize::MAX, 2);
-    builder.add((0, 0, 0), piece);
-    builder.build(n as u64, |_| 0)
+}
+
+/// `n` photons uniform over the captor, of powers 1 and 3 over `n`.
+fn scatter(scene: &Scene, n: usize, rng: &mut Stream) -> PhotonMap {
+    PhotonMap::new(arrivals(scene, n, rng), [1.0, 3.0].repeat(n), 2, n as u64)
 }
 
 fn rectangle(x: f64, y: f64, width: f64, depth: f64) -> Vec<[DVec3; 3]> {
@@ -150,24 +153,17 @@ fn radiance_joins_both_faces() {
     };
     let leaf = Leaf::new(1.0, face(&[0.4, 0.1], &[0.2, 0.3]), face(&[0.5, 0.25], &[0.1, 0.05]));
     let scene = scene_of(rectangle(0.0, 0.0, 1.0, 1.0), Some(leaf));
-    let mut piece = Piece::default();
     // 4 photons on the front, 10 on the back
-    for i in 0..14u32 {
+    let arrival = |i: usize| {
         let front = i < 4;
-        let arrival = Arrival {
+        let direction = if front { Vec3::new(0.6, 0.0, -0.8) } else { Vec3::new(0.0, 0.28, 0.96) };
+        Arrival {
             position: scene.triangles[0].point(0.1 + 0.02 * i as f32, 0.3),
-            direction: if front { Vec3::new(0.6, 0.0, -0.8) } else { Vec3::new(0.0, 0.28, 0.96) },
-            triangle: 0,
             shelf: u32::from(!front),
-            light: 0,
-            history: i,
-            front,
-        };
-        piece.push(100, arrival, [1.0, 2.0].into_iter());
-    }
-    let mut builder = MapBuilder::new(100, 2);
-    builder.add((0, 0, 0), piece);
-    let map = builder.build(1, |_| 0);
+            photon: photon(direction, 0, i),
+        }
+    };
+    let map = PhotonMap::new((0..14).map(arrival).collect(), [1.0, 2.0].repeat(14), 2, 1);
     let [Some(front), Some(back)] = estimate(&scene, &map, &scene.captors[0], Some(50)) else {
         panic!("both faces have photons")
     };
@@ -188,17 +184,15 @@ fn radiance_joins_both_faces() {
 fn scatter_unequal(scene: &Scene, rng: &mut Stream) -> PhotonMap {
     const HISTORIES: u64 = 10_000;
     let arrived = (0..HISTORIES).filter(|_| rng.uniform() < 0.05).count();
-    let plain = scatter(scene, arrived, rng);
-    let mut piece = Piece::default();
-    for (i, arrival) in plain.arrivals.iter().enumerate() {
-        let power = [if rng.uniform() < 0.2 { 9.0 } else { 1.0 }, 0.0];
+    let (mut all, mut power) = (Vec::new(), Vec::new());
+    for (i, arrival) in arrivals(scene, arrived, rng).into_iter().enumerate() {
+        let own = [if rng.uniform() < 0.2 { 9.0 } else { 1.0 }, 0.0];
         for _ in 0..1 + i % 2 {
-            piece.push(usize::MAX, *arrival, power.into_iter());
+            all.push(arrival);
+            power.extend(own);
         }
     }
-    let mut builder = MapBuilder::new(usize::MAX, 2);
-    builder.add((0, 0, 0), piece);
-    builder.build(HISTORIES, |_| 0)
+    PhotonMap::new(all, power, 2, HISTORIES)
 }
 
 /// The mean variance that is reported is that of the values over 4000 maps, for powers that differ,

@@ -1,0 +1,55 @@
+//! Whole runs, on one thread unless it says otherwise.
+
+use std::sync::atomic::AtomicBool;
+
+use divan::{Bencher, counter::ItemsCount};
+use phylux::{Control, Estimator, LoadedScene, Settings, simulate};
+
+use crate::scenes::{in_bands, shipped};
+
+const HISTORIES: u64 = 100_000;
+const SCENES: [&str; 3] = ["box.json", "growth-chamber.json", "greenhouse.json"];
+
+fn run(bencher: Bencher, loaded: &LoadedScene, change: impl FnOnce(&mut Settings)) {
+    let (photons, threads) = (Some(HISTORIES), 1);
+    let mut settings = Settings { photons, threads, k: Some(0), ..loaded.settings.clone() };
+    change(&mut settings);
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    bencher
+        .counter(ItemsCount::new(HISTORIES))
+        .bench(|| simulate(&loaded.scene, &settings, &control).expect("a run"));
+}
+
+/// Photons that are counted and not stored.
+#[divan::bench(args = SCENES, sample_count = 15)]
+fn photons(bencher: Bencher, scene: &str) {
+    run(bencher, &shipped(scene), |_| {});
+}
+
+/// The same, stored in a map.
+#[divan::bench(args = SCENES, sample_count = 15)]
+fn photons_and_map(bencher: Bencher, scene: &str) {
+    run(bencher, &shipped(scene), |settings| settings.k = None);
+}
+
+#[divan::bench(args = SCENES, sample_count = 15)]
+fn photons_on_two_threads(bencher: Bencher, scene: &str) {
+    run(bencher, &shipped(scene), |settings| settings.threads = 2);
+}
+
+/// The same photons with 1, 4 and 12 bands of equal values.
+#[divan::bench(args = [1, 4, 12], sample_count = 15)]
+fn chamber_in_bands(bencher: Bencher, bands: usize) {
+    run(bencher, &in_bands("growth-chamber.json", bands), |_| {});
+}
+
+#[divan::bench(args = [1, 4, 12], sample_count = 15)]
+fn greenhouse_in_bands(bencher: Bencher, bands: usize) {
+    run(bencher, &in_bands("greenhouse.json", bands), |_| {});
+}
+
+/// Paths back from all captors, as many in all.
+#[divan::bench(args = SCENES, sample_count = 7)]
+fn paths(bencher: Bencher, scene: &str) {
+    run(bencher, &shipped(scene), |settings| settings.estimator = Estimator::Paths);
+}

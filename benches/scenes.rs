@@ -1,0 +1,70 @@
+//! What is measured on: shipped scenes, as they are or changed, and a canopy of their plants.
+
+use std::{fs, path::Path};
+
+use phylux::{LoadedScene, load};
+use serde_json::{Value, json};
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+
+/// A shipped scene.
+pub fn shipped(name: &str) -> LoadedScene {
+    load(&Path::new(SCENES).join(name)).expect("a shipped scene")
+}
+
+/// A shipped scene with so many bands, all alike: the first of its own.
+pub fn in_bands(name: &str, bands: usize) -> LoadedScene {
+    let text = fs::read_to_string(Path::new(SCENES).join(name)).expect("a shipped scene");
+    let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+    scene["bands"] = (0..bands).map(|band| json!({ "name": band.to_string() })).collect();
+    scene["sums"] = json!({});
+    for part in ["materials", "lights"] {
+        each(&mut scene[part], &mut |key, value| {
+            if ["reflectance", "transmittance", "tint", "specular", "power"].contains(&key)
+                && let Some(first) = value.as_array().map(|bands| bands[0].clone())
+            {
+                *value = first;
+            }
+        });
+    }
+    scene_of(scene)
+}
+
+/// Rows of tomatoes under a uniform sheet of light: 336 plants, half a million triangles.
+pub fn canopy() -> LoadedScene {
+    let plant = |i: u32| {
+        let (x, y) = (f64::from(i % 21) * 0.45, f64::from(i / 21) * 0.6);
+        json!({ "translate": [x, y, 0], "rotate_deg": [0, 0, i * 137 % 360] })
+    };
+    scene_of(json!({
+        "materials": { "leaf": { "type": "lambert", "reflectance": 0.5 } },
+        "objects": [{ "name": "tomato", "obj": "tomato.obj", "material": "leaf",
+                      "instances": (0..336).map(plant).collect::<Vec<_>>() }],
+        "lights": [{ "type": "area", "name": "sheet", "power": 1,
+                     "vertices": [[0, 0, 2], [0, 9, 2], [9, 9, 2], [9, 0, 2]] }]
+    }))
+}
+
+/// A scene in memory that takes its meshes and tables from the shipped ones.
+fn scene_of(mut scene: Value) -> LoadedScene {
+    each(&mut scene, &mut |key, value| {
+        if let ("obj" | "csv", Value::String(path)) = (key, value) {
+            *path = format!("{SCENES}/{path}");
+        }
+    });
+    let file = tempfile::NamedTempFile::with_suffix(".json").expect("a file");
+    serde_json::to_writer(file.as_file(), &scene).expect("written");
+    load(file.path()).expect("a scene")
+}
+
+/// Shows `change` every value that has a key.
+fn each(value: &mut Value, change: &mut impl FnMut(&str, &mut Value)) {
+    match value {
+        Value::Object(map) => map.iter_mut().for_each(|(key, value)| {
+            change(key, value);
+            each(value, change);
+        }),
+        Value::Array(values) => values.iter_mut().for_each(|value| each(value, change)),
+        _ => {}
+    }
+}
