@@ -35,7 +35,9 @@ struct Even {
 }
 
 impl Even {
-    #[inline]
+    /// Out of the way of photons, which have none.
+    #[cold]
+    #[inline(never)]
     fn next(&mut self) -> f32 {
         if self.next.is_multiple_of(4) {
             self.four = sobol_burley::sample_4d(self.point, self.next / 4, self.scramble);
