@@ -8,15 +8,15 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 #[derive(Clone, Debug)]
 pub struct Stream {
     rng: Xoshiro256PlusPlus,
-    even: Even,
+    sobol: SobolPoint,
 }
 
-/// Which sequence of evenly spread points: each is scrambled by itself.
+/// Which Sobol sequence: each is scrambled by itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence(u64);
 
 impl Sequence {
-    /// The one that belongs to `set` (below 2^40: a light, a face) in `block`.
+    /// The one that belongs to `set` (below 2^40, as a face) in `block`.
     #[inline]
     pub fn new(seed: u64, block: u64, set: u64) -> Self {
         Self(mix(mix(!seed) ^ (block << 40 | set)))
@@ -25,7 +25,7 @@ impl Sequence {
 
 /// What is left of the first numbers of a history, where these are the coordinates of a point.
 #[derive(Clone, Debug, Default)]
-struct Even {
+struct SobolPoint {
     point: u32,
     scramble: u32,
     next: u32,
@@ -34,7 +34,7 @@ struct Even {
     four: [f32; 4],
 }
 
-impl Even {
+impl SobolPoint {
     /// Out of the way of photons, which have none.
     #[cold]
     #[inline(never)]
@@ -58,26 +58,26 @@ impl Stream {
     #[inline]
     pub fn new(seed: u64, block: u64, index: u64) -> Self {
         let rng = Xoshiro256PlusPlus::seed_from_u64(mix(mix(seed) ^ (block << 40 | index)));
-        Self { rng, even: Even::default() }
+        Self { rng, sobol: SobolPoint::default() }
     }
 
     /// The same, but its first `numbers` (at most 256) are the coordinates of a point of a Sobol
     /// sequence with Owen scrambling (Burley, JCGT 9 (4), 2020). Each is uniform by itself; those of
     /// neighbouring points are spread evenly.
     #[inline]
-    pub fn evenly(self, sequence: Sequence, point: u64, numbers: u32) -> Self {
+    pub fn with_sobol(self, sequence: Sequence, point: u64, numbers: u32) -> Self {
         // a sequence of the crate has 2^16 points
         let scramble = mix(sequence.0 ^ point >> 16) as u32;
         let point = point as u32 & 0xffff;
-        let even = Even { point, scramble, next: 0, end: numbers, ..Even::default() };
-        Self { even, ..self }
+        let sobol = SobolPoint { point, scramble, next: 0, end: numbers, four: [0.0; 4] };
+        Self { sobol, ..self }
     }
 
     /// Uniform in [0, 1), in steps of 2^-24.
     #[inline]
     pub fn uniform(&mut self) -> f32 {
-        if self.even.is_left() {
-            return self.even.next();
+        if self.sobol.is_left() {
+            return self.sobol.next();
         }
         (self.rng.next_u64() >> 40) as f32 * STEP
     }
@@ -85,17 +85,19 @@ impl Stream {
     /// Uniform in [0, 1), in steps of 2^-53: for a choice among very many.
     #[inline]
     pub fn uniform_fine(&mut self) -> f64 {
-        let fine = (self.rng.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
-        if self.even.is_left() {
-            return f64::from(self.even.next()) + f64::from(STEP) * fine;
+        let step = 1.0 / (1u64 << 53) as f64;
+        let bits = self.rng.next_u64();
+        if self.sobol.is_left() {
+            // below its 24 bits 29 of the stream
+            return f64::from(self.sobol.next()) + (bits >> 35) as f64 * step;
         }
-        fine
+        (bits >> 11) as f64 * step
     }
 
     /// Uniform in [0, 1)^2, in steps of 2^-24.
     #[inline]
     pub fn square(&mut self) -> Vec2 {
-        if self.even.is_left() {
+        if self.sobol.is_left() {
             return Vec2::new(self.uniform(), self.uniform());
         }
         let bits = self.rng.next_u64();
@@ -136,7 +138,7 @@ mod tests {
     fn points_are_spread_evenly() {
         let sequence = Sequence::new(1, 2, 3);
         let coordinates = |sequence, point| {
-            let mut stream = Stream::new(1, 2, 3).evenly(sequence, point, 6);
+            let mut stream = Stream::new(1, 2, 3).with_sobol(sequence, point, 6);
             let six: [f32; 6] = std::array::from_fn(|_| stream.uniform());
             assert_eq!(stream.uniform(), Stream::new(1, 2, 3).uniform());
             six
@@ -154,7 +156,7 @@ mod tests {
         assert_ne!(coordinates(sequence, 0), coordinates(Sequence::new(1, 2, 4), 0));
         assert_ne!(coordinates(sequence, 0), coordinates(sequence, 1 << 16));
         // a square is two of them, a fine number starts with one
-        let mut stream = Stream::new(1, 2, 3).evenly(sequence, 0, 3);
+        let mut stream = Stream::new(1, 2, 3).with_sobol(sequence, 0, 3);
         let [x, y, z, ..] = coordinates(sequence, 0);
         assert_eq!(stream.square().to_array(), [x, y]);
         assert!((0.0..f64::from(STEP)).contains(&(stream.uniform_fine() - f64::from(z))));

@@ -37,9 +37,9 @@ pub use trial::Choice;
 pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
-/// The first numbers of a path are spread evenly over its block: those of its start and first
-/// bounces. Photons gain less from that than it costs, unless captors are as large as walls.
-const EVEN_NUMBERS: u32 = 16;
+/// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
+/// spread evenly over a block. Photons gain less from that than it costs, unless captors are as large as walls.
+const SOBOL_NUMBERS: u32 = 16;
 /// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
 /// The most memory that a run may take for its sums and results, bytes.
@@ -281,7 +281,7 @@ impl<'a> Run<'a> {
             for index in first..first + histories {
                 let stream = index * faces.len() as u64 + f as u64;
                 let rng = Stream::new(seed, block, stream);
-                let mut rng = rng.evenly(sequence, index, EVEN_NUMBERS);
+                let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
                 let score = face.path::<N>(&mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
             }
