@@ -219,11 +219,18 @@ pub fn sweep(
         Times::tidy(&folder, sweep, &Times::read(path))?;
         tables::write(&folder, sweep, &states, control)?;
     }
-    let failed = mine.iter().filter_map(|run| match &states[run.number - 1] {
+    let failed = failures(sweep, plan.shard, &states);
+    Ok(Outcome { runs: mine.len(), kept, failed, missing })
+}
+
+/// Those of the shard that failed: number and values, and the error.
+fn failures(sweep: &Sweep, shard: Shard, states: &[State]) -> Vec<(String, String)> {
+    let mine = sweep.runs().zip(states).filter(|(run, _)| shard.holds(run));
+    let failed = mine.filter_map(|(run, state)| match state {
         State::Failed(error) => Some((format!("run {} ({run})", run.number), error.clone())),
         _ => None,
     });
-    Ok(Outcome { runs: mine.len(), kept, failed: failed.collect(), missing })
+    failed.collect()
 }
 
 /// Runs to do, and what has become of them.

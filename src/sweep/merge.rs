@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    Outcome, Step, SweepControl, SweepProgress,
+    Outcome, Shard, Step, SweepControl, SweepProgress, failures,
     folder::{Manifest, RunFile, State, SweepFolder, Times, run_file},
     tables,
 };
@@ -60,11 +60,8 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     Times::tidy(&folder, &sweep, &times)?;
     let states: Vec<State> = found.into_iter().map(|found| found.file.state).collect();
     tables::write(&folder, &sweep, &states, control)?;
-    let failed = sweep.runs().zip(states).filter_map(|(run, state)| match state {
-        State::Failed(error) => Some((format!("run {} ({run})", run.number), error)),
-        _ => None,
-    });
-    Ok(Outcome { runs: sweep.runs().len(), kept: 0, failed: failed.collect(), missing: 0 })
+    let failed = failures(&sweep, Shard::WHOLE, &states);
+    Ok(Outcome { runs: states.len(), kept: 0, failed, missing: 0 })
 }
 
 fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<()> {
