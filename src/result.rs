@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Part of the squared deviations in one block above which few paths have made them; the odds that
-/// one of 128 normal blocks exceeds it are 2e-7.
+/// one of 128 normal blocks exceeds it are 1e-7.
 const CONCENTRATED: f64 = 0.25;
 
 /// What a run found.
