@@ -234,6 +234,15 @@ impl Material {
         }
     }
 
+    /// Fraction of the light that leaves it in a lobe around the mirror direction; 0 where there is none
+    /// or it is a mirror.
+    pub fn glossy(&self) -> f32 {
+        match self {
+            Self::Phong(m) => m.glossy(),
+            _ => 0.0,
+        }
+    }
+
     /// Whether it is the interface of a closed solid.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Dielectric(_))

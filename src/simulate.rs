@@ -19,7 +19,7 @@ use std::{
 use crate::{
     captor::Captor,
     error::{Error, Result},
-    estimate::paths::{Face, Unseen},
+    estimate::paths::{Face, Reflectors, Unseen},
     light::{Emission, Strata},
     photon_map::{Arrival, MapBuilder, PackedDirection, PhotonMap, Piece, PieceKey, StoredPhoton},
     rng::{Sequence, Stream},
@@ -122,8 +122,8 @@ struct Run<'a> {
 enum Work<'a> {
     /// A photon; the lights' shares in a piece of the usual length.
     Photons(Strata),
-    /// A path from each of these faces.
-    Paths(Vec<Face<'a>>),
+    /// A path from each of these faces, and the reflectors that they aim at.
+    Paths(Vec<Face<'a>>, Option<Reflectors>),
 }
 
 impl<'a> Run<'a> {
@@ -144,7 +144,7 @@ impl<'a> Run<'a> {
                 return Err(Error::input("captors", "there are none for paths to start from")
                     .remedy("add a captor, or run photons"));
             }
-            Estimator::Paths => Work::Paths(faces(scene)),
+            Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
         };
         let done = AtomicU64::new(0);
         Ok(Self { scene, settings, control, pool, started, work, done })
@@ -155,7 +155,7 @@ impl<'a> Run<'a> {
         match &self.work {
             Work::Photons(strata) => strata.histories(),
             // about as many paths in all
-            Work::Paths(faces) => (PIECE / faces.len() as u64).max(1),
+            Work::Paths(faces, _) => (PIECE / faces.len() as u64).max(1),
         }
     }
 
@@ -163,12 +163,12 @@ impl<'a> Run<'a> {
     fn unit(&self) -> u64 {
         match &self.work {
             Work::Photons(_) => 1,
-            Work::Paths(faces) => faces.len() as u64,
+            Work::Paths(faces, _) => faces.len() as u64,
         }
     }
 
     fn plan(&self, histories: u64) -> Result<Plan> {
-        if let Work::Paths(_) = self.work {
+        if let Work::Paths(..) = self.work {
             let each = (histories / self.unit()).max(MIN_PATHS);
             return Ok(Plan::new(each, 1, self.full_piece()));
         }
@@ -251,7 +251,9 @@ impl<'a> Run<'a> {
         let (_, piece, block) = key;
         let (_, histories) = plan.range(block, piece);
         match &self.work {
-            Work::Paths(faces) => self.paths::<N>(plan, key, faces, tally),
+            Work::Paths(faces, reflectors) => {
+                self.paths::<N>(plan, key, faces, reflectors.as_ref(), tally);
+            }
             Work::Photons(strata) if strata.histories() == histories => {
                 self.photons::<N>(plan, key, strata, tally, map);
             }
@@ -269,6 +271,7 @@ impl<'a> Run<'a> {
         plan: &Plan,
         (round, piece, block): PieceKey,
         faces: &[Face],
+        reflectors: Option<&Reflectors>,
         tally: &mut Tally,
     ) {
         let (first, histories) = plan.range(block, piece);
@@ -282,7 +285,7 @@ impl<'a> Run<'a> {
                 let stream = index * faces.len() as u64 + f as u64;
                 let rng = Stream::new(seed, block, stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
-                let score = face.path::<N>(&mut rng);
+                let score = face.path::<N>(reflectors, &mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
             }
         }
@@ -349,7 +352,7 @@ impl<'a> Run<'a> {
         totals.histories *= self.unit();
         let unseen = match self.work {
             Work::Photons(_) => None,
-            Work::Paths(_) => Unseen::find::<N>(self.scene, self.settings.seed),
+            Work::Paths(..) => Unseen::find::<N>(self.scene, self.settings.seed),
         };
         Ok(Simulation {
             estimator: self.settings.estimator,

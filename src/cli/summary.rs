@@ -241,7 +241,7 @@ fn warnings(result: &RunResult) -> Vec<String> {
     if few > 0 {
         warnings.push(format!(
             "the errors at {few} of {} faces of captors rest on few paths that found much light, as \
-             by way of a glossy reflector: values and errors may be far too small, and where no \
+             by way of a mirror: values and errors may be far too small, and where no \
              path found any; trace more, or --estimator photons",
             faces().count()
         ));

@@ -3,151 +3,31 @@
 //! A path starts at a point uniform on a captor's face, along a direction with density cos / pi.
 //! At each point on its way, a light is chosen in proportion to what it may contribute, and joined
 //! by a shadow ray (next-event estimation); the path itself may meet a light too, and where both
-//! could, each counts by the balance heuristic (Veach 1997, ch. 9). What it cannot find is light of
+//! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
+//! are aimed at the reflectors of lamps ([`Reflectors`]). What it cannot find is light of
 //! a point or a line that comes by way of a mirror or refraction: [`Unseen`] says how much that is.
 
 mod choice;
+mod face;
+mod reflectors;
+#[cfg(test)]
+mod tests;
 mod unseen;
 
-use std::f32::consts::PI;
-
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::{
-    captor::{Captor, CaptorKind, Channel},
-    geometry::{Frame, Ray, Triangle},
+    geometry::Ray,
     material::{Encounter, Material, Onward, Transport},
     rng::Stream,
-    sampling::{
-        Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_choice,
-    },
-    scene::{LightHit, Scene, Surface},
+    scene::{LightHit, Scene, SurfaceHit},
     spectrum::Spectrum,
     trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS},
 };
 use choice::LightChoice;
+pub use face::{Face, PathScore};
+pub use reflectors::Reflectors;
 pub use unseen::Unseen;
-
-/// What one path says about a face, per band in W or umol/s.
-#[derive(Clone, Copy, Debug)]
-pub struct PathScore<const N: usize> {
-    /// Estimate of the flux on the face.
-    pub flux: Spectrum<N>,
-    /// Estimate of the power that a surface absorbs of it; zero for a virtual captor.
-    pub absorbed: Spectrum<N>,
-    /// Rays traced.
-    pub rays: u32,
-    /// Whether a length limit ended it: what it could still have found is missing.
-    pub cut_off: bool,
-}
-
-/// The face of a captor that paths start from.
-pub struct Face<'a> {
-    /// Index of the captor.
-    pub captor: usize,
-    /// Front or back.
-    pub channel: Channel,
-    scene: &'a Scene,
-    area: f32,
-    triangles: &'a [Triangle],
-    cumulative_area: Vec<f64>,
-}
-
-impl<'a> Face<'a> {
-    /// The front or back of a captor of `scene`.
-    pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
-        let of: &Captor = &scene.captors[captor];
-        let triangles = scene.triangles_of(of);
-        let mut sum = 0.0;
-        let add = |triangle: &Triangle| {
-            sum += f64::from(triangle.area());
-            sum
-        };
-        let cumulative_area = triangles.iter().map(add).collect();
-        Self { captor, channel, scene, area: of.area as f32, triangles, cumulative_area }
-    }
-
-    /// Follows one path back from the face.
-    pub fn path<const N: usize>(&self, rng: &mut Stream) -> PathScore<N> {
-        let Start { triangle, point, normal } = self.start(rng);
-        let at = Vertex { point, step: None, one_sided: Some(normal) };
-        let density = |direction: Vec3| cosine_hemisphere_density(direction.dot(normal));
-        let mut path = Path { scene: self.scene, rng, rays: 0, cut_off: false };
-
-        let direct = path.next_event::<N>(&at, density);
-        let direct = direct.map(|(towards, irradiance)| {
-            (towards, irradiance.scaled(self.area * towards.dot(normal).max(0.0)))
-        });
-        let local = cosine_hemisphere(path.rng.square());
-        let direction = Frame::new(normal).to_world(local);
-        let ray = Ray { origin: point, direction };
-        let radiance = path.follow::<N>(at, ray, cosine_hemisphere_density(local.z));
-        let indirect = (direction, radiance.scaled(self.area * PI));
-
-        let Path { rays, cut_off, .. } = path;
-        let nothing = Spectrum::ZERO;
-        let mut score = PathScore { flux: nothing, absorbed: nothing, rays, cut_off };
-        for (direction, flux) in direct.into_iter().chain([indirect]) {
-            score.flux = score.flux + flux;
-            score.absorbed = score.absorbed + self.absorbed(triangle, direction, flux, rng);
-        }
-        score
-    }
-
-    /// A point of the face, as far off it and from its edges as photons that leave it.
-    fn start(&self, rng: &mut Stream) -> Start {
-        let scene = self.scene;
-        let Chosen { index: triangle, rest } =
-            weighted_choice(&self.cumulative_area, rng.uniform_fine());
-        let shape = &self.triangles[triangle];
-        let front = shape.normal();
-        let normal = if self.channel == Channel::Back { -front } else { front };
-        let (off, margins) = match self.surface(triangle) {
-            Some(surface) => (scene.ray_offset() * normal, surface.margins),
-            None => (scene.lift(self.captor) * front, shape.margins(scene.ray_offset())),
-        };
-        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
-        let point = shape.point_within(weights.x, weights.y, margins) + off;
-        Start { triangle, point, normal }
-    }
-
-    /// The surface of a surface captor's triangle.
-    fn surface(&self, triangle: usize) -> Option<&'a Surface> {
-        let captor = &self.scene.captors[self.captor];
-        let surface = || self.scene.surface(captor.triangles.start + triangle);
-        (captor.kind == CaptorKind::Surface).then(surface)
-    }
-
-    /// What a surface captor absorbs of `flux` that comes from `direction`.
-    fn absorbed<const N: usize>(
-        &self,
-        triangle: usize,
-        direction: Vec3,
-        flux: Spectrum<N>,
-        rng: &mut Stream,
-    ) -> Spectrum<N> {
-        let Some(surface) = self.surface(triangle) else { return Spectrum::ZERO };
-        let encounter = Encounter::new(-direction, surface.normal);
-        let material = self.scene.material(surface);
-        match material.absorptance(&encounter) {
-            Some(absorptance) => flux * absorptance,
-            // no closed form: what one photon would leave behind
-            None => match material.sample::<N>(&encounter, Transport::Light, rng) {
-                Some(scatter) => flux.zip(scatter.factor, |f, factor| f * (1.0 - factor)),
-                None => flux,
-            },
-        }
-    }
-}
-
-/// Where a path starts.
-struct Start {
-    /// Index among the captor's triangles.
-    triangle: usize,
-    point: Vec3,
-    /// Normal of the face.
-    normal: Vec3,
-}
 
 /// A point that light is gathered at.
 #[derive(Clone, Copy)]
@@ -159,8 +39,33 @@ struct Vertex {
     one_sided: Option<Vec3>,
 }
 
+/// How a path goes on from a point.
+struct Leg {
+    /// Where its direction was chosen.
+    at: Vertex,
+    ray: Ray,
+    /// Density of that choice where it was free, 1/sr, times the chance that it was; none after a
+    /// mirror, which no other point can be joined with.
+    density: Option<f32>,
+    /// The triangle that it was aimed at.
+    aimed: Option<usize>,
+    /// Whether no pane lies between.
+    unbroken: bool,
+}
+
+/// Where a path goes on to.
+enum Aim {
+    /// Wherever the surface scatters.
+    Free,
+    /// To a point of a triangle.
+    At(usize, Vec3),
+    /// To no reflector, for there is none.
+    Nowhere,
+}
+
 struct Path<'a, 'r> {
     scene: &'a Scene,
+    reflectors: Option<&'a Reflectors>,
     rng: &'r mut Stream,
     rays: u32,
     cut_off: bool,
@@ -192,77 +97,134 @@ impl Path<'_, '_> {
         Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
     }
 
-    /// Radiance that arrives along `ray`, whose direction was chosen at `at` with `density`: all of
-    /// it but what a light point chosen at `at` counts for.
-    fn follow<const N: usize>(
-        &mut self,
-        mut at: Vertex,
-        mut ray: Ray,
-        density: f32,
-    ) -> Spectrum<N> {
+    /// Chance that a direction is not aimed at a reflector.
+    fn free_share(&self) -> f32 {
+        self.reflectors.map_or(1.0, |reflectors| 1.0 - reflectors.share)
+    }
+
+    /// Chooses where to go on to from a point.
+    fn aim(&mut self, from: &Vertex) -> Aim {
+        let Some(reflectors) = self.reflectors else { return Aim::Free };
+        let u = self.rng.uniform();
+        if u >= reflectors.share {
+            return Aim::Free;
+        }
+        let target = reflectors.choose(self.scene, from, u / reflectors.share, self.rng);
+        target.map_or(Aim::Nowhere, |(triangle, point)| Aim::At(triangle, point))
+    }
+
+    /// Radiance that arrives by `leg`: all of it but what a light point chosen at its beginning counts
+    /// for. By an aimed leg the part that aiming counts for, over its density.
+    fn follow<const N: usize>(&mut self, mut leg: Leg) -> Spectrum<N> {
         let scene = self.scene;
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
-        // none after a mirror, which no light point can be joined with
-        let mut density = Some(density);
         let mut total_reflections = 0;
         for _ in 0..MAX_INTERACTIONS {
             self.rays += 1;
-            let hit = scene.closest(&ray);
+            let hit = scene.closest(&leg.ray);
             // a light with a material lies in a surface: reach as far as its lift
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
-            scene.lights_hit(&ray, t_max, |hit| {
-                let weight = density.map_or(1.0, |density| {
-                    density / (density + self.next_event_density(&at, &ray, &hit))
+            if leg.aimed.is_none() {
+                scene.lights_hit(&leg.ray, t_max, |hit| {
+                    let weight = leg.density.map_or(1.0, |density| {
+                        density / (density + self.next_event_density(&leg, &hit))
+                    });
+                    let power = power::<N>(&scene.lights[hit.light].power);
+                    radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
                 });
-                let power = power::<N>(&scene.lights[hit.light].power);
-                radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
-            });
+            }
 
             let Some(hit) = hit else { return radiance };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
-            let encounter = Encounter::new(ray.direction, surface.normal);
+            let encounter = Encounter::new(leg.ray.direction, surface.normal);
+            match self.arrival_weight(&leg, &hit, encounter.cos) {
+                Some(weight) => throughput = throughput.scaled(weight),
+                None => return radiance,
+            }
             let here = Vertex {
                 point: hit.point,
                 step: Some(surface.normal),
                 one_sided: matches!(material, Material::Lambert(_)).then_some(encounter.normal),
             };
-            let along = |d| material.density(&encounter, Transport::Importance, d);
+            let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
+            let along = |d| free * material.density(&encounter, Transport::Importance, d);
+            let scattered = |towards: Vec3| {
+                let arriving = Encounter::new(-towards, surface.normal);
+                let f: Spectrum<N> = material.evaluate(&arriving, -encounter.direction);
+                f.scaled(arriving.cos)
+            };
             if material.is_diffuse()
                 && let Some((towards, irradiance)) = self.next_event::<N>(&here, along)
             {
-                let arriving = Encounter::new(-towards, surface.normal);
-                let f: Spectrum<N> = material.evaluate(&arriving, -ray.direction);
-                radiance = radiance + throughput * f.scaled(arriving.cos) * irradiance;
+                radiance = radiance + throughput * scattered(towards) * irradiance;
             }
 
-            let scatter = material.sample::<N>(&encounter, Transport::Importance, self.rng);
-            let Some(scatter) = scatter else { return radiance };
-            throughput = throughput * scatter.factor;
-            total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
+            let aim = if material.is_diffuse() { self.aim(&here) } else { Aim::Free };
+            match aim {
+                Aim::Nowhere => return radiance,
+                Aim::At(triangle, target) => {
+                    let side = (target - hit.point).dot(surface.normal).signum() * surface.normal;
+                    let origin = scene.leave(hit.point, side, side).origin;
+                    let direction = (target - origin).normalize_or_zero();
+                    throughput = throughput * scattered(direction);
+                    let density = Some(along(direction));
+                    let ray = Ray { origin, direction };
+                    leg = Leg { at: here, ray, density, aimed: Some(triangle), unbroken: true };
+                    total_reflections = 0;
+                }
+                Aim::Free => {
+                    let scatter = material.sample::<N>(&encounter, Transport::Importance, self.rng);
+                    let Some(scatter) = scatter else { return radiance };
+                    throughput = throughput * scatter.factor.scaled(1.0 / free);
+                    total_reflections =
+                        if scatter.total_reflection { total_reflections + 1 } else { 0 };
+                    if total_reflections == MAX_TOTAL_REFLECTIONS {
+                        break;
+                    }
+                    let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+                    let ray = scene.leave(hit.point, side, scatter.direction);
+                    leg = match scatter.onward {
+                        // what is beyond a pane can be joined with the vertex before it
+                        Onward::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
+                        Onward::Specular => Leg { ray, density: None, aimed: None, ..leg },
+                        Onward::Diffuse => {
+                            let density = Some(along(scatter.direction));
+                            Leg { at: here, ray, density, aimed: None, unbroken: true }
+                        }
+                    };
+                }
+            }
             if throughput.is_zero() {
                 return radiance;
             }
-            if total_reflections == MAX_TOTAL_REFLECTIONS {
-                break;
-            }
-            match scatter.onward {
-                // what is beyond a pane can be joined with the vertex before it
-                Onward::Straight => {}
-                Onward::Specular => density = None,
-                Onward::Diffuse => (at, density) = (here, Some(along(scatter.direction))),
-            }
-            let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
-            ray = scene.leave(hit.point, side, scatter.direction);
         }
         self.cut_off = true;
         radiance
     }
 
-    /// Density with which [`next_event`](Self::next_event) at `at` chooses the direction of `hit`.
-    fn next_event_density(&self, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
-        let chance = LightChoice::new(&self.scene.lights, at).chance(hit.light);
-        let d2 = ray.at(hit.t).distance_squared(at.point);
+    /// What the light that comes along a leg from `hit` counts: a free choice could have gone there
+    /// and, to a reflector, an aimed one too. None where an aimed one has not reached its triangle.
+    fn arrival_weight(&self, leg: &Leg, hit: &SurfaceHit, cos: f32) -> Option<f32> {
+        let (Some(reflectors), Some(free)) = (self.reflectors, leg.density) else {
+            return Some(1.0);
+        };
+        let aimed = || reflectors.density(self.scene, &leg.at, hit.triangle) * hit.t * hit.t / cos;
+        match leg.aimed {
+            Some(triangle) => (triangle == hit.triangle).then(|| 1.0 / (free + aimed())),
+            None if !leg.unbroken => Some(1.0),
+            None => match aimed() {
+                0.0 => Some(1.0),
+                aimed => Some(free / (free + aimed)),
+            },
+        }
+    }
+
+    /// Density with which [`next_event`](Self::next_event) at the leg's beginning chooses the
+    /// direction of `hit`.
+    fn next_event_density(&self, leg: &Leg, hit: &LightHit) -> f32 {
+        let chance = LightChoice::new(&self.scene.lights, &leg.at).chance(hit.light);
+        let d2 = leg.ray.at(hit.t).distance_squared(leg.at.point);
         chance * d2 / (hit.shine.area * hit.cos)
     }
 }

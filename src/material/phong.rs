@@ -50,6 +50,11 @@ impl Phong {
         self.exponent.is_none() && self.specular.largest > 0.0
     }
 
+    /// The largest specular fraction, unless the lobe is a mirror.
+    pub(super) fn glossy(&self) -> f32 {
+        if self.exponent.is_some() { self.specular.largest } else { 0.0 }
+    }
+
     fn fractions(&self) -> [f32; 3] {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }

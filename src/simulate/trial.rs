@@ -6,7 +6,7 @@
 use super::{BLOCKS, Control, Run, faces};
 use crate::{
     error::Result,
-    estimate::paths::{Face, Unseen},
+    estimate::paths::{Face, Reflectors, Unseen},
     rng::Stream,
     scene::Scene,
     settings::{Estimator, Settings},
@@ -83,10 +83,11 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     let mut paths_found = Found::default();
     let (mut sums, mut squares) = (vec![[0.0; N]; tried.len()], vec![[0.0; N]; tried.len()]);
     let mut paths = 0;
+    let reflectors = Reflectors::find(scene, settings.seed);
     while paths < LEAST || (paths < TRIAL / tried.len() as u64 && paths_found.rays < RAYS) {
         for (f, face) in tried.iter().enumerate() {
             let mut rng = Stream::new(settings.seed, BLOCKS, paths * tried.len() as u64 + f as u64);
-            let score = face.path::<N>(&mut rng);
+            let score = face.path::<N>(reflectors.as_ref(), &mut rng);
             paths_found.rays += u64::from(score.rays);
             for (b, flux) in score.flux.0.into_iter().map(f64::from).enumerate() {
                 sums[f][b] += flux;

@@ -30,7 +30,7 @@ impl Run<'_> {
         // a block is worth adding up once it has some photons for each captor; paths always have
         let enough = match self.work {
             Work::Photons(_) => self.scene.channels() as u64 / 8 / piece,
-            Work::Paths(_) => 2,
+            Work::Paths(..) => 2,
         };
         let block = piece * enough.max(2);
         let whole = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block * unit))?;
@@ -126,7 +126,7 @@ impl Run<'_> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
         let each = match &self.work {
             Work::Photons(_) => self.scene.lights.len() as u64,
-            Work::Paths(_) => 1,
+            Work::Paths(..) => 1,
         };
         // like parts of all blocks
         let cut = |parts: u64| Plan { histories: plan.blocks * each * parts, ..*plan };
