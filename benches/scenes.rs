@@ -2,7 +2,9 @@
 
 use std::{fs, path::Path};
 
-use phylux::{LoadedScene, load};
+use phylux::{
+    Encounter, Lambert, LoadedScene, Material, Ray, Scene, Stream, Transport, load,
+};
 use serde_json::{Value, json};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
@@ -43,6 +45,27 @@ pub fn canopy() -> LoadedScene {
         "lights": [{ "type": "area", "name": "sheet", "power": 1,
                      "vertices": [[0, 0, 2], [0, 9, 2], [9, 9, 2], [9, 0, 2]] }]
     }))
+}
+
+/// Rays from one bounce to the next, of white diffuse surfaces, in the order that photons take them.
+pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
+    let white = Material::Lambert(Lambert::new(&[1.0]));
+    let mut rng = Stream::new(1, 0, 0);
+    let mut rays = Vec::with_capacity(count);
+    for light in scene.lights.iter().cycle() {
+        let mut ray = light.emit(scene.ray_offset(), &mut rng);
+        for _ in 0..8 {
+            let Some(hit) = scene.closest(&ray) else { break };
+            let encounter = Encounter::new(ray.direction, scene.surface(hit.triangle).normal);
+            let Some(on) = white.sample::<1>(&encounter, Transport::Light, &mut rng) else { break };
+            ray = scene.leave(hit.point, encounter.normal, on.direction);
+            rays.push(ray);
+            if rays.len() == count {
+                return rays;
+            }
+        }
+    }
+    rays
 }
 
 /// A scene in memory that takes its meshes and tables from the shipped ones.
