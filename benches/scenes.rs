@@ -2,9 +2,7 @@
 
 use std::{fs, path::Path};
 
-use phylux::{
-    Encounter, Lambert, LoadedScene, Material, Ray, Scene, Stream, Transport, load,
-};
+use phylux::{Encounter, Lambert, LoadedScene, Material, Ray, Scene, Stream, Transport, load};
 use serde_json::{Value, json};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");

@@ -62,9 +62,9 @@ impl Triangle {
         (1.0 - u - v) * self.a + u * self.b + v * self.c
     }
 
-    /// Barycentric weights of the points at `distance` from the edge opposite each corner, at most
-    /// those of the centroid; zero for a triangle without area.
-    pub fn margins(&self, distance: f32) -> Vec3 {
+    /// How fast each corner's barycentric weight grows with the distance from the edge opposite it,
+    /// 1/m; zero for a triangle without area.
+    pub fn slopes(&self) -> Vec3 {
         let double_area = self.cross().length();
         if double_area == 0.0 {
             return Vec3::ZERO;
@@ -74,7 +74,14 @@ impl Triangle {
             (self.a - self.c).length(),
             (self.b - self.a).length(),
         );
-        (edges * (distance / double_area)).min(Vec3::splat(1.0 / 3.0))
+        edges / double_area
+    }
+
+    /// Barycentric weights of the points at `distance` from the edge opposite each corner, at most
+    /// those of the centroid, for a triangle of these slopes.
+    #[inline]
+    pub fn margins(slopes: Vec3, distance: f32) -> Vec3 {
+        (slopes * distance).min(Vec3::splat(1.0 / 3.0))
     }
 
     /// The point a + u (b - a) + v (c - a), drawn in to the margins from edges that are nearer.

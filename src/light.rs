@@ -78,7 +78,51 @@ enum Emitter {
     Cone { position: Vec3, frame: Frame, versine: f32 },
     Tube { from: Vec3, axis: Vec3, frame: Frame, radius: f32 },
     IsotropicLine { from: Vec3, axis: Vec3 },
-    Area { triangles: Vec<Triangle>, cumulative_area: Vec<f64>, two_sided: bool },
+    Area { surface: EmittingSurface, two_sided: bool },
+}
+
+/// The triangles of an area light, and what of them each photon needs.
+#[derive(Clone, Debug, Default)]
+struct EmittingSurface {
+    triangles: Vec<Triangle>,
+    normals: Vec<Vec3>,
+    slopes: Vec<Vec3>,
+    cumulative_area: Vec<f64>,
+}
+
+impl EmittingSurface {
+    fn new(triangles: &[[DVec3; 3]], local: impl Fn(DVec3) -> Vec3) -> Self {
+        let mut surface = Self::default();
+        let mut area = 0.0;
+        for corners in triangles {
+            let triangle = Triangle::from(corners.map(&local));
+            // a sliver that rounding has left without a front emits nothing
+            if triangle.normal() != Vec3::ZERO {
+                let [a, b, c] = corners;
+                area += 0.5 * (*b - *a).cross(*c - *a).length();
+                surface.cumulative_area.push(area);
+                surface.normals.push(triangle.normal());
+                surface.slopes.push(triangle.slopes());
+                surface.triangles.push(triangle);
+            }
+        }
+        surface
+    }
+
+    /// m2.
+    fn area(&self) -> f64 {
+        self.cumulative_area[self.cumulative_area.len() - 1]
+    }
+
+    /// A point uniform on it, as far as `offset` from the edges of its triangles, and the normal there.
+    #[inline]
+    fn choose(&self, offset: f32, rng: &mut Stream) -> (Vec3, Vec3) {
+        let Chosen { index, rest } = weighted_choice(&self.cumulative_area, rng.uniform_fine());
+        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
+        let margins = Triangle::margins(self.slopes[index], offset);
+        let point = self.triangles[index].point_within(weights.x, weights.y, margins);
+        (point, self.normals[index])
+    }
 }
 
 impl Light {
@@ -107,20 +151,8 @@ impl Light {
                 Emitter::IsotropicLine { from: local(*from), axis: (*to - *from).as_vec3() }
             }
             LightShape::Area { triangles, two_sided } => {
-                let mut area = 0.0;
-                let mut cumulative_area = Vec::with_capacity(triangles.len());
-                let mut solid = Vec::with_capacity(triangles.len());
-                for corners in triangles {
-                    let triangle = Triangle::from(corners.map(local));
-                    // a sliver that rounding has left without a front emits nothing
-                    if triangle.normal() != Vec3::ZERO {
-                        let [a, b, c] = corners;
-                        area += 0.5 * (*b - *a).cross(*c - *a).length();
-                        cumulative_area.push(area);
-                        solid.push(triangle);
-                    }
-                }
-                Emitter::Area { triangles: solid, cumulative_area, two_sided: *two_sided }
+                let surface = EmittingSurface::new(triangles, local);
+                Emitter::Area { surface, two_sided: *two_sided }
             }
         };
         let ball = emitter.ball();
@@ -136,7 +168,7 @@ impl Light {
                 Extent::of([*from, *from + *axis].into_iter().flat_map(|p| [p - r, p + r]))
             }
             Emitter::IsotropicLine { from, axis } => Extent::of([*from, *from + *axis]),
-            Emitter::Area { triangles, .. } => Extent::of_triangles(triangles),
+            Emitter::Area { surface, .. } => Extent::of_triangles(&surface.triangles),
         }
     }
 
@@ -160,28 +192,13 @@ impl Light {
                 origin: on_axis(*from, *axis, offset, rng),
                 direction: uniform_cone(2.0, rng.square()),
             },
-            Emitter::Area { triangles, cumulative_area, two_sided } => {
-                let (triangle, point) = on_area(triangles, cumulative_area, offset, rng);
+            Emitter::Area { surface, two_sided } => {
+                let (point, normal) = surface.choose(offset, rng);
                 let front = !*two_sided || rng.uniform() < 0.5;
-                let normal = if front { triangle.normal() } else { -triangle.normal() };
-                leave(point, normal, offset, rng)
+                leave(point, if front { normal } else { -normal }, offset, rng)
             }
         }
     }
-}
-
-/// A point uniform on some triangles, as far as `offset` from their edges, and its triangle.
-#[inline]
-fn on_area<'a>(
-    triangles: &'a [Triangle],
-    cumulative_area: &[f64],
-    offset: f32,
-    rng: &mut Stream,
-) -> (&'a Triangle, Vec3) {
-    let Chosen { index, rest } = weighted_choice(cumulative_area, rng.uniform_fine());
-    let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
-    let triangle = &triangles[index];
-    (triangle, triangle.point_within(weights.x, weights.y, triangle.margins(offset)))
 }
 
 /// A point uniform on a line, `offset` from its ends.

@@ -264,7 +264,7 @@ impl Scene {
                     normal: triangle.normal(),
                     material: part.material as u32,
                     captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
-                    margins: triangle.margins(4.0 * RAY_OFFSET * radius),
+                    margins: Triangle::margins(triangle.slopes(), 4.0 * RAY_OFFSET * radius),
                 });
                 triangles.push(triangle);
             }

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Emitter, Light, on_area, on_axis};
+use super::{Emitter, Light, on_axis};
 use crate::{
     geometry::{Ray, Triangle},
     rng::Stream,
@@ -56,7 +56,7 @@ impl Light {
     /// The triangles that emit, for an area light.
     pub fn triangles(&self) -> &[Triangle] {
         match &self.emitter {
-            Emitter::Area { triangles, .. } => triangles,
+            Emitter::Area { surface, .. } => &surface.triangles,
             _ => &[],
         }
     }
@@ -76,9 +76,9 @@ impl Light {
                 let inside = 1.0 + frame.normal.dot(towards.normalize_or_zero()) <= versine + 1e-5;
                 if inside { near / versine } else { 0.0 }
             }
-            Emitter::Area { triangles, two_sided: false, .. } if triangles.len() <= 2 => {
+            Emitter::Area { surface, two_sided: false } if surface.triangles.len() <= 2 => {
                 let seen = |t: &Triangle| (point - t.a).dot(t.cross()) > 0.0;
-                if triangles.iter().any(seen) { near } else { 0.0 }
+                if surface.triangles.iter().any(seen) { near } else { 0.0 }
             }
             _ => near,
         }
@@ -114,16 +114,14 @@ impl Light {
                 let area = 2.0 * PI * radius * axis.length();
                 seen(point, on_axis + *radius * normal, normal, area, 1.0, offset)
             }
-            Emitter::Area { triangles, cumulative_area, two_sided } => {
-                let area = cumulative_area[cumulative_area.len() - 1];
-                let (triangle, on_light) = on_area(triangles, cumulative_area, offset, rng);
-                let normal = triangle.normal();
+            Emitter::Area { surface, two_sided } => {
+                let (on_light, normal) = surface.choose(offset, rng);
                 let (normal, sides) = match two_sided {
                     true if (point - on_light).dot(normal) < 0.0 => (-normal, 2.0),
                     true => (normal, 2.0),
                     false => (normal, 1.0),
                 };
-                seen(point, on_light, normal, area as f32, sides, offset)
+                seen(point, on_light, normal, surface.area() as f32, sides, offset)
             }
         }
     }
@@ -132,8 +130,8 @@ impl Light {
     /// its front or back, and the area that emits, m2; none where that side is dark.
     pub fn shine(&self, front: bool) -> Option<Shine> {
         match &self.emitter {
-            Emitter::Area { cumulative_area, two_sided, .. } if front || *two_sided => {
-                let area = cumulative_area[cumulative_area.len() - 1] as f32;
+            Emitter::Area { surface, two_sided } if front || *two_sided => {
+                let area = surface.area() as f32;
                 let sides = if *two_sided { 2.0 } else { 1.0 };
                 Some(Shine { radiance: 1.0 / (PI * area * sides), area })
             }
@@ -175,8 +173,8 @@ impl Emitter {
             Self::Tube { from, axis, radius, .. } => {
                 (*from + 0.5 * *axis, 0.5 * axis.length() + radius)
             }
-            Self::Area { triangles, .. } => {
-                let corners = || triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+            Self::Area { surface, .. } => {
+                let corners = || surface.triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
                 let min = corners().fold(Vec3::INFINITY, Vec3::min);
                 let max = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
                 (0.5 * (min + max), 0.5 * min.distance(max))

@@ -15,6 +15,10 @@ pub(super) struct LightChoice<'a> {
 impl<'a> LightChoice<'a> {
     pub(super) fn new(lights: &'a [Light], at: &'a Vertex) -> Self {
         let mut choice = Self { lights, at, total: 0.0, count: 0 };
+        // one light is chosen wherever it can shine
+        if lights.len() == 1 {
+            return choice;
+        }
         for light in 0..lights.len() {
             let importance = choice.importance(light);
             choice.total += importance;
@@ -38,6 +42,9 @@ impl<'a> LightChoice<'a> {
         let importance = self.importance(light);
         if importance == 0.0 {
             return 0.0;
+        }
+        if self.lights.len() == 1 {
+            return 1.0;
         }
         0.5 * (importance / self.total + 1.0 / self.count as f32)
     }

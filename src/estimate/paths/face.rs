@@ -109,7 +109,10 @@ impl<'a> Face<'a> {
         let normal = if self.channel == Channel::Back { -front } else { front };
         let (off, margins) = match self.surface(triangle) {
             Some(surface) => (scene.ray_offset() * normal, surface.margins),
-            None => (scene.lift(self.captor) * front, shape.margins(scene.ray_offset())),
+            None => (
+                scene.lift(self.captor) * front,
+                Triangle::margins(shape.slopes(), scene.ray_offset()),
+            ),
         };
         let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
         let point = shape.point_within(weights.x, weights.y, margins) + off;
