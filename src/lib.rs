@@ -81,9 +81,10 @@ pub use material::{
 pub use output::{OpenFile, OutputFile};
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
-    BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
+    Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
+    NearestResult, RunResult,
 };
-pub use result_file::{OutputFolder, ResultsFile, write_csv, write_json};
+pub use result_file::{OutputFolder, ResultsFile, read_json, write_csv, write_json};
 pub use rng::Stream;
 pub use scene::{
     Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,

@@ -278,6 +278,7 @@ impl<'a> Loader<'a> {
                 .max_time
                 .map(|t| Settings::check_max_time(t).map_err(|why| wrong("max_time", why)))
                 .transpose()?,
+            by_light: false,
             threads: count("threads", file.threads, Settings::check_threads)?.unwrap_or(0),
         })
     }

@@ -1,6 +1,7 @@
 //! The tests of whole runs, in one binary.
 
 mod bad_input;
+mod by_light;
 mod bytes;
 mod check;
 mod closed_forms;

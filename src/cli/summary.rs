@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use crate::{
     result::{CaptorResult, FaceResult, NearestResult, RunResult},
-    settings::{Estimator, Settings},
-    simulate::End,
+    settings::Estimator,
 };
 
 /// More bands than this are not shown.
@@ -25,14 +24,9 @@ pub(super) struct Summary {
     pub(super) warnings: Vec<String>,
 }
 
-pub(super) fn summary(result: &RunResult, settings: &Settings, end: End) -> Summary {
+/// `reason`: why it ended, behind a comma.
+pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     let mut text = String::new();
-    let reason = match (end, settings.tolerance) {
-        (End::Tolerance, _) => ", tolerance met",
-        (End::Time, _) => ", time is up",
-        (End::Photons, Some(_)) => ", tolerance not met",
-        (End::Photons, None) => "",
-    };
     let _ = writeln!(
         text,
         "{}: {} {} in {} blocks, seed {}{reason}",
@@ -55,7 +49,7 @@ fn energy(text: &mut String, result: &RunResult) {
     if energy.emitted.is_empty() {
         return;
     }
-    let unit = result.unit.flux;
+    let unit = &result.unit.flux;
     let _ = writeln!(
         text,
         "\n{:<24}{:>11}{:>11}{:>11}{:>11}",
