@@ -82,7 +82,7 @@ pub use output::{OpenFile, OutputFile};
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
     Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
-    NearestResult, RunResult,
+    NearestResult, RunResult, Warning,
 };
 pub use result_file::{OutputFolder, ResultsFile, read_json, write_csv, write_json};
 pub use rng::Stream;
@@ -98,7 +98,7 @@ pub use stats::{Estimate, Running};
 pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};
 pub use sweep::{
     Forecast, Outcome, Shard, State, Step, SweepControl, SweepPlan, SweepProgress, load_base,
-    merge, states, sweep,
+    merge, sweep,
 };
 pub use sweep_file::{Parameter, Run, Sweep};
 pub use tally::{Ledger, Totals};

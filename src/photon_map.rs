@@ -1,6 +1,6 @@
 //! The photon map: stored arrivals, and the k nearest of them (kiddo's kd-tree).
 
-use std::{collections::BTreeMap, num::NonZero, ops::Range};
+use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
 
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -134,12 +134,12 @@ impl MapBuilder {
 /// Stored photons, shelf by shelf, with a tree over each large shelf.
 pub struct PhotonMap {
     /// All photons; those of one shelf stand side by side.
-    pub photons: Vec<StoredPhoton>,
+    pub photons: Arc<Vec<StoredPhoton>>,
     power: Vec<f32>,
     bands: usize,
     /// The histories that these are all arrivals of.
     pub histories: u64,
-    shelves: BTreeMap<u32, Shelf>,
+    shelves: Arc<BTreeMap<u32, Shelf>>,
 }
 
 struct Shelf {
@@ -188,11 +188,27 @@ impl PhotonMap {
             let places = Places::of(shelf.iter().map(|i| arrival(i).position));
             shelves.insert(arrival(&shelf[0]).shelf, Shelf { range, places });
         }
-        let photons = order.iter().map(|i| arrival(i).photon).collect();
+        let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
         order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
+        let (photons, shelves) = (Arc::new(photons), Arc::new(shelves));
         Self { photons, power: sorted, bands, histories, shelves }
+    }
+
+    /// The same map with the powers of each light times these factors, which are per band.
+    pub fn at_powers<'a>(&self, factors: impl Fn(usize) -> &'a [f64]) -> Self {
+        let scaled = |(photon, power): (&StoredPhoton, &[f32])| {
+            let factors = factors(photon.light as usize);
+            power.iter().zip(factors).map(|(p, f)| (f64::from(*p) * f) as f32).collect::<Vec<_>>()
+        };
+        let power = self.photons.iter().zip(self.power.chunks(self.bands)).flat_map(scaled);
+        Self {
+            photons: self.photons.clone(),
+            power: power.collect(),
+            shelves: self.shelves.clone(),
+            ..*self
+        }
     }
 
     /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).

@@ -3,6 +3,7 @@
 
 mod found;
 mod mix;
+mod warnings;
 mod whole;
 
 use std::borrow::Cow;
@@ -12,6 +13,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::{settings::Estimator, units::UnitNames};
+
+pub use warnings::Warning;
 
 /// What each light brings, by its name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;

@@ -5,6 +5,7 @@
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
 mod memory;
+mod mixed;
 mod piece;
 mod plan;
 mod trial;

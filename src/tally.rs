@@ -36,6 +36,17 @@ impl Ledger {
         [&mut self.emitted, &mut self.absorbed, &mut self.escaped, &mut self.lost]
     }
 
+    /// Adds `other` x `factors`, which are per band.
+    fn add(&mut self, other: &Self, factors: &[f64]) {
+        let bands = self.emitted.len();
+        let other = [&other.emitted, &other.absorbed, &other.escaped, &other.lost];
+        for (mine, theirs) in self.entries().into_iter().zip(other) {
+            for (i, (a, b)) in mine.iter_mut().zip(theirs).enumerate() {
+                *a += b * factors[i % bands];
+            }
+        }
+    }
+
     /// Adds `other` x `scale` and empties it.
     fn drain(&mut self, other: &mut Self, scale: f64) {
         for (mine, theirs) in self.entries().into_iter().zip(other.entries()) {

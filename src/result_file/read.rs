@@ -21,6 +21,9 @@ pub struct ResultsFile {
     pub photons: u64,
     /// Which of them.
     pub estimator: String,
+    /// In a sweep: what kinds of warnings it has.
+    #[serde(default)]
+    pub(crate) warnings: Vec<String>,
     /// Names of the units.
     pub(crate) unit: Unit,
     /// Bands and sums over bands.

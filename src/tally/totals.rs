@@ -111,6 +111,27 @@ impl Totals {
         &self.parts
     }
 
+    /// The same with each part times its factors, per band and sum, and no longer split.
+    pub fn mixed(&self, factors: &[Vec<f64>]) -> Self {
+        let parts = || self.parts.iter().zip(factors);
+        let mix = |i: usize| {
+            let parts = parts().map(|(part, factors)| (part.running[i], factors[i % self.columns]));
+            Running::mixed(parts, self.blocks)
+        };
+        let mut ledger = Ledger::new(self.ledger.emitted.len(), 0);
+        ledger.absorbed = vec![0.0; self.ledger.absorbed.len()];
+        parts().for_each(|(part, factors)| ledger.add(&part.ledger, factors));
+        Self {
+            running: (0..self.running.len()).map(mix).collect(),
+            photons: self.photons.clone(),
+            ledger,
+            captor_of_channel: self.captor_of_channel.clone(),
+            group_values: Vec::new(),
+            parts: Vec::new(),
+            ..*self
+        }
+    }
+
     /// Photons counted in a channel.
     pub fn photons(&self, channel: usize) -> u64 {
         self.photons[channel]
