@@ -46,7 +46,7 @@ enum Command {
     Mix(mix::Arguments),
     /// Run a scene with many values of some of its numbers, and tabulate what was found
     Sweep(sweep::Arguments),
-    /// Join the folders of a sweep that ran in shards
+    /// Join the shards of a sweep, or of one run
     Merge(sweep::MergeArguments),
     /// Print the JSON Schema of scene files, sweep files, results files or files of one captor
     Schema {

@@ -8,6 +8,7 @@ mod head;
 mod kept;
 mod lights;
 mod materials;
+mod numbers;
 mod objects;
 mod placed;
 
@@ -21,13 +22,13 @@ use std::{
 
 use glam::DVec3;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
-use format::PerBand;
 pub use format::{Count, SceneFile};
 pub use kept::Kept;
 
 use crate::{
-    error::{Error, Result, nearest, number},
+    error::{Error, Result, nearest},
     input::{Fetch, RELATIVE, read_bytes},
     json,
     obj::ObjFile,
@@ -85,6 +86,23 @@ pub fn load(path: &Path) -> Result<LoadedScene> {
     let bytes = read_bytes(path)
         .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
     parse(&bytes, path)
+}
+
+/// Like [`load`], with a SHA-256 of the scene file and of every file that was read for it, in that order.
+pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {
+    let hash = RefCell::new(Sha256::new());
+    let read = |path: &Path| {
+        let bytes = read_bytes(path)?;
+        // each by itself, so that none can pass for two
+        hash.borrow_mut().update(Sha256::digest(&bytes));
+        Ok(bytes)
+    };
+    let bytes = read(path)
+        .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
+    let value = json::parse(&path.display().to_string(), &bytes)?;
+    let loaded = load_value(value, path, &read, None)?;
+    let digest = hash.take().finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok((loaded, digest))
 }
 
 /// Like [`load`], from the bytes of the file at `path`.
@@ -209,47 +227,6 @@ impl<'a> Loader<'a> {
             MOST => self.warnings.push("and more warnings than these".into()),
             _ => {}
         }
-    }
-
-    /// Refuses a number outside [`low`, `high`].
-    fn in_range(&self, pointer: &str, value: f64, low: f64, high: f64) -> Result<()> {
-        if (low..=high).contains(&value) {
-            return Ok(());
-        }
-        let range = match high {
-            f64::MAX => format!("at least {low}"),
-            _ => format!("from {low} to {high}"),
-        };
-        let error = self.error(pointer, format!("{}, must be {range}", number(value)));
-        Err(if high == 1.0 && value > 1.0 { error.remedy("75 % is 0.75") } else { error })
-    }
-
-    /// One number per band, each in [0, `high`].
-    fn per_band(&self, pointer: &str, values: &PerBand, high: f64) -> Result<Vec<f64>> {
-        match values {
-            PerBand::All(value) => {
-                self.in_range(pointer, *value, 0.0, high)?;
-                Ok(vec![*value; self.bands])
-            }
-            PerBand::Each(values) if values.len() == self.bands => {
-                for (i, value) in values.iter().enumerate() {
-                    self.in_range(&format!("{pointer}/{i}"), *value, 0.0, high)?;
-                }
-                Ok(values.clone())
-            }
-            PerBand::Each(values) => {
-                let s = if self.bands == 1 { "" } else { "s" };
-                let problem = format!("{} numbers for {} band{s}", values.len(), self.bands);
-                Err(self.error(pointer, problem).remedy("give one number, or one per band"))
-            }
-        }
-    }
-
-    /// The same in single precision, padded to the lanes of the scene.
-    fn lanes(&self, values: &[f64]) -> Vec<f32> {
-        let mut padded: Vec<f32> = values.iter().map(|v| *v as f32).collect();
-        padded.resize(lanes(self.bands), 0.0);
-        padded
     }
 
     /// The path of a file that the scene file names.

@@ -4,16 +4,18 @@
 //! exact share, and random streams belong to (seed, block, history): so neither the number of
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
+mod blocks;
 mod memory;
 mod mixed;
 mod piece;
 mod plan;
+mod share;
 mod trial;
 mod until;
 
 use std::{
     sync::{
-        Condvar, Mutex, MutexGuard, PoisonError,
+        Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::Instant,
@@ -32,6 +34,7 @@ use crate::{
 };
 
 use plan::Plan;
+pub use share::{Joined, Share, check_shareable, simulate_share};
 pub use trial::Choice;
 
 /// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
@@ -101,8 +104,12 @@ pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result
         let simulation = simulate(scene, &settings, control)?;
         return Ok(Simulation { choice: Some(choice), ..simulation });
     }
-    let part_of = if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() };
-    simulate_split(scene, settings, part_of, control)
+    simulate_split(scene, settings, part_of(scene, settings), control)
+}
+
+/// The part that each light is counted in.
+fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
+    if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() }
 }
 
 /// Like [`simulate`], of photons or paths; each light is also counted in a part of its own or of several, from 0
@@ -113,10 +120,6 @@ pub fn simulate_split(
     part_of: Vec<usize>,
     control: &Control,
 ) -> Result<Simulation> {
-    if settings.estimator == Estimator::Paths && !part_of.is_empty() {
-        let problem = "only photons know which light they come from";
-        return Err(Error::input("--by-light", problem).remedy("add --estimator photons"));
-    }
     with_lanes!(scene.lanes(), N => Run::new(scene, settings, part_of, control)?.go::<N>())
 }
 
@@ -158,6 +161,10 @@ impl<'a> Run<'a> {
             Estimator::Photons | Estimator::Auto => {
                 let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+            }
+            Estimator::Paths if !part_of.is_empty() => {
+                let problem = "only photons know which light they come from";
+                return Err(Error::input("--by-light", problem).remedy("add --estimator photons"));
             }
             Estimator::Paths if scene.captors.is_empty() => {
                 return Err(Error::input("captors", "there are none for paths to start from")
@@ -226,45 +233,6 @@ impl<'a> Run<'a> {
                 self.until_time::<N>(&plan, limit)
             }
         }
-    }
-
-    /// One round of blocks, each traced whole by one thread and added up in order.
-    fn round<const N: usize>(
-        &self,
-        plan: &Plan,
-        round: u64,
-        of: Option<u64>,
-        totals: &mut Totals,
-        map: Option<&Mutex<MapBuilder>>,
-    ) -> Result<()> {
-        let next = AtomicU64::new(0);
-        let merged = Mutex::new((0, totals));
-        let turn = Condvar::new();
-        self.pool.broadcast(|_| {
-            let (mut piece_sums, mut sums) = (self.tally(), self.tally());
-            loop {
-                let block = next.fetch_add(1, Ordering::Relaxed);
-                if block >= plan.blocks {
-                    return;
-                }
-                for piece in 0..plan.pieces(block) {
-                    if self.stopped() {
-                        break;
-                    }
-                    self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
-                    sums.drain(&mut piece_sums);
-                    self.report(of, None);
-                }
-                let mut merged = lock(&merged);
-                while merged.0 != block {
-                    merged = turn.wait(merged).unwrap_or_else(PoisonError::into_inner);
-                }
-                merged.1.add_block(self.scene, &mut sums, plan.block(block));
-                merged.0 += 1;
-                turn.notify_all();
-            }
-        });
-        self.check_stopped()
     }
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {

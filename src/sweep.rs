@@ -26,7 +26,7 @@ use std::{
 use crate::{
     error::{Error, Result},
     scene_file::LoadedScene,
-    settings::Checked,
+    shard::Shard,
     sweep_file::{Run, Sweep},
 };
 use folder::{SweepFolder, Times};
@@ -37,34 +37,6 @@ use work::Work;
 pub use folder::State;
 pub use forecast::{Forecast, from_simulations};
 pub use merge::merge;
-
-/// A fixed share of the runs of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    index: usize,
-    of: usize,
-}
-
-impl Shard {
-    /// All runs.
-    pub const WHOLE: Self = Self { index: 0, of: 1 };
-
-    /// From text such as `3/16`.
-    pub fn parse(text: &str) -> Checked<Self> {
-        let numbers =
-            text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match numbers {
-            Some((index @ 1.., of)) if index <= of => Ok(Self { index: index - 1, of }),
-            _ => Err("must be I/N with I from 1 to N, as in 3/16".into()),
-        }
-    }
-
-    /// Whether runs that are done together are in it: neighbours, which take about as long, are in
-    /// different ones.
-    fn holds(self, job: usize) -> bool {
-        job % self.of == self.index
-    }
-}
 
 /// How a sweep is to be done.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,9 @@
 //! Tallies: what arrived where, in sums over a block of histories.
 
+mod sums;
 mod totals;
+
+use serde::{Deserialize, Serialize};
 
 use crate::{
     captor::{Captor, CaptorKind, Channel},
@@ -10,10 +13,11 @@ use crate::{
     trace::{Counted, Event},
 };
 
+pub use sums::Sums;
 pub use totals::Totals;
 
 /// Power accounted for, per band, in W or umol/s.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// What the photons were emitted with.
     pub emitted: Vec<f64>,

@@ -16,6 +16,7 @@ mod nearest;
 mod nearest_study;
 mod output;
 mod paths;
+mod shards;
 mod stability;
 mod study;
 mod sweep;

@@ -3,6 +3,7 @@
 use std::{
     collections::HashSet,
     fs,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -60,6 +61,14 @@ impl Outputs {
     /// Where the files of captors of these ids will be.
     pub(super) fn captor_places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
         self.per_captor.as_ref().map_or(Vec::new(), |folder| folder.places(ids))
+    }
+
+    /// Writes something else into the results file alone.
+    pub(super) fn write_part(
+        self,
+        content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<()> {
+        self.output.write(content)
     }
 
     pub(super) fn write(self, result: &RunResult) -> Result<()> {

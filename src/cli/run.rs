@@ -21,9 +21,12 @@ use crate::{
     error::{Error, Result},
     output::OutputFile,
     result::RunResult,
+    scene::Scene,
     scene_file::{self, LoadedScene},
     settings::{Checked, Estimator, Settings},
-    simulate::{Control, End, Progress, simulate},
+    shard::Shard,
+    share_file::{self, ShareHead, ShareSettings, write_share},
+    simulate::{Control, End, Progress, check_shareable, simulate, simulate_share},
 };
 
 #[derive(Args)]
@@ -56,6 +59,9 @@ pub(super) struct Arguments {
     /// Also say what each light brings, for `phylux mix`; of photons only
     #[arg(long)]
     by_light: bool,
+    /// Trace the I-th of N shares of the blocks of the run; `phylux merge` joins the files to the results
+    #[arg(long, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
+    shard: Option<Shard>,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<usize>,
@@ -133,7 +139,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
-    let loaded = scene_file::load(&arguments.scene)?;
+    let (loaded, digest) = match arguments.shard {
+        Some(_) => scene_file::load_with_digest(&arguments.scene)?,
+        None => (scene_file::load(&arguments.scene)?, String::new()),
+    };
     reading.finish_and_clear();
     loaded.check_captors()?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
@@ -155,6 +164,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let loaded = Instant::now();
 
+    if let Some(shard) = arguments.shard {
+        let head = ShareHead {
+            phylux_part: shard.to_string(),
+            phylux: share_file::VERSION.into(),
+            scene: arguments.scene.display().to_string(),
+            inputs: digest,
+            settings: ShareSettings::new(&settings),
+        };
+        return run_share(&scene, &settings, shard, &head, outputs, &interrupt);
+    }
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
@@ -199,6 +218,28 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         arguments.outputs.output.display(),
     );
     super::print(&(summary.text + &speed))
+}
+
+/// Traces a part of the run.
+fn run_share(
+    scene: &Scene,
+    settings: &Settings,
+    shard: Shard,
+    head: &ShareHead,
+    outputs: Outputs,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    check_shareable(settings)?;
+    let bar = progress_bar(settings);
+    let progress = |progress: Progress| show(&bar, progress);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let share = interrupt.listening(|| simulate_share(scene, settings, shard, &control));
+    bar.finish_and_clear();
+    let share = share?;
+    interrupt.writing();
+    let text = format!("part {shard} of {}: {} blocks\n", scene.name, share.blocks.len());
+    outputs.write_part(|writer| write_share(head, share, writer))?;
+    super::print(&text)
 }
 
 /// Why it ended, behind a comma.

@@ -9,13 +9,18 @@ use std::{
 use clap::Args;
 use indicatif::ProgressBar;
 
-use super::{interrupt::Interrupt, run};
+use super::{interrupt::Interrupt, outputs::check_places, run, summary::summary};
 use crate::{
     check::check_meshes,
     error::{Error, Result},
+    join::join,
+    output::OutputFile,
+    result_file::write_json,
     settings::Checked,
+    shard::Shard,
+    simulate::{Control, Progress},
     sweep::{
-        Forecast, Outcome, Shard, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
+        Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
         load_base, merge, sweep,
     },
     sweep_file::Sweep,
@@ -51,12 +56,15 @@ fn jobs(text: &str) -> Checked<usize> {
 
 #[derive(Args)]
 pub(super) struct MergeArguments {
-    /// Folders that `phylux sweep --shard` has written
+    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has
     #[arg(required = true)]
     parts: Vec<PathBuf>,
-    /// Folder for all of it; made if it is not there
-    #[arg(short, long, value_name = "DIR")]
+    /// Folder for all of a sweep, made if it is not there; or results file (JSON) of the run
+    #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,
+    /// Scene file of a run, where it is not where the parts were traced
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -78,10 +86,40 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
+    if arguments.parts.iter().any(|part| part.is_file()) {
+        return run_join(arguments);
+    }
+    if arguments.scene.is_some() {
+        let problem = "folders of sweeps know their scene";
+        return Err(Error::input("--scene", problem).remedy("leave it out"));
+    }
     let interrupt = Interrupt::install()?;
     let outcome =
         watched(&interrupt, |control| merge(&arguments.parts, &arguments.output, control))?;
     finish(&outcome, &arguments.output)
+}
+
+/// Joins the parts of one run.
+fn run_join(arguments: &MergeArguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let output = OutputFile::create(&arguments.output)?;
+    interrupt.remove_at_end(output.temporary());
+    let place = output.place().map(Path::to_path_buf);
+    check_places(place.as_slice(), &arguments.parts)?;
+    let bar = run::terminal_bar("{elapsed} adding up, {pos} blocks");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let progress = |progress: Progress| bar.set_position(progress.photons);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let scene = arguments.scene.as_deref();
+    let joined = interrupt.listening(|| join(&arguments.parts, scene, &control));
+    bar.finish_and_clear();
+    let result = joined?;
+    interrupt.writing();
+    output.write(|writer| write_json(&result, writer))?;
+    let summary = summary(&result, "");
+    super::warn(&summary.warnings);
+    let from = format!("\nfrom {} parts; ", arguments.parts.len());
+    super::print(&(summary.text + &from + &format!("wrote {}\n", arguments.output.display())))
 }
 
 /// Does `work` with a progress bar, and ends it in order at a signal.

@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    Outcome, Shard, Step, SweepControl, SweepProgress, failures,
+    Outcome, Step, SweepControl, SweepProgress, failures,
     folder::{Manifest, RunFile, State, SweepFolder, Times, run_file},
     linear::Jobs,
     simulations, tables,
@@ -14,6 +14,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     input::read_bytes,
+    shard::Shard,
     sweep_file::{Run, Sweep},
 };
 
