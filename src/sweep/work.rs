@@ -137,35 +137,66 @@ impl<'a> Work<'a> {
     /// The runs of one job, up to where it is stopped. Error: what they found cannot be written.
     fn job(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<()> {
         let started = Instant::now();
-        let base = todo.job.base.as_deref();
         // what is run for all of them depends on all of them, done or not
-        let shared = base.map(|_| self.shared(all, todo, worker));
+        let shared = todo.job.base.as_ref().map(|_| self.shared(all, todo, worker));
         let each = started.elapsed().as_secs_f64() / todo.runs.len() as f64;
-        for run in &todo.runs {
-            let started = Instant::now();
-            let (origin, loaded) = Origin::load(self.sweep, run, base, self.inputs);
-            let found = loaded.and_then(|loaded| {
-                loaded.check_captors()?;
-                match &shared {
-                    Some(Ok(Shared { scene, part_of, simulation })) => {
-                        Ok(at_powers(scene, simulation, part_of, &loaded))
-                    }
-                    Some(Err(error)) => Err(error.clone()),
-                    None => self.alone(all, &loaded, worker),
-                }
-            });
-            if self.control.stopped() {
-                return Ok(());
+        let next = AtomicUsize::new(0);
+        let hand = || {
+            while let Some(run) = todo.runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                self.one(all, todo.job, run, shared.as_ref(), worker, each)?;
             }
-            let seconds = each + started.elapsed().as_secs_f64();
-            let time = Time { seconds, threads: worker.threads };
-            let state = self.keep(all, run, &origin, found, time)?;
-            lock(&all.found).push((run.number, state));
-            all.runs_ended.fetch_add(1, Ordering::Relaxed);
-            // what was traced for it counts with it from now on
-            let traced = lock(&all.parts)[worker.index];
-            self.report(all, worker, (traced - 1.0).max(0.0));
+            Ok(())
+        };
+        thread::scope(|scope| {
+            let hands: Vec<_> =
+                (1..worker.threads.min(todo.runs.len())).map(|_| scope.spawn(hand)).collect();
+            let own = hand();
+            let others = hands.into_iter().map(|hand| match hand.join() {
+                Ok(done) => done,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            others.fold(own, Result::and)
+        })
+    }
+
+    /// One run, unless it is stopped; `each`: what was done for it before, s.
+    fn one(
+        &self,
+        all: &Progressing,
+        job: &Job,
+        run: &Run,
+        shared: Option<&Result<Shared>>,
+        worker: Worker,
+        each: f64,
+    ) -> Result<()> {
+        if self.control.stopped() {
+            return Ok(());
         }
+        let started = Instant::now();
+        let (origin, loaded) = Origin::load(self.sweep, run, job.base.as_deref(), self.inputs);
+        let found = loaded.and_then(|loaded| {
+            loaded.check_captors()?;
+            match shared {
+                Some(Ok(Shared { scene, part_of, simulation })) => {
+                    Ok(at_powers(scene, simulation, part_of, &loaded))
+                }
+                Some(Err(error)) => Err(error.clone()),
+                None => self.alone(all, &loaded, worker),
+            }
+        });
+        if self.control.stopped() {
+            return Ok(());
+        }
+        // of a group each has one of the threads
+        let own = started.elapsed().as_secs_f64();
+        let seconds = if shared.is_some() { each + own / worker.threads as f64 } else { own };
+        let time = Time { seconds, threads: worker.threads };
+        let state = self.keep(run, &origin, found, &all.times, time)?;
+        lock(&all.found).push((run.number, state));
+        all.runs_ended.fetch_add(1, Ordering::Relaxed);
+        // what was traced for it counts with it from now on
+        let traced = lock(&all.parts)[worker.index];
+        self.report(all, worker, (traced - 1.0).max(0.0));
         Ok(())
     }
 
@@ -207,17 +238,17 @@ impl<'a> Work<'a> {
 
     fn keep(
         &self,
-        all: &Progressing,
         run: &Run,
         origin: &Origin,
         found: Result<RunResult>,
+        times: &Mutex<Times>,
         time: Time,
     ) -> Result<State> {
         let key = self.sweep.key(run);
         match found {
             Ok(result) => {
                 self.folder.write_result(&key, origin, &result)?;
-                lock(&all.times).add(run, &key, time)?;
+                lock(times).add(run, &key, time)?;
                 Ok(State::Done)
             }
             Err(error) => {
