@@ -42,7 +42,7 @@ fn main() -> io::Result<()> {
 fn compare(name: &str, scene: &Scene) -> io::Result<bool> {
     let rays = bounces(scene, RAYS);
     let folder = tempfile::tempdir()?;
-    let corners = scene.triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+    let corners = scene.triangles().iter().flat_map(|t| [t.a, t.b, t.c]);
     write_points(&folder.path().join("triangles"), corners)?;
     write_points(&folder.path().join("rays"), rays.iter().flat_map(|r| [r.origin, r.direction]))?;
 

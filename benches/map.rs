@@ -22,7 +22,7 @@ fn arrivals(scene: &Scene) -> Vec<Arrival> {
     let surfaces = scene.captors.iter().filter(|captor| captor.kind == CaptorKind::Surface);
     let captors: Vec<&Captor> = surfaces.collect();
     // the walls of the box have no light behind them
-    let faces = if scene.triangles.len() < 100 { 1 } else { 2 };
+    let faces = if scene.triangles().len() < 100 { 1 } else { 2 };
     let mut rng = Stream::new(1, 0, 0);
     let arrival = |i: usize| {
         let captor = captors[i % captors.len()];
@@ -40,7 +40,7 @@ fn arrivals(scene: &Scene) -> Vec<Arrival> {
 fn point_on(scene: &Scene, captor: &Captor, rng: &mut Stream) -> (usize, Vec3) {
     let mut rest = rng.uniform_fine() * captor.area;
     let here = |triangle: &usize| {
-        rest -= f64::from(scene.triangles[*triangle].area());
+        rest -= f64::from(scene.triangles()[*triangle].area());
         rest < 0.0
     };
     let triangle = captor.triangles.clone().find(here).unwrap_or(captor.triangles.start);
@@ -48,7 +48,7 @@ fn point_on(scene: &Scene, captor: &Captor, rng: &mut Stream) -> (usize, Vec3) {
     if u + v > 1.0 {
         (u, v) = (1.0 - u, 1.0 - v);
     }
-    (triangle, scene.triangles[triangle].point(u, v))
+    (triangle, scene.triangles()[triangle].point(u, v))
 }
 
 fn map_of(arrivals: Vec<Arrival>) -> PhotonMap {

@@ -61,7 +61,7 @@ pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
         let mut remarks = Remarks::default();
         check_coincident(scene, &mut remarks);
         if scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
-            solids::check_solids(scene, &mesh::weld(&scene.triangles), &mut remarks);
+            solids::check_solids(scene, &mesh::weld(scene.triangles()), &mut remarks);
         }
         Ok(remarks.warnings)
     })
@@ -71,8 +71,8 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let scene = &loaded.scene;
     let surfaces = surfaces(scene);
     let lit = scene.lights.iter().map(|light| light.extent());
-    let lit = lit.fold(Extent::of_triangles(&scene.triangles), Extent::join);
-    let size = lit.join(Extent::of_triangles(&scene.captor_triangles)).size().as_dvec3();
+    let lit = lit.fold(Extent::of_triangles(scene.triangles()), Extent::join);
+    let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
 
     let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
     check_unit(size, loaded.unit, &mut remarks);
@@ -80,7 +80,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
     check_areas(scene, &mut remarks);
-    let vertices = mesh::weld(&scene.triangles);
+    let vertices = mesh::weld(scene.triangles());
     check_coincident(scene, &mut remarks);
     solids::check_solids(scene, &vertices, &mut remarks);
     solids::check_sheets(scene, &vertices, &mut remarks);
@@ -91,7 +91,7 @@ fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
     let materials = scene.materials.iter().map(|m| m.name.clone());
     let mut surfaces: Vec<MaterialSummary> =
         materials.map(|material| MaterialSummary { material, triangles: 0, area: 0.0 }).collect();
-    for (i, triangle) in scene.triangles.iter().enumerate() {
+    for (i, triangle) in scene.triangles().iter().enumerate() {
         let summary = &mut surfaces[scene.surface(i).material as usize];
         summary.triangles += 1;
         summary.area += 0.5 * cross(triangle).length();
@@ -134,7 +134,7 @@ fn check_lights(scene: &Scene, remarks: &mut Remarks) {
 fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     let outside = scene.captors.iter().filter(|captor| {
         matches!(captor.kind, CaptorKind::Virtual { .. })
-            && !scene.triangles.is_empty()
+            && !scene.triangles().is_empty()
             && Extent::of_triangles(scene.triangles_of(captor)).is_clear_of(lit, scene.ray_offset())
     });
     remarks.warn_of(&quoted(outside.map(|captor| &captor.id)), |list| {
@@ -155,7 +155,7 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
 fn check_areas(scene: &Scene, remarks: &mut Remarks) {
     let flat = |t: &Triangle| cross(t) == DVec3::ZERO;
     let mut by_material: BTreeMap<u32, usize> = BTreeMap::new();
-    for i in (0..scene.triangles.len()).filter(|&i| flat(&scene.triangles[i])) {
+    for i in (0..scene.triangles().len()).filter(|&i| flat(&scene.triangles()[i])) {
         *by_material.entry(scene.surface(i).material).or_default() += 1;
     }
     let on_surfaces = by_material
@@ -183,7 +183,7 @@ fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
         (mutual && other < i && !solid).then(|| [material(other), material(i)])
     };
     let twins: Vec<[u32; 2]> =
-        (0..scene.triangles.len()).into_par_iter().filter_map(twin).collect();
+        (0..scene.triangles().len()).into_par_iter().filter_map(twin).collect();
     let mut counts: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     twins.into_iter().for_each(|pair| *counts.entry(pair).or_default() += 1);
     let name = |m: u32| &scene.materials[m as usize].name;

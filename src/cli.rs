@@ -4,6 +4,8 @@ mod chart;
 mod check;
 mod compare;
 mod interrupt;
+mod mix;
+mod outputs;
 mod run;
 mod schema;
 mod summary;
@@ -40,9 +42,11 @@ enum Command {
     Chart(chart::Arguments),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
+    /// Say what a run would have found with other powers of its lights, without running it again
+    Mix(mix::Arguments),
     /// Run a scene with many values of some of its numbers, and tabulate what was found
     Sweep(sweep::Arguments),
-    /// Join the folders of a sweep that ran in shards
+    /// Join the shards of a sweep, or of one run
     Merge(sweep::MergeArguments),
     /// Print the JSON Schema of scene files, sweep files, results files or files of one captor
     Schema {
@@ -59,6 +63,7 @@ pub fn main() -> ExitCode {
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Mix(arguments) => mix::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),

@@ -43,6 +43,7 @@ mod scene;
 mod estimate;
 mod result;
 mod settings;
+mod shard;
 mod simulate;
 mod tally;
 mod trace;
@@ -52,10 +53,12 @@ mod chart;
 mod json;
 mod result_file;
 mod scene_file;
+mod share_file;
 mod sweep_file;
 
 mod check;
 mod compare;
+mod join;
 mod study;
 mod sweep;
 
@@ -73,6 +76,7 @@ pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::paths::Unseen;
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
+pub use join::join;
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
@@ -81,9 +85,10 @@ pub use material::{
 pub use output::{OpenFile, OutputFile};
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
-    BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
+    Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
+    NearestResult, RunResult, Warning,
 };
-pub use result_file::{OutputFolder, ResultsFile, write_csv, write_json};
+pub use result_file::{OutputFolder, ResultsFile, read_json, write_csv, write_json};
 pub use rng::Stream;
 pub use scene::{
     Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
@@ -91,13 +96,13 @@ pub use scene::{
 };
 pub use scene_file::{LoadedScene, load};
 pub use settings::{Estimator, Settings};
+pub use shard::Shard;
 pub use simulate::{Choice, Control, End, Progress, Simulation, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};
 pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};
 pub use sweep::{
-    Forecast, Outcome, Shard, State, Step, SweepControl, SweepPlan, SweepProgress, load_base,
-    merge, states, sweep,
+    Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };
 pub use sweep_file::{Parameter, Run, Sweep};
 pub use tally::{Ledger, Totals};

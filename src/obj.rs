@@ -86,6 +86,11 @@ impl ObjFile {
             .map_err(|e| Error::input(&scan.path, format!("tobj cannot read it: {e}")))?;
         Ok(Self { groups: scan.groups, parts, mtl })
     }
+
+    /// How many triangles it has.
+    pub fn triangles(&self) -> usize {
+        self.parts.iter().map(|part| part.triangles.len()).sum()
+    }
 }
 
 /// Lets tobj read the checked text and fills in the triangles, one model per part.

@@ -1,15 +1,17 @@
 //! The photon map: stored arrivals, and the k nearest of them (kiddo's kd-tree).
 
-use std::{collections::BTreeMap, num::NonZero, ops::Range};
+use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
 
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 mod direction;
+mod pieces;
 #[cfg(test)]
 mod tests;
 
 pub use direction::PackedDirection;
+pub use pieces::{MapBuilder, Piece, PieceKey};
 
 /// A photon that arrived on, or crossed, a surface.
 #[derive(Clone, Copy, Debug)]
@@ -35,111 +37,15 @@ pub struct StoredPhoton {
     pub history: u32,
 }
 
-/// Order of a piece of histories in a run: round, piece within the block, block. Every block
-/// has its first piece before any has its second.
-pub type PieceKey = (u64, u64, u64);
-
-/// Arrivals of one piece, in order, and their powers per band.
-#[derive(Clone, Debug, Default)]
-pub struct Piece {
-    arrivals: Vec<Arrival>,
-    power: Vec<f32>,
-}
-
-impl Piece {
-    /// Stores an arrival, as long as there are at most `limit`.
-    #[inline]
-    pub fn push(&mut self, limit: usize, arrival: Arrival, power: impl Iterator<Item = f32>) {
-        if self.arrivals.len() <= limit {
-            self.arrivals.push(arrival);
-            self.power.extend(power);
-        }
-    }
-}
-
-/// Collects arrivals piece by piece, in any order, and keeps those of the first histories that
-/// fit, whatever that order was.
-#[derive(Debug)]
-pub struct MapBuilder {
-    limit: usize,
-    bands: usize,
-    pieces: BTreeMap<PieceKey, Piece>,
-    stored: usize,
-    /// The first piece that no longer fits.
-    end: Option<PieceKey>,
-}
-
-impl MapBuilder {
-    /// For at most `limit` arrivals of `bands` bands.
-    pub fn new(limit: usize, bands: usize) -> Self {
-        Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
-    }
-
-    /// The most arrivals that are kept.
-    pub fn limit(&self) -> usize {
-        self.limit
-    }
-
-    /// Whether arrivals of this piece may still be kept.
-    pub fn wants(&self, key: PieceKey) -> bool {
-        self.end.is_none_or(|end| key < end)
-    }
-
-    /// Adds the arrivals of a piece.
-    pub fn add(&mut self, key: PieceKey, piece: Piece) {
-        if piece.arrivals.is_empty() || !self.wants(key) {
-            return;
-        }
-        self.stored += piece.arrivals.len();
-        self.pieces.insert(key, piece);
-        while let Some(last) = self.pieces.last_entry() {
-            let rest = self.stored - last.get().arrivals.len();
-            if rest <= self.limit {
-                break;
-            }
-            self.stored = rest;
-            self.end = Some(last.remove_entry().0);
-        }
-    }
-
-    /// The map of the run's first histories. `histories` tells how many come before a piece;
-    /// `all` is how many there are. Powers are multiplied by `scale` / histories in the map.
-    pub fn build(self, all: u64, histories: impl Fn(PieceKey) -> u64) -> PhotonMap {
-        let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
-        let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
-        let mut count = self.end.map_or(all, &histories);
-        let mut first = 0;
-        for (key, mut piece) in self.pieces {
-            let room = self.limit - arrivals.len();
-            if piece.arrivals.len() > room {
-                // cut before the first history that does not fit whole
-                let history = piece.arrivals[room].photon.history;
-                let whole = piece.arrivals.partition_point(|a| a.photon.history < history);
-                piece.arrivals.truncate(whole);
-                piece.power.truncate(whole * self.bands);
-                count = histories(key) + u64::from(history);
-            }
-            let same = |a: &Arrival, b: &Arrival| a.photon.history == b.photon.history;
-            for history in piece.arrivals.chunk_by_mut(same) {
-                history.iter_mut().for_each(|arrival| arrival.photon.history = first);
-                first += 1;
-            }
-            arrivals.append(&mut piece.arrivals);
-            power.append(&mut piece.power);
-        }
-        PhotonMap::new(arrivals, power, self.bands, count)
-    }
-}
-
 /// Stored photons, shelf by shelf, with a tree over each large shelf.
 pub struct PhotonMap {
     /// All photons; those of one shelf stand side by side.
-    pub photons: Vec<StoredPhoton>,
+    pub photons: Arc<Vec<StoredPhoton>>,
     power: Vec<f32>,
     bands: usize,
     /// The histories that these are all arrivals of.
     pub histories: u64,
-    shelves: BTreeMap<u32, Shelf>,
+    shelves: Arc<BTreeMap<u32, Shelf>>,
 }
 
 struct Shelf {
@@ -188,11 +94,27 @@ impl PhotonMap {
             let places = Places::of(shelf.iter().map(|i| arrival(i).position));
             shelves.insert(arrival(&shelf[0]).shelf, Shelf { range, places });
         }
-        let photons = order.iter().map(|i| arrival(i).photon).collect();
+        let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
         order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
+        let (photons, shelves) = (Arc::new(photons), Arc::new(shelves));
         Self { photons, power: sorted, bands, histories, shelves }
+    }
+
+    /// The same map with the powers of each light times these factors, which are per band.
+    pub fn at_powers<'a>(&self, factors: impl Fn(usize) -> &'a [f64]) -> Self {
+        let scaled = |(photon, power): (&StoredPhoton, &[f32])| {
+            let factors = factors(photon.light as usize);
+            power.iter().zip(factors).map(|(p, f)| (f64::from(*p) * f) as f32).collect::<Vec<_>>()
+        };
+        let power = self.photons.iter().zip(self.power.chunks(self.bands)).flat_map(scaled);
+        Self {
+            photons: self.photons.clone(),
+            power: power.collect(),
+            shelves: self.shelves.clone(),
+            ..*self
+        }
     }
 
     /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).

@@ -20,8 +20,8 @@ use crate::{
     units::UnitNames,
 };
 
-pub use read::ResultsFile;
 pub(crate) use read::{CaptorValues, EnergyValues, FaceValues};
+pub use read::{ResultsFile, read_json};
 
 fn buffered<W: Write>(
     file: W,
@@ -46,11 +46,11 @@ pub fn write_lines(value: &impl Serialize, writer: &mut dyn Write) -> io::Result
 /// One captor's result, with what is needed to read it alone.
 #[derive(Serialize, JsonSchema)]
 pub struct SingleCaptor<'a> {
-    phylux: &'static str,
+    phylux: &'a str,
     scene: &'a str,
     seed: u64,
     photons: u64,
-    unit: UnitNames,
+    unit: &'a UnitNames,
     bands: &'a [BandResult],
     #[serde(flatten)]
     captor: &'a CaptorResult,
@@ -120,11 +120,11 @@ impl OutputFolder {
         let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()), "json");
         for (captor, name) in result.captors.iter().zip(&names) {
             let single = SingleCaptor {
-                phylux: result.phylux,
+                phylux: &result.phylux,
                 scene: &result.scene,
                 seed: result.seed,
                 photons: result.photons,
-                unit: result.unit,
+                unit: &result.unit,
                 bands: &result.bands,
                 captor,
             };

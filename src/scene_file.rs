@@ -4,32 +4,37 @@ mod captors;
 mod format;
 #[cfg(test)]
 mod fuzz;
+mod head;
+mod kept;
 mod lights;
 mod materials;
+mod numbers;
 mod objects;
+mod placed;
 
 use std::{
+    cell::RefCell,
     collections::{BTreeMap, HashMap, HashSet},
     fmt::Display,
     path::{Path, PathBuf},
-    rc::Rc,
+    sync::Arc,
 };
 
 use glam::DVec3;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
-use format::{CameraFile, PerBand, SettingsFile, TransformFile};
 pub use format::{Count, SceneFile};
+pub use kept::Kept;
 
 use crate::{
-    error::{Error, Result, nearest, number},
-    geometry::{Transform, unit_vector},
+    error::{Error, Result, nearest},
     input::{Fetch, RELATIVE, read_bytes},
     json,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
-    settings::{Checked, Settings},
-    spectrum::{MAX_BANDS, lanes},
+    settings::Settings,
+    spectrum::lanes,
     units::LengthUnit,
 };
 
@@ -57,7 +62,7 @@ pub struct LoadedScene {
     pub unused_materials: Vec<String>,
     /// Thin leaves whose transmittance differs between the faces.
     pub non_reciprocal_leaves: Vec<String>,
-    /// The scene file and the OBJ and CSV files that it names.
+    /// The scene file and all OBJ, MTL and CSV files that were read for it.
     pub files: Vec<PathBuf>,
 }
 
@@ -83,26 +88,51 @@ pub fn load(path: &Path) -> Result<LoadedScene> {
     parse(&bytes, path)
 }
 
-/// Like [`load`], from the bytes of the file at `path`.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedScene> {
-    load_value(json::parse(&path.display().to_string(), bytes)?, path, &read_bytes)
+/// Like [`load`], with a SHA-256 of the scene file and of every file that was read for it, in that order.
+pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {
+    let hash = RefCell::new(Sha256::new());
+    let read = |path: &Path| {
+        let bytes = read_bytes(path)?;
+        // each by itself, so that none can pass for two
+        hash.borrow_mut().update(Sha256::digest(&bytes));
+        Ok(bytes)
+    };
+    let bytes = read(path)
+        .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
+    let value = json::parse(&path.display().to_string(), &bytes)?;
+    let loaded = load_value(value, path, &read, None)?;
+    let digest = hash.take().finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok((loaded, digest))
 }
 
-/// Like [`load`], from the JSON of the file at `path`; `read` fetches the files that it names.
-pub fn load_value(value: Value, path: &Path, read: &Fetch) -> Result<LoadedScene> {
+/// Like [`load`], from the bytes of the file at `path`.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedScene> {
+    load_value(json::parse(&path.display().to_string(), bytes)?, path, &read_bytes, None)
+}
+
+/// Like [`load`], from the JSON of the file at `path`; `read` fetches the files that it names, and `kept` has
+/// what of other scenes can be used again.
+pub fn load_value(
+    value: Value,
+    path: &Path,
+    read: &Fetch,
+    kept: Option<&Kept>,
+) -> Result<LoadedScene> {
     let file: SceneFile = json::read(&path.display().to_string(), value)?;
-    Loader::new(path, &file, read)?.load(&file)
+    Loader::new(path, &file, read, kept)?.load(&file)
 }
 
 /// What is known and collected while a scene is put together.
 struct Loader<'a> {
     path: PathBuf,
     read: &'a Fetch<'a>,
+    /// Every file that was read.
+    files: RefCell<Vec<PathBuf>>,
+    kept: Option<&'a Kept>,
     metres: f64,
     bands: usize,
     parts: SceneParts,
-    obj_files: HashMap<PathBuf, Rc<ObjFile>>,
-    csv_files: Vec<PathBuf>,
+    obj_files: HashMap<PathBuf, Arc<ObjFile>>,
     materials: materials::Library,
     groups: BTreeMap<String, usize>,
     /// Names of captor entries and captor objects: each is a group of its own.
@@ -114,15 +144,16 @@ struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    fn new(path: &Path, file: &SceneFile, read: &'a Fetch) -> Result<Self> {
+    fn new(path: &Path, file: &SceneFile, read: &'a Fetch, kept: Option<&'a Kept>) -> Result<Self> {
         let mut loader = Self {
             path: path.to_path_buf(),
             read,
+            files: RefCell::new(vec![path.to_path_buf()]),
+            kept,
             metres: file.unit.metres(),
             bands: 0,
             parts: SceneParts::default(),
             obj_files: HashMap::new(),
-            csv_files: Vec::new(),
             materials: materials::Library::default(),
             groups: BTreeMap::new(),
             entries: HashSet::new(),
@@ -161,16 +192,18 @@ impl<'a> Loader<'a> {
         }
         let unused_materials = self.materials.unused();
         let non_reciprocal_leaves = self.materials.non_reciprocal();
-        let mut files = vec![self.path.clone()];
-        files.extend(self.obj_files.into_keys());
-        files.append(&mut self.csv_files);
+        drop(self.obj_files);
         let mut groups: Vec<(usize, String)> =
             self.groups.into_iter().map(|(name, index)| (index, name)).collect();
         groups.sort();
         self.parts.groups = groups.into_iter().map(|(_, name)| name).collect();
         self.parts.materials = self.materials.into_used();
         let name = self.path.display().to_string();
-        let scene = Scene::new(self.parts).map_err(|e| e.at(name))?;
+        let scene = match self.kept {
+            Some(kept) => Scene::with_kept(self.parts, &kept.shapes),
+            None => Scene::new(self.parts),
+        };
+        let scene = scene.map_err(|e| e.at(name))?;
         Ok(LoadedScene {
             scene,
             unit: file.unit,
@@ -178,130 +211,8 @@ impl<'a> Loader<'a> {
             warnings: self.warnings,
             unused_materials,
             non_reciprocal_leaves,
-            files,
+            files: self.files.into_inner(),
         })
-    }
-
-    fn load_bands(&mut self, file: &SceneFile) -> Result<()> {
-        let Some(bands) = &file.bands else {
-            self.bands = 1;
-            self.parts.bands = vec![Band { name: "all".into(), from_nm: None, to_nm: None }];
-            return self.load_sums(file);
-        };
-        if bands.is_empty() || bands.len() > MAX_BANDS {
-            let problem = format!("{} bands, must be 1 to {MAX_BANDS}", bands.len());
-            return Err(self.error("/bands", problem).remedy("leave it out for a single band"));
-        }
-        for (i, band) in bands.iter().enumerate() {
-            let pointer = format!("/bands/{i}");
-            if bands[..i].iter().any(|other| other.name == band.name) {
-                return Err(self
-                    .error(pointer, format!("a second band named `{}`", band.name))
-                    .remedy("give each band a name of its own"));
-            }
-            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm)
-                && from >= to
-            {
-                return Err(self
-                    .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
-                    .remedy("swap or correct them"));
-            }
-            for (key, nm) in [("from_nm", band.from_nm), ("to_nm", band.to_nm)] {
-                if let Some(nm) = nm {
-                    self.in_range(&format!("{pointer}/{key}"), nm, 0.0, f64::MAX)?;
-                }
-            }
-            self.parts.bands.push(Band {
-                name: band.name.clone(),
-                from_nm: band.from_nm,
-                to_nm: band.to_nm,
-            });
-        }
-        self.bands = bands.len();
-        self.load_sums(file)
-    }
-
-    fn load_sums(&mut self, file: &SceneFile) -> Result<()> {
-        for (name, members) in &file.sums {
-            let pointer = format!("/sums/{}", json::escaped(name));
-            if self.parts.bands.iter().any(|band| band.name == *name) {
-                return Err(self
-                    .error(pointer, "a band has this name too")
-                    .remedy("give the sum another name"));
-            }
-            let mut bands = Vec::new();
-            for (i, member) in members.iter().enumerate() {
-                let names = || self.parts.bands.iter().map(|band| band.name.as_str());
-                let Some(band) = names().position(|name| name == member) else {
-                    return Err(unknown(
-                        self.error(format!("{pointer}/{i}"), format!("no band `{member}`")),
-                        member,
-                        names(),
-                    ));
-                };
-                if bands.contains(&band) {
-                    let problem = format!("`{member}` stands here twice");
-                    return Err(self.error(pointer, problem).remedy("name each band once"));
-                }
-                bands.push(band);
-            }
-            if bands.is_empty() {
-                return Err(self.error(pointer, "adds up no band").remedy("name its bands"));
-            }
-            self.parts.sums.push(BandSum { name: name.clone(), bands });
-        }
-        Ok(())
-    }
-
-    fn settings(&self, file: &SettingsFile) -> Result<Settings> {
-        let default = Settings::default();
-        let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
-        let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
-            count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
-        };
-        Ok(Settings {
-            estimator: file.estimator,
-            photons: file
-                .photons
-                .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))
-                .transpose()?,
-            seed: file.seed.unwrap_or(default.seed),
-            k: count("k", file.k, Settings::check_k)?,
-            map_photons: count("map_photons", file.map_photons, Settings::check_map_photons)?
-                .unwrap_or(default.map_photons),
-            tolerance: file
-                .tolerance
-                .map(|t| Settings::check_tolerance(t).map_err(|why| wrong("tolerance", why)))
-                .transpose()?,
-            tolerance_limit: None,
-            max_time: file
-                .max_time
-                .map(|t| Settings::check_max_time(t).map_err(|why| wrong("max_time", why)))
-                .transpose()?,
-            threads: count("threads", file.threads, Settings::check_threads)?.unwrap_or(0),
-        })
-    }
-
-    fn check_camera(&self, camera: &CameraFile) -> Result<()> {
-        let look = unit_vector(DVec3::from(camera.look_at) - DVec3::from(camera.position));
-        let up = unit_vector(camera.up.unwrap_or([0.0, 0.0, 1.0]).into());
-        if look.zip(up).is_none_or(|(look, up)| look.cross(up).length() < 1e-9) {
-            return Err(self
-                .error("/camera", "`look_at` is the position itself, or straight along `up`")
-                .remedy("move one of them"));
-        }
-        if let Some(fov) = camera.fov_deg
-            && !(fov > 0.0 && fov < 180.0)
-        {
-            let problem = format!("{fov}, must be between 0 and 180");
-            return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
-        }
-        for (key, count) in [("width", camera.width), ("height", camera.height)] {
-            if let Some(count) = count {
-                self.in_range(&format!("/camera/{key}"), count.0 as f64, 1.0, 65_536.0)?;
-            }
-        }
-        Ok(())
     }
 
     /// An error at a JSON pointer of the scene file.
@@ -318,47 +229,6 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Refuses a number outside [`low`, `high`].
-    fn in_range(&self, pointer: &str, value: f64, low: f64, high: f64) -> Result<()> {
-        if (low..=high).contains(&value) {
-            return Ok(());
-        }
-        let range = match high {
-            f64::MAX => format!("at least {low}"),
-            _ => format!("from {low} to {high}"),
-        };
-        let error = self.error(pointer, format!("{}, must be {range}", number(value)));
-        Err(if high == 1.0 && value > 1.0 { error.remedy("75 % is 0.75") } else { error })
-    }
-
-    /// One number per band, each in [0, `high`].
-    fn per_band(&self, pointer: &str, values: &PerBand, high: f64) -> Result<Vec<f64>> {
-        match values {
-            PerBand::All(value) => {
-                self.in_range(pointer, *value, 0.0, high)?;
-                Ok(vec![*value; self.bands])
-            }
-            PerBand::Each(values) if values.len() == self.bands => {
-                for (i, value) in values.iter().enumerate() {
-                    self.in_range(&format!("{pointer}/{i}"), *value, 0.0, high)?;
-                }
-                Ok(values.clone())
-            }
-            PerBand::Each(values) => {
-                let s = if self.bands == 1 { "" } else { "s" };
-                let problem = format!("{} numbers for {} band{s}", values.len(), self.bands);
-                Err(self.error(pointer, problem).remedy("give one number, or one per band"))
-            }
-        }
-    }
-
-    /// The same in single precision, padded to the lanes of the scene.
-    fn lanes(&self, values: &[f64]) -> Vec<f32> {
-        let mut padded: Vec<f32> = values.iter().map(|v| *v as f32).collect();
-        padded.resize(lanes(self.bands), 0.0);
-        padded
-    }
-
     /// The path of a file that the scene file names.
     fn sibling(&self, file: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(file)
@@ -367,80 +237,13 @@ impl<'a> Loader<'a> {
     /// The bytes of a file that the scene file names at `pointer`.
     fn bytes(&self, pointer: &str, path: &Path) -> Result<Vec<u8>> {
         let error = |why| self.error(pointer, format!("{}: {why}", path.display()));
-        (self.read)(path).map_err(|why| error(why).remedy(RELATIVE))
+        self.fetch(path).map_err(|why| error(why).remedy(RELATIVE))
     }
 
-    /// An OBJ file, read once.
-    fn obj(&mut self, pointer: &str, file: &str) -> Result<Rc<ObjFile>> {
-        let path = self.sibling(file);
-        if let Some(obj) = self.obj_files.get(&path) {
-            return Ok(obj.clone());
-        }
-        if file.is_empty() {
-            return Err(self.error(pointer, "no file name").remedy("name an OBJ file"));
-        }
-        let bytes = self.bytes(pointer, &path)?;
-        let obj = Rc::new(ObjFile::parse(&bytes, &path, self.read)?);
-        for part in obj.parts.iter().filter(|part| part.tangled > 0) {
-            self.warn(
-                format!("{}:{}", path.display(), part.line),
-                format!(
-                    "{} of the faces from here on have an outline that crosses itself, so it is \
-                    unclear what they cover; cut them into triangles in the modelling program",
-                    part.tangled
-                ),
-            );
-        }
-        self.obj_files.insert(path, obj.clone());
-        Ok(obj)
-    }
-
-    /// Placements of an object: `transform` alone, or each instance after it.
-    fn placements(
-        &self,
-        pointer: &str,
-        transform: Option<TransformFile>,
-        instances: Option<&[TransformFile]>,
-    ) -> Result<Vec<Transform>> {
-        let base =
-            self.transform(&format!("{pointer}/transform"), transform.unwrap_or_default())?;
-        let Some(instances) = instances else { return Ok(vec![base]) };
-        if instances.is_empty() {
-            return Err(self
-                .error(format!("{pointer}/instances"), "an empty list")
-                .remedy("leave it out for one copy"));
-        }
-        instances
-            .iter()
-            .enumerate()
-            .map(|(i, instance)| {
-                let pointer = format!("{pointer}/instances/{i}");
-                Ok(self.transform(&pointer, *instance)?.after(&base))
-            })
-            .collect()
-    }
-
-    fn transform(&self, pointer: &str, file: TransformFile) -> Result<Transform> {
-        let scale = file.scale.unwrap_or(1.0);
-        if scale <= 0.0 {
-            return Err(self
-                .error(format!("{pointer}/scale"), format!("{scale}, must be above 0"))
-                .remedy("a mirrored copy needs an OBJ file of its own"));
-        }
-        let rotate = DVec3::from(file.rotate_deg.unwrap_or_default());
-        let translate = DVec3::from(file.translate.unwrap_or_default()) * self.metres;
-        Ok(Transform::new(scale, rotate, translate))
-    }
-
-    /// Triangles in metres, placed.
-    fn placed(
-        &mut self,
-        triangles: &[[DVec3; 3]],
-        transform: &Transform,
-    ) -> Result<Vec<[DVec3; 3]>> {
-        self.count_triangles(triangles.len())?;
-        let metres = self.metres;
-        Ok(triangles.iter().map(|t| t.map(|p| transform.point(p * metres))).collect())
+    fn fetch(&self, path: &Path) -> std::result::Result<Vec<u8>, String> {
+        let bytes = (self.read)(path)?;
+        self.files.borrow_mut().push(path.to_path_buf());
+        Ok(bytes)
     }
 
     fn count_triangles(&mut self, more: usize) -> Result<()> {

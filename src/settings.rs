@@ -56,6 +56,8 @@ pub struct Settings {
     pub tolerance_limit: Option<u64>,
     /// Ends at the first block border after this time.
     pub max_time: Option<Duration>,
+    /// Whether results are split by light; of photons only.
+    pub by_light: bool,
     /// Threads; 0 takes as many as there are processors.
     pub threads: usize,
 }
@@ -71,6 +73,7 @@ impl Default for Settings {
             tolerance: None,
             tolerance_limit: None,
             max_time: None,
+            by_light: false,
             threads: 0,
         }
     }

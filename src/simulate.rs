@@ -4,13 +4,18 @@
 //! exact share, and random streams belong to (seed, block, history): so neither the number of
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
+mod blocks;
+mod memory;
+mod mixed;
+mod piece;
 mod plan;
+mod share;
 mod trial;
 mod until;
 
 use std::{
     sync::{
-        Condvar, Mutex, MutexGuard, PoisonError,
+        Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::Instant,
@@ -20,30 +25,24 @@ use crate::{
     captor::Captor,
     error::{Error, Result},
     estimate::paths::{Face, Reflectors, Unseen},
-    light::{Emission, Strata},
-    photon_map::{Arrival, MapBuilder, PackedDirection, PhotonMap, Piece, PieceKey, StoredPhoton},
-    rng::{Sequence, Stream},
+    light::Strata,
+    photon_map::{Arrival, MapBuilder, PhotonMap},
     scene::Scene,
     settings::{Estimator, Settings},
-    spectrum::{Spectrum, with_lanes},
+    spectrum::with_lanes,
     tally::{Tally, Totals},
-    trace::{Event, trace},
 };
 
 use plan::Plan;
+pub use share::{Joined, Share, check_shareable, simulate_share};
 pub use trial::Choice;
 
 /// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
 pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
-/// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
-/// spread evenly over a block. Photons gain less from that than it costs, unless captors are as large as walls.
-const SOBOL_NUMBERS: u32 = 16;
 /// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
-/// The most memory that a run may take for its sums and results, bytes.
-const MAX_SUM_BYTES: usize = 16 << 30;
 /// The most memory that the photon map may take, bytes. Building it takes twice as much, and in a
 /// room of mirrors the piece of each thread may be as large.
 const MAX_MAP_BYTES: usize = 1 << 30;
@@ -96,8 +95,8 @@ pub struct Simulation {
     pub threads: usize,
 }
 
-/// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, stopped by
-/// `control`, no threads to be had, too many captors for a time limit.
+/// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, paths that are
+/// to be split by light, stopped by `control`, no threads to be had, too many captors for a time limit.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
     if settings.estimator == Estimator::Auto {
         let choice = Choice::make(scene, settings, control)?;
@@ -105,7 +104,23 @@ pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result
         let simulation = simulate(scene, &settings, control)?;
         return Ok(Simulation { choice: Some(choice), ..simulation });
     }
-    with_lanes!(scene.lanes(), N => Run::new(scene, settings, control)?.go::<N>())
+    simulate_split(scene, settings, part_of(scene, settings), control)
+}
+
+/// The part that each light is counted in.
+fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
+    if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() }
+}
+
+/// Like [`simulate`], of photons or paths; each light is also counted in a part of its own or of several, from 0
+/// without gaps. An empty list splits nothing.
+pub fn simulate_split(
+    scene: &Scene,
+    settings: &Settings,
+    part_of: Vec<usize>,
+    control: &Control,
+) -> Result<Simulation> {
+    with_lanes!(scene.lanes(), N => Run::new(scene, settings, part_of, control)?.go::<N>())
 }
 
 struct Run<'a> {
@@ -115,6 +130,8 @@ struct Run<'a> {
     pool: rayon::ThreadPool,
     started: Instant,
     work: Work<'a>,
+    /// The part that each light is counted in; empty where nothing is split.
+    part_of: Vec<usize>,
     done: AtomicU64,
 }
 
@@ -127,18 +144,27 @@ enum Work<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(scene: &'a Scene, settings: &'a Settings, control: &'a Control<'a>) -> Result<Self> {
+    fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        part_of: Vec<usize>,
+        control: &'a Control<'a>,
+    ) -> Result<Self> {
         let started = Instant::now();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(settings.threads)
             .build()
             .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
-        check_memory(scene, pool.current_num_threads())?;
+        memory::check(scene, parts(&part_of), pool.current_num_threads())?;
         let work = match settings.estimator {
             // what a trial finds cheaper is known by now
             Estimator::Photons | Estimator::Auto => {
                 let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+            }
+            Estimator::Paths if !part_of.is_empty() => {
+                let problem = "only photons know which light they come from";
+                return Err(Error::input("--by-light", problem).remedy("add --estimator photons"));
             }
             Estimator::Paths if scene.captors.is_empty() => {
                 return Err(Error::input("captors", "there are none for paths to start from")
@@ -147,7 +173,15 @@ impl<'a> Run<'a> {
             Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
         };
         let done = AtomicU64::new(0);
-        Ok(Self { scene, settings, control, pool, started, work, done })
+        Ok(Self { scene, settings, control, pool, started, work, part_of, done })
+    }
+
+    fn tally(&self) -> Tally {
+        Tally::new(self.scene, parts(&self.part_of))
+    }
+
+    fn totals(&self) -> Totals {
+        Totals::new(self.scene, parts(&self.part_of))
     }
 
     /// Histories of a piece of the usual length.
@@ -189,7 +223,7 @@ impl<'a> Run<'a> {
             }
             (None, None) => {
                 let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
-                let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
+                let (mut totals, map) = (self.totals(), self.map_builder());
                 let of = Some(plan.histories * self.unit());
                 self.round::<N>(&plan, 0, of, &mut totals, map.as_ref())?;
                 self.finish::<N>(totals, map, &plan, End::Photons)
@@ -198,134 +232,6 @@ impl<'a> Run<'a> {
                 let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
                 self.until_time::<N>(&plan, limit)
             }
-        }
-    }
-
-    /// One round of blocks, each traced whole by one thread and added up in order.
-    fn round<const N: usize>(
-        &self,
-        plan: &Plan,
-        round: u64,
-        of: Option<u64>,
-        totals: &mut Totals,
-        map: Option<&Mutex<MapBuilder>>,
-    ) -> Result<()> {
-        let next = AtomicU64::new(0);
-        let merged = Mutex::new((0, totals));
-        let turn = Condvar::new();
-        self.pool.broadcast(|_| {
-            let (mut piece_sums, mut sums) = (Tally::new(self.scene), Tally::new(self.scene));
-            loop {
-                let block = next.fetch_add(1, Ordering::Relaxed);
-                if block >= plan.blocks {
-                    return;
-                }
-                for piece in 0..plan.pieces(block) {
-                    if self.stopped() {
-                        break;
-                    }
-                    self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
-                    sums.drain(&mut piece_sums);
-                    self.report(of, None);
-                }
-                let mut merged = lock(&merged);
-                while merged.0 != block {
-                    merged = turn.wait(merged).unwrap_or_else(PoisonError::into_inner);
-                }
-                merged.1.add_block(self.scene, &mut sums, plan.block(block));
-                merged.0 += 1;
-                turn.notify_all();
-            }
-        });
-        self.check_stopped()
-    }
-
-    /// Follows the histories of one piece.
-    fn piece<const N: usize>(
-        &self,
-        plan: &Plan,
-        key: PieceKey,
-        tally: &mut Tally,
-        map: Option<&Mutex<MapBuilder>>,
-    ) {
-        let (_, piece, block) = key;
-        let (_, histories) = plan.range(block, piece);
-        match &self.work {
-            Work::Paths(faces, reflectors) => {
-                self.paths::<N>(plan, key, faces, reflectors.as_ref(), tally);
-            }
-            Work::Photons(strata) if strata.histories() == histories => {
-                self.photons::<N>(plan, key, strata, tally, map);
-            }
-            Work::Photons(_) => {
-                let strata = Strata::new(&self.scene.lights, histories, N);
-                self.photons::<N>(plan, key, &strata, tally, map);
-            }
-        }
-        self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
-    }
-
-    /// Follows paths from every face.
-    fn paths<const N: usize>(
-        &self,
-        plan: &Plan,
-        (round, piece, block): PieceKey,
-        faces: &[Face],
-        reflectors: Option<&Reflectors>,
-        tally: &mut Tally,
-    ) {
-        let (first, histories) = plan.range(block, piece);
-        let (seed, block) = (self.settings.seed, round * BLOCKS + block);
-        for (f, face) in faces.iter().enumerate() {
-            if self.stopped() {
-                return;
-            }
-            let sequence = Sequence::new(seed, block, f as u64);
-            for index in first..first + histories {
-                let stream = index * faces.len() as u64 + f as u64;
-                let rng = Stream::new(seed, block, stream);
-                let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
-                let score = face.path::<N>(reflectors, &mut rng);
-                tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
-            }
-        }
-    }
-
-    /// Emits and follows photons.
-    fn photons<const N: usize>(
-        &self,
-        plan: &Plan,
-        key: PieceKey,
-        strata: &Strata,
-        tally: &mut Tally,
-        map: Option<&Mutex<MapBuilder>>,
-    ) {
-        let (round, piece, block) = key;
-        let (first, histories) = plan.range(block, piece);
-        let limit = map.map_or(0, |map| lock(map).limit());
-        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
-        let bands = self.scene.bands.len();
-        for index in 0..histories {
-            if self.stopped() {
-                return;
-            }
-            let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
-            let Emission { light, weights, ray, power } =
-                strata.emit::<N>(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
-            tally.emitted(weights);
-            trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
-                tally.score(self.scene, weights, &event);
-                let Some(piece) = &mut stored else { return };
-                if let Some((mut arrival, power)) = arrival(self.scene, &event) {
-                    arrival.photon.light = light as u32;
-                    arrival.photon.history = index as u32;
-                    let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
-                    piece.push(limit, arrival, power);
-                }
-            });
-        }
-        if let (Some(map), Some(stored)) = (map, stored) {
-            lock(map).add(key, stored);
         }
     }
 
@@ -399,44 +305,11 @@ pub fn least_paths(scene: &Scene) -> u64 {
     MIN_PATHS * scene.captors.iter().map(|captor| captor.kind.faces().len() as u64).sum::<u64>()
 }
 
-/// Refuses a run whose sums would not fit into memory, before it begins.
-fn check_memory(scene: &Scene, threads: usize) -> Result<()> {
-    let strata = scene.lights.len() * scene.lanes() * size_of::<f64>();
-    let bytes = threads * (2 * Tally::bytes(scene) + strata) + Totals::bytes(scene);
-    if bytes <= MAX_SUM_BYTES {
-        return Ok(());
-    }
-    let problem = format!(
-        "the sums for {} captors, {} bands and {} lights on {threads} threads would take {:.0} GiB",
-        scene.captors.len(),
-        scene.bands.len(),
-        scene.lights.len(),
-        bytes as f64 / f64::from(1 << 30)
-    );
-    Err(Error::input(format!("scene {}", scene.name), problem)
-        .remedy("ask for fewer captors, bands or threads"))
+/// How many parts there are.
+fn parts(part_of: &[usize]) -> usize {
+    part_of.iter().max().map_or(0, |last| last + 1)
 }
 
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// The arrival to store of an event on a captor, and its power.
-#[inline]
-fn arrival<'e, const N: usize>(
-    scene: &'e Scene,
-    event: &'e Event<'_, N>,
-) -> Option<(Arrival, &'e Spectrum<N>)> {
-    let counted = event.counted(scene)?;
-    let (position, direction, triangle) = match event {
-        Event::Crossing { crossing, direction, .. } => {
-            (crossing.point, *direction, crossing.triangle)
-        }
-        Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
-        Event::Escaped(_) | Event::Lost(_) => return None,
-    };
-    let direction = PackedDirection::new(direction);
-    let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
-    let arrival = Arrival { position, shelf: counted.channel() as u32, photon };
-    Some((arrival, counted.power))
 }

@@ -17,6 +17,26 @@ impl Running {
         self.largest = self.largest.max(x);
     }
 
+    /// The sum of independent ones over the same `blocks`, each times a factor: means and variances add
+    /// up. Exact of one alone; of several the largest block is unknown.
+    pub fn mixed(parts: impl Iterator<Item = (Self, f64)>, blocks: u64) -> Self {
+        let mut lit = parts.filter(|(part, factor)| part.sum != 0.0 && *factor != 0.0).peekable();
+        let Some((first, factor)) = lit.next() else { return Self::default() };
+        if lit.peek().is_none() {
+            let Self { sum, squares, largest } = first;
+            let squares = squares * factor * factor;
+            return Self { sum: sum * factor, squares, largest: largest * factor };
+        }
+        let n = blocks as f64;
+        let (mut sum, mut spread) = (0.0, 0.0);
+        for (part, factor) in std::iter::once((first, factor)).chain(lit) {
+            let mean = part.sum / n;
+            sum += part.sum * factor;
+            spread += (part.squares / n - mean * mean).max(0.0) * factor * factor;
+        }
+        Self { sum, squares: n * (spread + (sum / n).powi(2)), largest: 0.0 }
+    }
+
     /// Mean over `blocks` blocks and, from two blocks on, its standard error (1 sigma).
     pub fn estimate(&self, blocks: u64) -> Estimate {
         let n = blocks as f64;
@@ -59,5 +79,23 @@ mod tests {
         assert!((running.concentration(4) - 9.0 / 14.0).abs() < 1e-12);
         assert_eq!(running.estimate(1).standard_error, None);
         assert_eq!((running.concentration(1), Running::default().concentration(4)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_mix_adds_means_and_variances() {
+        let of = |blocks: [f64; 4]| {
+            let mut running = Running::default();
+            blocks.into_iter().for_each(|x| running.add(x));
+            running
+        };
+        let (a, b) = (of([1.0, 2.0, 3.0, 6.0]), of([4.0, 4.0, 6.0, 6.0]));
+        let (first, second) = (a.estimate(4), b.estimate(4));
+        let mixed = Running::mixed([(a, 0.5), (b, 3.0)].into_iter(), 4).estimate(4);
+        assert!((mixed.mean - 0.5 * first.mean - 3.0 * second.mean).abs() < 1e-12);
+        let error = |e: Estimate| e.standard_error.unwrap();
+        let expected = (0.5 * error(first)).hypot(3.0 * error(second));
+        assert!((error(mixed) - expected).abs() < 1e-12);
+        let alone = Running::mixed([(a, 0.5), (Running::default(), 3.0), (b, 0.0)].into_iter(), 4);
+        assert_eq!(alone, of([0.5, 1.0, 1.5, 3.0]));
     }
 }

@@ -6,65 +6,37 @@
 
 mod folder;
 mod forecast;
+mod linear;
 mod merge;
 mod origin;
 mod response;
 mod table;
 mod tables;
+mod work;
 
 use std::{
+    collections::BTreeMap,
     fmt,
     num::NonZero,
     path::Path,
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
-    },
+    sync::atomic::{AtomicBool, Ordering},
     thread,
-    time::Instant,
 };
 
 use crate::{
     error::{Error, Result},
-    result::RunResult,
-    scene_file::{LoadedScene, load_value},
-    settings::{Checked, Settings},
-    simulate::{Control, Progress, simulate},
+    scene_file::LoadedScene,
+    shard::Shard,
     sweep_file::{Run, Sweep},
 };
-use folder::{SweepFolder, Time, Times};
-use origin::{Inputs, Origin};
+use folder::{SweepFolder, Times};
+use linear::Jobs;
+use origin::Inputs;
+use work::Work;
 
 pub use folder::State;
-pub use forecast::Forecast;
+pub use forecast::{Forecast, from_simulations};
 pub use merge::merge;
-
-/// A fixed share of the runs of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    index: usize,
-    of: usize,
-}
-
-impl Shard {
-    /// All runs.
-    pub const WHOLE: Self = Self { index: 0, of: 1 };
-
-    /// From text such as `3/16`.
-    pub fn parse(text: &str) -> Checked<Self> {
-        let numbers =
-            text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match numbers {
-            Some((index @ 1.., of)) if index <= of => Ok(Self { index: index - 1, of }),
-            _ => Err("must be I/N with I from 1 to N, as in 3/16".into()),
-        }
-    }
-
-    /// Whether a run is in it: neighbours, which take about as long, are in different ones.
-    pub fn holds(self, run: &Run) -> bool {
-        (run.number - 1) % self.of == self.index
-    }
-}
 
 /// How a sweep is to be done.
 #[derive(Clone, Copy, Debug)]
@@ -139,28 +111,48 @@ pub struct Outcome {
     pub runs: usize,
     /// How many of them were there already.
     pub kept: usize,
+    /// Simulations that they come from, where those are fewer: light is linear in the powers.
+    pub simulations: Option<usize>,
     /// Those that failed: number and values, and the error.
     pub failed: Vec<(String, String)>,
     /// Runs of the whole sweep that are not in the folder, so that there are no tables.
     pub missing: usize,
+    /// How many runs of the whole sweep have warnings, by kind; empty where runs are missing.
+    pub warned: BTreeMap<String, usize>,
 }
 
 /// The scene of a sweep with its own values, as a run would load it.
 pub fn load_base(sweep: &Sweep) -> Result<LoadedScene> {
-    let inputs = Inputs::new(sweep.folder());
-    let read = |path: &Path| inputs.read(path);
-    let path = Path::new(sweep.scene_path());
-    let loaded = load_value(sweep.scene().clone(), path, &read)?;
+    let loaded = Inputs::new(sweep.folder()).load(sweep, sweep.scene().clone())?;
     loaded.check_captors()?;
     Ok(loaded)
 }
 
-/// How far each run of the sweep is in the folder at `path`, which need not be there.
-pub fn states(path: &Path, sweep: &Sweep, control: &SweepControl) -> Result<Vec<State>> {
-    look(path, sweep, &Inputs::new(sweep.folder()), control)
+/// The runs of a shard, in order.
+fn runs_of<'a>(
+    sweep: &'a Sweep,
+    jobs: &'a Jobs,
+    shard: Shard,
+) -> impl Iterator<Item = Run<'a>> + 'a {
+    sweep.runs().filter(move |run| shard.holds(jobs.of(run)))
 }
 
-fn look(path: &Path, sweep: &Sweep, inputs: &Inputs, control: &SweepControl) -> Result<Vec<State>> {
+/// How many simulations the runs of a shard come from, where those are fewer.
+fn simulations(jobs: &Jobs, shard: Shard) -> Option<usize> {
+    let held = jobs.jobs.iter().enumerate().filter(|(index, _)| shard.holds(*index));
+    let (mut simulations, mut runs) = (0, 0);
+    held.for_each(|(_, job)| (simulations, runs) = (simulations + 1, runs + job.runs.len()));
+    (simulations < runs).then_some(simulations)
+}
+
+/// How far each run is in the folder at `path`.
+fn look(
+    path: &Path,
+    sweep: &Sweep,
+    jobs: &Jobs,
+    inputs: &Inputs,
+    control: &SweepControl,
+) -> Result<Vec<State>> {
     let runs = sweep.runs();
     let of = runs.len();
     let mut states = Vec::with_capacity(of);
@@ -169,7 +161,7 @@ fn look(path: &Path, sweep: &Sweep, inputs: &Inputs, control: &SweepControl) -> 
             return Err(Error::run("sweep", "interrupted"));
         }
         (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
-        states.push(folder::state(path, sweep, &run, inputs));
+        states.push(folder::state(path, sweep, &run, jobs.base(&run), inputs));
     }
     Ok(states)
 }
@@ -186,154 +178,38 @@ pub fn sweep(
     let folder = SweepFolder::open(path)?;
     folder.write_manifest(sweep)?;
     let inputs = Inputs::new(sweep.folder());
-    let mut states = look(path, sweep, &inputs, control)?;
-    let mine: Vec<Run> = sweep.runs().filter(|run| plan.shard.holds(run)).collect();
-    let todo: Vec<&Run> = mine.iter().filter(|run| states[run.number - 1] != State::Done).collect();
+    let jobs = Jobs::new(sweep);
+    let mut states = look(path, sweep, &jobs, &inputs, control)?;
+    let mine: Vec<usize> = runs_of(sweep, &jobs, plan.shard).map(|run| run.number - 1).collect();
+    let kept = mine.iter().filter(|&&run| states[run] == State::Done).count();
     folder.remove(&tables::names())?;
-    let kept = mine.len() - todo.len();
-    let work = Work {
-        sweep,
-        folder: &folder,
-        inputs: &inputs,
-        control,
-        todo,
-        threads: plan.threads(),
-        times: Mutex::new(folder.times()?),
-        next: AtomicUsize::new(0),
-        ended: AtomicUsize::new(0),
-        parts: Mutex::default(),
-        found: Mutex::default(),
-        broken: Mutex::new(None),
-    };
-    let found = work.go(plan.jobs)?;
+    let work = Work::new(sweep, &folder, &inputs, control, plan);
+    let held = jobs.jobs.iter().enumerate().filter(|(index, _)| plan.shard.holds(*index));
+    let found = work.go(held.map(|(_, job)| job), &states)?;
     for (number, state) in found {
         states[number - 1] = state;
     }
-    let ended = mine.iter().filter(|run| states[run.number - 1] != State::Missing).count();
+    let ended = mine.iter().filter(|&&run| states[run] != State::Missing).count();
     if control.stopped() {
         let problem = format!("interrupted, {ended} of {} runs are done", mine.len());
         return Err(Error::run("sweep", problem).remedy("the same command goes on from there"));
     }
     let missing = states.iter().filter(|state| **state == State::Missing).count();
+    let mut warned = BTreeMap::new();
     if missing == 0 {
         Times::tidy(&folder, sweep, &Times::read(path))?;
-        tables::write(&folder, sweep, &states, control)?;
+        warned = tables::write(&folder, sweep, &states, control)?;
     }
-    let failed = failures(sweep, plan.shard, &states);
-    Ok(Outcome { runs: mine.len(), kept, failed, missing })
+    let failed = failures(runs_of(sweep, &jobs, plan.shard), &states);
+    let simulations = simulations(&jobs, plan.shard);
+    Ok(Outcome { runs: mine.len(), kept, simulations, failed, missing, warned })
 }
 
-/// Those of the shard that failed: number and values, and the error.
-fn failures(sweep: &Sweep, shard: Shard, states: &[State]) -> Vec<(String, String)> {
-    let mine = sweep.runs().zip(states).filter(|(run, _)| shard.holds(run));
-    let failed = mine.filter_map(|(run, state)| match state {
+/// Those that failed: number and values, and the error.
+fn failures<'a>(runs: impl Iterator<Item = Run<'a>>, states: &[State]) -> Vec<(String, String)> {
+    let failed = runs.filter_map(|run| match &states[run.number - 1] {
         State::Failed(error) => Some((format!("run {} ({run})", run.number), error.clone())),
         _ => None,
     });
     failed.collect()
-}
-
-/// Runs to do, and what has become of them.
-struct Work<'a> {
-    sweep: &'a Sweep,
-    folder: &'a SweepFolder,
-    inputs: &'a Inputs<'a>,
-    control: &'a SweepControl<'a>,
-    todo: Vec<&'a Run<'a>>,
-    threads: usize,
-    times: Mutex<Times>,
-    next: AtomicUsize,
-    ended: AtomicUsize,
-    /// The parts done of the runs under way.
-    parts: Mutex<Vec<f64>>,
-    found: Mutex<Vec<(usize, State)>>,
-    /// Why nothing more can be written.
-    broken: Mutex<Option<Error>>,
-}
-
-impl Work<'_> {
-    /// As many runs side by side as there are threads for: one thread has nothing to wait for. Towards
-    /// the end fewer runs share the threads.
-    fn go(self, jobs: usize) -> Result<Vec<(usize, State)>> {
-        let most = if jobs == 0 { self.threads } else { jobs.min(self.threads) };
-        let workers = most.min(self.todo.len());
-        lock(&self.parts).resize(workers, 0.0);
-        thread::scope(|scope| {
-            for worker in 0..workers {
-                let work = &self;
-                scope.spawn(move || work.worker(worker, workers));
-            }
-        });
-        match self.broken.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(self.found.into_inner().unwrap_or_else(PoisonError::into_inner)),
-        }
-    }
-
-    fn worker(&self, worker: usize, workers: usize) {
-        while let Some(run) = self.todo.get(self.next.fetch_add(1, Ordering::Relaxed)) {
-            if self.control.stopped() || lock(&self.broken).is_some() {
-                return;
-            }
-            let left = self.todo.len() - self.ended.load(Ordering::Relaxed);
-            let threads = (self.threads / workers.min(left)).max(1);
-            match self.one(run, worker, threads) {
-                Ok(Some(state)) => lock(&self.found).push((run.number, state)),
-                Ok(None) => return,
-                Err(error) => {
-                    lock(&self.broken).get_or_insert(error);
-                }
-            }
-            self.ended.fetch_add(1, Ordering::Relaxed);
-            self.report(worker, 0.0);
-        }
-    }
-
-    /// One run; none if it was stopped. Error: what it found cannot be written.
-    fn one(&self, run: &Run, worker: usize, threads: usize) -> Result<Option<State>> {
-        let started = Instant::now();
-        let (origin, loaded) = Origin::load(self.sweep, run, self.inputs);
-        let progress = |progress: Progress| {
-            let of = progress.of.unwrap_or(u64::MAX) as f64;
-            self.report(worker, progress.photons as f64 / of);
-        };
-        let control = Control { stop: self.control.stop, progress: &progress };
-        let found = loaded.and_then(|loaded| simulated(&loaded, threads, &control));
-        let key = self.sweep.key(run);
-        match found {
-            _ if self.control.stopped() => Ok(None),
-            Ok(result) => {
-                self.folder.write_result(&key, &origin, &result)?;
-                let time = Time { seconds: started.elapsed().as_secs_f64(), threads };
-                lock(&self.times).add(run, &key, time)?;
-                Ok(Some(State::Done))
-            }
-            Err(error) => {
-                let error = error.to_string();
-                self.folder.write_failure(&key, &origin, &error)?;
-                Ok(Some(State::Failed(error)))
-            }
-        }
-    }
-
-    fn report(&self, worker: usize, part: f64) {
-        let under_way: f64 = {
-            let mut parts = lock(&self.parts);
-            parts[worker] = part.min(1.0);
-            parts.iter().sum()
-        };
-        let runs = self.ended.load(Ordering::Relaxed) as f64 + under_way;
-        (self.control.progress)(SweepProgress { step: Step::Running, runs, of: self.todo.len() });
-    }
-}
-
-fn simulated(loaded: &LoadedScene, threads: usize, control: &Control) -> Result<RunResult> {
-    loaded.check_captors()?;
-    let settings = Settings { threads, ..loaded.settings.clone() };
-    let simulation = simulate(&loaded.scene, &settings, control)?;
-    Ok(RunResult::new(&loaded.scene, &settings, &simulation))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -26,7 +26,7 @@ use design::Points;
 use reader::Reader;
 
 /// Columns that the tables have besides the parameters.
-pub const COLUMNS: [&str; 18] = [
+pub const COLUMNS: [&str; 19] = [
     "min",
     "max",
     "run",
@@ -44,6 +44,7 @@ pub const COLUMNS: [&str; 18] = [
     "irradiance_se",
     "absorbed",
     "absorbed_se",
+    "few_paths",
     "threads",
 ];
 
@@ -158,7 +159,8 @@ impl Sweep {
         (0..self.points.len() * self.seeds as usize).map(|index| self.run(index))
     }
 
-    fn run(&self, index: usize) -> Run<'_> {
+    /// The run with this index in the order of the design.
+    pub fn run(&self, index: usize) -> Run<'_> {
         let (point, seed) = (index / self.seeds as usize, index as u64 % self.seeds);
         let choices: Vec<usize> = self.points[point].iter().map(|i| *i as usize).collect();
         let values = self.parameters.iter().zip(&choices);

@@ -1,16 +1,23 @@
 //! Tallies: what arrived where, in sums over a block of histories.
 
+mod sums;
+mod totals;
+
+use serde::{Deserialize, Serialize};
+
 use crate::{
-    captor::{CHANNELS, Captor, CaptorKind, Channel},
+    captor::{Captor, CaptorKind, Channel},
     estimate::paths::PathScore,
     scene::Scene,
     spectrum::Spectrum,
-    stats::Running,
     trace::{Counted, Event},
 };
 
+pub use sums::Sums;
+pub use totals::Totals;
+
 /// Power accounted for, per band, in W or umol/s.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// What the photons were emitted with.
     pub emitted: Vec<f64>,
@@ -31,6 +38,17 @@ impl Ledger {
 
     fn entries(&mut self) -> [&mut Vec<f64>; 4] {
         [&mut self.emitted, &mut self.absorbed, &mut self.escaped, &mut self.lost]
+    }
+
+    /// Adds `other` x `factors`, which are per band.
+    fn add(&mut self, other: &Self, factors: &[f64]) {
+        let bands = self.emitted.len();
+        let other = [&other.emitted, &other.absorbed, &other.escaped, &other.lost];
+        for (mine, theirs) in self.entries().into_iter().zip(other) {
+            for (i, (a, b)) in mine.iter_mut().zip(theirs).enumerate() {
+                *a += b * factors[i % bands];
+            }
+        }
     }
 
     /// Adds `other` x `scale` and empties it.
@@ -56,11 +74,13 @@ pub struct Tally {
     /// Paths that a length limit ended.
     cut_off: u64,
     ledger: Ledger,
+    /// The same for each part of the light, where it is split.
+    parts: Vec<Tally>,
 }
 
 impl Tally {
-    /// An empty one for `scene`.
-    pub fn new(scene: &Scene) -> Self {
+    /// An empty one for `scene`, of which the light is split into so many parts; 0 splits nothing.
+    pub fn new(scene: &Scene, parts: usize) -> Self {
         let bands = scene.bands.len();
         Self {
             bands,
@@ -70,26 +90,56 @@ impl Tally {
             segments: 0,
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials.len()),
+            parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
         }
     }
 
-    /// Bytes that one takes for `scene`.
-    pub fn bytes(scene: &Scene) -> usize {
+    /// Bytes that one takes for `scene` split into so many parts, about.
+    pub fn bytes(scene: &Scene, parts: usize) -> usize {
         let ledger = (scene.materials.len() + 3) * scene.bands.len();
-        (scene.channels() * (scene.bands.len() + 1) + ledger) * size_of::<f64>()
+        let sums = (scene.channels() * (scene.bands.len() + 1) + ledger) * size_of::<f64>();
+        (parts + 1) * (2 * size_of::<Self>() + sums)
     }
 
-    /// Scores the emission of a photon with all of its power.
+    /// Scores the emission of a photon with all of its power, also in its `part`.
     #[inline]
-    pub fn emitted(&mut self, weights: &[f64]) {
+    pub fn emitted(&mut self, part: Option<usize>, weights: &[f64]) {
         for (sum, weight) in self.ledger.emitted.iter_mut().zip(weights) {
             *sum += weight;
         }
+        if let Some(part) = part {
+            self.parts[part].emitted(None, weights);
+        }
     }
 
-    /// Scores what happened to a photon of these weights.
+    /// Scores what happened to a photon of these weights, also in its `part`.
     #[inline]
-    pub fn score<const N: usize>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, N>) {
+    pub fn score<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        part: Option<usize>,
+        weights: &[f64],
+        event: &Event<'_, N>,
+    ) {
+        self.score_whole(scene, weights, event);
+        if let Some(part) = part {
+            self.parts[part].score_part(scene, weights, event);
+        }
+    }
+
+    /// Out of the way of runs that split nothing.
+    #[inline(never)]
+    fn score_part<const N: usize>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, N>) {
+        self.score_whole(scene, weights, event);
+    }
+
+    #[inline]
+    fn score_whole<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        event: &Event<'_, N>,
+    ) {
         let counted = event.counted(scene);
         if let Some(counted) = &counted {
             self.add(counted.channel(), weights, counted.power);
@@ -164,6 +214,7 @@ impl Tally {
         self.segments += std::mem::take(&mut other.segments);
         self.cut_off += std::mem::take(&mut other.cut_off);
         self.ledger.drain(&mut other.ledger, 1.0);
+        self.parts.iter_mut().zip(&mut other.parts).for_each(|(mine, theirs)| mine.drain(theirs));
     }
 }
 
@@ -175,119 +226,5 @@ fn accumulate<'a, const N: usize>(
 ) {
     for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(&power.0) {
         *sum += weight * f64::from(*power);
-    }
-}
-
-/// What all blocks found: running sums per channel of captors, then of groups, for each band,
-/// then each sum over bands.
-#[derive(Clone, Debug)]
-pub struct Totals {
-    /// Blocks so far.
-    pub blocks: u64,
-    /// Histories so far.
-    pub histories: u64,
-    /// Straight flights so far.
-    pub segments: u64,
-    /// Paths so far that a length limit ended.
-    pub cut_off: u64,
-    columns: usize,
-    running: Vec<Running>,
-    photons: Vec<u64>,
-    ledger: Ledger,
-    captor_of_channel: Vec<u32>,
-    group_values: Vec<f64>,
-}
-
-impl Totals {
-    /// Empty ones for `scene`.
-    pub fn new(scene: &Scene) -> Self {
-        let columns = scene.bands.len() + scene.sums.len();
-        let group_channels = scene.groups.len() * CHANNELS.len();
-        let channels = scene.channels() + group_channels;
-        let captor_of_channel = scene
-            .captors
-            .iter()
-            .enumerate()
-            .flat_map(|(i, captor)| std::iter::repeat_n(i as u32, captor.kind.channels()))
-            .collect();
-        Self {
-            blocks: 0,
-            histories: 0,
-            segments: 0,
-            cut_off: 0,
-            columns,
-            running: vec![Running::default(); channels * columns],
-            photons: vec![0; channels],
-            ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
-            captor_of_channel,
-            group_values: vec![0.0; group_channels * columns],
-        }
-    }
-
-    /// Bytes that these and the results made of them take for `scene`, about.
-    pub fn bytes(scene: &Scene) -> usize {
-        let columns = scene.bands.len() + scene.sums.len();
-        let channels = scene.channels() + scene.groups.len() * CHANNELS.len();
-        let per_column = size_of::<Running>() + 64;
-        channels * (columns * per_column + 64)
-            + (scene.materials.len() + 4) * columns * 2 * size_of::<f64>()
-    }
-
-    /// Adds a block of `histories` and empties it. Each block counts alike: it is a whole small
-    /// run, in which every light has its share.
-    pub fn add_block(&mut self, scene: &Scene, block: &mut Tally, histories: u64) {
-        let scale = 1.0 / histories as f64;
-        let bands = scene.bands.len();
-        let mut touched = std::mem::take(&mut block.touched);
-        touched.sort_unstable();
-        let mut row = vec![0.0; self.columns];
-        for &channel in &touched {
-            let channel = channel as usize;
-            for (b, value) in row[..bands].iter_mut().enumerate() {
-                *value = std::mem::take(&mut block.flux[channel * bands + b]) * scale;
-            }
-            for (s, sum) in scene.sums.iter().enumerate() {
-                row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
-            }
-            let photons = std::mem::take(&mut block.photons[channel]);
-            self.photons[channel] += photons;
-            for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
-                running.add(*value);
-            }
-            let captor = &scene.captors[self.captor_of_channel[channel] as usize];
-            for &group in &captor.groups {
-                let group_channel = group * CHANNELS.len() + channel - captor.first_channel;
-                self.photons[scene.channels() + group_channel] += photons;
-                let values = &mut self.group_values[group_channel * self.columns..];
-                values.iter_mut().zip(&row).for_each(|(sum, value)| *sum += value);
-            }
-        }
-        let group_running = &mut self.running[scene.channels() * self.columns..];
-        for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
-            running.add(std::mem::take(value));
-        }
-        self.ledger.drain(&mut block.ledger, scale);
-        self.blocks += 1;
-        self.histories += histories;
-        self.segments += std::mem::take(&mut block.segments);
-        self.cut_off += std::mem::take(&mut block.cut_off);
-    }
-
-    /// Photons counted in a channel.
-    pub fn photons(&self, channel: usize) -> u64 {
-        self.photons[channel]
-    }
-
-    /// Mean and standard error per band, then per sum, of a channel.
-    pub fn running(&self, channel: usize) -> &[Running] {
-        &self.running[channel * self.columns..][..self.columns]
-    }
-
-    /// The ledger, in W or umol/s.
-    pub fn ledger(&self) -> Ledger {
-        let mut mean = Ledger::new(self.ledger.emitted.len(), 0);
-        mean.absorbed = vec![0.0; self.ledger.absorbed.len()];
-        mean.drain(&mut self.ledger.clone(), 1.0 / self.blocks as f64);
-        mean
     }
 }

@@ -1,5 +1,7 @@
 //! Units: conversions and constants. Everything inside the program is metres.
 
+use std::borrow::Cow;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -49,31 +51,26 @@ pub enum Quantity {
 }
 
 /// The names of a result's units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct UnitNames {
     /// Length and, squared, area.
-    pub length: &'static str,
+    pub length: Cow<'static, str>,
     /// Flux.
-    pub flux: &'static str,
+    pub flux: Cow<'static, str>,
     /// Flux per area.
-    pub irradiance: &'static str,
+    pub irradiance: Cow<'static, str>,
     /// Flux per projected area and solid angle.
-    pub radiance: &'static str,
+    pub radiance: Cow<'static, str>,
 }
 
 impl Quantity {
     /// The names of the units that go with it.
     pub fn unit_names(self) -> UnitNames {
-        match self {
-            Self::Watt => {
-                UnitNames { length: "m", flux: "W", irradiance: "W/m2", radiance: "W/m2/sr" }
-            }
-            Self::Micromole => UnitNames {
-                length: "m",
-                flux: "umol/s",
-                irradiance: "umol/m2/s",
-                radiance: "umol/m2/s/sr",
-            },
+        let [flux, irradiance, radiance] = match self {
+            Self::Watt => ["W", "W/m2", "W/m2/sr"],
+            Self::Micromole => ["umol/s", "umol/m2/s", "umol/m2/s/sr"],
         }
+        .map(Cow::Borrowed);
+        UnitNames { length: "m".into(), flux, irradiance, radiance }
     }
 }

@@ -111,7 +111,7 @@ fn captors_have_the_ids_and_groups_of_the_contract() {
     // one-sided captors count nothing from behind, and say so by having no back
     let kinds = |id: &str| result.captors.iter().find(|captor| captor.id == id).expect("a captor");
     assert!(kinds("flat").back.is_none() && kinds("port/tip").back.is_some());
-    assert_eq!((kinds("one/tip").kind, kinds("probe").kind), ("surface", "virtual"));
+    assert_eq!((&*kinds("one/tip").kind, &*kinds("probe").kind), ("surface", "virtual"));
     assert_eq!(kinds("probe").normal, [0.0, 0.0, -1.0]);
     assert!((kinds("probe").area - std::f64::consts::PI).abs() < 1e-9);
 }

@@ -9,9 +9,9 @@ const FLOORS: [&[&str]; 8] = [
     &["bvh", "photon_map", "obj"],
     &["material", "light", "captor"],
     &["scene"],
-    &["settings", "trace", "estimate", "tally", "simulate", "result"],
-    &["captor_csv", "json", "scene_file", "sweep_file", "result_file", "chart"],
-    &["check", "study", "compare", "sweep"],
+    &["settings", "shard", "trace", "estimate", "tally", "simulate", "result"],
+    &["captor_csv", "json", "scene_file", "sweep_file", "result_file", "share_file", "chart"],
+    &["check", "study", "compare", "join", "sweep"],
     &["cli", "lib", "main"],
 ];
 

@@ -1,6 +1,7 @@
 //! The tests of whole runs, in one binary.
 
 mod bad_input;
+mod by_light;
 mod bytes;
 mod check;
 mod closed_forms;
@@ -15,6 +16,7 @@ mod nearest;
 mod nearest_study;
 mod output;
 mod paths;
+mod shards;
 mod stability;
 mod study;
 mod sweep;

@@ -293,3 +293,19 @@ fn solids_that_are_not_closed_are_warned_of_by_a_run() {
 fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).expect("a file")).expect("whole JSON")
 }
+
+/// An output may take the place of no file that the run has read: MTL files, too.
+#[test]
+fn an_mtl_file_is_not_replaced() {
+    let scene = r#"{
+        "objects": [{"obj": "a.obj", "captor": true}],
+        "lights": [{"type": "point", "position": [0.2, 0.2, 0.1], "power": 1}]
+    }"#;
+    let obj = format!("mtllib a.mtl\nusemtl wall\n{OBJ}");
+    let mtl = "newmtl wall\nillum 1\nKd 0.5 0.5 0.5\n";
+    let scene = TestScene::new(scene, &[("a.obj", &obj), ("a.mtl", mtl)]);
+    let output = phylux(&scene.path(""), &["run", "scene.json", "-o", "a.mtl"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("a.mtl: is a file that is read"), "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(scene.path("a.mtl")).expect("the file"), mtl);
+}

@@ -1,5 +1,6 @@
 //! Sweeps: what they find, what they leave, and what they refuse.
 
+mod linear;
 mod refused;
 mod stopped;
 mod tables;

@@ -146,7 +146,7 @@ pub(super) fn pieces(
         }
         let piece = &mut list[piece_of_root[root]];
         let first = piece.triangles.first().copied().unwrap_or(triangle);
-        piece.add(triangle, &scene.triangles[triangle], &scene.triangles[first]);
+        piece.add(triangle, &scene.triangles()[triangle], &scene.triangles()[first]);
     }
     let mut piece_of = |triangle: u32| piece_of_root[joined.root(triangle) as usize];
     open.iter().for_each(|&t| list[piece_of(t)].open_edges += 1);

@@ -165,7 +165,7 @@ impl<'a> Solids<'a> {
             });
         let members =
             || list.iter().zip(0..).flat_map(|(p, i)| p.triangles.iter().map(move |t| (*t, i)));
-        let triangles: Vec<Triangle> = members().map(|(t, _)| scene.triangles[t]).collect();
+        let triangles: Vec<Triangle> = members().map(|(t, _)| scene.triangles()[t]).collect();
         let owners = members().map(|(_, piece)| piece).collect();
         let bvh = Bvh::build(&triangles);
         Self { scene, pieces: list, meeting, triangles, owners, bvh }
@@ -238,7 +238,7 @@ impl<'a> Solids<'a> {
             if !piece.is_closed() || piece.volume == 0.0 {
                 return Around::Air;
             }
-            let mut windings = self.windings(self.scene.triangles[piece.triangles[0]].a);
+            let mut windings = self.windings(self.scene.triangles()[piece.triangles[0]].a);
             windings.retain(|&q, _| q != p && !touch(p, q));
             let depth: i32 = windings.values().sum();
             let outer = self.innermost(&windings);

@@ -7,7 +7,7 @@ use std::{
 
 use clap::Args;
 
-use super::{interrupt::Interrupt, run};
+use super::{interrupt::Interrupt, outputs, run};
 use crate::{
     error::{Error, Result},
     output::{OutputFile, Temporary},
@@ -70,7 +70,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let loaded = scene_file::load(&arguments.scene)?;
     let places = [&csv, &json].into_iter().filter_map(OutputFile::place).map(Path::to_path_buf);
     let read: Vec<PathBuf> = loaded.files.iter().chain(&arguments.truth).cloned().collect();
-    run::check_places(&places.collect::<Vec<_>>(), &read)?;
+    outputs::check_places(&places.collect::<Vec<_>>(), &read)?;
     let scene = &loaded.scene;
     super::warn(&loaded.warnings);
     if scene.captors.is_empty() {

@@ -7,7 +7,7 @@ use std::{
 
 use clap::Args;
 
-use super::{run::check_places, summary::short};
+use super::{outputs::check_places, summary::short};
 use crate::{
     compare::{Comparison, ODDS},
     error::Result,

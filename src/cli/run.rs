@@ -1,8 +1,6 @@
 //! `phylux run`
 
 use std::{
-    collections::HashSet,
-    fs,
     io::{self, IsTerminal},
     path::{Path, PathBuf},
     sync::atomic::Ordering,
@@ -15,6 +13,7 @@ use serde::Serialize;
 
 use super::{
     interrupt::{Interrupt, NOTHING_WRITTEN},
+    outputs::{OutputArguments, Outputs, check_places},
     summary::summary,
 };
 use crate::{
@@ -22,10 +21,12 @@ use crate::{
     error::{Error, Result},
     output::OutputFile,
     result::RunResult,
-    result_file::{OutputFolder, write_csv, write_json},
+    scene::Scene,
     scene_file::{self, LoadedScene},
     settings::{Checked, Estimator, Settings},
-    simulate::{Control, Progress, simulate},
+    shard::Shard,
+    share_file::{self, ShareHead, ShareSettings, write_share},
+    simulate::{Control, End, Progress, check_shareable, simulate, simulate_share},
 };
 
 #[derive(Args)]
@@ -55,18 +56,17 @@ pub(super) struct Arguments {
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
+    /// Also say what each light brings, for `phylux mix`; of photons only
+    #[arg(long)]
+    by_light: bool,
+    /// Trace the I-th of N shares of the blocks of the run; `phylux merge` joins the files to the results
+    #[arg(long, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
+    shard: Option<Shard>,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<usize>,
-    /// Results file (JSON)
-    #[arg(short, long, value_name = "FILE", default_value = "results.json")]
-    output: PathBuf,
-    /// Also write one JSON file per captor into this folder
-    #[arg(long, value_name = "DIR")]
-    per_captor: Option<PathBuf>,
-    /// Also write a tidy table: captor, face, band, quantity, value, standard error
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: OutputArguments,
     /// Also write times and speeds (JSON)
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -130,25 +130,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     // first of all, so that neither Ctrl-C nor SIGTERM leaves a temporary file behind
     let interrupt = Interrupt::install()?;
 
-    let output = OutputFile::create(&arguments.output)?;
-    let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
-    let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
+    let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
     let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
-    let outputs = [Some(&output), csv.as_ref(), stats_file.as_ref()].into_iter().flatten();
-    interrupt.remove_at_end(outputs.clone().filter_map(OutputFile::temporary));
-    interrupt.remove_at_end(per_captor.iter().flat_map(OutputFolder::temporary));
-    let mut places: Vec<PathBuf> =
-        outputs.filter_map(OutputFile::place).map(Path::to_path_buf).collect();
+    interrupt.remove_at_end(stats_file.iter().filter_map(OutputFile::temporary));
+    let stats_place = stats_file.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
+    let mut places = [outputs.places(), stats_place.as_slice().to_vec()].concat();
     check_places(&places, &[])?;
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
-    let loaded = scene_file::load(&arguments.scene)?;
+    let (loaded, digest) = match arguments.shard {
+        Some(_) => scene_file::load_with_digest(&arguments.scene)?,
+        None => (scene_file::load(&arguments.scene)?, String::new()),
+    };
     reading.finish_and_clear();
     loaded.check_captors()?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
-    let ids = || scene.captors.iter().map(|captor| captor.id.as_str());
-    places.extend(per_captor.iter().flat_map(|folder| folder.places(ids())));
+    places.extend(outputs.captor_places(scene.captors.iter().map(|captor| captor.id.as_str())));
     check_places(&places, &files)?;
     super::warn(&warnings);
     super::warn(&check_meshes(&scene)?);
@@ -161,10 +159,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         tolerance: arguments.tolerance.or(settings.tolerance),
         tolerance_limit: arguments.photons,
         max_time: arguments.max_time.or(settings.max_time),
+        by_light: arguments.by_light,
         threads: arguments.threads.unwrap_or(settings.threads),
     };
     let loaded = Instant::now();
 
+    if let Some(shard) = arguments.shard {
+        let head = ShareHead {
+            phylux_part: shard.to_string(),
+            phylux: share_file::VERSION.into(),
+            scene: arguments.scene.display().to_string(),
+            inputs: digest,
+            settings: ShareSettings::new(&settings),
+        };
+        return run_share(&scene, &settings, shard, &head, outputs, &interrupt);
+    }
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
@@ -179,13 +188,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     interrupt.writing();
 
-    output.write(|writer| write_json(&result, writer))?;
-    if let Some(folder) = per_captor {
-        folder.write(&result)?;
-    }
-    if let Some(csv) = csv {
-        csv.write(|writer| write_csv(&result, writer))?;
-    }
+    outputs.write(&result)?;
     let trace_seconds = (traced - loaded).as_secs_f64();
     let totals = &simulation.totals;
     let stats = Stats {
@@ -204,7 +207,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             writer.write_all(b"\n")
         })?;
     }
-    let summary = summary(&result, &settings, simulation.end);
+    let summary = summary(&result, reason(simulation.end, &settings));
     super::warn(&summary.warnings);
     let speed = format!(
         "\n{:.1} s on {} threads, {:.2e} {}/s; wrote {}\n",
@@ -212,27 +215,41 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         stats.threads,
         stats.photons_per_second,
         simulation.estimator,
-        arguments.output.display(),
+        arguments.outputs.output.display(),
     );
     super::print(&(summary.text + &speed))
 }
 
-/// No output may take the place of another, or of a file that is read.
-pub(super) fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
-    let files: HashSet<PathBuf> =
-        files.iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
-    let mut named = HashSet::new();
-    for place in places {
-        let problem = if !named.insert(place) {
-            "is named for two outputs"
-        } else if files.contains(place) {
-            "is a file that is read, which the output would replace"
-        } else {
-            continue;
-        };
-        return Err(Error::input(place.display(), problem).remedy("write elsewhere"));
+/// Traces a part of the run.
+fn run_share(
+    scene: &Scene,
+    settings: &Settings,
+    shard: Shard,
+    head: &ShareHead,
+    outputs: Outputs,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    check_shareable(settings)?;
+    let bar = progress_bar(settings);
+    let progress = |progress: Progress| show(&bar, progress);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let share = interrupt.listening(|| simulate_share(scene, settings, shard, &control));
+    bar.finish_and_clear();
+    let share = share?;
+    interrupt.writing();
+    let text = format!("part {shard} of {}: {} blocks\n", scene.name, share.blocks.len());
+    outputs.write_part(|writer| write_share(head, share, writer))?;
+    super::print(&text)
+}
+
+/// Why it ended, behind a comma.
+fn reason(end: End, settings: &Settings) -> &'static str {
+    match (end, settings.tolerance) {
+        (End::Tolerance, _) => ", tolerance met",
+        (End::Time, _) => ", time is up",
+        (End::Photons, Some(_)) => ", tolerance not met",
+        (End::Photons, None) => "",
     }
-    Ok(())
 }
 
 fn progress_bar(settings: &Settings) -> ProgressBar {

@@ -9,14 +9,19 @@ use std::{
 use clap::Args;
 use indicatif::ProgressBar;
 
-use super::{interrupt::Interrupt, run};
+use super::{interrupt::Interrupt, outputs::check_places, run, summary::summary};
 use crate::{
     check::check_meshes,
     error::{Error, Result},
+    join::join,
+    output::OutputFile,
+    result_file::write_json,
     settings::Checked,
+    shard::Shard,
+    simulate::{Control, Progress},
     sweep::{
-        Forecast, Outcome, Shard, State, SweepControl, SweepPlan, SweepProgress, load_base, merge,
-        states, sweep,
+        Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
+        load_base, merge, sweep,
     },
     sweep_file::Sweep,
 };
@@ -29,9 +34,9 @@ pub(super) struct Arguments {
     /// Sweep file (JSON)
     sweep: PathBuf,
     /// Folder for the results and tables; made if it is not there. What is finished in it stays
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
-    /// List the runs, with what they would take of time and disk, and write nothing
+    #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
+    output: Option<PathBuf>,
+    /// List the runs, with what they would take of time and disk, and write nothing; needs no -o
     #[arg(long)]
     dry_run: bool,
     /// Do the I-th of N shares of the runs, in a folder of its own; `phylux merge` joins them
@@ -51,12 +56,15 @@ fn jobs(text: &str) -> Checked<usize> {
 
 #[derive(Args)]
 pub(super) struct MergeArguments {
-    /// Folders that `phylux sweep --shard` has written
+    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has
     #[arg(required = true)]
     parts: Vec<PathBuf>,
-    /// Folder for all of it; made if it is not there
-    #[arg(short, long, value_name = "DIR")]
+    /// Folder for all of a sweep, made if it is not there; or results file (JSON) of the run
+    #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,
+    /// Scene file of a run, where it is not where the parts were traced
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -68,18 +76,50 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     super::warn(&base.warnings);
     super::warn(&check_meshes(&base.scene)?);
     drop(base);
-    if arguments.dry_run {
-        return dry_run(&file, &arguments.output, &plan, &interrupt);
+    match &arguments.output {
+        Some(folder) if !arguments.dry_run => {
+            let outcome = watched(&interrupt, |control| sweep(&file, folder, &plan, control))?;
+            finish(&outcome, folder)
+        }
+        folder => dry_run(&file, folder.as_deref(), &plan, &interrupt),
     }
-    let outcome = watched(&interrupt, |control| sweep(&file, &arguments.output, &plan, control))?;
-    finish(&outcome, &arguments.output)
 }
 
 pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
+    if arguments.parts.iter().any(|part| part.is_file()) {
+        return run_join(arguments);
+    }
+    if arguments.scene.is_some() {
+        let problem = "folders of sweeps know their scene";
+        return Err(Error::input("--scene", problem).remedy("leave it out"));
+    }
     let interrupt = Interrupt::install()?;
     let outcome =
         watched(&interrupt, |control| merge(&arguments.parts, &arguments.output, control))?;
     finish(&outcome, &arguments.output)
+}
+
+/// Joins the parts of one run.
+fn run_join(arguments: &MergeArguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let output = OutputFile::create(&arguments.output)?;
+    interrupt.remove_at_end(output.temporary());
+    let place = output.place().map(Path::to_path_buf);
+    check_places(place.as_slice(), &arguments.parts)?;
+    let bar = run::terminal_bar("{elapsed} adding up, {pos} blocks");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let progress = |progress: Progress| bar.set_position(progress.photons);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let scene = arguments.scene.as_deref();
+    let joined = interrupt.listening(|| join(&arguments.parts, scene, &control));
+    bar.finish_and_clear();
+    let result = joined?;
+    interrupt.writing();
+    output.write(|writer| write_json(&result, writer))?;
+    let summary = summary(&result, "");
+    super::warn(&summary.warnings);
+    let from = format!("\nfrom {} parts; ", arguments.parts.len());
+    super::print(&(summary.text + &from + &format!("wrote {}\n", arguments.output.display())))
 }
 
 /// Does `work` with a progress bar, and ends it in order at a signal.
@@ -103,14 +143,22 @@ fn show(bar: &ProgressBar, progress: SweepProgress) {
 
 /// Says how it ended. Error: runs have failed.
 fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
-    let Outcome { runs, kept, failed, missing } = outcome;
+    let Outcome { runs, kept, simulations, failed, missing, warned } = outcome;
     for (run, error) in failed.iter().take(LISTED) {
         super::warn(&[format!("{run}: {error}")]);
     }
     if failed.len() > LISTED {
         super::warn(&[format!("and {} more", failed.len() - LISTED)]);
     }
-    let mut text = format!("{} of {runs} runs are done", runs - failed.len());
+    for (kind, runs) in warned {
+        let s = if *runs == 1 { "" } else { "s" };
+        super::warn(&[format!("{runs} run{s}: {kind}")]);
+    }
+    let mut text = String::new();
+    if let Some(simulations) = simulations {
+        let _ = writeln!(text, "{}", from_simulations(*runs, *simulations));
+    }
+    let _ = write!(text, "{} of {runs} runs are done", runs - failed.len());
     if *kept > 0 {
         let _ = write!(text, ", {kept} of them from before");
     }
@@ -128,20 +176,21 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
     }
 }
 
-fn dry_run(file: &Sweep, folder: &Path, plan: &SweepPlan, interrupt: &Interrupt) -> Result<()> {
-    let (states, forecast) = watched(interrupt, |control| {
-        let states = states(folder, file, control)?;
-        let forecast = Forecast::make(file, folder, &states, plan, control)?;
-        Ok((states, forecast))
-    })?;
+fn dry_run(
+    file: &Sweep,
+    folder: Option<&Path>,
+    plan: &SweepPlan,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    let forecast = watched(interrupt, |control| Forecast::make(file, folder, plan, control))?;
     let mut text = String::new();
-    for run in file.runs().filter(|run| plan.shard.holds(run)) {
-        let state = match &states[run.number - 1] {
+    for (run, state) in &forecast.runs {
+        let state = match state {
             State::Done => "done",
             State::Failed(_) => "failed, to do",
             State::Missing => "to do",
         };
-        let _ = writeln!(text, "run {}: {run}: {state}", run.number);
+        let _ = writeln!(text, "{run}: {state}");
     }
     let _ = writeln!(text, "{forecast}");
     super::print(&text)

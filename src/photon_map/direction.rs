@@ -28,6 +28,17 @@ impl PackedDirection {
         Self((square * STEPS).round().to_array().map(|x| x as i16))
     }
 
+    /// Its code.
+    pub fn bits(self) -> u32 {
+        let [x, y] = self.0.map(|x| u32::from(x as u16));
+        x << 16 | y
+    }
+
+    /// From its code.
+    pub fn from_bits(bits: u32) -> Self {
+        Self([(bits >> 16) as u16 as i16, bits as u16 as i16])
+    }
+
     /// The unit vector.
     #[inline]
     pub fn unpack(self) -> Vec3 {
@@ -49,7 +60,9 @@ mod tests {
     use crate::{rng::Stream, sampling::uniform_cone};
 
     fn error(direction: Vec3) -> f64 {
-        let kept = PackedDirection::new(direction).unpack();
+        let packed = PackedDirection::new(direction);
+        assert_eq!(PackedDirection::from_bits(packed.bits()), packed);
+        let kept = packed.unpack();
         assert!((kept.length() - 1.0).abs() < 1e-6, "{kept}");
         let (kept, direction) = (kept.as_dvec3(), direction.as_dvec3());
         kept.cross(direction).length().atan2(kept.dot(direction))

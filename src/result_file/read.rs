@@ -1,12 +1,13 @@
 //! What is read of a results file.
 
-use std::path::Path;
+use std::{fmt::Display, path::Path};
 
-use serde::Deserialize;
+use serde::{Deserialize, de::DeserializeOwned};
 
 use crate::{
     error::{Error, Result},
     input::read_bytes,
+    result::RunResult,
 };
 
 /// What comparisons and tables read of a results file.
@@ -20,6 +21,9 @@ pub struct ResultsFile {
     pub photons: u64,
     /// Which of them.
     pub estimator: String,
+    /// In a sweep: what kinds of warnings it has.
+    #[serde(default)]
+    pub(crate) warnings: Vec<String>,
     /// Names of the units.
     pub(crate) unit: Unit,
     /// Bands and sums over bands.
@@ -82,10 +86,25 @@ pub(crate) struct FaceValues {
 impl ResultsFile {
     /// Reads the results at `path`. Errors: they cannot be read, or are none.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
-        serde_json::from_slice(&bytes).map_err(|e| {
-            Error::input(path.display(), format!("is no results file: {e}"))
-                .remedy("name a file that `phylux run -o` has written")
-        })
+        read(path)
+    }
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    serde_json::from_slice(&bytes).map_err(|e| no_results(path, e))
+}
+
+fn no_results(path: &Path, why: impl Display) -> Error {
+    Error::input(path.display(), format!("is no results file: {why}"))
+        .remedy("name a file that `phylux run -o` has written")
+}
+
+/// Reads all of the results at `path`. Errors: they cannot be read, or are none.
+pub fn read_json(path: &Path) -> Result<RunResult> {
+    let result: RunResult = read(path)?;
+    match result.is_whole() {
+        true => Ok(result),
+        false => Err(no_results(path, "a list has not one entry for each band")),
     }
 }

@@ -50,7 +50,7 @@ impl Scene {
         let distance = from.distance(to);
         let ray = Ray { origin: from, direction: (to - from) / distance };
         let mut through = Spectrum::ONE;
-        let occluded = self.surface_bvh.occluded(&ray, distance, |hit| {
+        let occluded = self.shapes.surface_bvh.occluded(&ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
             let Material::Pane(pane) = self.material(surface) else { return true };
             // an edge between two triangles of a pane counts once

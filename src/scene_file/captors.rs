@@ -63,7 +63,6 @@ impl Loader<'_> {
             return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
         }
         let path = self.sibling(csv);
-        self.csv_files.push(path.clone());
         let rows = captor_csv::parse(&self.bytes(&pointer, &path)?, &path)?;
         for (row, captor) in rows.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());

@@ -1,6 +1,6 @@
 //! Objects: placed OBJ files, with their materials, captors and glowing surfaces.
 
-use std::{collections::BTreeMap, f64::consts::PI, rc::Rc};
+use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ struct Object<'a> {
     pointer: &'a str,
     name: String,
     file: &'a ObjectFile,
-    obj: Rc<ObjFile>,
+    obj: Arc<ObjFile>,
     /// Name of the OBJ's faces outside any group.
     stem: String,
     /// Material of each part.

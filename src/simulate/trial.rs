@@ -12,7 +12,6 @@ use crate::{
     settings::{Estimator, Settings},
     spectrum::with_lanes,
     stats::Estimate,
-    tally::Totals,
 };
 
 /// Photons, and paths from all faces together, of a trial.
@@ -46,6 +45,10 @@ impl Choice {
 }
 
 fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice> {
+    if settings.by_light {
+        let why = "only photons know which light they come from".into();
+        return Ok(Choice { estimator: Estimator::Photons, why });
+    }
     let missed = Unseen::find::<N>(scene, settings.seed).map_or(0.0, |unseen| unseen.share());
     if missed > MISSED {
         let why = format!("paths cannot find {:.2} % of the light on the captors", 100.0 * missed);
@@ -56,11 +59,11 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
         return Ok(Choice { estimator: Estimator::Photons, why });
     }
     let settings = Settings { estimator: Estimator::Photons, max_time: None, ..settings.clone() };
-    let run = Run::new(scene, &settings, control)?;
+    let run = Run::new(scene, &settings, Vec::new(), control)?;
     // one photon of each light in each block, then twice as many, ...
     let mut histories = BLOCKS * scene.lights.len() as u64;
     let totals = loop {
-        let mut totals = Totals::new(scene);
+        let mut totals = run.totals();
         run.round::<N>(&run.plan(histories)?, 0, None, &mut totals, None)?;
         if histories >= TRIAL || totals.segments >= RAYS {
             break totals;

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{BLOCKS, End, Run, Simulation, Work, lock, plan::Plan};
+use super::{BLOCKS, End, Run, Simulation, Work, lock, parts, plan::Plan};
 use crate::{
     error::{Error, Result},
     scene::Scene,
@@ -40,7 +40,7 @@ impl Run<'_> {
             None => (limit.unwrap_or(MAX_PHOTONS) / (whole.histories * unit)).max(1),
         };
         let plan = short.unwrap_or(whole);
-        let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
+        let (mut totals, map) = (self.totals(), self.map_builder());
         let mut end = End::Photons;
         for round in 0..rounds {
             self.round::<N>(&plan, round, limit, &mut totals, map.as_ref())?;
@@ -65,7 +65,7 @@ impl Run<'_> {
         plan: &Plan,
         limit: Duration,
     ) -> Result<Simulation> {
-        let bytes = Tally::bytes(self.scene) * plan.blocks as usize;
+        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) * plan.blocks as usize;
         if bytes > MAX_OPEN_BYTES {
             let gib = bytes as f64 / f64::from(1 << 30);
             return Err(Error::input(
@@ -75,14 +75,14 @@ impl Run<'_> {
             .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
         }
         if let Some(short) = self.less_than::<N>(plan, plan.block(0).min(plan.piece))? {
-            let (mut totals, map) = (Totals::new(self.scene), self.map_builder());
+            let (mut totals, map) = (self.totals(), self.map_builder());
             let of = Some(short.histories * self.unit());
             self.round::<N>(&short, 0, of, &mut totals, map.as_ref())?;
             return self.finish::<N>(totals, map, &short, End::Time);
         }
         let map = self.map_builder();
         let blocks: Vec<Mutex<Tally>> =
-            (0..plan.blocks).map(|_| Mutex::new(Tally::new(self.scene))).collect();
+            (0..plan.blocks).map(|_| Mutex::new(self.tally())).collect();
         let most = plan.pieces(0);
         let mut ended = *plan;
         let mut end = End::Photons;
@@ -90,7 +90,7 @@ impl Run<'_> {
             let began = Instant::now();
             let next = AtomicU64::new(0);
             self.pool.broadcast(|_| {
-                let mut piece_sums = Tally::new(self.scene);
+                let mut piece_sums = self.tally();
                 loop {
                     let block = next.fetch_add(1, Ordering::Relaxed);
                     if block >= plan.blocks || self.stopped() {
@@ -113,7 +113,7 @@ impl Run<'_> {
                 break;
             }
         }
-        let mut totals = Totals::new(self.scene);
+        let mut totals = self.totals();
         for (block, sums) in blocks.iter().enumerate() {
             totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
         }
@@ -134,7 +134,7 @@ impl Run<'_> {
         let mut parts = 1;
         while parts < most {
             let began = Instant::now();
-            self.round::<N>(&cut(parts), 0, None, &mut Totals::new(self.scene), None)?;
+            self.round::<N>(&cut(parts), 0, None, &mut self.totals(), None)?;
             self.done.store(0, Ordering::Relaxed);
             let taken = began.elapsed();
             let left = limit.saturating_sub(self.started.elapsed());

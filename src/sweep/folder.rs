@@ -97,6 +97,9 @@ struct Head {
 #[derive(Serialize)]
 struct Finished<'a> {
     sweep: &'a Origin,
+    /// What kinds of warnings it has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<&'static str>,
     #[serde(flatten)]
     result: &'a RunResult,
 }
@@ -179,7 +182,8 @@ impl SweepFolder {
     /// Keeps the results of a run.
     pub fn write_result(&self, key: &str, origin: &Origin, result: &RunResult) -> Result<()> {
         let file = OutputFile::create(&result_path(&self.path, key))?;
-        file.write(|writer| write_lines(&Finished { sweep: origin, result }, writer))?;
+        let warnings = result.warnings().iter().map(|warning| warning.kind).collect();
+        file.write(|writer| write_lines(&Finished { sweep: origin, warnings, result }, writer))?;
         let _ = fs::remove_file(failure_path(&self.path, key));
         Ok(())
     }
@@ -252,21 +256,21 @@ pub struct RunFile {
     pub origin: Origin,
 }
 
-/// What the folder at `path` has of `run`, by this version and from the same scene: its results, or
-/// else its error.
-pub fn run_file(path: &Path, sweep: &Sweep, run: &Run) -> Option<RunFile> {
+/// What the folder at `path` has of `run`, by this version and from the same scene and `base`: its
+/// results, or else its error.
+pub fn run_file(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>) -> Option<RunFile> {
     let key = sweep.key(run);
     [result_path(path, &key), failure_path(path, &key)].into_iter().find_map(|path| {
         let head: Head = serde_json::from_slice(&read_bytes(&path).ok()?).ok()?;
         let state = head.error.map_or(State::Done, State::Failed);
-        let same = head.phylux == VERSION && head.sweep.is_of(sweep, run);
+        let same = head.phylux == VERSION && head.sweep.is_of(sweep, run, base);
         same.then_some(RunFile { path, state, origin: head.sweep })
     })
 }
 
 /// How far `run` is in the folder at `path`: what stands there counts if it came from the same files.
-pub fn state(path: &Path, sweep: &Sweep, run: &Run, inputs: &Inputs) -> State {
-    let file = run_file(path, sweep, run).filter(|file| file.origin.stands(inputs));
+pub fn state(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>, inputs: &Inputs) -> State {
+    let file = run_file(path, sweep, run, base).filter(|file| file.origin.stands(inputs));
     file.map_or(State::Missing, |file| file.state)
 }
 

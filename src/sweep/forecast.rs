@@ -1,6 +1,7 @@
 //! What a sweep would take of time and disk, from a short trial of its first run.
 
 use std::{
+    collections::HashSet,
     fmt,
     path::Path,
     time::{Duration, Instant},
@@ -9,7 +10,10 @@ use std::{
 use super::{
     State, SweepControl, SweepPlan,
     folder::{Time, Times},
+    linear::Jobs,
+    look,
     origin::{Inputs, Origin},
+    runs_of, simulations,
 };
 use crate::{
     error::Result,
@@ -25,13 +29,16 @@ const TRIAL: u64 = 50_000;
 /// About what a row of the table of captors takes, without its parameters, bytes.
 const ROW: usize = 80;
 
-/// What a sweep would take.
+/// Which runs a sweep would do, and what that would take.
 #[derive(Clone, Debug)]
 pub struct Forecast {
-    runs: usize,
+    /// Of the shard: number and values, and how far it is.
+    pub runs: Vec<(String, State)>,
+    /// Simulations that they come from, where those are fewer.
+    simulations: Option<usize>,
     todo: usize,
     threads: usize,
-    /// Of one run on one thread; none where it cannot be known.
+    /// Of all runs to do, on one thread; none where it cannot be known.
     seconds: Option<f64>,
     /// Of all runs to do.
     bytes: f64,
@@ -40,35 +47,47 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// For the runs of the shard that are not done by `states`. The clock is in it: it is not the
-    /// same twice.
+    /// For the runs of the shard that are not done in `folder`, where one is named; it need not be there.
+    /// The clock is in it: it is not the same twice.
     pub fn make(
         sweep: &Sweep,
-        folder: &Path,
-        states: &[State],
+        folder: Option<&Path>,
         plan: &SweepPlan,
         control: &SweepControl,
     ) -> Result<Self> {
-        let mine: Vec<Run> = sweep.runs().filter(|run| plan.shard.holds(run)).collect();
-        let todo: Vec<&Run> =
-            mine.iter().filter(|run| states[run.number - 1] != State::Done).collect();
-        let (runs, threads) = (mine.len(), plan.threads());
-        let mut forecast =
-            Self { runs, todo: todo.len(), threads, seconds: None, bytes: 0.0, failure: None };
+        let jobs = Jobs::new(sweep);
+        let states = match folder {
+            Some(path) => look(path, sweep, &jobs, &Inputs::new(sweep.folder()), control)?,
+            None => vec![State::Missing; sweep.runs().len()],
+        };
+        let is_todo = |run: &Run| states[run.number - 1] != State::Done;
+        let todo: Vec<Run> = runs_of(sweep, &jobs, plan.shard).filter(is_todo).collect();
+        let name =
+            |run: Run| (format!("run {}: {run}", run.number), states[run.number - 1].clone());
+        let mut forecast = Self {
+            runs: runs_of(sweep, &jobs, plan.shard).map(name).collect(),
+            simulations: simulations(&jobs, plan.shard),
+            todo: todo.len(),
+            threads: plan.threads(),
+            seconds: None,
+            bytes: 0.0,
+            failure: None,
+        };
         let Some(first) = todo.first() else { return Ok(forecast) };
+        let simulations: HashSet<usize> = todo.iter().map(|run| jobs.of(run)).collect();
         match trial(sweep, first, control) {
             Ok(trial) => {
-                forecast.seconds = trial.seconds;
+                forecast.seconds = trial.seconds.map(|each| each * simulations.len() as f64);
                 forecast.bytes = (trial.bytes * todo.len()) as f64;
             }
             Err(error) => forecast.failure = Some(format!("run {}: {error}", first.number)),
         }
         // what runs took is better than what one would take
-        let times = Times::read(folder);
+        let times = folder.map(Times::read).unwrap_or_default();
         if !times.is_empty() {
             let all: f64 =
                 times.values().map(|Time { seconds, threads }| seconds * *threads as f64).sum();
-            forecast.seconds = Some(all / times.len() as f64);
+            forecast.seconds = Some(all / times.len() as f64 * todo.len() as f64);
         }
         Ok(forecast)
     }
@@ -76,8 +95,11 @@ impl Forecast {
 
 impl fmt::Display for Forecast {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { runs, todo, threads, seconds, bytes, failure } = self;
-        write!(f, "{runs} runs, {todo} to do")?;
+        let Self { runs, simulations, todo, threads, seconds, bytes, failure } = self;
+        if let Some(simulations) = simulations {
+            writeln!(f, "{}", from_simulations(runs.len(), *simulations))?;
+        }
+        write!(f, "{} runs, {todo} to do", runs.len())?;
         if *todo == 0 {
             return Ok(());
         }
@@ -86,13 +108,18 @@ impl fmt::Display for Forecast {
         }
         match seconds {
             Some(seconds) => {
-                let all = seconds * *todo as f64 / *threads as f64;
-                write!(f, ": about {} on {threads} threads", span(all))?;
+                write!(f, ": about {} on {threads} threads", span(seconds / *threads as f64))?;
             }
             None => write!(f, ": until they are accurate, which may take any time")?,
         }
         write!(f, ", {:.1} MB of disk", bytes / 1e6)
     }
+}
+
+/// Says that runs share simulations.
+pub fn from_simulations(runs: usize, simulations: usize) -> String {
+    let s = if simulations == 1 { "" } else { "s" };
+    format!("{runs} runs from {simulations} simulation{s}: light is linear in the powers")
 }
 
 /// A time for people.
@@ -112,7 +139,7 @@ struct Trial {
 /// A short run on one thread.
 fn trial(sweep: &Sweep, run: &Run, control: &SweepControl) -> Result<Trial> {
     let started = Instant::now();
-    let (origin, loaded) = Origin::load(sweep, run, &Inputs::new(sweep.folder()));
+    let (origin, loaded) = Origin::load(sweep, run, None, &Inputs::new(sweep.folder()));
     let loaded = loaded?;
     loaded.check_captors()?;
     let load = started.elapsed();

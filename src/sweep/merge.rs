@@ -6,13 +6,15 @@ use std::{
 };
 
 use super::{
-    Outcome, Shard, Step, SweepControl, SweepProgress, failures,
+    Outcome, Step, SweepControl, SweepProgress, failures,
     folder::{Manifest, RunFile, State, SweepFolder, Times, run_file},
-    tables,
+    linear::Jobs,
+    simulations, tables,
 };
 use crate::{
     error::{Error, Result},
     input::read_bytes,
+    shard::Shard,
     sweep_file::{Run, Sweep},
 };
 
@@ -42,7 +44,8 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     }
     let name = first.join("sweep.json").display().to_string();
     let sweep = Sweep::new(&name, manifest.sweep, manifest.scene, first.clone())?;
-    let found = collect(&sweep, parts, control)?;
+    let jobs = Jobs::new(&sweep);
+    let found = collect(&sweep, &jobs, parts, control)?;
 
     let folder = SweepFolder::open(path)?;
     folder.write_manifest(&sweep)?;
@@ -59,9 +62,10 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     }
     Times::tidy(&folder, &sweep, &times)?;
     let states: Vec<State> = found.into_iter().map(|found| found.file.state).collect();
-    tables::write(&folder, &sweep, &states, control)?;
-    let failed = failures(&sweep, Shard::WHOLE, &states);
-    Ok(Outcome { runs: states.len(), kept: 0, failed, missing: 0 })
+    let warned = tables::write(&folder, &sweep, &states, control)?;
+    let failed = failures(sweep.runs(), &states);
+    let simulations = simulations(&jobs, Shard::WHOLE);
+    Ok(Outcome { runs: states.len(), kept: 0, simulations, failed, missing: 0, warned })
 }
 
 fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<()> {
@@ -78,6 +82,7 @@ fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<(
 /// The file of each run, in order.
 fn collect<'a>(
     sweep: &Sweep,
+    jobs: &Jobs,
     parts: &'a [PathBuf],
     control: &SweepControl,
 ) -> Result<Vec<Found<'a>>> {
@@ -91,7 +96,7 @@ fn collect<'a>(
             return Err(Error::run("merge", "interrupted"));
         }
         (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
-        let Some(file) = find(sweep, &run, parts)? else {
+        let Some(file) = find(sweep, &run, jobs.base(&run), parts)? else {
             missing += 1;
             first_missing.get_or_insert(format!("run {} ({run})", run.number));
             continue;
@@ -116,10 +121,15 @@ fn collect<'a>(
 }
 
 /// The file of a run: of its results, or else of its error. Error: two folders differ.
-fn find<'a>(sweep: &Sweep, run: &Run, parts: &'a [PathBuf]) -> Result<Option<Found<'a>>> {
+fn find<'a>(
+    sweep: &Sweep,
+    run: &Run,
+    base: Option<&str>,
+    parts: &'a [PathBuf],
+) -> Result<Option<Found<'a>>> {
     let mut best: Option<Found> = None;
     for part in parts {
-        let Some(file) = run_file(part, sweep, run) else { continue };
+        let Some(file) = run_file(part, sweep, run, base) else { continue };
         let done = file.state == State::Done;
         match &best {
             Some(best) if best.file.state == State::Done => {

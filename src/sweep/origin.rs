@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 use crate::{
     error::Result,
     input::read_bytes,
-    scene_file::{LoadedScene, load_value},
+    scene_file::{Kept, LoadedScene, load_value},
     sweep_file::{Run, Sweep, hash},
 };
 
@@ -24,13 +24,21 @@ pub struct Origin {
     pub parameters: Map<String, Value>,
     /// SHA-256 of the scene with them and with the seed.
     pub scene: String,
+    /// SHA-256 of the scene that was run in its place, where only the powers of lights differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
     /// SHA-256 of each file that the scene named; none for one that could not be read.
     pub files: BTreeMap<String, Option<String>>,
 }
 
 impl Origin {
-    /// Loads the scene of `run`, and says what it came from.
-    pub fn load(sweep: &Sweep, run: &Run, inputs: &Inputs) -> (Self, Result<LoadedScene>) {
+    /// Loads the scene of `run`, and says what it came from; `base` is what is run in its place.
+    pub fn load(
+        sweep: &Sweep,
+        run: &Run,
+        base: Option<&str>,
+        inputs: &Inputs,
+    ) -> (Self, Result<LoadedScene>) {
         let document = sweep.document(run);
         let scene = hash(document.to_string().as_bytes());
         let files = RefCell::new(BTreeMap::new());
@@ -40,13 +48,16 @@ impl Origin {
             files.borrow_mut().insert(path.to_string_lossy().into_owned(), digest);
             bytes
         };
-        let loaded = load_value(document, Path::new(sweep.scene_path()), &read);
-        (Self { parameters: parameters(run), scene, files: files.into_inner() }, loaded)
+        let path = Path::new(sweep.scene_path());
+        let loaded = load_value(document, path, &read, Some(&inputs.kept));
+        let (parameters, base) = (parameters(run), base.map(String::from));
+        (Self { parameters, scene, base, files: files.into_inner() }, loaded)
     }
 
-    /// Whether the scene of `run` is the same now.
-    pub fn is_of(&self, sweep: &Sweep, run: &Run) -> bool {
-        self.scene == hash(sweep.document(run).to_string().as_bytes())
+    /// Whether the scene of `run`, and what is run in its place, are the same now.
+    pub fn is_of(&self, sweep: &Sweep, run: &Run, base: Option<&str>) -> bool {
+        self.base.as_deref() == base
+            && self.scene == hash(sweep.document(run).to_string().as_bytes())
     }
 
     /// Whether the files that the scene names are the same now.
@@ -62,13 +73,20 @@ fn parameters(run: &Run) -> Map<String, Value> {
 /// The files that scenes name, as they were when first read.
 pub struct Inputs<'a> {
     folder: &'a Path,
+    kept: Kept,
     known: Mutex<HashMap<PathBuf, Option<String>>>,
 }
 
 impl<'a> Inputs<'a> {
     /// Files in `folder`.
     pub fn new(folder: &'a Path) -> Self {
-        Self { folder, known: Mutex::default() }
+        Self { folder, kept: Kept::default(), known: Mutex::default() }
+    }
+
+    /// Loads the scene `document` of `sweep`, as no run's own.
+    pub fn load(&self, sweep: &Sweep, document: Value) -> Result<LoadedScene> {
+        let read = |path: &Path| self.read(path);
+        load_value(document, Path::new(sweep.scene_path()), &read, Some(&self.kept))
     }
 
     /// The bytes of a file, which must not change while the sweep runs: tables of mixed runs would

@@ -1,6 +1,8 @@
 //! Tables of a whole sweep, made from the files of its runs: one row a run, one row a captor, one
 //! row a group; and the pictures.
 
+use std::collections::BTreeMap;
+
 use super::{
     Step, SweepControl, SweepProgress,
     folder::{State, SweepFolder, result_path},
@@ -23,13 +25,16 @@ pub fn names() -> Vec<String> {
     endings.flat_map(|ending| TABLES.map(|name| format!("{name}.{ending}"))).collect()
 }
 
+/// How many runs have warnings of each kind.
+pub type Warned = BTreeMap<String, usize>;
+
 /// Writes the tables of a sweep of which every run is done or has failed.
 pub fn write(
     folder: &SweepFolder,
     sweep: &Sweep,
     states: &[State],
     control: &SweepControl,
-) -> Result<()> {
+) -> Result<Warned> {
     let columns = |before: &[(&str, Kind)], after: &[(&str, Kind)]| -> Vec<(String, Kind)> {
         let own = |names: &[(&str, Kind)]| {
             names.iter().map(|(name, kind)| (name.to_string(), *kind)).collect::<Vec<_>>()
@@ -45,6 +50,7 @@ pub fn write(
         ("irradiance_se", Kind::Number),
         ("absorbed", Kind::Number),
         ("absorbed_se", Kind::Number),
+        ("few_paths", Kind::Whole),
     ];
     let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
     let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
@@ -56,6 +62,7 @@ pub fn write(
     let mut captors = Table::create(folder.path(), TABLES[0], columns(&[run], &of_captors))?;
     let mut groups = Table::create(folder.path(), TABLES[1], columns(&[run], &of_groups.concat()))?;
     let (mut balance, mut responses) = (Balance::default(), Responses::default());
+    let mut warned = Warned::new();
     for (run, state) in sweep.runs().zip(states) {
         if control.stopped() {
             return Err(Error::run("sweep", "interrupted while writing tables")
@@ -68,6 +75,9 @@ pub fn write(
             continue;
         }
         let results = ResultsFile::read(&result_path(folder.path(), &sweep.key(&run)))?;
+        for kind in &results.warnings {
+            *warned.entry(kind.clone()).or_default() += 1;
+        }
         for captor in &results.captors {
             rows(&mut captors, &results, &run, captor, None)?;
         }
@@ -107,7 +117,8 @@ pub fn write(
         });
         runs.row(&cells)?;
     }
-    runs.finish()
+    runs.finish()?;
+    Ok(warned)
 }
 
 /// A row for each face and band of a captor or group.
@@ -136,6 +147,7 @@ fn rows(
             cells.extend([
                 absorbed.map_or(Cell::Nothing, at),
                 absorbed_se.map_or(Cell::Nothing, error),
+                Cell::Whole(values.few_paths.into()),
             ]);
             if members.is_some() {
                 let end = |values: &Option<Vec<f64>>| values.as_deref().map_or(Cell::Nothing, at);

@@ -198,7 +198,7 @@ fn tubes() {
     check.finish(6);
     assert_eq!(solid.energy.absorbed[0], 0.0, "nothing returns to a convex lamp");
     assert_eq!(
-        solid.energy.absorbed_by.as_ref().map(Vec::len),
+        solid.energy.absorbed_by.as_ref().map(|all| all.len()),
         Some(2),
         "the tube's material and its black caps"
     );

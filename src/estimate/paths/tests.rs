@@ -90,7 +90,7 @@ fn reflectors_are_chosen_with_their_density() {
     let reflectors = Reflectors::find(&scene, 1).unwrap();
     let at = Vertex { point: Vec3::new(0.3, -0.4, -1.0), step: None, one_sided: None };
     let mut rng = Stream::new(1, 0, 0);
-    let mut counts = vec![0; scene.triangles.len()];
+    let mut counts = vec![0; scene.triangles().len()];
     let choices = 100_000;
     for _ in 0..choices {
         let u = rng.uniform();
@@ -101,7 +101,7 @@ fn reflectors_are_chosen_with_their_density() {
         let density = reflectors.density(&scene, &at, t) / reflectors.share;
         f64::from(density * triangle.area()) * f64::from(choices)
     };
-    let expected: Vec<f64> = scene.triangles.iter().enumerate().map(expected).collect();
+    let expected: Vec<f64> = scene.triangles().iter().enumerate().map(expected).collect();
     let total: f64 = expected.iter().sum();
     assert!((total / f64::from(choices) - 1.0).abs() < 1e-5, "{total}");
     let expected: Vec<f64> = expected.iter().map(|e| e / total * f64::from(choices)).collect();

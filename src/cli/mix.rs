@@ -1,0 +1,124 @@
+//! `phylux mix`
+
+use std::{fmt::Write, path::PathBuf};
+
+use clap::Args;
+
+use super::{
+    interrupt::Interrupt,
+    outputs::{OutputArguments, Outputs, check_places},
+    summary::{SHOWN_BANDS, short, summary},
+};
+use crate::{
+    error::{Error, Result},
+    result::{ByLight, RunResult},
+    result_file::read_json,
+};
+
+/// Lights that are listed.
+const LISTED: usize = 20;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Results file (JSON) of `phylux run --by-light`
+    results: PathBuf,
+    /// Factors on the powers that the lights had in the run, as in "row 1=0.5,row 2=2"; 0 puts a light
+    /// out, `row *` stands for all lights whose names begin so, and those not named stay as they were
+    #[arg(long, value_name = "LIGHT=FACTOR,...", required = true)]
+    power: Vec<String>,
+    #[command(flatten)]
+    outputs: OutputArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
+    let mut places = outputs.places();
+    check_places(&places, std::slice::from_ref(&arguments.results))?;
+    let entries = entries(&arguments.power)?;
+    let result = read_json(&arguments.results)?;
+    let factors = factors(entries, &result)?;
+    let mixed = result.mix(&factors).map_err(|e| e.at(arguments.results.display()))?;
+    places.extend(outputs.captor_places(mixed.captors.iter().map(|captor| captor.id.as_str())));
+    check_places(&places, std::slice::from_ref(&arguments.results))?;
+    interrupt.writing();
+    outputs.write(&mixed)?;
+    let summary = summary(&mixed, ", mixed");
+    super::warn(&summary.warnings);
+    let wrote = format!("\nwrote {}\n", arguments.outputs.output.display());
+    super::print(&(summary.text + &powers(&mixed) + &wrote))
+}
+
+/// Names and factors, from text such as `row 1=0.5,row 2=2`; names may have commas.
+fn entries(texts: &[String]) -> Result<Vec<(String, f64)>> {
+    let mut entries = Vec::new();
+    for text in texts {
+        let mut entry = String::new();
+        for piece in text.split(',') {
+            entry += piece;
+            let parsed =
+                entry.rsplit_once('=').and_then(|(name, f)| Some((name, f.trim().parse().ok()?)));
+            match parsed {
+                Some((name, factor)) => {
+                    entries.push((name.trim().to_string(), factor));
+                    entry.clear();
+                }
+                None => entry.push(','),
+            }
+        }
+        if !entry.is_empty() {
+            let problem = format!("`{}` is no light with its factor", entry.trim_end_matches(','));
+            return Err(Error::input("--power", problem).remedy("write \"row 1=0.5,row 2=2\""));
+        }
+    }
+    Ok(entries)
+}
+
+/// Factors by light: a name that ends with `*` and that none has stands for all that begin so.
+fn factors(entries: Vec<(String, f64)>, result: &RunResult) -> Result<ByLight<f64>> {
+    let empty = ByLight::new();
+    let lights = result.energy.by_light.as_ref().unwrap_or(&empty);
+    let mut factors = ByLight::new();
+    for (name, factor) in entries {
+        let all = match name.strip_suffix('*') {
+            Some(start) if !lights.contains_key(&name) => {
+                lights.keys().filter(|light| light.starts_with(start)).cloned().collect()
+            }
+            _ => vec![name.clone()],
+        };
+        // of none an error names the lights that there are
+        for light in if all.is_empty() { vec![name] } else { all } {
+            if factors.contains_key(&light) {
+                let problem = format!("light `{light}` stands there twice");
+                return Err(Error::input("--power", problem).remedy("give one factor"));
+            }
+            factors.insert(light, factor);
+        }
+    }
+    Ok(factors)
+}
+
+/// The power of each light in the mix.
+fn powers(mixed: &RunResult) -> String {
+    let lights = mixed.energy.by_light.iter().flatten();
+    let bands = mixed.bands.len().min(SHOWN_BANDS);
+    let mut text = format!("\n{:<24}", format!("power of lights, {}", mixed.unit.flux));
+    mixed.bands[..bands].iter().for_each(|band| {
+        let _ = write!(text, "{:>11}", band.name);
+    });
+    text.push('\n');
+    for (name, light) in lights.clone().take(LISTED) {
+        let _ = write!(text, "  {name:<22}");
+        light.power[..bands].iter().for_each(|power| {
+            let _ = write!(text, "{:>11}", short(*power));
+        });
+        text.push('\n');
+    }
+    match lights.count().saturating_sub(LISTED) {
+        0 => {}
+        more => {
+            let _ = writeln!(text, "  and {more} more");
+        }
+    }
+    text
+}

@@ -1,0 +1,63 @@
+//! What many scenes share, made once.
+
+use std::{
+    cell::RefCell,
+    collections::HashMap,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use sha2::{Digest, Sha256};
+
+use crate::{error::Result, input::Fetch, obj::ObjFile, scene::KeptShapes};
+
+/// Triangles of OBJ files that are kept, about 150 MB.
+const MAX_TRIANGLES: usize = 2_000_000;
+
+/// What many scenes share: OBJ files as they were read, and triangles arranged for rays.
+#[derive(Debug, Default)]
+pub struct Kept {
+    pub(super) shapes: KeptShapes,
+    files: Mutex<HashMap<PathBuf, KeptObj>>,
+}
+
+#[derive(Clone, Debug)]
+struct KeptObj {
+    /// SHA-256 of the file.
+    digest: [u8; 32],
+    /// Its MTL files; none for one that could not be read.
+    mtl: Vec<(PathBuf, Option<[u8; 32]>)>,
+    file: Arc<ObjFile>,
+}
+
+impl Kept {
+    /// The OBJ file at `path` with these `bytes`, and its MTL files.
+    pub(super) fn obj(&self, bytes: &[u8], path: &Path, fetch: &Fetch) -> Result<Arc<ObjFile>> {
+        let digest = Sha256::digest(bytes).into();
+        let digest_of = |path: &Path| fetch(path).ok().map(|bytes| Sha256::digest(bytes).into());
+        let files = || self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = files().get(path).filter(|known| known.digest == digest).cloned();
+        if let Some(known) = known
+            && known.mtl.iter().all(|(path, digest)| digest_of(path) == *digest)
+        {
+            return Ok(known.file);
+        }
+        let mtl = RefCell::new(Vec::new());
+        let file = Arc::new(ObjFile::parse(bytes, path, |path| {
+            let bytes = fetch(path);
+            let digest = bytes.as_ref().ok().map(|bytes| Sha256::digest(bytes).into());
+            mtl.borrow_mut().push((path.to_path_buf(), digest));
+            bytes
+        })?);
+        let mut files = files();
+        let kept: usize = files.values().map(|known| known.file.triangles()).sum();
+        if kept + file.triangles() > MAX_TRIANGLES {
+            files.clear();
+        }
+        if file.triangles() <= MAX_TRIANGLES {
+            let kept = KeptObj { digest, mtl: mtl.into_inner(), file: file.clone() };
+            files.insert(path.to_path_buf(), kept);
+        }
+        Ok(file)
+    }
+}

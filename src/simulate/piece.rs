@@ -1,0 +1,131 @@
+//! Following the histories of one piece.
+
+use std::sync::{Mutex, atomic::Ordering};
+
+use super::{BLOCKS, Run, Work, lock, plan::Plan};
+use crate::{
+    estimate::paths::{Face, Reflectors},
+    light::{Emission, Strata},
+    photon_map::{Arrival, MapBuilder, PackedDirection, Piece, PieceKey, StoredPhoton},
+    rng::{Sequence, Stream},
+    scene::Scene,
+    spectrum::Spectrum,
+    tally::Tally,
+    trace::{Event, trace},
+};
+
+/// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
+/// spread evenly over a block. Photons gain less from that than it costs, unless captors are as large as walls.
+const SOBOL_NUMBERS: u32 = 16;
+
+impl Run<'_> {
+    /// Follows the histories of one piece.
+    pub(super) fn piece<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
+        let (_, piece, block) = key;
+        let (_, histories) = plan.range(block, piece);
+        match &self.work {
+            Work::Paths(faces, reflectors) => {
+                self.paths::<N>(plan, key, faces, reflectors.as_ref(), tally);
+            }
+            Work::Photons(strata) if strata.histories() == histories => {
+                self.photons::<N>(plan, key, strata, tally, map);
+            }
+            Work::Photons(_) => {
+                let strata = Strata::new(&self.scene.lights, histories, N);
+                self.photons::<N>(plan, key, &strata, tally, map);
+            }
+        }
+        self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
+    }
+
+    /// Follows paths from every face.
+    fn paths<const N: usize>(
+        &self,
+        plan: &Plan,
+        (round, piece, block): PieceKey,
+        faces: &[Face],
+        reflectors: Option<&Reflectors>,
+        tally: &mut Tally,
+    ) {
+        let (first, histories) = plan.range(block, piece);
+        let (seed, block) = (self.settings.seed, round * BLOCKS + block);
+        for (f, face) in faces.iter().enumerate() {
+            if self.stopped() {
+                return;
+            }
+            let sequence = Sequence::new(seed, block, f as u64);
+            for index in first..first + histories {
+                let stream = index * faces.len() as u64 + f as u64;
+                let rng = Stream::new(seed, block, stream);
+                let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
+                let score = face.path::<N>(reflectors, &mut rng);
+                tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
+            }
+        }
+    }
+
+    /// Emits and follows photons.
+    fn photons<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        strata: &Strata,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
+        let (round, piece, block) = key;
+        let (first, histories) = plan.range(block, piece);
+        let limit = map.map_or(0, |map| lock(map).limit());
+        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
+        let bands = self.scene.bands.len();
+        for index in 0..histories {
+            if self.stopped() {
+                return;
+            }
+            let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
+            let Emission { light, weights, ray, power } =
+                strata.emit::<N>(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
+            let part = self.part_of.get(light).copied();
+            tally.emitted(part, weights);
+            trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
+                tally.score(self.scene, part, weights, &event);
+                let Some(piece) = &mut stored else { return };
+                if let Some((mut arrival, power)) = arrival(self.scene, &event) {
+                    arrival.photon.light = light as u32;
+                    arrival.photon.history = index as u32;
+                    let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
+                    piece.push(limit, arrival, power);
+                }
+            });
+        }
+        if let (Some(map), Some(stored)) = (map, stored) {
+            lock(map).add(key, stored);
+        }
+    }
+}
+
+/// The arrival to store of an event on a captor, and its power.
+#[inline]
+fn arrival<'e, const N: usize>(
+    scene: &'e Scene,
+    event: &'e Event<'_, N>,
+) -> Option<(Arrival, &'e Spectrum<N>)> {
+    let counted = event.counted(scene)?;
+    let (position, direction, triangle) = match event {
+        Event::Crossing { crossing, direction, .. } => {
+            (crossing.point, *direction, crossing.triangle)
+        }
+        Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
+        Event::Escaped(_) | Event::Lost(_) => return None,
+    };
+    let direction = PackedDirection::new(direction);
+    let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
+    let arrival = Arrival { position, shelf: counted.channel() as u32, photon };
+    Some((arrival, counted.power))
+}

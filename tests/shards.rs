@@ -1,0 +1,212 @@
+//! One run on several machines: parts of its blocks, joined to the bytes of one.
+
+use std::{fs, path::PathBuf, process::Output, sync::atomic::AtomicBool};
+
+use phylux::{Control, Stream};
+use serde_json::json;
+
+use crate::{
+    bad_input::{listing, phylux},
+    common::TestScene,
+    world::{Mesh, World, room},
+};
+
+fn scene() -> TestScene {
+    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
+    let tiles = (0..30).map(|i| {
+        let x = -0.8 + 0.05 * f64::from(i);
+        (format!("{i}"), Mesh::square([x, 0.1, -0.4], [0.0, 0.0, 1.0], 0.3))
+    });
+    World::new()
+        .bands(2)
+        .with("sums", json!({ "both": ["b0", "b1"] }))
+        .lambert("wall", 0.5)
+        .material("leaf", leaf)
+        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .counted("leaf", "leaf", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
+        .captors("tiles", tiles)
+        .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": [3, 4] }))
+        .light(json!({ "type": "tube", "from": [-0.5, 0, 0.9], "to": [0.5, 0, 0.9],
+                       "radius": 0.02, "power": [2, 0.1] }))
+        .write()
+}
+
+fn run(folder: &TestScene, arguments: &str) -> Output {
+    phylux(&folder.path(""), &arguments.split(' ').collect::<Vec<_>>())
+}
+
+fn ok(folder: &TestScene, arguments: &str) {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments}: {said}");
+}
+
+/// In an order of the stream of seed 9.
+fn shuffled(mut names: Vec<String>) -> String {
+    let mut stream = Stream::new(9, names.len() as u64, 0);
+    for i in (1..names.len()).rev() {
+        names.swap(i, (stream.uniform_fine() * (i + 1) as f64) as usize);
+    }
+    names.join(" ")
+}
+
+/// Photons with the default k, without a map, with a map that is full in the first piece of some block or in
+/// a later one, split by light; paths; fewer photons than blocks. No chance in it.
+#[test]
+fn parts_join_to_the_same_bytes() {
+    let folder = scene();
+    for (case, shards) in [
+        ("--photons 300003", 3),
+        ("--photons 300003 --k 0", 16),
+        ("--photons 300003 --map-photons 3000 --threads 1", 5),
+        ("--photons 300003 --map-photons 200000 --k 20", 5),
+        ("--photons 50003 --by-light --seed 4", 2),
+        ("--photons 50003 --estimator paths", 3),
+        ("--photons 100 --k 2", 50),
+        ("--photons 20000", 1),
+    ] {
+        ok(&folder, &format!("run scene.json {case} -o whole.json"));
+        let names: Vec<String> = (1..=shards).map(|i| format!("part{i}.json")).collect();
+        for (name, i) in names.iter().zip(1..) {
+            ok(&folder, &format!("run scene.json {case} --shard {i}/{shards} -o {name}"));
+        }
+        ok(&folder, &format!("merge {} -o merged.json", shuffled(names)));
+        let read = |name: &str| fs::read(folder.path(name)).expect("results");
+        assert!(read("whole.json") == read("merged.json"), "{case}");
+    }
+}
+
+/// Parts that do not make one run, and runs that cannot be cut: a sentence for each, and nothing written.
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    let folder = scene();
+    for i in 1..=3 {
+        ok(&folder, &format!("run scene.json --photons 5000 --shard {i}/3 -o p{i}.json"));
+    }
+    ok(&folder, "run scene.json --photons 5000 --shard 1/8 -o eighth.json");
+    ok(&folder, "run scene.json --photons 5000 --seed 2 --shard 2/3 -o seed.json");
+    let part = fs::read_to_string(folder.path("p2.json")).expect("a part");
+    fs::write(folder.path("cut.json"), &part[..part.len() - 100]).expect("a file");
+    fs::write(folder.path("old.json"), part.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
+        .expect("a file");
+    let spoiled = part.replacen("\"segments\":", "\"segments\":1", 1);
+    fs::write(folder.path("spoiled.json"), spoiled).expect("a file");
+    let text = fs::read_to_string(folder.path("scene.json")).expect("the scene");
+    fs::create_dir(folder.path("other")).expect("a folder");
+    for file in listing(&folder.path("")).iter().filter(|name| name.ends_with(".obj")) {
+        fs::copy(folder.path(file), folder.path("other").join(file)).expect("a copy");
+    }
+    fs::write(folder.path("other/scene.json"), &text).expect("a scene");
+    // the same content elsewhere is the same run
+    ok(&folder, "merge p1.json p2.json p3.json -o merged.json --scene other/scene.json");
+    let leaf = fs::read_to_string(folder.path("other/leaf.obj")).expect("a mesh");
+    fs::write(folder.path("other/leaf.obj"), leaf + "\n").expect("a mesh");
+    ok(&folder, "run other/scene.json --photons 5000 --shard 2/3 -o content.json");
+    fs::create_dir(folder.path("folder")).expect("a folder");
+    let before = listing(&folder.path(""));
+    let rows = [
+        ("merge p1.json p3.json -o m.json", "merge: part is missing: 2/3; name the files"),
+        (
+            "merge eighth.json -o m.json",
+            "merge: parts are missing: 2/8, 3/8, 4/8, 5/8, 6/8, 7/8 and 1 more",
+        ),
+        (
+            "merge p1.json p2.json p3.json p1.json -o m.json",
+            "p1.json: is part 1/3, and so is p1.json; name",
+        ),
+        (
+            "merge p1.json seed.json p3.json -o m.json",
+            "seed.json: is of other settings than p1.json",
+        ),
+        (
+            "merge p1.json content.json p3.json -o m.json",
+            "content.json: is of another scene, or of other contents of its files, than p1.json",
+        ),
+        (
+            "merge p1.json p2.json eighth.json -o m.json",
+            "eighth.json: is of another number of parts than",
+        ),
+        (
+            "merge old.json -o m.json",
+            "old.json: is of phylux 9.1.0, this is 0.1.0; merge with the version",
+        ),
+        (
+            "merge p1.json old.json p3.json -o m.json",
+            "old.json: is of another version of phylux than",
+        ),
+        ("merge p1.json cut.json p3.json -o m.json", "cut.json: was cut short or changed"),
+        ("merge p1.json spoiled.json p3.json -o m.json", "spoiled.json: was cut short or changed"),
+        (
+            "merge p1.json p2.json p3.json -o m.json --scene other/scene.json",
+            "other/scene.json: it, or a file that it names, is not what",
+        ),
+        (
+            "merge p1.json p2.json p3.json -o m.json --scene none.json",
+            "none.json: the scene of the parts is not there; say where it is with --scene",
+        ),
+        ("merge scene.json -o m.json", "scene.json: is no part of a run: "),
+        ("merge p1.json folder -o m.json", "folder: is no part of a run: it is not a file"),
+        ("merge p1.json p2.json p3.json -o p1.json", "is a file that is read"),
+        (
+            "merge folder -o m.json --scene scene.json",
+            "--scene: folders of sweeps know their scene",
+        ),
+        (
+            "run scene.json --shard 1/200 -o m.json",
+            "--shard: 200 shards of a run of 128 blocks; ask for fewer",
+        ),
+        (
+            "run scene.json --shard 1/2 --tolerance 0.1 -o m.json",
+            "--shard: when a tolerance is met only all blocks",
+        ),
+        (
+            "run scene.json --shard 1/2 --max-time 1 -o m.json",
+            "--shard: a time limit means another number of photons",
+        ),
+        (
+            "run scene.json --shard 1/2 --estimator auto -o m.json",
+            "--shard: what a trial chooses is not kept",
+        ),
+        ("run scene.json --shard 3/2 -o m.json", "invalid value '3/2' for '--shard <I/N>'"),
+        (
+            "run scene.json --shard 1/2 --csv m.csv",
+            "the argument '--shard <I/N>' cannot be used with '--csv <FILE>'",
+        ),
+    ];
+    for (arguments, words) in rows {
+        let output = run(&folder, arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {said}");
+        assert!(
+            said.contains(&format!("error: {words}")) || said.contains(words),
+            "{arguments}: {said}"
+        );
+        assert_eq!(listing(&folder.path("")), before, "{arguments}");
+    }
+}
+
+/// One byte changed anywhere, 300 times by the stream of seed 11: an error, and no panic. (A line end at the very
+/// end may become another white space.)
+#[test]
+fn no_spoiled_part_is_believed() {
+    let folder = scene();
+    for i in 1..=2 {
+        ok(&folder, &format!("run scene.json --photons 300 --k 2 --shard {i}/2 -o p{i}.json"));
+    }
+    let part = fs::read(folder.path("p2.json")).expect("a part");
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let join = |name: &str| {
+        let parts: Vec<PathBuf> = vec![folder.path("p1.json"), folder.path(name)];
+        phylux::join(&parts, Some(&folder.path("scene.json")), &control)
+    };
+    join("p2.json").unwrap_or_else(|e| panic!("{e}"));
+    let mut stream = Stream::new(11, 0, 0);
+    let mut number = |below: usize| (stream.uniform_fine() * below as f64) as usize;
+    for _ in 0..300 {
+        let mut spoiled = part.clone();
+        let place = number(part.len() - 1);
+        spoiled[place] = spoiled[place].wrapping_add(1 + number(255) as u8);
+        fs::write(folder.path("spoiled.json"), &spoiled).expect("a file");
+        assert!(join("spoiled.json").is_err(), "byte {place}");
+    }
+}

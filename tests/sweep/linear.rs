@@ -1,0 +1,199 @@
+//! Sweeps over the powers of lights: fewer simulations than runs.
+
+use serde_json::{Value, json};
+
+use super::*;
+use crate::common::run_file;
+
+/// Light from both sides of a leaf, in two bands, with a glowing surface and a light that never varies.
+fn scene() -> Value {
+    json!({
+        "bands": [{"name": "a"}, {"name": "b"}],
+        "materials": {"leaf": {"type": "leaf", "reflectance": [0.1, 0.4], "transmittance": [0.1, 0.5]}},
+        "objects": [{"name": "a", "obj": "a.obj", "material": "leaf", "captor": true},
+                    {"name": "up", "obj": "up.obj", "material": "leaf", "captor": "triangle"}],
+        "lights": [
+            {"name": "left", "type": "point", "position": [0.2, 0.2, 0.1], "power": [1, 1]},
+            {"type": "point", "position": [0.3, 0.3, 0.2], "power": 1},
+            {"name": "below", "type": "point", "position": [0.3, 0.3, -0.1], "power": [1, 0]},
+            {"name": "fixed", "type": "point", "position": [0.1, 0.4, 0.1], "power": [0.5, 0.25]}
+        ],
+        "settings": {"photons": 20000, "seed": 7}
+    })
+}
+
+const UP: &str = "v 0 0 0.5\nv 0 1 0.5\nv 1 0 0.5\nv 1 1 0.5\nf 1 2 3\nf 2 4 3\n";
+
+fn write(folder: &TestScene, name: &str, value: &Value) {
+    fs::write(folder.path(name), value.to_string()).expect("a file");
+}
+
+fn with(sweep: &Value, scene: &Value) -> TestScene {
+    let sweep = sweep.to_string();
+    TestScene::new(&scene.to_string(), &[("a.obj", OBJ), ("up.obj", UP), ("sweep.json", &sweep)])
+}
+
+/// The results of each run, in order.
+fn results(folder: &TestScene, out: &str) -> Vec<Value> {
+    let table = fs::read_to_string(folder.path(out).join("runs.csv")).expect("a table");
+    let file = |line: &str| line.split(',').nth(1).expect("a file").to_string();
+    let read = |name: String| fs::read_to_string(folder.path(out).join("runs").join(name));
+    let value = |line| serde_json::from_str(&read(file(line)).expect("results")).expect("JSON");
+    table.lines().skip(1).map(value).collect()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().expect("a list").iter().map(|v| v.as_f64().unwrap_or(0.0)).collect()
+}
+
+/// Every value of captors and groups with its error; knn apart.
+fn values(result: &Value) -> (Vec<(f64, f64)>, Vec<f64>) {
+    let (mut all, mut knn) = (Vec::new(), Vec::new());
+    for list in ["captors", "groups"] {
+        for captor in result[list].as_array().expect("a list") {
+            for face in [&captor["front"], &captor["back"]] {
+                all.extend(numbers(&face["flux"]).into_iter().zip(numbers(&face["flux_se"])));
+                if face["knn"].is_object() {
+                    knn.extend(numbers(&face["knn"]["irradiance"]));
+                    knn.extend(numbers(&face["knn"]["radiance"]));
+                }
+            }
+            let absorbed = numbers(&captor["absorbed"]).into_iter();
+            all.extend(absorbed.zip(numbers(&captor["absorbed_se"])));
+        }
+    }
+    (all, knn)
+}
+
+fn near(a: &[f64], b: &[f64], tolerance: f64) {
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= tolerance * a.abs().max(b.abs()), "{a} and {b}");
+    }
+}
+
+/// Eight runs from one simulation. The run at the largest powers is what `phylux run` finds, to
+/// rounding; at half of all powers it is half of that. The others are what runs with other seeds find:
+/// of 8 x 35 z (some of captors and their groups, so fewer are independent) none is above 4.8 (odds 5e-4), and
+/// their root mean square is 0.8 to 1.2.
+#[test]
+fn a_power_sweep_is_one_simulation() {
+    let sweep = json!({ "scene": "scene.json", "combine": "zip", "vary": {
+        "/lights/0/power": [[2, 3], [1, 1.5], [0, 0], [2, 0.5], [0.1, 3], [2, 3], [1, 1], [0, 1]],
+        "/lights/1/power": [4, 2, 1, 0, 3, 4, 0.5, 0],
+        "/lights/2/power/0": [1, 0.5, 1, 1, 1, 0, 0.25, 1],
+        "/lights/3/power": [[0.5, 0.25], [0.25, 0.125], 0.25, 0, 0.125, [0.5, 0], 0.25, 0.125] } });
+    let mut scene = scene();
+    scene["lights"][2]["power"] = json!([1, 0]);
+    let folder = with(&sweep, &scene);
+    let said = ok(&folder, "sweep sweep.json -o out");
+    let from = "8 runs from 1 simulation: light is linear in the powers\n";
+    assert_eq!(said, format!("{from}8 of 8 runs are done; wrote out\n"));
+    let found = results(&folder, "out");
+    let (largest, halves) = (values(&found[0]), values(&found[1]));
+    let run = |number: usize, seed: u64| {
+        let mut own = scene.clone();
+        for (place, all) in sweep["vary"].as_object().expect("places") {
+            *own.pointer_mut(place).expect("a place") = all[number].clone();
+        }
+        write(&folder, "own.json", &own);
+        let result = run_file(&folder.path("own.json"), |settings| settings.seed = seed);
+        serde_json::to_value(result).expect("JSON")
+    };
+    let same = run(0, 7);
+    let means = |of: &[(f64, f64)]| of.iter().map(|(mean, _)| *mean).collect::<Vec<_>>();
+    near(&means(&values(&same).0), &means(&largest.0), 1e-12);
+    near(&values(&same).1, &largest.1, 1e-6);
+    assert!(largest.1.len() >= 16 && found[0]["map"] == same["map"]);
+    for ((whole, whole_se), (half, half_se)) in largest.0.iter().zip(&halves.0) {
+        assert_eq!(0.5 * whole, *half);
+        assert!((0.5 * whole_se - half_se).abs() <= 1e-9 * whole_se);
+    }
+    let mut zs = Vec::new();
+    for (number, found) in found.iter().enumerate() {
+        let own = run(number, 100 + number as u64);
+        for entry in ["power", "emitted"] {
+            near(&numbers(&own["energy"][entry]), &numbers(&found["energy"][entry]), 1e-12);
+        }
+        let ledger = |key: &str| numbers(&found["energy"][key]);
+        let accounted = [ledger("absorbed"), ledger("escaped"), ledger("lost")];
+        let accounted: Vec<f64> = (0..2).map(|b| accounted.iter().map(|v| v[b]).sum()).collect();
+        near(&accounted, &ledger("emitted"), 1e-9);
+        for ((a, a_se), (b, b_se)) in values(&own).0.into_iter().zip(values(found).0) {
+            if a_se > 0.0 || b_se > 0.0 {
+                zs.push((a - b) / a_se.hypot(b_se));
+            }
+        }
+    }
+    let worst = zs.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
+    let rms = (zs.iter().map(|z| z * z).sum::<f64>() / zs.len() as f64).sqrt();
+    assert!(
+        zs.len() > 150 && worst < 4.8 && (0.8..1.2).contains(&rms),
+        "{worst} {rms} {}",
+        zs.len()
+    );
+}
+
+/// What is not linear in powers, or not for sure, runs as any other.
+#[test]
+fn other_sweeps_run_each() {
+    let sweep = |vary: Value| json!({ "scene": "scene.json", "vary": vary });
+    let powers = || json!({ "/lights/0/power": [[1, 2], [2, 1]], "/lights/1/power": [1, 2] });
+    let runs = |change: &dyn Fn(&mut Value), sweep: Value| {
+        let mut scene = scene();
+        change(&mut scene);
+        let said = ok(&with(&sweep, &scene), "sweep sweep.json --dry-run");
+        let from = said.lines().find(|line| line.contains("linear"));
+        from.map(|line| line.split(':').next().expect("words").to_string())
+    };
+    let linear = |runs: usize, simulations: &str| Some(format!("{runs} runs from {simulations}"));
+    assert_eq!(runs(&|_| {}, sweep(powers())), linear(4, "1 simulation"));
+    assert_eq!(runs(&|s| s["settings"]["estimator"] = json!("paths"), sweep(powers())), None);
+    assert_eq!(runs(&|s| s["settings"]["estimator"] = json!("auto"), sweep(powers())), None);
+    assert_eq!(runs(&|s| s["settings"]["max_time"] = json!(10), sweep(powers())), None);
+    assert_eq!(runs(&|s| s["settings"]["tolerance"] = json!(0.5), sweep(powers())), None);
+    // the error of a sum over bands that vary apart would be lost
+    let sums = |s: &mut Value| s["sums"] = json!({ "both": ["a", "b"] });
+    assert_eq!(runs(&sums, sweep(powers())), None);
+    let alike = json!({ "/lights/0/power": [[1, 2], [2, 4]], "/lights/1/power": [1, 2] });
+    assert_eq!(runs(&sums, sweep(alike)), linear(4, "1 simulation"));
+    let two = json!({ "/lights/1/power": [1, 2, 3], "/settings/photons": [1000, 2000] });
+    assert_eq!(runs(&|_| {}, sweep(two)), linear(6, "2 simulations"));
+    let estimators =
+        json!({ "/lights/1/power": [1, 2, 3], "/settings/estimator": ["photons", "paths"] });
+    let photons = |s: &mut Value| s["settings"]["estimator"] = json!("photons");
+    assert_eq!(runs(&photons, sweep(estimators)), linear(6, "4 simulations"));
+    let sampled = json!({ "scene": "scene.json", "combine": { "sample": "sobol", "count": 8 },
+        "vary": { "/lights/1/power": { "from": 0, "to": 2 }, "/lights/0/power/1": { "from": 1, "to": 2 } } });
+    assert_eq!(runs(&|_| {}, sampled), linear(8, "1 simulation"));
+}
+
+/// A power that none can be fails alone, with the words of `phylux run`; a greater one that comes later moves
+/// what is run for all, a smaller one does not.
+#[test]
+fn values_that_come_and_fail() {
+    let sweep = |powers: &str| {
+        format!(r#"{{"scene": "scene.json", "vary": {{"/lights/0/power": {powers}}}}}"#)
+    };
+    let folder = folder(&sweep(r#"[1, -1, "x", 1e300, 3]"#));
+    let output = any(&folder, "sweep sweep.json -o out");
+    assert_eq!(output.status.code(), Some(1));
+    let said = stderr(&output);
+    assert!(said.contains("/lights/0/power: -1, must be at least 0"), "{said}");
+    assert!(said.contains("1e300 W or umol/s in a band"), "{said}");
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(
+        stdout,
+        "5 runs from 4 simulations: light is linear in the powers\n2 of 5 runs are done; wrote out\n"
+    );
+    let again = |powers: &str| {
+        fs::write(folder.path("sweep.json"), sweep(powers)).expect("a sweep");
+        ok(&folder, "sweep sweep.json -o grown").lines().last().expect("a line").to_string()
+    };
+    assert_eq!(again("[1, 3]"), "2 of 2 runs are done; wrote grown");
+    assert_eq!(again("[1, 3, 2]"), "3 of 3 runs are done, 2 of them from before; wrote grown");
+    assert_eq!(again("[1, 3, 2, 4]"), "4 of 4 runs are done; wrote grown");
+    ok(&folder, "sweep sweep.json -o fresh");
+    let differ = differences(&folder.path("grown"), &folder.path("fresh"));
+    assert!(differ.is_empty(), "{differ:?}");
+}
