@@ -264,6 +264,14 @@ pub struct NearestResult {
     pub radiance_se: Option<Vec<Option<f64>>>,
 }
 
+/// What a captor or group absorbed, of all light and of each.
+#[derive(Default)]
+struct AllAbsorbed {
+    absorbed: Option<Vec<f64>>,
+    absorbed_se: Option<Vec<Option<f64>>>,
+    by_light: Option<ByLight<Absorbed>>,
+}
+
 /// The least and the greatest irradiance of some captors, per band.
 #[derive(Clone, Default)]
 struct Range {

@@ -1,8 +1,8 @@
 //! From sums to results.
 
 use super::{
-    Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
-    NearestResult, Range, RunResult,
+    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
+    MapResult, NearestResult, Range, RunResult,
 };
 use crate::{
     captor::{CHANNELS, Captor, CaptorKind, Channel},
@@ -293,14 +293,6 @@ fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
         knn: None,
         by_light: None,
     }
-}
-
-/// What a captor or group absorbed, of all light and of each.
-#[derive(Default)]
-struct AllAbsorbed {
-    absorbed: Option<Vec<f64>>,
-    absorbed_se: Option<Vec<Option<f64>>>,
-    by_light: Option<ByLight<Absorbed>>,
 }
 
 fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{Absorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, Range, RunResult};
+use super::{
+    Absorbed, AllAbsorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, Range, RunResult,
+};
 use crate::error::{Error, Result, nearest, number};
 
 impl RunResult {
@@ -115,7 +117,8 @@ impl Mix<'_> {
     }
 
     fn captor(&self, captor: &CaptorResult) -> CaptorResult {
-        let (absorbed, absorbed_se, by_light) = self.absorbed(captor.by_light.as_ref());
+        let AllAbsorbed { absorbed, absorbed_se, by_light } =
+            self.absorbed(captor.by_light.as_ref());
         CaptorResult {
             front: self.face(&captor.front),
             back: captor.back.as_ref().map(|face| self.face(face)),
@@ -127,7 +130,8 @@ impl Mix<'_> {
     }
 
     fn group(&self, group: &GroupResult, [front, back]: [Range; 2]) -> GroupResult {
-        let (absorbed, absorbed_se, by_light) = self.absorbed(group.by_light.as_ref());
+        let AllAbsorbed { absorbed, absorbed_se, by_light } =
+            self.absorbed(group.by_light.as_ref());
         let face = |face: &FaceResult, range: Range| {
             let several = face.min.is_some();
             let (min, max) = (range.min.filter(|_| several), range.max.filter(|_| several));
@@ -159,7 +163,7 @@ impl Mix<'_> {
         let bands = face.flux.len();
         let values = || parts.values();
         FaceResult {
-            photons: values().map(|part| part.photons).sum(),
+            photons: values().fold(0, |sum, part| sum.saturating_add(part.photons)),
             flux: sum(values().map(|part| &part.flux[..]), bands),
             flux_se: error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands),
             irradiance: sum(values().map(|part| &part.irradiance[..]), bands),
@@ -176,7 +180,7 @@ impl Mix<'_> {
     }
 
     fn absorbed(&self, parts: Option<&ByLight<Absorbed>>) -> AllAbsorbed {
-        let Some(parts) = parts else { return (None, None, None) };
+        let Some(parts) = parts else { return AllAbsorbed::default() };
         let parts = self.scaled(parts, |part, factor| Absorbed {
             absorbed: times(&part.absorbed, factor),
             absorbed_se: error_times(&part.absorbed_se, factor),
@@ -184,12 +188,13 @@ impl Mix<'_> {
         let bands = parts.values().map(|part| part.absorbed.len()).max().unwrap_or(0);
         let absorbed = sum(parts.values().map(|part| &part.absorbed[..]), bands);
         let errors = parts.values().map(|part| (&part.absorbed[..], &part.absorbed_se[..]));
-        let absorbed_se = error(errors, bands);
-        (Some(absorbed), Some(absorbed_se), Some(parts))
+        AllAbsorbed {
+            absorbed: Some(absorbed),
+            absorbed_se: Some(error(errors, bands)),
+            by_light: Some(parts),
+        }
     }
 }
-
-type AllAbsorbed = (Option<Vec<f64>>, Option<Vec<Option<f64>>>, Option<ByLight<Absorbed>>);
 
 fn times(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|value| value * factor).collect()

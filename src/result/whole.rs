@@ -25,18 +25,19 @@ impl Energy {
     fn is_whole(&self, bands: usize) -> bool {
         let Self { power, emitted, absorbed, escaped, lost, absorbed_by, .. } = self;
         let by_material = absorbed_by.iter().flat_map(ByLight::values);
-        let known = [emitted, absorbed, escaped, lost].into_iter().chain(by_material);
+        let mut known = [emitted, absorbed, escaped, lost].into_iter().chain(by_material);
         let paths = [emitted, absorbed, escaped, lost].iter().all(|values| values.is_empty());
         power.len() == bands
-            && (paths && absorbed_by.is_none() || { known }.all(|values| values.len() == bands))
+            && (paths && absorbed_by.is_none() || known.all(|values| values.len() == bands))
     }
 }
 
 impl FaceResult {
     fn is_whole(&self, bands: usize) -> bool {
-        let values = [&self.flux, &self.irradiance].into_iter().chain(&self.min).chain(&self.max);
+        let mut values =
+            [&self.flux, &self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
-        { values }.all(|values| values.len() == bands)
+        values.all(|values| values.len() == bands)
             && errors.all(|errors| errors.len() == bands)
             && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_whole(bands))
             && self

@@ -157,3 +157,29 @@ pub fn parallel_neighbours(
     }
     found.into_iter()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_triangles_are_arranged_once() {
+        let outlines = |z: f32| Outlines {
+            triangles: vec![[Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, z)].into()],
+            captor_triangles: Vec::new(),
+            captor_of_triangle: Vec::new(),
+            radius: 1.0,
+        };
+        let kept = KeptShapes::default();
+        let (first, other) = (kept.shapes(outlines(0.0)), kept.shapes(outlines(1.0)));
+        assert!(!Arc::ptr_eq(&first, &other));
+        // not the last, but in use
+        assert!(Arc::ptr_eq(&first, &kept.shapes(outlines(0.0))));
+        drop(first);
+        // not in use, but the last
+        let first = Arc::downgrade(&kept.shapes(outlines(0.0)));
+        assert!(first.upgrade().is_some());
+        assert!(Arc::ptr_eq(&other, &kept.shapes(outlines(1.0))));
+        assert!(first.upgrade().is_none(), "neither");
+    }
+}

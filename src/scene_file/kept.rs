@@ -61,3 +61,29 @@ impl Kept {
         Ok(file)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_anew_only_when_it_or_its_mtl_changes() {
+        let kept = Kept::default();
+        let mtl = RefCell::new(b"newmtl a\nKd 1 1 1\n".to_vec());
+        let fetched = RefCell::new(0);
+        let fetch = |_: &Path| {
+            *fetched.borrow_mut() += 1;
+            Ok(mtl.borrow().clone())
+        };
+        let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+        let read = |text: &str| kept.obj(text.as_bytes(), Path::new("a.obj"), &fetch).unwrap();
+        let first = read(obj);
+        assert!(Arc::ptr_eq(&first, &read(obj)));
+        assert_eq!(*fetched.borrow(), 2, "who reads must know of every file");
+        *mtl.borrow_mut() = b"newmtl a\nKd 0 0 0\n".to_vec();
+        let dark = read(obj);
+        assert_eq!(dark.mtl.entry("a").unwrap().unwrap().kd, Some([0.0; 3]));
+        assert!(Arc::ptr_eq(&dark, &read(obj)));
+        assert!(!Arc::ptr_eq(&dark, &read(&obj.replace("v 1", "v 2"))));
+    }
+}

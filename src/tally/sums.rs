@@ -51,7 +51,7 @@ impl Tally {
     /// that cannot be.
     pub fn fill(&mut self, sums: Sums) -> Option<()> {
         let Sums { channels, photons, flux, segments, cut_off, ledger, parts } = sums;
-        let counts = photons.iter().chain([&segments, &cut_off]);
+        let mut counts = photons.iter().chain([&segments, &cut_off]);
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };
@@ -59,7 +59,7 @@ impl Tally {
             && channels.last().is_none_or(|last| (*last as usize) < self.photons.len())
             && photons.len() == channels.len()
             && flux.len() == channels.len() * self.bands
-            && { counts }.all(|count| *count <= MOST)
+            && counts.all(|count| *count <= MOST)
             && entries(&ledger) == entries(&self.ledger)
             && parts.len() == self.parts.len();
         if !fits {
