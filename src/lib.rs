@@ -40,6 +40,8 @@ mod material;
 
 mod scene;
 
+mod patches;
+
 mod estimate;
 mod result;
 mod settings;
@@ -71,7 +73,7 @@ pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
-pub use estimate::paths::Unseen;
+pub use estimate::{paths::Unseen, surface::SurfaceLight};
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
@@ -79,6 +81,7 @@ pub use material::{
     PhongFractions, Scatter, Transport,
 };
 pub use output::{OpenFile, OutputFile};
+pub use patches::Patches;
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
@@ -91,7 +94,7 @@ pub use scene::{
 };
 pub use scene_file::{LoadedScene, load};
 pub use settings::{Estimator, Settings};
-pub use simulate::{Choice, Control, End, Progress, Simulation, simulate};
+pub use simulate::{Choice, Control, End, Progress, Simulation, light_surfaces, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};
 pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};
