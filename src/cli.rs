@@ -4,6 +4,7 @@ mod chart;
 mod check;
 mod compare;
 mod interrupt;
+mod render;
 mod run;
 mod schema;
 mod summary;
@@ -38,6 +39,8 @@ enum Command {
     },
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
+    /// Make a picture of a scene: what an eye would see, or its light in false colour
+    Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
     /// Run a scene with many values of some of its numbers, and tabulate what was found
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Merge(arguments) => sweep::run_merge(&arguments),

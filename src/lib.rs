@@ -34,6 +34,7 @@ mod bvh;
 mod obj;
 mod photon_map;
 
+mod camera;
 mod captor;
 mod light;
 mod material;
@@ -43,6 +44,7 @@ mod scene;
 mod patches;
 
 mod estimate;
+mod render;
 mod result;
 mod settings;
 mod simulate;
@@ -52,6 +54,7 @@ mod trace;
 mod captor_csv;
 mod chart;
 mod json;
+mod picture;
 mod result_file;
 mod scene_file;
 mod sweep_file;
@@ -68,6 +71,7 @@ mod odds;
 #[cfg(test)]
 mod spoil;
 
+pub use camera::{Camera, View};
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
@@ -82,7 +86,11 @@ pub use material::{
 };
 pub use output::{OpenFile, OutputFile};
 pub use patches::Patches;
-pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
+pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
+pub use picture::{BandColours, Exposure, Legend, Picture, Scale};
+pub use render::{
+    Dot, Eye, Pixels, Sampling, Show, Sight, painted, photon_dots, render, trace_dots,
+};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
 };

@@ -15,6 +15,7 @@ mod nearest;
 mod nearest_study;
 mod output;
 mod paths;
+mod render;
 mod stability;
 mod study;
 mod surfaces;
