@@ -89,7 +89,7 @@ pub use patches::Patches;
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
 pub use picture::{BandColours, Exposure, Legend, Picture, Scale};
 pub use render::{
-    Dot, Eye, Pixels, Sampling, Show, Sight, painted, photon_dots, render, trace_dots,
+    Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
 };
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,

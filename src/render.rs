@@ -23,7 +23,7 @@ use crate::{
     spectrum::with_lanes,
 };
 
-pub use dots::{Dot, photon_dots, trace_dots};
+pub use dots::{Dot, path_dots, photon_dots};
 pub use eye::{Eye, Sight};
 use radiance::Whitted;
 
@@ -251,8 +251,8 @@ fn flat<'s>(
 const PIXELS: f32 = 2.0;
 
 fn check_memory(width: usize, height: usize, bands: usize) -> Result<()> {
-    // 65536^2 x 4096 x 4 is below 2^64
-    let bytes = width * height * (bands + 1) * size_of::<f32>();
+    // the values, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
+    let bytes = width * height * (bands + 6) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());
     }
