@@ -13,7 +13,7 @@ use crate::{
 
 /// The camera; what is not given is the scene's, or chosen.
 #[derive(Args)]
-pub(super) struct Arguments {
+pub(super) struct ViewArguments {
     /// Where the eye is, in the scene's unit of length [default: the scene's camera, or outside with
     /// what is in the way cut off]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
@@ -48,7 +48,7 @@ fn fov(text: &str) -> Checked<f64> {
     View::check_fov(text.parse().map_err(|_| "must be a number")?)
 }
 
-impl Arguments {
+impl ViewArguments {
     /// The eye that looks at the scene.
     pub fn eye<'a>(&self, loaded: &'a LoadedScene) -> Result<Eye<'a>> {
         let LoadedScene { scene, unit, view, .. } = loaded;
