@@ -6,6 +6,7 @@ mod compare;
 mod interrupt;
 mod mix;
 mod outputs;
+mod render;
 mod run;
 mod schema;
 mod summary;
@@ -40,6 +41,8 @@ enum Command {
     },
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
+    /// Make a picture of a scene: what an eye would see, or its light in false colour
+    Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
     /// Say what a run would have found with other powers of its lights, without running it again
@@ -62,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Mix(arguments) => mix::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),

@@ -34,13 +34,17 @@ mod bvh;
 mod obj;
 mod photon_map;
 
+mod camera;
 mod captor;
 mod light;
 mod material;
 
 mod scene;
 
+mod patches;
+
 mod estimate;
+mod render;
 mod result;
 mod settings;
 mod shard;
@@ -51,6 +55,7 @@ mod trace;
 mod captor_csv;
 mod chart;
 mod json;
+mod picture;
 mod result_file;
 mod scene_file;
 mod share_file;
@@ -69,12 +74,13 @@ mod odds;
 #[cfg(test)]
 mod spoil;
 
+pub use camera::{Camera, View};
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
-pub use estimate::paths::Unseen;
+pub use estimate::{paths::Unseen, surface::SurfaceLight};
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use join::join;
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
@@ -83,7 +89,12 @@ pub use material::{
     PhongFractions, Scatter, Transport,
 };
 pub use output::{OpenFile, OutputFile};
-pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
+pub use patches::Patches;
+pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
+pub use picture::{BandColours, Exposure, Legend, Picture, Scale};
+pub use render::{
+    Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
+};
 pub use result::{
     Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
     NearestResult, RunResult, Warning,
@@ -97,7 +108,7 @@ pub use scene::{
 pub use scene_file::{LoadedScene, load};
 pub use settings::{Estimator, Settings};
 pub use shard::Shard;
-pub use simulate::{Choice, Control, End, Progress, Simulation, simulate};
+pub use simulate::{Choice, Control, End, Progress, Simulation, light_surfaces, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};
 pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};

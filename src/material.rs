@@ -194,6 +194,27 @@ impl Material {
         }
     }
 
+    /// The ways in which light goes on mirrored, refracted or straight: together with
+    /// [`evaluate`](Self::evaluate) all that is scattered. Each has as factor what it carries per band.
+    pub fn smooth_ways<const N: usize>(
+        &self,
+        encounter: &Encounter,
+        transport: Transport,
+    ) -> [Option<Scatter<N>>; 2] {
+        let mirrored = |factor: Spectrum<N>| {
+            let way = Scatter::specular(encounter.mirrored(), factor, false);
+            [(!factor.is_zero()).then_some(way), None]
+        };
+        match self {
+            Self::Lambert(_) => [None, None],
+            Self::Dielectric(m) => m.ways(encounter, transport),
+            Self::Pane(m) => m.ways(encounter),
+            Self::Leaf(m) => mirrored(Spectrum::ONE.scaled(m.mirrored(encounter))),
+            Self::Phong(m) => mirrored(m.mirrored()),
+            Self::Mirror(m) => mirrored(m.lobe.fraction()),
+        }
+    }
+
     /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
     /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
     pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
@@ -224,6 +245,15 @@ impl Material {
         matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
     }
 
+    /// Whether some light leaves it by other ways than mirrors at the far side.
+    pub fn transmits_diffusely(&self) -> bool {
+        match self {
+            Self::Lambert(_) | Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => false,
+            Self::Leaf(_) => true,
+            Self::Phong(m) => m.transmits(),
+        }
+    }
+
     /// Whether some light leaves it mirrored or refracted.
     pub fn has_mirror(&self) -> bool {
         match self {
@@ -241,6 +271,11 @@ impl Material {
             Self::Phong(m) => m.glossy(),
             _ => 0.0,
         }
+    }
+
+    /// Whether it can be seen through: glass and water.
+    pub fn is_clear(&self) -> bool {
+        matches!(self, Self::Dielectric(_) | Self::Pane(_))
     }
 
     /// Whether it is the interface of a closed solid.
@@ -263,6 +298,11 @@ impl Lambert {
     /// From the reflectance per lane, in [0, 1].
     pub fn new(reflectance: &[f32]) -> Self {
         Self { lobe: Lobe::new(reflectance) }
+    }
+
+    /// Its reflectance per lane.
+    pub fn reflectance(&self) -> impl Iterator<Item = f32> {
+        self.lobe.relative.iter().map(|r| r * self.lobe.largest)
     }
 
     #[inline]

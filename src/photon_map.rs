@@ -37,11 +37,21 @@ pub struct StoredPhoton {
     pub history: u32,
 }
 
+/// How a photon came from its light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Way {
+    /// How often it was scattered in a random direction.
+    pub bounces: u16,
+    /// Whether it was mirrored or refracted, too.
+    pub mirrored: bool,
+}
+
 /// Stored photons, shelf by shelf, with a tree over each large shelf.
 pub struct PhotonMap {
     /// All photons; those of one shelf stand side by side.
     pub photons: Arc<Vec<StoredPhoton>>,
     power: Vec<f32>,
+    ways: Vec<Way>,
     bands: usize,
     /// The histories that these are all arrivals of.
     pub histories: u64,
@@ -81,6 +91,16 @@ impl PhotonMap {
     ///
     /// Unless there are `bands` powers for each arrival, and fewer than 2^32 arrivals.
     pub fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
+        Self::file(arrivals, power, Vec::new(), bands, histories)
+    }
+
+    fn file(
+        arrivals: Vec<Arrival>,
+        power: Vec<f32>,
+        ways: Vec<Way>,
+        bands: usize,
+        histories: u64,
+    ) -> Self {
         assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
         let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
         let mut order: Vec<u32> = (0..count).collect();
@@ -98,8 +118,15 @@ impl PhotonMap {
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
         order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
+        let ways =
+            if ways.is_empty() { ways } else { order.iter().map(|&i| ways[i as usize]).collect() };
         let (photons, shelves) = (Arc::new(photons), Arc::new(shelves));
-        Self { photons, power: sorted, bands, histories, shelves }
+        Self { photons, power: sorted, ways, bands, histories, shelves }
+    }
+
+    /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
+    pub fn power(&self, index: usize) -> &[f32] {
+        &self.power[index * self.bands..][..self.bands]
     }
 
     /// The same map with the powers of each light times these factors, which are per band.
@@ -111,15 +138,32 @@ impl PhotonMap {
         let power = self.photons.iter().zip(self.power.chunks(self.bands)).flat_map(scaled);
         Self {
             photons: self.photons.clone(),
+            ways: self.ways.clone(),
             power: power.collect(),
             shelves: self.shelves.clone(),
             ..*self
         }
     }
 
-    /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
-    pub fn power(&self, index: usize) -> &[f32] {
-        &self.power[index * self.bands..][..self.bands]
+    /// How each photon came, in the order of `photons`; empty in a map that does not keep it.
+    pub fn ways(&self) -> &[Way] {
+        &self.ways
+    }
+
+    /// Where each photon is, in the order of `photons`, m relative to the centre of the scene; those in
+    /// trees to rounding.
+    pub fn positions(&self) -> Vec<Vec3> {
+        let mut positions = vec![Vec3::ZERO; self.photons.len()];
+        for Shelf { range, places } in self.shelves.values() {
+            let positions = &mut positions[range.clone()];
+            match places {
+                Places::List(places) => positions.copy_from_slice(places),
+                Places::Tree(tree) => {
+                    tree.iter().for_each(|(i, p)| positions[i as usize] = turned_back(p));
+                }
+            }
+        }
+        positions
     }
 
     /// How many photons a shelf has.
@@ -168,18 +212,29 @@ impl Places {
                 (0..).zip(places).map(|(i, p)| neighbour(i, p.distance_squared(point))).collect()
             }
         };
-        all.sort_by(|a, b| a.distance2.total_cmp(&b.distance2));
-        all.truncate(k.get());
+        let order = |a: &Neighbour, b: &Neighbour| {
+            a.distance2.total_cmp(&b.distance2).then(a.index.cmp(&b.index))
+        };
+        if k.get() < all.len() {
+            all.select_nth_unstable_by(k.get() - 1, order);
+            all.truncate(k.get());
+        }
+        all.sort_unstable_by(order);
         all
     }
 }
 
 /// Photons lie on walls, and a wall across an axis wastes the splits along it: turn everything
 /// once by a generic rotation.
+const ROTATION: Mat3 = Mat3::from_cols_array(&[
+    -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132, -0.681_633,
+    0.453_596,
+]);
+
 fn turned(p: Vec3) -> [f32; 3] {
-    const ROTATION: Mat3 = Mat3::from_cols_array(&[
-        -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132,
-        -0.681_633, 0.453_596,
-    ]);
     (ROTATION * p).to_array()
+}
+
+fn turned_back(p: [f32; 3]) -> Vec3 {
+    ROTATION.transpose() * Vec3::from(p)
 }

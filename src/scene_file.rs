@@ -28,6 +28,7 @@ pub use format::{Count, SceneFile};
 pub use kept::Kept;
 
 use crate::{
+    camera::View,
     error::{Error, Result, nearest},
     input::{Fetch, RELATIVE, read_bytes},
     json,
@@ -56,6 +57,8 @@ pub struct LoadedScene {
     pub unit: LengthUnit,
     /// How the file asks to run it.
     pub settings: Settings,
+    /// How the file asks to look at it.
+    pub view: Option<View>,
     /// What a user should know before trusting a result.
     pub warnings: Vec<String>,
     /// Materials of the file that no surface has.
@@ -171,9 +174,7 @@ impl<'a> Loader<'a> {
 
     fn load(mut self, file: &SceneFile) -> Result<LoadedScene> {
         let settings = self.settings(&file.settings)?;
-        if let Some(camera) = &file.camera {
-            self.check_camera(camera)?;
-        }
+        let view = file.camera.as_ref().map(|camera| self.view(camera)).transpose()?;
         let spectra = file.materials.len() + file.lights.len();
         if spectra * lanes(self.bands) > MAX_NUMBERS {
             let problem = format!("{} bands for {spectra} materials and lights", self.bands);
@@ -208,6 +209,7 @@ impl<'a> Loader<'a> {
             scene,
             unit: file.unit,
             settings,
+            view,
             warnings: self.warnings,
             unused_materials,
             non_reciprocal_leaves,

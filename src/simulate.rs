@@ -10,6 +10,7 @@ mod mixed;
 mod piece;
 mod plan;
 mod share;
+mod surfaces;
 mod trial;
 mod until;
 
@@ -26,6 +27,7 @@ use crate::{
     error::{Error, Result},
     estimate::paths::{Face, Reflectors, Unseen},
     light::Strata,
+    patches::Patches,
     photon_map::{Arrival, MapBuilder, PhotonMap},
     scene::Scene,
     settings::{Estimator, Settings},
@@ -35,6 +37,7 @@ use crate::{
 
 use plan::Plan;
 pub use share::{Joined, Share, check_shareable, simulate_share};
+pub use surfaces::light_surfaces;
 pub use trial::Choice;
 
 /// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
@@ -120,12 +123,14 @@ pub fn simulate_split(
     part_of: Vec<usize>,
     control: &Control,
 ) -> Result<Simulation> {
-    with_lanes!(scene.lanes(), N => Run::new(scene, settings, part_of, control)?.go::<N>())
+    let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
+    with_lanes!(scene.lanes(), N => run.go::<N>())
 }
 
 struct Run<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
+    keep: Keep<'a>,
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
@@ -133,6 +138,15 @@ struct Run<'a> {
     /// The part that each light is counted in; empty where nothing is split.
     part_of: Vec<usize>,
     done: AtomicU64,
+}
+
+/// Which photons the map keeps.
+#[derive(Clone, Copy)]
+enum Keep<'a> {
+    /// Those on captors, filed by channel.
+    OnCaptors,
+    /// All, filed by smooth piece of surface and face.
+    OnSurfaces(&'a Patches),
 }
 
 /// What one history is.
@@ -148,6 +162,7 @@ impl<'a> Run<'a> {
         scene: &'a Scene,
         settings: &'a Settings,
         part_of: Vec<usize>,
+        keep: Keep<'a>,
         control: &'a Control<'a>,
     ) -> Result<Self> {
         let started = Instant::now();
@@ -173,7 +188,7 @@ impl<'a> Run<'a> {
             Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
         };
         let done = AtomicU64::new(0);
-        Ok(Self { scene, settings, control, pool, started, work, part_of, done })
+        Ok(Self { scene, settings, keep, control, pool, started, work, part_of, done })
     }
 
     fn tally(&self) -> Tally {
@@ -237,11 +252,14 @@ impl<'a> Run<'a> {
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
         let photons = matches!(self.work, Work::Photons(_));
-        let wanted = photons && self.settings.k != Some(0) && !self.scene.captors.is_empty();
+        let asked = match self.keep {
+            Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
+            Keep::OnSurfaces(_) => true,
+        };
         let bands = self.scene.bands.len();
         let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
         let limit = self.settings.map_photons.min(most);
-        wanted.then(|| Mutex::new(MapBuilder::new(limit, bands)))
+        (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
     fn finish<const N: usize>(

@@ -7,10 +7,19 @@ use std::{collections::HashMap, fs, path::Path};
 const FLOORS: [&[&str]; 8] = [
     &["error", "input", "output", "units", "spectrum", "rng", "stats", "geometry", "sampling"],
     &["bvh", "photon_map", "obj"],
-    &["material", "light", "captor"],
-    &["scene"],
-    &["settings", "shard", "trace", "estimate", "tally", "simulate", "result"],
-    &["captor_csv", "json", "scene_file", "sweep_file", "result_file", "share_file", "chart"],
+    &["material", "light", "captor", "camera"],
+    &["scene", "patches"],
+    &["settings", "shard", "trace", "estimate", "tally", "simulate", "render", "result"],
+    &[
+        "captor_csv",
+        "json",
+        "scene_file",
+        "sweep_file",
+        "result_file",
+        "share_file",
+        "chart",
+        "picture",
+    ],
     &["check", "study", "compare", "join", "sweep"],
     &["cli", "lib", "main"],
 ];

@@ -9,6 +9,7 @@
 
 mod choice;
 mod face;
+mod joined;
 mod reflectors;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,9 @@ use crate::{
 };
 use choice::LightChoice;
 pub use face::{Face, PathScore};
+pub use joined::Joined;
+#[cfg(test)]
+pub use joined::radiance;
 pub use reflectors::Reflectors;
 pub use unseen::Unseen;
 
@@ -127,7 +131,7 @@ impl Path<'_, '_> {
             if leg.aimed.is_none() {
                 scene.lights_hit(&leg.ray, t_max, |hit| {
                     let weight = leg.density.map_or(1.0, |density| {
-                        density / (density + self.next_event_density(&leg, &hit))
+                        density / (density + next_event_density(scene, &leg.at, &leg.ray, &hit))
                     });
                     let power = power::<N>(&scene.lights[hit.light].power);
                     radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
@@ -219,17 +223,16 @@ impl Path<'_, '_> {
             },
         }
     }
+}
 
-    /// Density with which [`next_event`](Self::next_event) at the leg's beginning chooses the
-    /// direction of `hit`.
-    fn next_event_density(&self, leg: &Leg, hit: &LightHit) -> f32 {
-        let chance = LightChoice::new(&self.scene.lights, &leg.at).chance(hit.light);
-        let d2 = leg.ray.at(hit.t).distance_squared(leg.at.point);
-        chance * d2 / (hit.shine.area * hit.cos)
-    }
+/// Density with which [`Path::next_event`] at `at` chooses the direction of `hit`.
+fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
+    let chance = LightChoice::new(&scene.lights, at).chance(hit.light);
+    let d2 = ray.at(hit.t).distance_squared(at.point);
+    chance * d2 / (hit.shine.area * hit.cos)
 }
 
 /// A light's power in lanes.
-fn power<const N: usize>(power: &[f64]) -> Spectrum<N> {
+pub fn power<const N: usize>(power: &[f64]) -> Spectrum<N> {
     Spectrum(std::array::from_fn(|b| power.get(b).map_or(0.0, |p| *p as f32)))
 }

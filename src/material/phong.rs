@@ -55,6 +55,16 @@ impl Phong {
         if self.exponent.is_some() { self.specular.largest } else { 0.0 }
     }
 
+    /// Fraction per band that is mirrored.
+    pub(super) fn mirrored<const N: usize>(&self) -> Spectrum<N> {
+        if self.has_mirror() { self.specular.fraction() } else { Spectrum::ZERO }
+    }
+
+    /// Whether some light crosses it.
+    pub(super) fn transmits(&self) -> bool {
+        self.transmitted.largest > 0.0
+    }
+
     fn fractions(&self) -> [f32; 3] {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::{Arrival, PackedDirection, PhotonMap, StoredPhoton};
+use super::{Arrival, PackedDirection, PhotonMap, StoredPhoton, Way};
 
 /// Order of a piece of histories in a run: round, piece within the block, block. Every block
 /// has its first piece before any has its second.
@@ -18,6 +18,7 @@ const WORDS: usize = 8;
 pub struct Piece {
     arrivals: Vec<Arrival>,
     power: Vec<f32>,
+    ways: Vec<Way>,
 }
 
 impl Piece {
@@ -64,6 +65,12 @@ impl Piece {
             self.arrivals.push(arrival);
             self.power.extend(power);
         }
+    }
+
+    /// Stores how the arrival that was just stored has come.
+    #[inline]
+    pub fn came(&mut self, way: Way) {
+        self.ways.resize(self.arrivals.len(), way);
     }
 }
 
@@ -127,6 +134,7 @@ impl MapBuilder {
     pub fn build(self, all: u64, histories: impl Fn(PieceKey) -> u64) -> PhotonMap {
         let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
         let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
+        let mut ways = Vec::new();
         let mut count = self.end.map_or(all, &histories);
         let mut first = 0;
         for (key, mut piece) in self.pieces {
@@ -137,6 +145,7 @@ impl MapBuilder {
                 let whole = piece.arrivals.partition_point(|a| a.photon.history < history);
                 piece.arrivals.truncate(whole);
                 piece.power.truncate(whole * self.bands);
+                piece.ways.truncate(whole);
                 count = histories(key) + u64::from(history);
             }
             let same = |a: &Arrival, b: &Arrival| a.photon.history == b.photon.history;
@@ -146,7 +155,8 @@ impl MapBuilder {
             }
             arrivals.append(&mut piece.arrivals);
             power.append(&mut piece.power);
+            ways.append(&mut piece.ways);
         }
-        PhotonMap::new(arrivals, power, self.bands, count)
+        PhotonMap::file(arrivals, power, ways, self.bands, count)
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Band, BandSum, Count, Loader, Result, format::*, unknown};
 use crate::{
-    geometry::unit_vector,
+    camera::View,
     json,
     settings::{Checked, Settings},
     spectrum::MAX_BANDS,
@@ -112,25 +112,26 @@ impl Loader<'_> {
         })
     }
 
-    pub(super) fn check_camera(&self, camera: &CameraFile) -> Result<()> {
-        let look = unit_vector(DVec3::from(camera.look_at) - DVec3::from(camera.position));
-        let up = unit_vector(camera.up.unwrap_or([0.0, 0.0, 1.0]).into());
-        if look.zip(up).is_none_or(|(look, up)| look.cross(up).length() < 1e-9) {
-            return Err(self
-                .error("/camera", "`look_at` is the position itself, or straight along `up`")
-                .remedy("move one of them"));
-        }
-        if let Some(fov) = camera.fov_deg
-            && !(fov > 0.0 && fov < 180.0)
-        {
-            let problem = format!("{fov}, must be between 0 and 180");
-            return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
-        }
-        for (key, count) in [("width", camera.width), ("height", camera.height)] {
-            if let Some(count) = count {
-                self.in_range(&format!("/camera/{key}"), count.0 as f64, 1.0, 65_536.0)?;
-            }
-        }
-        Ok(())
+    pub(super) fn view(&self, camera: &CameraFile) -> Result<View> {
+        let point = |p: [f64; 3]| DVec3::from(p) * self.metres;
+        let pixels = |key: &str, count: Option<Count>, usual: usize| {
+            let Some(count) = count else { return Ok(usual) };
+            let most = View::MOST_PIXELS as f64;
+            self.in_range(&format!("/camera/{key}"), count.0 as f64, 1.0, most)?;
+            Ok(count.0 as usize)
+        };
+        let view = View {
+            position: point(camera.position),
+            look_at: point(camera.look_at),
+            up: camera.up.map_or(DVec3::Z, DVec3::from),
+            fov_deg: camera.fov_deg.unwrap_or(View::FOV_DEG),
+            width: pixels("width", camera.width, View::SIZE.0)?,
+            height: pixels("height", camera.height, View::SIZE.1)?,
+        };
+        view.check_directions()
+            .map_err(|why| self.error("/camera", why).remedy("move one of them"))?;
+        View::check_fov(view.fov_deg)
+            .map_err(|why| self.error("/camera/fov_deg", why).remedy("45 is usual"))?;
+        Ok(view)
     }
 }

@@ -2,11 +2,12 @@
 
 use std::sync::{Mutex, atomic::Ordering};
 
-use super::{BLOCKS, Run, Work, lock, plan::Plan};
+use super::{BLOCKS, Keep, Run, Work, lock, plan::Plan};
 use crate::{
     estimate::paths::{Face, Reflectors},
     light::{Emission, Strata},
-    photon_map::{Arrival, MapBuilder, PackedDirection, Piece, PieceKey, StoredPhoton},
+    material::Onward,
+    photon_map::{Arrival, MapBuilder, PackedDirection, Piece, PieceKey, StoredPhoton, Way},
     rng::{Sequence, Stream},
     scene::Scene,
     spectrum::Spectrum,
@@ -93,14 +94,21 @@ impl Run<'_> {
                 strata.emit::<N>(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
             let part = self.part_of.get(light).copied();
             tally.emitted(part, weights);
+            let mut way = Way::default();
             trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
                 tally.score(self.scene, part, weights, &event);
                 let Some(piece) = &mut stored else { return };
-                if let Some((mut arrival, power)) = arrival(self.scene, &event) {
+                if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
                     arrival.photon.light = light as u32;
                     arrival.photon.history = index as u32;
                     let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
                     piece.push(limit, arrival, power);
+                    if let Keep::OnSurfaces(_) = self.keep {
+                        piece.came(way);
+                    }
+                }
+                if let Event::Arrival { onward, .. } = event {
+                    way = way.then(onward);
                 }
             });
         }
@@ -110,22 +118,45 @@ impl Run<'_> {
     }
 }
 
-/// The arrival to store of an event on a captor, and its power.
-#[inline]
-fn arrival<'e, const N: usize>(
-    scene: &'e Scene,
-    event: &'e Event<'_, N>,
-) -> Option<(Arrival, &'e Spectrum<N>)> {
-    let counted = event.counted(scene)?;
-    let (position, direction, triangle) = match event {
-        Event::Crossing { crossing, direction, .. } => {
-            (crossing.point, *direction, crossing.triangle)
+impl Way {
+    /// After one more surface.
+    #[inline]
+    fn then(self, onward: Option<Onward>) -> Self {
+        match onward {
+            Some(Onward::Diffuse) => Self { bounces: self.bounces.saturating_add(1), ..self },
+            Some(Onward::Specular) => Self { mirrored: true, ..self },
+            Some(Onward::Straight) | None => self,
         }
-        Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
-        Event::Escaped(_) | Event::Lost(_) => return None,
-    };
-    let direction = PackedDirection::new(direction);
-    let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
-    let arrival = Arrival { position, shelf: counted.channel() as u32, photon };
-    Some((arrival, counted.power))
+    }
+}
+
+impl Keep<'_> {
+    /// The arrival to store of an event, and its power.
+    #[inline]
+    fn arrival<'e, const N: usize>(
+        self,
+        scene: &'e Scene,
+        event: &'e Event<'_, N>,
+    ) -> Option<(Arrival, &'e Spectrum<N>)> {
+        let (position, direction, triangle) = match event {
+            Event::Crossing { crossing, direction, .. } => {
+                (crossing.point, *direction, crossing.triangle)
+            }
+            Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
+            Event::Escaped(_) | Event::Lost(_) => return None,
+        };
+        let (shelf, power) = match (self, event) {
+            (Keep::OnCaptors, _) => {
+                let counted = event.counted(scene)?;
+                (counted.channel() as u32, counted.power)
+            }
+            (Keep::OnSurfaces(patches), Event::Arrival { encounter, power, .. }) => {
+                (patches.shelf(triangle, encounter.front), power)
+            }
+            (Keep::OnSurfaces(_), _) => return None,
+        };
+        let direction = PackedDirection::new(direction);
+        let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
+        Some((Arrival { position, shelf, photon }, power))
+    }
 }

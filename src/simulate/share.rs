@@ -6,7 +6,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use super::{Control, End, Run, Simulation, part_of, parts, plan::Plan};
+use super::{Control, End, Keep, Run, Simulation, part_of, parts, plan::Plan};
 use crate::{
     captor::CaptorKind,
     error::{Error, Result},
@@ -60,7 +60,7 @@ pub fn simulate_share(
     control: &Control,
 ) -> Result<Share> {
     check_shareable(settings)?;
-    let run = Run::new(scene, settings, part_of(scene, settings), control)?;
+    let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
     with_lanes!(scene.lanes(), N => run.share::<N>(shard))
 }
 
@@ -109,7 +109,7 @@ impl<'a> Joined<'a> {
     /// Nothing yet, of the run of `scene` with these settings.
     pub fn new(scene: &'a Scene, settings: &'a Settings, control: &'a Control<'a>) -> Result<Self> {
         check_shareable(settings)?;
-        let run = Run::new(scene, settings, part_of(scene, settings), control)?;
+        let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
         let (plan, totals, tally) = (run.share_plan()?, run.totals(), run.tally());
         let map = run.map_builder();
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
