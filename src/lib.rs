@@ -4,7 +4,8 @@
 //! Light leaves a lamp ([`Light`]), photons travel ([`simulate`]), those that meet a captor are
 //! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). Or paths go back from
 //! the captors to the lights ([`Estimator`]). A scene comes from a file ([`load`]) or from parts made
-//! in memory ([`Scene::new`]).
+//! in memory ([`Scene::new`]). For pictures photons are stored on all surfaces ([`light_surfaces`]), and
+//! seen through a camera ([`render()`]).
 //!
 //! ```no_run
 //! use std::{path::Path, sync::atomic::AtomicBool};
