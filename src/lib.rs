@@ -20,6 +20,7 @@
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
 
+mod colour_map;
 mod error;
 mod geometry;
 mod input;
@@ -69,6 +70,7 @@ mod spoil;
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
+pub use colour_map::{ColourRange, colour};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::paths::Unseen;

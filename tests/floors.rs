@@ -5,7 +5,18 @@ use std::{collections::HashMap, fs, path::Path};
 
 /// Every file of the library (a folder counts as the file of its name), floor by floor.
 const FLOORS: [&[&str]; 8] = [
-    &["error", "input", "output", "units", "spectrum", "rng", "stats", "geometry", "sampling"],
+    &[
+        "error",
+        "input",
+        "output",
+        "units",
+        "colour_map",
+        "spectrum",
+        "rng",
+        "stats",
+        "geometry",
+        "sampling",
+    ],
     &["bvh", "photon_map", "obj"],
     &["material", "light", "captor"],
     &["scene"],
