@@ -54,9 +54,11 @@ pub struct NamedMaterial {
     pub material: Material,
 }
 
-/// Triangles of one material, and of one captor if they count.
+/// Triangles of one object and material, and of one captor if they count.
 #[derive(Clone, Debug)]
 pub struct SurfacePart {
+    /// Index of the object that it is part of, if it has a name.
+    pub object: Option<usize>,
     /// Index of the material.
     pub material: usize,
     /// Index of the surface captor.
@@ -102,6 +104,8 @@ pub struct SceneParts {
     pub sums: Vec<BandSum>,
     /// The materials.
     pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
     /// The surfaces.
     pub surfaces: Vec<SurfacePart>,
     /// The lights, at least one.
@@ -147,6 +151,8 @@ pub struct Scene {
     pub sums: Vec<BandSum>,
     /// The materials.
     pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
     /// The lights.
     pub lights: Vec<Light>,
     /// The captors.
@@ -162,6 +168,8 @@ pub struct Scene {
     /// Triangles of all virtual captors, where the user put them.
     pub captor_triangles: Vec<Triangle>,
     surfaces: Vec<Surface>,
+    /// The object of each part, and the first triangle of it.
+    object_parts: Vec<(usize, Option<usize>)>,
     captor_of_triangle: Vec<u32>,
     surface_bvh: Bvh,
     captor_bvh: Bvh,
@@ -248,6 +256,7 @@ impl Scene {
         surface_parts.sort_by_key(|part| part.captor);
         let mut triangles = Vec::new();
         let mut surfaces = Vec::new();
+        let mut object_parts = Vec::with_capacity(surface_parts.len());
         let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
             parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
         for part in &surface_parts {
@@ -258,6 +267,7 @@ impl Scene {
                 }
                 corners.extend_from_slice(&part.triangles);
             }
+            object_parts.push((triangles.len(), part.object));
             for corners in &part.triangles {
                 let triangle = local(corners);
                 surfaces.push(Surface {
@@ -315,6 +325,7 @@ impl Scene {
             bands: parts.bands,
             sums: parts.sums,
             materials: parts.materials,
+            objects: parts.objects,
             lights,
             captors,
             groups: parts.groups,
@@ -324,6 +335,7 @@ impl Scene {
             captor_bvh: Bvh::build(&captor_triangles),
             captor_triangles,
             surfaces,
+            object_parts,
             captor_of_triangle,
             surface_bvh,
             in_surface: Vec::new(),
@@ -349,6 +361,12 @@ impl Scene {
     #[inline]
     pub fn surface(&self, triangle: usize) -> &Surface {
         &self.surfaces[triangle]
+    }
+
+    /// Index of the object that a triangle of a surface is part of, if it has a name.
+    pub fn object(&self, triangle: usize) -> Option<usize> {
+        let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
+        self.object_parts[..after].last()?.1
     }
 
     /// The material of a triangle.
