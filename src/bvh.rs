@@ -101,6 +101,12 @@ impl Bvh {
         });
     }
 
+    /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
+    /// of those in boxes that do.
+    pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
+        self.walk_ball(center, radius, |place| visit(self.indices[place]));
+    }
+
     /// Calls `visit` for hits with 0 < t <= limit, where the limit is `t_max` at first and then
     /// what `visit` returned last; a negative one ends the walk.
     #[inline(always)]

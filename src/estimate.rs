@@ -1,4 +1,5 @@
-//! Estimates at captors from what a run has collected.
+//! Estimates at captors and on surfaces from what a run has collected.
 
 pub mod nearest;
 pub mod paths;
+pub mod surface;

@@ -41,6 +41,8 @@ mod material;
 
 mod scene;
 
+mod patches;
+
 mod estimate;
 mod result;
 mod settings;
@@ -73,7 +75,7 @@ pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
 pub use colour_map::{ColourRange, colour};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
-pub use estimate::paths::Unseen;
+pub use estimate::{paths::Unseen, surface::SurfaceLight};
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
@@ -81,6 +83,7 @@ pub use material::{
     PhongFractions, Scatter, Transport,
 };
 pub use output::{OpenFile, OutputFile};
+pub use patches::Patches;
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
@@ -93,7 +96,7 @@ pub use scene::{
 };
 pub use scene_file::{LoadedScene, load};
 pub use settings::{Estimator, Settings};
-pub use simulate::{Choice, Control, End, Progress, Simulation, simulate};
+pub use simulate::{Choice, Control, End, Progress, Simulation, light_surfaces, simulate};
 pub use spectrum::Spectrum;
 pub use stats::{Estimate, Running};
 pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};

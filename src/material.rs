@@ -224,6 +224,15 @@ impl Material {
         matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
     }
 
+    /// Whether some light leaves it by other ways than mirrors at the far side.
+    pub fn transmits_diffusely(&self) -> bool {
+        match self {
+            Self::Lambert(_) | Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => false,
+            Self::Leaf(_) => true,
+            Self::Phong(m) => m.transmits(),
+        }
+    }
+
     /// Whether some light leaves it mirrored or refracted.
     pub fn has_mirror(&self) -> bool {
         match self {
@@ -254,6 +263,11 @@ impl Lambert {
     /// From the reflectance per lane, in [0, 1].
     pub fn new(reflectance: &[f32]) -> Self {
         Self { lobe: Lobe::new(reflectance) }
+    }
+
+    /// Its reflectance per lane.
+    pub fn reflectance(&self) -> impl Iterator<Item = f32> {
+        self.lobe.relative.iter().map(|r| r * self.lobe.largest)
     }
 
     #[inline]

@@ -63,6 +63,7 @@ impl Piece {
 pub struct MapBuilder {
     limit: usize,
     bands: usize,
+    bounces: bool,
     pieces: BTreeMap<PieceKey, Piece>,
     stored: usize,
     /// The first piece that no longer fits.
@@ -72,7 +73,13 @@ pub struct MapBuilder {
 impl MapBuilder {
     /// For at most `limit` arrivals of `bands` bands.
     pub fn new(limit: usize, bands: usize) -> Self {
-        Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
+        Self { limit, bands, bounces: false, pieces: BTreeMap::new(), stored: 0, end: None }
+    }
+
+    /// The same, for a map that keeps each photon's bounces: where every arrival is stored, it has as
+    /// many behind it as arrivals of its history come before.
+    pub fn with_bounces(self) -> Self {
+        Self { bounces: true, ..self }
     }
 
     /// The most arrivals that are kept.
@@ -107,6 +114,7 @@ impl MapBuilder {
     pub fn build(self, all: u64, histories: impl Fn(PieceKey) -> u64) -> PhotonMap {
         let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
         let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
+        let mut bounces = Vec::new();
         let mut count = self.end.map_or(all, &histories);
         let mut first = 0;
         for (key, mut piece) in self.pieces {
@@ -123,11 +131,15 @@ impl MapBuilder {
             for history in piece.arrivals.chunk_by_mut(same) {
                 history.iter_mut().for_each(|arrival| arrival.photon.history = first);
                 first += 1;
+                if self.bounces {
+                    bounces
+                        .extend((0..history.len()).map(|n| u16::try_from(n).unwrap_or(u16::MAX)));
+                }
             }
             arrivals.append(&mut piece.arrivals);
             power.append(&mut piece.power);
         }
-        PhotonMap::new(arrivals, power, self.bands, count)
+        PhotonMap::file(arrivals, power, bounces, self.bands, count)
     }
 }
 
@@ -136,6 +148,7 @@ pub struct PhotonMap {
     /// All photons; those of one shelf stand side by side.
     pub photons: Vec<StoredPhoton>,
     power: Vec<f32>,
+    bounces: Vec<u16>,
     bands: usize,
     /// The histories that these are all arrivals of.
     pub histories: u64,
@@ -175,6 +188,16 @@ impl PhotonMap {
     ///
     /// Unless there are `bands` powers for each arrival, and fewer than 2^32 arrivals.
     pub fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
+        Self::file(arrivals, power, Vec::new(), bands, histories)
+    }
+
+    fn file(
+        arrivals: Vec<Arrival>,
+        power: Vec<f32>,
+        bounces: Vec<u16>,
+        bands: usize,
+        histories: u64,
+    ) -> Self {
         assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
         let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
         let mut order: Vec<u32> = (0..count).collect();
@@ -192,12 +215,39 @@ impl PhotonMap {
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
         order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
-        Self { photons, power: sorted, bands, histories, shelves }
+        let bounces = if bounces.is_empty() {
+            bounces
+        } else {
+            order.iter().map(|&i| bounces[i as usize]).collect()
+        };
+        Self { photons, power: sorted, bounces, bands, histories, shelves }
     }
 
     /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
     pub fn power(&self, index: usize) -> &[f32] {
         &self.power[index * self.bands..][..self.bands]
+    }
+
+    /// How many surfaces each photon has met before, in the order of `photons`; empty in a map that
+    /// does not keep it.
+    pub fn bounces(&self) -> &[u16] {
+        &self.bounces
+    }
+
+    /// Where each photon is, in the order of `photons`, m relative to the centre of the scene; those in
+    /// trees to rounding.
+    pub fn positions(&self) -> Vec<Vec3> {
+        let mut positions = vec![Vec3::ZERO; self.photons.len()];
+        for Shelf { range, places } in self.shelves.values() {
+            let positions = &mut positions[range.clone()];
+            match places {
+                Places::List(places) => positions.copy_from_slice(places),
+                Places::Tree(tree) => {
+                    tree.iter().for_each(|(i, p)| positions[i as usize] = turned_back(p));
+                }
+            }
+        }
+        positions
     }
 
     /// How many photons a shelf has.
@@ -246,18 +296,29 @@ impl Places {
                 (0..).zip(places).map(|(i, p)| neighbour(i, p.distance_squared(point))).collect()
             }
         };
-        all.sort_by(|a, b| a.distance2.total_cmp(&b.distance2));
-        all.truncate(k.get());
+        let order = |a: &Neighbour, b: &Neighbour| {
+            a.distance2.total_cmp(&b.distance2).then(a.index.cmp(&b.index))
+        };
+        if k.get() < all.len() {
+            all.select_nth_unstable_by(k.get() - 1, order);
+            all.truncate(k.get());
+        }
+        all.sort_unstable_by(order);
         all
     }
 }
 
 /// Photons lie on walls, and a wall across an axis wastes the splits along it: turn everything
 /// once by a generic rotation.
+const ROTATION: Mat3 = Mat3::from_cols_array(&[
+    -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132, -0.681_633,
+    0.453_596,
+]);
+
 fn turned(p: Vec3) -> [f32; 3] {
-    const ROTATION: Mat3 = Mat3::from_cols_array(&[
-        -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132,
-        -0.681_633, 0.453_596,
-    ]);
     (ROTATION * p).to_array()
+}
+
+fn turned_back(p: [f32; 3]) -> Vec3 {
+    ROTATION.transpose() * Vec3::from(p)
 }

@@ -435,6 +435,11 @@ impl Scene {
         });
     }
 
+    /// Visits every triangle of a surface that may reach into the ball of `radius`, m, around `center`.
+    pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
+        self.surface_bvh.near(center, radius, |triangle| visit(triangle as usize));
+    }
+
     /// Another triangle of a surface that lies in the plane of this one, over its middle.
     pub fn coincident(&self, triangle: usize) -> Option<usize> {
         let shape = &self.triangles[triangle];

@@ -5,6 +5,7 @@
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
 mod plan;
+mod surfaces;
 mod trial;
 mod until;
 
@@ -21,6 +22,7 @@ use crate::{
     error::{Error, Result},
     estimate::paths::{Face, Unseen},
     light::{Emission, Strata},
+    patches::Patches,
     photon_map::{Arrival, MapBuilder, PackedDirection, PhotonMap, Piece, PieceKey, StoredPhoton},
     rng::{Sequence, Stream},
     scene::Scene,
@@ -31,6 +33,7 @@ use crate::{
 };
 
 use plan::Plan;
+pub use surfaces::light_surfaces;
 pub use trial::Choice;
 
 /// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
@@ -105,17 +108,28 @@ pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result
         let simulation = simulate(scene, &settings, control)?;
         return Ok(Simulation { choice: Some(choice), ..simulation });
     }
-    with_lanes!(scene.lanes(), N => Run::new(scene, settings, control)?.go::<N>())
+    let run = Run::new(scene, settings, Keep::OnCaptors, control)?;
+    with_lanes!(scene.lanes(), N => run.go::<N>())
 }
 
 struct Run<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
+    keep: Keep<'a>,
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
     work: Work<'a>,
     done: AtomicU64,
+}
+
+/// Which photons the map keeps.
+#[derive(Clone, Copy)]
+enum Keep<'a> {
+    /// Those on captors, filed by channel.
+    OnCaptors,
+    /// All, filed by smooth piece of surface and face.
+    OnSurfaces(&'a Patches),
 }
 
 /// What one history is.
@@ -127,7 +141,12 @@ enum Work<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(scene: &'a Scene, settings: &'a Settings, control: &'a Control<'a>) -> Result<Self> {
+    fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        keep: Keep<'a>,
+        control: &'a Control<'a>,
+    ) -> Result<Self> {
         let started = Instant::now();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(settings.threads)
@@ -147,7 +166,7 @@ impl<'a> Run<'a> {
             Estimator::Paths => Work::Paths(faces(scene)),
         };
         let done = AtomicU64::new(0);
-        Ok(Self { scene, settings, control, pool, started, work, done })
+        Ok(Self { scene, settings, keep, control, pool, started, work, done })
     }
 
     /// Histories of a piece of the usual length.
@@ -313,7 +332,7 @@ impl<'a> Run<'a> {
             trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
                 tally.score(self.scene, weights, &event);
                 let Some(piece) = &mut stored else { return };
-                if let Some((mut arrival, power)) = arrival(self.scene, &event) {
+                if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
                     arrival.photon.light = light as u32;
                     arrival.photon.history = index as u32;
                     let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
@@ -328,11 +347,19 @@ impl<'a> Run<'a> {
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
         let photons = matches!(self.work, Work::Photons(_));
-        let wanted = photons && self.settings.k != Some(0) && !self.scene.captors.is_empty();
+        let asked = match self.keep {
+            Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
+            Keep::OnSurfaces(_) => true,
+        };
         let bands = self.scene.bands.len();
         let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
         let limit = self.settings.map_photons.min(most);
-        wanted.then(|| Mutex::new(MapBuilder::new(limit, bands)))
+        let builder = MapBuilder::new(limit, bands);
+        let builder = match self.keep {
+            Keep::OnCaptors => builder,
+            Keep::OnSurfaces(_) => builder.with_bounces(),
+        };
+        (photons && asked).then(|| Mutex::new(builder))
     }
 
     fn finish<const N: usize>(
@@ -418,22 +445,33 @@ fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The arrival to store of an event on a captor, and its power.
-#[inline]
-fn arrival<'e, const N: usize>(
-    scene: &'e Scene,
-    event: &'e Event<'_, N>,
-) -> Option<(Arrival, &'e Spectrum<N>)> {
-    let counted = event.counted(scene)?;
-    let (position, direction, triangle) = match event {
-        Event::Crossing { crossing, direction, .. } => {
-            (crossing.point, *direction, crossing.triangle)
-        }
-        Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
-        Event::Escaped(_) | Event::Lost(_) => return None,
-    };
-    let direction = PackedDirection::new(direction);
-    let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
-    let arrival = Arrival { position, shelf: counted.channel() as u32, photon };
-    Some((arrival, counted.power))
+impl Keep<'_> {
+    /// The arrival to store of an event, and its power.
+    #[inline]
+    fn arrival<'e, const N: usize>(
+        self,
+        scene: &'e Scene,
+        event: &'e Event<'_, N>,
+    ) -> Option<(Arrival, &'e Spectrum<N>)> {
+        let (position, direction, triangle) = match event {
+            Event::Crossing { crossing, direction, .. } => {
+                (crossing.point, *direction, crossing.triangle)
+            }
+            Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
+            Event::Escaped(_) | Event::Lost(_) => return None,
+        };
+        let (shelf, power) = match (self, event) {
+            (Keep::OnCaptors, _) => {
+                let counted = event.counted(scene)?;
+                (counted.channel() as u32, counted.power)
+            }
+            (Keep::OnSurfaces(patches), Event::Arrival { encounter, power, .. }) => {
+                (patches.shelf(triangle, encounter.front), power)
+            }
+            (Keep::OnSurfaces(_), _) => return None,
+        };
+        let direction = PackedDirection::new(direction);
+        let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
+        Some((Arrival { position, shelf, photon }, power))
+    }
 }

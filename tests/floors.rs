@@ -19,7 +19,7 @@ const FLOORS: [&[&str]; 8] = [
     ],
     &["bvh", "photon_map", "obj"],
     &["material", "light", "captor"],
-    &["scene"],
+    &["scene", "patches"],
     &["settings", "trace", "estimate", "tally", "simulate", "result"],
     &["captor_csv", "json", "scene_file", "sweep_file", "result_file", "chart"],
     &["check", "study", "compare", "sweep"],

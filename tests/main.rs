@@ -17,6 +17,7 @@ mod output;
 mod paths;
 mod stability;
 mod study;
+mod surfaces;
 mod sweep;
 mod truths;
 mod world;

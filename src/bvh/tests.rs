@@ -434,3 +434,23 @@ fn any_number_of_threads_builds_the_same() {
     let one = build(1);
     assert!(one == build(2) && one == build(5));
 }
+
+/// Every triangle with some area in a ball is visited, and few others: 200 triangles, 500 balls.
+#[test]
+fn near_finds_all_in_a_ball() {
+    let mut random = Random::new(7);
+    let triangles = random.soup(200, 0.2);
+    let bvh = Bvh::build(&triangles);
+    let mut visits = 0;
+    for ball in 0..500 {
+        let (center, radius) = (random.cube(), 0.001 * ball as f32);
+        let mut found = Vec::new();
+        bvh.near(center, radius, |triangle| found.push(triangle as usize));
+        visits += found.len();
+        for (i, triangle) in triangles.iter().enumerate() {
+            let inside = triangle.area_in_ball(center, radius) > 0.0;
+            assert!(!inside || found.contains(&i), "{i} within {radius} of {center}");
+        }
+    }
+    assert!((500..50_000).contains(&visits), "{visits} of 100000 visits");
+}

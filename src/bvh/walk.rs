@@ -87,7 +87,45 @@ impl Waiting {
     }
 }
 
+impl Node {
+    /// Which children's boxes reach into a ball, as a bit mask; rounding may add one that touches it.
+    #[inline(always)]
+    fn touched(&self, center: Vec3, radius: f32) -> u32 {
+        let mut distance2 = [0.0; 8];
+        for axis in 0..3 {
+            let [min, max] = &self.planes[axis];
+            for i in 0..8 {
+                let outside = (min[i] - center[axis]).max(center[axis] - max[i]).max(0.0);
+                distance2[i] += outside * outside;
+            }
+        }
+        let reach2 = radius * radius * (1.0 + 1e-5);
+        (0..8).map(|i| u32::from(distance2[i] <= reach2) << i).sum()
+    }
+}
+
 impl Bvh {
+    /// Calls `visit` with the place of each triangle in boxes that reach into a ball.
+    pub(super) fn walk_ball(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut waiting = Vec::with_capacity(self.stack_size + 8);
+        waiting.push(Child::inner(0));
+        while let Some(child) = waiting.pop() {
+            if child.is_leaf() {
+                child.triangles().for_each(&mut visit);
+                continue;
+            }
+            let node = &self.nodes[child.0 as usize];
+            let mut mask = node.touched(center, radius);
+            while mask != 0 {
+                waiting.push(node.children[mask.trailing_zeros() as usize & 7]);
+                mask &= mask - 1;
+            }
+        }
+    }
+
     /// See [`Bvh::walk`]; `enter` is the box test.
     #[inline(always)]
     pub(super) fn walk_with(

@@ -50,6 +50,11 @@ impl Phong {
         self.exponent.is_none() && self.specular.largest > 0.0
     }
 
+    /// Whether some light crosses it.
+    pub(super) fn transmits(&self) -> bool {
+        self.transmitted.largest > 0.0
+    }
+
     fn fractions(&self) -> [f32; 3] {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }

@@ -3,7 +3,7 @@
 //! Cost is counted as work, never by the clock: rays x relative variance, which is the number of
 //! rays for a relative standard error of 1, and falls as 1 / error^2.
 
-use super::{BLOCKS, Control, Run, faces};
+use super::{BLOCKS, Control, Keep, Run, faces};
 use crate::{
     error::Result,
     estimate::paths::{Face, Unseen},
@@ -56,7 +56,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
         return Ok(Choice { estimator: Estimator::Photons, why });
     }
     let settings = Settings { estimator: Estimator::Photons, max_time: None, ..settings.clone() };
-    let run = Run::new(scene, &settings, control)?;
+    let run = Run::new(scene, &settings, Keep::OnCaptors, control)?;
     // one photon of each light in each block, then twice as many, ...
     let mut histories = BLOCKS * scene.lights.len() as u64;
     let totals = loop {
