@@ -3,11 +3,14 @@
 mod chart;
 mod check;
 mod compare;
+mod exhibit;
+mod export;
 mod interrupt;
 mod run;
 mod schema;
 mod summary;
 mod sweep;
+mod view;
 
 use std::{
     io::{self, Write},
@@ -40,6 +43,10 @@ enum Command {
     Chart(chart::Arguments),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
+    /// Write a page that shows the scene and its light in a browser
+    View(view::Arguments),
+    /// Write surfaces, captors and their light, or photons, for ParaView, Blender and others
+    Export(export::Arguments),
     /// Run a scene with many values of some of its numbers, and tabulate what was found
     Sweep(sweep::Arguments),
     /// Join the folders of a sweep that ran in shards
@@ -59,6 +66,8 @@ pub fn main() -> ExitCode {
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),

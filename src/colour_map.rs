@@ -45,7 +45,7 @@ impl ColourRange {
         let high = match values.is_empty() {
             true => 1.0,
             false => {
-                let at = (SHOWN * last as f64).ceil() as usize;
+                let at = (SHOWN * last as f64) as usize;
                 *values.select_nth_unstable_by(at, f64::total_cmp).1
             }
         };

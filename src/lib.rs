@@ -42,6 +42,7 @@ mod material;
 mod scene;
 
 mod patches;
+mod tiles;
 
 mod estimate;
 mod result;
@@ -52,13 +53,19 @@ mod trace;
 
 mod captor_csv;
 mod chart;
+mod exhibit;
+mod glb;
 mod json;
+mod ply;
 mod result_file;
 mod scene_file;
 mod sweep_file;
+mod view;
+mod vtk;
 
 mod check;
 mod compare;
+mod export;
 mod study;
 mod sweep;
 

@@ -243,6 +243,11 @@ impl Material {
         }
     }
 
+    /// Whether it is seen through.
+    pub fn is_clear(&self) -> bool {
+        matches!(self, Self::Dielectric(_) | Self::Pane(_))
+    }
+
     /// Whether it is the interface of a closed solid.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Dielectric(_))

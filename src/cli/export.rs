@@ -1,0 +1,70 @@
+//! `phylux export`
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::exhibit::{self, Source};
+use crate::{
+    error::{Error, Result},
+    exhibit::Exhibit,
+    export::{Colours, Format, check_export, write_export},
+    settings::Checked,
+};
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    source: Source,
+    /// File to write; its ending says what: .vtp, .vtu (all values, for ParaView), .glb (coloured by
+    /// one value, for Blender and browsers), .ply (photons)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Colours of a .glb show [default: irradiance]
+    #[arg(long, value_enum)]
+    quantity: Option<Quantity>,
+    /// Band or sum over bands of a .glb [default: the first sum, or the first band]
+    #[arg(long, value_name = "NAME")]
+    band: Option<String>,
+    /// Values of the first and the last colour of a .glb [default: 0 to what 99 % are below]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_hyphen_values = true)]
+    range: Option<(f64, f64)>,
+    /// Colours of a .glb by the logarithm
+    #[arg(long)]
+    log: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Quantity {
+    /// What arrives at each face
+    Irradiance,
+    /// What surfaces absorb, per area
+    Absorbed,
+}
+
+fn range(text: &str) -> Checked<(f64, f64)> {
+    let ends = text
+        .split_once(':')
+        .and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
+    ends.ok_or_else(|| "must be two numbers, as 0:50".into())
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let format = Format::of(&arguments.output)?;
+    let colours = Colours {
+        absorbed: arguments.quantity.map(|quantity| quantity == Quantity::Absorbed),
+        band: arguments.band.clone(),
+        range: arguments.range,
+        log: arguments.log,
+    };
+    colours.check(format)?;
+    let photons = format == Format::Ply;
+    if photons && !arguments.source.traces() {
+        return Err(Error::input("--no-trace", "a .ply holds photons, and none would be traced")
+            .remedy("leave it out"));
+    }
+    let check = |exhibit: &Exhibit| check_export(exhibit, format, &colours);
+    exhibit::write(&arguments.source, &arguments.output, photons, &check, |exhibit, writer| {
+        write_export(exhibit, format, &colours, writer)
+    })
+}
