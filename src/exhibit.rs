@@ -45,7 +45,7 @@ pub enum ExhibitPlan {
     /// The captors' results are these.
     Results {
         /// Of this scene.
-        results: ResultsFile,
+        results: Box<ResultsFile>,
         /// Whether photons are traced where some surface is no captor.
         trace: bool,
     },
@@ -55,7 +55,7 @@ pub enum ExhibitPlan {
 
 /// Stages that progress is told of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub enum ExhibitStage {
     /// The run that finds what captors receive.
     Captors,
     /// Photons for all surfaces.
@@ -72,7 +72,7 @@ impl<'a> Exhibit<'a> {
         settings: &Settings,
         plan: ExhibitPlan,
         control: &Control,
-        progress: &(dyn Fn(Stage, Progress) + Sync),
+        progress: &(dyn Fn(ExhibitStage, Progress) + Sync),
     ) -> Result<Self> {
         let staged = |stage| move |p: Progress| progress(stage, p);
         let tiles = Tiles::new(scene);
@@ -86,7 +86,7 @@ impl<'a> Exhibit<'a> {
                 (results.captors, source)
             }
             ExhibitPlan::Run if !scene.captors.is_empty() => {
-                let control = Control { progress: &staged(Stage::Captors), ..*control };
+                let control = Control { progress: &staged(ExhibitStage::Captors), ..*control };
                 let settings = Settings { k: Some(0), ..settings.clone() };
                 let simulation = simulate(scene, &settings, &control)?;
                 let result = RunResult::new(scene, &settings, &simulation);
@@ -99,21 +99,15 @@ impl<'a> Exhibit<'a> {
         if trace && !scene.triangles.is_empty() {
             let k = settings.k.or(Some(NEAREST));
             let settings = Settings { photons: None, k, ..settings.clone() };
-            let stage = Control { progress: &staged(Stage::Surfaces), ..*control };
+            let stage = Control { progress: &staged(ExhibitStage::Surfaces), ..*control };
             let light = light_surfaces(scene, &settings, &stage)?;
             if reads_tiles {
-                let stage = Control { progress: &staged(Stage::Tiles), ..*control };
+                let stage = Control { progress: &staged(ExhibitStage::Tiles), ..*control };
                 exhibit.local = local(&exhibit.tiles, &light, settings.threads, &stage)?;
             }
             exhibit.light = Some(light);
         }
         Ok(exhibit)
-    }
-
-    /// Names of bands and sums over bands.
-    pub fn bands(&self) -> impl Iterator<Item = &str> {
-        let bands = self.scene.bands.iter().map(|band| band.name.as_str());
-        bands.chain(self.scene.sums.iter().map(|sum| sum.name.as_str()))
     }
 
     /// Whether the light at each place is known of surfaces.
@@ -188,15 +182,14 @@ impl ResultsFile {
             Err(Error::input("results", format!("are of another scene: {problem}"))
                 .remedy("name the results of a run of this scene as it is, or leave them out"))
         };
-        let bands = scene.bands.iter().map(|band| &band.name);
-        let mut bands = bands.chain(scene.sums.iter().map(|sum| &sum.name));
-        let mut theirs = self.bands.iter().map(|band| &band.name);
+        let mut bands = scene.band_names();
+        let mut theirs = self.bands.iter().map(|band| band.name.as_str());
         loop {
             match (bands.next(), theirs.next()) {
                 (None, None) => break,
                 (ours, theirs) if ours == theirs => {}
                 (ours, theirs) => {
-                    let name = |band: Option<&String>| {
+                    let name = |band: Option<&str>| {
                         band.map_or("no more".into(), |name| format!("band `{name}`"))
                     };
                     return refuse(format!("they have {}, it has {}", name(theirs), name(ours)));

@@ -11,12 +11,13 @@ use crate::{
     exhibit::Exhibit,
     glb::{Shown, write_glb},
     ply::write_ply,
+    scene::Scene,
     vtk::{VtkKind, write_vtk},
 };
 
 /// Kinds of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum ExportFormat {
     /// Surfaces and captors with all values, for ParaView.
     Vtk(VtkKind),
     /// The same coloured by one value, for Blender and browsers.
@@ -25,7 +26,7 @@ pub enum Format {
     Ply,
 }
 
-impl Format {
+impl ExportFormat {
     /// By the ending of a path. Error: it is of none of them.
     pub fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
@@ -55,10 +56,10 @@ pub struct Colours {
 
 impl Colours {
     /// Error: they are asked for in a file that has none; a range that is none.
-    pub fn check(&self, format: Format) -> Result<()> {
+    pub fn check(&self, format: ExportFormat) -> Result<()> {
         let asked =
             self.absorbed.is_some() || self.band.is_some() || self.range.is_some() || self.log;
-        if asked && format != Format::Glb {
+        if asked && format != ExportFormat::Glb {
             let problem = "--quantity, --band, --range and --log are for the colours of a .glb";
             return Err(Error::input("export", problem)
                 .remedy("leave them out: other files hold every value"));
@@ -69,28 +70,28 @@ impl Colours {
         }
     }
 
-    /// What they show of an exhibit. Error: it has no such band.
-    pub fn shown(&self, exhibit: &Exhibit) -> Result<Shown> {
+    /// What they show of a scene. Error: it has no such band.
+    pub fn shown(&self, scene: &Scene) -> Result<Shown> {
         let band = match &self.band {
-            Some(name) => exhibit.bands().position(|band| band == name).ok_or_else(|| {
+            Some(name) => scene.band_names().position(|band| band == name).ok_or_else(|| {
                 let error = Error::input("--band", format!("the scene has no band `{name}`"));
-                match nearest(name, exhibit.bands()) {
+                match nearest(name, scene.band_names()) {
                     Some(near) => error.remedy(format!("did you mean `{near}`?")),
                     None => error.remedy("name one of /bands or /sums"),
                 }
             })?,
-            None if exhibit.scene.sums.is_empty() => 0,
-            None => exhibit.scene.bands.len(),
+            None if scene.sums.is_empty() => 0,
+            None => scene.bands.len(),
         };
         let absorbed = self.absorbed.unwrap_or(false);
         Ok(Shown { band, absorbed, range: self.range, log: self.log })
     }
 }
 
-/// Error: it cannot be written so: no such band, no photons.
-pub fn check_export(exhibit: &Exhibit, format: Format, colours: &Colours) -> Result<()> {
-    colours.shown(exhibit)?;
-    if format == Format::Ply && exhibit.light.is_none() {
+/// Error: a scene cannot be written so: no such band, no photons.
+pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> Result<()> {
+    colours.shown(scene)?;
+    if format == ExportFormat::Ply && scene.triangles.is_empty() {
         return Err(Error::input("scene", "it has no surface for photons to arrive on")
             .remedy("export its captors (.vtp)"));
     }
@@ -100,17 +101,17 @@ pub fn check_export(exhibit: &Exhibit, format: Format, colours: &Colours) -> Res
 /// Writes an exhibit in a format.
 pub fn write_export(
     exhibit: &Exhibit,
-    format: Format,
+    format: ExportFormat,
     colours: &Colours,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     match (format, &exhibit.light) {
-        (Format::Vtk(kind), _) => write_vtk(exhibit, kind, writer),
-        (Format::Glb, _) => {
-            let shown = colours.shown(exhibit).map_err(io::Error::other)?;
+        (ExportFormat::Vtk(kind), _) => write_vtk(exhibit, kind, writer),
+        (ExportFormat::Glb, _) => {
+            let shown = colours.shown(exhibit.scene).map_err(io::Error::other)?;
             write_glb(exhibit, &shown, writer)
         }
-        (Format::Ply, Some(light)) => write_ply(light, writer),
-        (Format::Ply, None) => Err(io::Error::other("no photons were traced")),
+        (ExportFormat::Ply, Some(light)) => write_ply(light, writer),
+        (ExportFormat::Ply, None) => Err(io::Error::other("no photons were traced")),
     }
 }

@@ -108,7 +108,7 @@ fn extras(exhibit: &Exhibit, part: &TilePart) -> Value {
         (Channel::Back, "irradiance_back"),
         (Channel::Absorbed, "absorbed_per_area"),
     ] {
-        for (b, band) in exhibit.bands().enumerate() {
+        for (b, band) in exhibit.scene.band_names().enumerate() {
             if let Some(estimate) = exhibit.captor(captor, channel, b) {
                 extras.insert(format!("{name} {band}"), json!(estimate.mean));
                 extras.insert(format!("{name} {band} se"), json!(estimate.standard_error));
@@ -237,7 +237,7 @@ impl GlbFile {
             "scene": 0,
             "scenes": [{ "name": scene.name, "nodes": [0], "extras": {
                 "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
-                "band": exhibit.bands().nth(shown.band),
+                "band": exhibit.scene.band_names().nth(shown.band),
                 "unit": scene.quantity.unit_names().irradiance,
                 "range": [range.low(), range.high()],
                 "logarithmic": range.is_log(),

@@ -83,7 +83,10 @@ pub use colour_map::{ColourRange, colour};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::{paths::Unseen, surface::SurfaceLight};
+pub use exhibit::{Exhibit, ExhibitPlan, ExhibitStage};
+pub use export::{Colours, ExportFormat, check_export, write_export};
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
+pub use glb::Shown;
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
@@ -113,4 +116,7 @@ pub use sweep::{
 };
 pub use sweep_file::{Parameter, Run, Sweep};
 pub use tally::{Ledger, Totals};
+pub use tiles::{TilePart, Tiles};
 pub use units::{LengthUnit, Quantity, UnitNames};
+pub use view::{check_view, write_view};
+pub use vtk::VtkKind;

@@ -375,6 +375,12 @@ impl Scene {
         &self.materials[surface.material as usize].material
     }
 
+    /// Names of the bands, followed by those of the sums over bands.
+    pub fn band_names(&self) -> impl Iterator<Item = &str> + Clone {
+        let bands = self.bands.iter().map(|band| band.name.as_str());
+        bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
+    }
+
     /// Values per band, followed by those of the sums over bands.
     pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
         let sums = self.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());

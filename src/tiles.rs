@@ -74,7 +74,7 @@ impl Tiles {
     }
 
     /// How many there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.corners.len()
     }
 

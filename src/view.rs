@@ -12,10 +12,11 @@ use crate::{
     estimate::surface::SurfaceLight,
     exhibit::Exhibit,
     geometry::Extent,
+    scene::Scene,
 };
 
-/// The most tiles in a page: some 100 MB.
-const MOST_TILES: usize = 4_000_000;
+/// The most triangles in a page, some 150 MB.
+const MOST_TRIANGLES: usize = 4_000_000;
 /// The most captors.
 const MOST_CAPTORS: usize = 500_000;
 /// The most photons, those of the first histories.
@@ -36,10 +37,10 @@ const THREE: &str = include_str!("view/three.min.js");
 const THREE_LICENCE: &str = include_str!("view/three.LICENSE");
 
 /// Refuses a scene that no page can hold.
-pub fn check_size(exhibit: &Exhibit) -> Result<()> {
+pub fn check_view(scene: &Scene) -> Result<()> {
     let counts = [
-        (exhibit.tiles.len(), MOST_TILES, "triangles"),
-        (exhibit.scene.captors.len(), MOST_CAPTORS, "captors"),
+        (scene.triangles.len() + scene.captor_triangles.len(), MOST_TRIANGLES, "triangles"),
+        (scene.captors.len(), MOST_CAPTORS, "captors"),
     ];
     for (count, most, what) in counts {
         if count > most {
@@ -148,7 +149,7 @@ fn facts(exhibit: &Exhibit) -> Value {
         "lights": lights.collect::<Vec<_>>(),
         "min": extent.min.to_array(),
         "size": extent.size().to_array(),
-        "tiles": exhibit.tiles.len(),
+        "tiles": exhibit.tiles.count(),
         "local": exhibit.has_local().then(|| json!({ "most": most_light(exhibit), "span": SPAN })),
         "photons": shown.map(|(light, shown)| json!({
             "count": shown.len(), "most": most_power(light, &shown),
@@ -192,7 +193,7 @@ fn local<'a>(exhibit: &'a Exhibit) -> impl Iterator<Item = f32> + 'a {
     let planes =
         CHANNELS.into_iter().flat_map(move |channel| (0..bands).map(move |b| (channel, b)));
     planes.flat_map(move |(channel, band)| {
-        (0..exhibit.tiles.len())
+        (0..exhibit.tiles.count())
             .map_while(move |tile| exhibit.local(tile, channel).map(|v| v[band]))
     })
 }
@@ -204,7 +205,7 @@ fn most_light(exhibit: &Exhibit) -> f32 {
 /// What each captor received per area: channel after channel, value before error, band after band and
 /// sums, captor after captor; NaN where it is not known.
 fn captors<'a>(exhibit: &'a Exhibit) -> impl Iterator<Item = f32> + 'a {
-    let bands = exhibit.bands().count();
+    let bands = exhibit.scene.band_names().count();
     let each = (0..exhibit.scene.captors.len()).flat_map(move |captor| {
         let channels: [Channel; 3] = CHANNELS;
         channels.into_iter().flat_map(move |channel| (0..bands).map(move |b| (captor, channel, b)))

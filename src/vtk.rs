@@ -74,7 +74,7 @@ fn cell_data(exhibit: &Exhibit, file: &mut VtkFile) {
         let parts = exhibit.tiles.parts.iter();
         parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
     };
-    let bands: Vec<&str> = exhibit.bands().collect();
+    let bands: Vec<&str> = exhibit.scene.band_names().collect();
     for channel in CHANNELS {
         let what = match channel {
             Channel::Front => "irradiance_front",
@@ -103,7 +103,7 @@ fn cell_data(exhibit: &Exhibit, file: &mut VtkFile) {
 
 /// Coordinates of the points, each once, and the points of each tile.
 fn points(exhibit: &Exhibit) -> (Vec<f64>, Vec<i64>) {
-    let (mut points, mut corners) = (Vec::new(), Vec::with_capacity(3 * exhibit.tiles.len()));
+    let (mut points, mut corners) = (Vec::new(), Vec::with_capacity(3 * exhibit.tiles.count()));
     let mut known = HashMap::new();
     for tile in &exhibit.tiles.corners {
         for p in [tile.a, tile.b, tile.c] {

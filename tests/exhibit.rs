@@ -204,6 +204,34 @@ fn photons_of_a_ply_carry_the_power_of_the_lamp() {
     assert!(file == again, "threads matter");
 }
 
+/// Without captors, and without surfaces, what is left is written.
+#[test]
+fn little_is_still_something() {
+    let scene = scene();
+    let text = fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    let cut = |text: &str, key: &str, end: &str| {
+        let at = text.find(key).expect(key);
+        let to = at + text[at..].find(end).expect(end) + end.len();
+        text[..at].to_string() + &text[to..]
+    };
+    let sensors = cut(&text, "\"objects\": [", "],");
+    let walls = cut(&text, "\"captors\": [", "}],").replace(", \"captor\": true", "");
+    for (name, scene_text, cells) in
+        [("sensors", sensors, 1..1000), ("walls", walls, 60_000..61_000)]
+    {
+        fs::write(scene.path("scene.json"), scene_text).expect("written");
+        let (arrays, _) = vtk(&export(&scene, "a.vtp", &[]));
+        let shown = floats(&arrays["irradiance_front_both"]);
+        assert!(cells.contains(&shown.len()), "{name}: {}", shown.len());
+        assert!(shown.iter().all(|v| *v >= 0.0) && shown.iter().any(|v| *v > 0.0), "{name}");
+        export(&scene, "a.glb", &["--log"]);
+        done(&scene.path(""), &["view", "scene.json", "-o", &format!("{name}.html")]);
+    }
+    let sensors = cut(&text, "\"objects\": [", "],");
+    fs::write(scene.path("scene.json"), sensors).expect("written");
+    refused(&scene.path(""), &["export", "scene.json", "-o", "b.ply"], &["no surface", ".vtp"]);
+}
+
 #[test]
 fn wrong_wishes_are_refused() {
     let scene = scene();

@@ -15,9 +15,10 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    exhibit::{Exhibit, ExhibitPlan, Stage},
+    exhibit::{Exhibit, ExhibitPlan, ExhibitStage},
     output::OutputFile,
     result_file::ResultsFile,
+    scene::Scene,
     scene_file::{self, LoadedScene},
     settings::Settings,
     simulate::{Control, Progress},
@@ -46,12 +47,12 @@ impl Source {
     }
 }
 
-/// Makes the exhibit, of `photons` alone or of everything, checks it and writes it to `output`.
+/// Checks the scene, makes the exhibit, of `photons` alone or of everything, and writes it to `output`.
 pub(super) fn write(
     source: &Source,
     output: &Path,
     photons: bool,
-    check: &dyn Fn(&Exhibit) -> Result<()>,
+    check: &dyn Fn(&Scene) -> Result<()>,
     write: impl Fn(&Exhibit, &mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
     let interrupt = Interrupt::install()?;
@@ -66,23 +67,26 @@ pub(super) fn write(
     let LoadedScene { scene, settings, warnings, mut files, .. } = loaded;
     files.extend(source.results.clone());
     check_places(place.as_slice(), &files)?;
+    check(&scene)?;
     super::warn(&warnings);
 
     let settings = Settings { threads: source.threads.unwrap_or(settings.threads), ..settings };
     let plan = match results {
         _ if photons => ExhibitPlan::Photons,
-        Some(results) => ExhibitPlan::Results { results, trace: source.traces() },
+        Some(results) => {
+            ExhibitPlan::Results { results: Box::new(results), trace: source.traces() }
+        }
         None => ExhibitPlan::Run,
     };
     let bars = Mutex::new(None);
-    let progress = |stage: Stage, progress: Progress| {
+    let progress = |stage: ExhibitStage, progress: Progress| {
         // a bar that cannot be drawn is not worth a failure
         let Ok(mut bars) = bars.lock() else { return };
         if !matches!(&*bars, Some((shown, _)) if *shown == stage) {
             let what = match stage {
-                Stage::Captors => "photons for captors",
-                Stage::Surfaces => "photons for surfaces",
-                Stage::Tiles => "places read",
+                ExhibitStage::Captors => "photons for captors",
+                ExhibitStage::Surfaces => "photons for surfaces",
+                ExhibitStage::Tiles => "places read",
             };
             let template = format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{eta}} left");
             *bars = Some((stage, terminal_bar(&template)));
@@ -92,11 +96,8 @@ pub(super) fn write(
         }
     };
     let control = Control { stop: interrupt.stop(), progress: &|_| {} };
-    let exhibit = interrupt.listening(|| {
-        let exhibit = Exhibit::new(&scene, &settings, plan, &control, &progress)?;
-        check(&exhibit)?;
-        Ok(exhibit)
-    });
+    let exhibit =
+        interrupt.listening(|| Exhibit::new(&scene, &settings, plan, &control, &progress));
     if let Ok(Some((_, bar))) = bars.into_inner() {
         bar.finish_and_clear();
     }

@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 use super::exhibit::{self, Source};
 use crate::{
     error::{Error, Result},
-    exhibit::Exhibit,
-    export::{Colours, Format, check_export, write_export},
+    export::{Colours, ExportFormat, check_export, write_export},
+    scene::Scene,
     settings::Checked,
 };
 
@@ -50,7 +50,7 @@ fn range(text: &str) -> Checked<(f64, f64)> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let format = Format::of(&arguments.output)?;
+    let format = ExportFormat::of(&arguments.output)?;
     let colours = Colours {
         absorbed: arguments.quantity.map(|quantity| quantity == Quantity::Absorbed),
         band: arguments.band.clone(),
@@ -58,12 +58,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         log: arguments.log,
     };
     colours.check(format)?;
-    let photons = format == Format::Ply;
+    let photons = format == ExportFormat::Ply;
     if photons && !arguments.source.traces() {
         return Err(Error::input("--no-trace", "a .ply holds photons, and none would be traced")
             .remedy("leave it out"));
     }
-    let check = |exhibit: &Exhibit| check_export(exhibit, format, &colours);
+    let check = |scene: &Scene| check_export(scene, format, &colours);
     exhibit::write(&arguments.source, &arguments.output, photons, &check, |exhibit, writer| {
         write_export(exhibit, format, &colours, writer)
     })

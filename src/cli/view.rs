@@ -7,7 +7,7 @@ use clap::Args;
 use super::exhibit::{self, Source};
 use crate::{
     error::Result,
-    view::{check_size, write_view},
+    view::{check_view, write_view},
 };
 
 #[derive(Args)]
@@ -20,7 +20,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    exhibit::write(&arguments.source, &arguments.output, false, &check_size, |exhibit, writer| {
+    exhibit::write(&arguments.source, &arguments.output, false, &check_view, |exhibit, writer| {
         write_view(exhibit, writer)
     })
 }
