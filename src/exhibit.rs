@@ -74,6 +74,12 @@ impl<'a> Exhibit<'a> {
         control: &Control,
         progress: &(dyn Fn(ExhibitStage, Progress) + Sync),
     ) -> Result<Self> {
+        let numbers = scene.triangles.len() * CHANNELS.len() * scene.bands.len();
+        if numbers > MOST_NUMBERS {
+            let problem =
+                format!("{numbers} numbers for the light on all surfaces, at most {MOST_NUMBERS}");
+            return Err(Error::input("scene", problem).remedy("take fewer bands or triangles"));
+        }
         let staged = |stage| move |p: Progress| progress(stage, p);
         let tiles = Tiles::new(scene);
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
@@ -231,6 +237,8 @@ impl ResultsFile {
 /// Photons that the light on a tile is read from, unless the scene says: an error of 6 %, which
 /// the eye takes for even.
 const NEAREST: usize = 300;
+/// The most numbers that the light on surfaces may take, 4 GiB.
+const MOST_NUMBERS: usize = 1 << 30;
 /// Tiles between two looks at the stop flag.
 const CHUNK: usize = 256;
 

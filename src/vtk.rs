@@ -23,6 +23,8 @@ pub enum VtkKind {
 
 /// VTK_TRIANGLE
 const TRIANGLE: u8 = 5;
+/// Names of the channels.
+const QUANTITIES: [&str; 3] = ["irradiance_front", "irradiance_back", "absorbed"];
 
 /// Writes surfaces and captors: points in metres from the user's origin; for each cell what arrives
 /// and is absorbed per area, what its captor received with standard errors (NaN where it is not
@@ -30,75 +32,77 @@ const TRIANGLE: u8 = 5;
 pub fn write_vtk(exhibit: &Exhibit, kind: VtkKind, writer: &mut dyn Write) -> io::Result<()> {
     let (points, corners) = points(exhibit);
     let cells = corners.len() / 3;
-    let mut file = VtkFile::default();
-    let (name, prefix) = match kind {
-        VtkKind::PolyData => ("PolyData", "Poly"),
-        VtkKind::UnstructuredGrid => ("UnstructuredGrid", "Cell"),
+    let (name, cell, count) = match kind {
+        VtkKind::PolyData => ("PolyData", "Polys", "Polys"),
+        VtkKind::UnstructuredGrid => ("UnstructuredGrid", "Cells", "Cells"),
     };
-    let _ = writeln!(file.xml, "<?xml version=\"1.0\"?>");
-    let _ = writeln!(
-        file.xml,
+    let mut file = VtkFile::default();
+    file.line("<?xml version=\"1.0\"?>");
+    file.line(&format!(
         "<VTKFile type=\"{name}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
-    );
-    let _ = writeln!(file.xml, "<{name}>\n<FieldData>");
+    ));
+    file.line(&format!("<{name}>\n<FieldData>"));
     let scene = exhibit.scene;
     file.names("scene", [scene.name.as_str()].into_iter());
     file.names("unit", [scene.quantity.unit_names().irradiance].into_iter());
     file.names("objects", scene.objects.iter().map(String::as_str));
     file.names("materials", scene.materials.iter().map(|m| m.name.as_str()));
     file.names("captors", scene.captors.iter().map(|captor| captor.id.as_str()));
-    let count = match kind {
-        VtkKind::PolyData => "Polys",
-        VtkKind::UnstructuredGrid => "Cells",
-    };
-    let _ = writeln!(
-        file.xml,
-        "</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOf{count}=\"{cells}\">\n<Points>",
-        points.len() / 3
-    );
-    file.array("Float64", "points", 3, points.iter().map(|p| p.to_le_bytes()));
-    let _ = writeln!(file.xml, "</Points>\n<{prefix}s>");
-    file.array("Int64", "connectivity", 1, corners.iter().map(|c| c.to_le_bytes()));
-    file.array("Int64", "offsets", 1, (1..=cells as i64).map(|n| (3 * n).to_le_bytes()));
+    let sizes = format!("NumberOfPoints=\"{}\" NumberOf{count}=\"{cells}\"", points.len() / 3);
+    file.line(&format!("</FieldData>\n<Piece {sizes}>\n<Points>"));
+    let coordinates = points.iter().map(|p| p.to_le_bytes());
+    file.array("Float64\" NumberOfComponents=\"3", "points", points.len(), coordinates);
+    file.line(&format!("</Points>\n<{cell}>"));
+    let indices = corners.iter().map(|c| c.to_le_bytes());
+    file.array("Int64", "connectivity", corners.len(), indices);
+    file.array("Int64", "offsets", cells, (1..=cells as i64).map(|n| (3 * n).to_le_bytes()));
     if kind == VtkKind::UnstructuredGrid {
-        file.array("UInt8", "types", 1, (0..cells).map(|_| [TRIANGLE]));
+        file.array("UInt8", "types", cells, (0..cells).map(|_| [TRIANGLE]));
     }
-    let _ = writeln!(file.xml, "</{prefix}s>\n<CellData>");
-    cell_data(exhibit, &mut file);
-    let _ = writeln!(file.xml, "</CellData>\n</Piece>\n</{name}>");
+    file.line(&format!("</{cell}>\n<CellData>"));
+    cell_data(exhibit, cells, &mut file);
+    file.line(&format!("</CellData>\n</Piece>\n</{name}>"));
     file.write(writer)
 }
 
-fn cell_data(exhibit: &Exhibit, file: &mut VtkFile) {
+fn cell_data<'a>(exhibit: &'a Exhibit, cells: usize, file: &mut VtkFile<'a>) {
     let parts = || {
         let parts = exhibit.tiles.parts.iter();
         parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
     };
-    let bands: Vec<&str> = exhibit.scene.band_names().collect();
-    for channel in CHANNELS {
-        let what = match channel {
-            Channel::Front => "irradiance_front",
-            Channel::Back => "irradiance_back",
-            Channel::Absorbed => "absorbed",
-        };
-        for (b, band) in bands.iter().enumerate() {
-            let mut floats = |name: String, value: &dyn Fn(&TilePart, usize) -> Option<f64>| {
-                let value = |(part, tile)| value(part, tile).unwrap_or(f64::NAN) as f32;
-                file.array("Float32", &name, 1, parts().map(|at| value(at).to_le_bytes()));
-            };
-            let captor = |part: &TilePart| exhibit.captor(part.captor?, channel, b);
-            floats(format!("{what}_{band}"), &|part, tile| exhibit.value(part, tile, channel, b));
-            floats(format!("captor_{what}_{band}"), &|part, _| Some(captor(part)?.mean));
-            floats(format!("captor_{what}_{band}_se"), &|part, _| captor(part)?.standard_error);
+    for (channel, what) in CHANNELS.into_iter().zip(QUANTITIES) {
+        for (b, band) in exhibit.scene.band_names().enumerate() {
+            type Value<'a> = fn(&'a Exhibit, Channel, usize, &TilePart, usize) -> Option<f64>;
+            let columns: [(String, Value<'a>); 3] = [
+                (format!("{what}_{band}"), |exhibit, channel, b, part, tile| {
+                    exhibit.value(part, tile, channel, b)
+                }),
+                (format!("captor_{what}_{band}"), |exhibit, channel, b, part, _| {
+                    Some(exhibit.captor(part.captor?, channel, b)?.mean)
+                }),
+                (format!("captor_{what}_{band}_se"), |exhibit, channel, b, part, _| {
+                    exhibit.captor(part.captor?, channel, b)?.standard_error
+                }),
+            ];
+            for (name, value) in columns {
+                let values = parts().map(move |(part, tile)| {
+                    let value = value(exhibit, channel, b, part, tile);
+                    (value.unwrap_or(f64::NAN) as f32).to_le_bytes()
+                });
+                file.array("Float32", &name, cells, values);
+            }
         }
     }
-    let mut indices = |name, index: &dyn Fn(&TilePart) -> Option<usize>| {
-        let index = |part| index(part).map_or(-1, |i| i as i32);
-        file.array("Int32", name, 1, parts().map(|(part, _)| index(part).to_le_bytes()));
-    };
-    indices("object", &|part| part.object);
-    indices("material", &|part| part.material);
-    indices("captor", &|part| part.captor);
+    let indices: [(&str, fn(&TilePart) -> Option<usize>); 3] = [
+        ("object", |part| part.object),
+        ("material", |part| part.material),
+        ("captor", |part| part.captor),
+    ];
+    for (name, index) in indices {
+        let values =
+            parts().map(move |(part, _)| index(part).map_or(-1, |i| i as i32).to_le_bytes());
+        file.array("Int32", name, cells, values);
+    }
 }
 
 /// Coordinates of the points, each once, and the points of each tile.
@@ -118,51 +122,71 @@ fn points(exhibit: &Exhibit) -> (Vec<f64>, Vec<i64>) {
     (points, corners)
 }
 
-/// A file in the making: what XML says of the arrays, and their bytes.
+/// A file in the making: its XML, and what makes the arrays that follow it, one after the other.
 #[derive(Default)]
-struct VtkFile {
+struct VtkFile<'a> {
     xml: String,
-    data: Vec<u8>,
+    arrays: Vec<(u64, Bytes<'a>)>,
+    /// Bytes of all arrays with their headers.
+    size: u64,
 }
 
-impl VtkFile {
+type Bytes<'a> = Box<dyn Iterator<Item = Vec<u8>> + 'a>;
+
+/// Values that are written at a time.
+const CHUNK: usize = 4096;
+
+impl<'a> VtkFile<'a> {
+    fn line(&mut self, text: &str) {
+        self.xml.push_str(text);
+        self.xml.push('\n');
+    }
+
+    /// An array of so many values.
     fn array<const N: usize>(
         &mut self,
         kind: &str,
         name: &str,
-        components: usize,
-        values: impl Iterator<Item = [u8; N]>,
+        count: usize,
+        mut values: impl Iterator<Item = [u8; N]> + 'a,
     ) {
-        let _ = write!(self.xml, "<DataArray type=\"{kind}\" Name=\"{}\"", escaped(name));
-        if components > 1 {
-            let _ = write!(self.xml, " NumberOfComponents=\"{components}\"");
-        }
-        let _ = writeln!(self.xml, " format=\"appended\" offset=\"{}\"/>", self.data.len());
-        let header = self.data.len();
-        self.data.extend([0; size_of::<u64>()]);
-        values.for_each(|value| self.data.extend(value));
-        let bytes = (self.data.len() - header - size_of::<u64>()) as u64;
-        self.data[header..][..size_of::<u64>()].copy_from_slice(&bytes.to_le_bytes());
+        let (name, offset) = (escaped(name), self.size);
+        self.line(&format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"appended\" offset=\"{offset}\"/>"
+        ));
+        let bytes = (N * count) as u64;
+        self.size += size_of::<u64>() as u64 + bytes;
+        let chunks = std::iter::from_fn(move || {
+            let chunk: Vec<u8> = values.by_ref().take(CHUNK).flatten().collect();
+            (!chunk.is_empty()).then_some(chunk)
+        });
+        self.arrays.push((bytes, Box::new(chunks)));
     }
 
     /// Strings: their bytes as numbers, each with a 0 at the end.
-    fn names<'a>(&mut self, name: &str, names: impl ExactSizeIterator<Item = &'a str>) {
+    fn names<'n>(&mut self, name: &str, names: impl ExactSizeIterator<Item = &'n str>) {
         let count = names.len();
-        let _ = write!(self.xml, "<Array type=\"String\" Name=\"{name}\" ");
-        let _ = writeln!(self.xml, "NumberOfTuples=\"{count}\" format=\"ascii\">");
+        self.line(&format!(
+            "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">"
+        ));
         for name in names {
             name.bytes().filter(|b| *b != 0).chain([0]).for_each(|byte| {
                 let _ = write!(self.xml, "{byte} ");
             });
             self.xml.push('\n');
         }
-        self.xml.push_str("</Array>\n");
+        self.line("</Array>");
     }
 
     fn write(self, writer: &mut dyn Write) -> io::Result<()> {
         writer.write_all(self.xml.as_bytes())?;
         writer.write_all(b"<AppendedData encoding=\"raw\">\n_")?;
-        writer.write_all(&self.data)?;
+        for (bytes, chunks) in self.arrays {
+            writer.write_all(&bytes.to_le_bytes())?;
+            for chunk in chunks {
+                writer.write_all(&chunk)?;
+            }
+        }
         writer.write_all(b"\n</AppendedData>\n</VTKFile>\n")
     }
 }
