@@ -6,6 +6,7 @@ mod compare;
 mod exhibit;
 mod export;
 mod interrupt;
+mod render;
 mod run;
 mod schema;
 mod summary;
@@ -41,6 +42,8 @@ enum Command {
     },
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
+    /// Make a picture of a scene: what an eye would see, or its light in false colour
+    Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
     /// Write a page that shows the scene and its light in a browser
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),

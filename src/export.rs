@@ -6,10 +6,10 @@ use std::{
 };
 
 use crate::{
-    colour_map::ColourRange,
     error::{Error, Result, nearest},
     exhibit::Exhibit,
     glb::{Shown, write_glb},
+    picture::Scale,
     ply::write_ply,
     scene::Scene,
     vtk::{VtkKind, write_vtk},
@@ -64,10 +64,7 @@ impl Colours {
             return Err(Error::input("export", problem)
                 .remedy("leave them out: other files hold every value"));
         }
-        match self.range.map(|(low, high)| ColourRange::new(low, high, self.log)) {
-            Some(Err(problem)) => Err(Error::input("--range", problem).remedy("correct it")),
-            _ => Ok(()),
-        }
+        self.range.map_or(Ok(()), |(low, high)| Scale::new(low, high, self.log).map(drop))
     }
 
     /// What they show of a scene. Error: it has no such band.

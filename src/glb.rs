@@ -3,10 +3,11 @@
 
 use std::io::{self, Write};
 
+use glam::Vec3;
 use serde_json::{Value, json};
 
 use crate::{
-    captor::Channel, colour_map::ColourRange, exhibit::Exhibit, geometry::Triangle, tiles::TilePart,
+    captor::Channel, exhibit::Exhibit, geometry::Triangle, picture::Scale, tiles::TilePart,
 };
 
 /// What the colours stand for.
@@ -29,8 +30,10 @@ const NODES: usize = 5000;
 const FLOAT: u32 = 5126;
 const UNSIGNED_BYTE: u32 = 5121;
 const ARRAY_BUFFER: u32 = 34962;
-/// Shown where no value is known.
-const PALE: [u8; 3] = [225, 225, 225];
+/// Shown where no value is known, sRGB.
+const PALE: Vec3 = Vec3::splat(0.88);
+/// Share of the values below the end of a chosen range: a few bright spots would leave all else dark.
+const SHOWN_SHARE: f64 = 0.99;
 
 /// The value of each face of a tile, front then back.
 type FaceValue = Option<f64>;
@@ -39,7 +42,6 @@ type FaceValue = Option<f64>;
 /// does not hide it; faces of which none is known are pale. Errors: beyond the 4 GiB of such a file;
 /// a range that is none.
 pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io::Result<()> {
-    let other = |problem: String| io::Error::new(io::ErrorKind::InvalidInput, problem);
     let faces = |part: &TilePart, tile: usize| -> [FaceValue; 2] {
         let value = |channel| exhibit.value(part, tile, channel, shown.band);
         match shown.absorbed {
@@ -52,10 +54,10 @@ pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io
         parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
     };
     let range = match shown.range {
-        Some((low, high)) => ColourRange::new(low, high, shown.log).map_err(other)?,
+        Some((low, high)) => Scale::new(low, high, shown.log).map_err(io::Error::other)?,
         None => {
             let all = tiles().flat_map(|(part, tile)| faces(part, tile)).flatten();
-            ColourRange::of(all, shown.log)
+            Scale::of(all.collect(), SHOWN_SHARE, shown.log)
         }
     };
     let mut file = GlbFile::default();
@@ -127,7 +129,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    fn add(&mut self, tile: &Triangle, [front, back]: [FaceValue; 2], range: &ColourRange) {
+    fn add(&mut self, tile: &Triangle, [front, back]: [FaceValue; 2], range: &Scale) {
         let seen = |value: &FaceValue| value.is_some_and(|v| v > 0.0);
         let Triangle { a, b, c } = *tile;
         if seen(&front) || !seen(&back) {
@@ -138,8 +140,8 @@ impl Mesh {
         }
     }
 
-    fn face(&mut self, corners: [[f32; 3]; 3], value: FaceValue, range: &ColourRange) {
-        let [r, g, b] = value.map_or(PALE, |value| range.colour(value)).map(linear);
+    fn face(&mut self, corners: [[f32; 3]; 3], value: FaceValue, range: &Scale) {
+        let [r, g, b] = value.map_or(PALE, |value| range.colour(value)).to_array().map(linear);
         self.corners.extend(corners);
         self.colours.extend([[r, g, b, 255]; 3]);
         // none is known: glTF has no NaN
@@ -148,8 +150,7 @@ impl Mesh {
 }
 
 /// glTF's vertex colours are linear (IEC 61966-2-1).
-fn linear(srgb: u8) -> u8 {
-    let s = f64::from(srgb) / 255.0;
+fn linear(s: f32) -> u8 {
     let linear = if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
     (255.0 * linear).round() as u8
 }
@@ -216,7 +217,7 @@ impl GlbFile {
         mut self,
         exhibit: &Exhibit,
         shown: &Shown,
-        range: &ColourRange,
+        range: &Scale,
         writer: &mut dyn Write,
     ) -> io::Result<()> {
         let scene = exhibit.scene;
@@ -239,8 +240,8 @@ impl GlbFile {
                 "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
                 "band": exhibit.scene.band_names().nth(shown.band),
                 "unit": scene.quantity.unit_names().irradiance,
-                "range": [range.low(), range.high()],
-                "logarithmic": range.is_log(),
+                "range": [range.low, range.high],
+                "logarithmic": range.log,
                 "colours": "viridis",
             } }],
             "nodes": self.nodes,

@@ -20,7 +20,6 @@
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
 
-mod colour_map;
 mod error;
 mod geometry;
 mod input;
@@ -35,6 +34,7 @@ mod bvh;
 mod obj;
 mod photon_map;
 
+mod camera;
 mod captor;
 mod light;
 mod material;
@@ -45,6 +45,7 @@ mod patches;
 mod tiles;
 
 mod estimate;
+mod render;
 mod result;
 mod settings;
 mod simulate;
@@ -56,6 +57,7 @@ mod chart;
 mod exhibit;
 mod glb;
 mod json;
+mod picture;
 mod ply;
 mod result_file;
 mod scene_file;
@@ -76,10 +78,10 @@ mod odds;
 #[cfg(test)]
 mod spoil;
 
+pub use camera::{Camera, View};
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};
 pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
-pub use colour_map::{ColourRange, colour};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::{paths::Unseen, surface::SurfaceLight};
@@ -94,7 +96,11 @@ pub use material::{
 };
 pub use output::{OpenFile, OutputFile};
 pub use patches::Patches;
-pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton};
+pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
+pub use picture::{BandColours, Exposure, Legend, Picture, Scale};
+pub use render::{
+    Dot, Eye, Pixels, Sampling, Show, Sight, painted, photon_dots, render, trace_dots,
+};
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,
 };

@@ -194,6 +194,27 @@ impl Material {
         }
     }
 
+    /// The ways in which light goes on mirrored, refracted or straight: together with
+    /// [`evaluate`](Self::evaluate) all that is scattered. Each has as factor what it carries per band.
+    pub fn smooth_ways<const N: usize>(
+        &self,
+        encounter: &Encounter,
+        transport: Transport,
+    ) -> [Option<Scatter<N>>; 2] {
+        let mirrored = |factor: Spectrum<N>| {
+            let way = Scatter::specular(encounter.mirrored(), factor, false);
+            [(!factor.is_zero()).then_some(way), None]
+        };
+        match self {
+            Self::Lambert(_) => [None, None],
+            Self::Dielectric(m) => m.ways(encounter, transport),
+            Self::Pane(m) => m.ways(encounter),
+            Self::Leaf(m) => mirrored(Spectrum::ONE.scaled(m.mirrored(encounter))),
+            Self::Phong(m) => mirrored(m.mirrored()),
+            Self::Mirror(m) => mirrored(m.lobe.fraction()),
+        }
+    }
+
     /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
     /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
     pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
@@ -243,7 +264,7 @@ impl Material {
         }
     }
 
-    /// Whether it is seen through.
+    /// Whether it can be seen through: glass and water.
     pub fn is_clear(&self) -> bool {
         matches!(self, Self::Dielectric(_) | Self::Pane(_))
     }

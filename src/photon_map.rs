@@ -44,6 +44,16 @@ pub type PieceKey = (u64, u64, u64);
 pub struct Piece {
     arrivals: Vec<Arrival>,
     power: Vec<f32>,
+    ways: Vec<Way>,
+}
+
+/// How a photon came from its light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Way {
+    /// How often it was scattered in a random direction.
+    pub bounces: u16,
+    /// Whether it was mirrored or refracted, too.
+    pub mirrored: bool,
 }
 
 impl Piece {
@@ -55,6 +65,12 @@ impl Piece {
             self.power.extend(power);
         }
     }
+
+    /// Stores how the arrival that was just stored has come.
+    #[inline]
+    pub fn came(&mut self, way: Way) {
+        self.ways.resize(self.arrivals.len(), way);
+    }
 }
 
 /// Collects arrivals piece by piece, in any order, and keeps those of the first histories that
@@ -63,7 +79,6 @@ impl Piece {
 pub struct MapBuilder {
     limit: usize,
     bands: usize,
-    bounces: bool,
     pieces: BTreeMap<PieceKey, Piece>,
     stored: usize,
     /// The first piece that no longer fits.
@@ -73,13 +88,7 @@ pub struct MapBuilder {
 impl MapBuilder {
     /// For at most `limit` arrivals of `bands` bands.
     pub fn new(limit: usize, bands: usize) -> Self {
-        Self { limit, bands, bounces: false, pieces: BTreeMap::new(), stored: 0, end: None }
-    }
-
-    /// The same, for a map that keeps each photon's bounces: where every arrival is stored, it has as
-    /// many behind it as arrivals of its history come before.
-    pub fn with_bounces(self) -> Self {
-        Self { bounces: true, ..self }
+        Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
     }
 
     /// The most arrivals that are kept.
@@ -114,7 +123,7 @@ impl MapBuilder {
     pub fn build(self, all: u64, histories: impl Fn(PieceKey) -> u64) -> PhotonMap {
         let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
         let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
-        let mut bounces = Vec::new();
+        let mut ways = Vec::new();
         let mut count = self.end.map_or(all, &histories);
         let mut first = 0;
         for (key, mut piece) in self.pieces {
@@ -125,21 +134,19 @@ impl MapBuilder {
                 let whole = piece.arrivals.partition_point(|a| a.photon.history < history);
                 piece.arrivals.truncate(whole);
                 piece.power.truncate(whole * self.bands);
+                piece.ways.truncate(whole);
                 count = histories(key) + u64::from(history);
             }
             let same = |a: &Arrival, b: &Arrival| a.photon.history == b.photon.history;
             for history in piece.arrivals.chunk_by_mut(same) {
                 history.iter_mut().for_each(|arrival| arrival.photon.history = first);
                 first += 1;
-                if self.bounces {
-                    bounces
-                        .extend((0..history.len()).map(|n| u16::try_from(n).unwrap_or(u16::MAX)));
-                }
             }
             arrivals.append(&mut piece.arrivals);
             power.append(&mut piece.power);
+            ways.append(&mut piece.ways);
         }
-        PhotonMap::file(arrivals, power, bounces, self.bands, count)
+        PhotonMap::file(arrivals, power, ways, self.bands, count)
     }
 }
 
@@ -148,7 +155,7 @@ pub struct PhotonMap {
     /// All photons; those of one shelf stand side by side.
     pub photons: Vec<StoredPhoton>,
     power: Vec<f32>,
-    bounces: Vec<u16>,
+    ways: Vec<Way>,
     bands: usize,
     /// The histories that these are all arrivals of.
     pub histories: u64,
@@ -194,7 +201,7 @@ impl PhotonMap {
     fn file(
         arrivals: Vec<Arrival>,
         power: Vec<f32>,
-        bounces: Vec<u16>,
+        ways: Vec<Way>,
         bands: usize,
         histories: u64,
     ) -> Self {
@@ -215,12 +222,9 @@ impl PhotonMap {
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
         order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
-        let bounces = if bounces.is_empty() {
-            bounces
-        } else {
-            order.iter().map(|&i| bounces[i as usize]).collect()
-        };
-        Self { photons, power: sorted, bounces, bands, histories, shelves }
+        let ways =
+            if ways.is_empty() { ways } else { order.iter().map(|&i| ways[i as usize]).collect() };
+        Self { photons, power: sorted, ways, bands, histories, shelves }
     }
 
     /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
@@ -228,10 +232,9 @@ impl PhotonMap {
         &self.power[index * self.bands..][..self.bands]
     }
 
-    /// How many surfaces each photon has met before, in the order of `photons`; empty in a map that
-    /// does not keep it.
-    pub fn bounces(&self) -> &[u16] {
-        &self.bounces
+    /// How each photon came, in the order of `photons`; empty in a map that does not keep it.
+    pub fn ways(&self) -> &[Way] {
+        &self.ways
     }
 
     /// Where each photon is, in the order of `photons`, m relative to the centre of the scene; those in

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use crate::{estimate::surface::SurfaceLight, scene::Scene};
 
 /// Writes every stored photon: where (m from the user's origin), the way it travelled, its power per
-/// band (W or umol/s), the index of its light and how many surfaces it met before.
+/// band (W or umol/s), the index of its light and how often it was scattered before.
 pub fn write_ply(light: &SurfaceLight, writer: &mut dyn Write) -> io::Result<()> {
     let (scene, map) = (light.scene, &light.map);
     write!(writer, "{}", header(scene, map.photons.len()))?;
@@ -23,7 +23,7 @@ pub fn write_ply(light: &SurfaceLight, writer: &mut dyn Write) -> io::Result<()>
             writer.write_all(&((f64::from(*power) * share) as f32).to_le_bytes())?;
         }
         writer.write_all(&photon.light.to_le_bytes())?;
-        let bounce = map.bounces().get(i).copied().unwrap_or(0);
+        let bounce = map.ways().get(i).map_or(0, |way| way.bounces);
         writer.write_all(&bounce.to_le_bytes())?;
     }
     Ok(())

@@ -22,8 +22,9 @@ use format::{CameraFile, PerBand, SettingsFile, TransformFile};
 pub use format::{Count, SceneFile};
 
 use crate::{
+    camera::View,
     error::{Error, Result, nearest, number},
-    geometry::{Transform, unit_vector},
+    geometry::Transform,
     input::{Fetch, RELATIVE, read_bytes},
     json,
     obj::ObjFile,
@@ -51,6 +52,8 @@ pub struct LoadedScene {
     pub unit: LengthUnit,
     /// How the file asks to run it.
     pub settings: Settings,
+    /// How the file asks to look at it.
+    pub view: Option<View>,
     /// What a user should know before trusting a result.
     pub warnings: Vec<String>,
     /// Materials of the file that no surface has.
@@ -140,9 +143,7 @@ impl<'a> Loader<'a> {
 
     fn load(mut self, file: &SceneFile) -> Result<LoadedScene> {
         let settings = self.settings(&file.settings)?;
-        if let Some(camera) = &file.camera {
-            self.check_camera(camera)?;
-        }
+        let view = file.camera.as_ref().map(|camera| self.view(camera)).transpose()?;
         let spectra = file.materials.len() + file.lights.len();
         if spectra * lanes(self.bands) > MAX_NUMBERS {
             let problem = format!("{} bands for {spectra} materials and lights", self.bands);
@@ -175,6 +176,7 @@ impl<'a> Loader<'a> {
             scene,
             unit: file.unit,
             settings,
+            view,
             warnings: self.warnings,
             unused_materials,
             non_reciprocal_leaves,
@@ -282,26 +284,27 @@ impl<'a> Loader<'a> {
         })
     }
 
-    fn check_camera(&self, camera: &CameraFile) -> Result<()> {
-        let look = unit_vector(DVec3::from(camera.look_at) - DVec3::from(camera.position));
-        let up = unit_vector(camera.up.unwrap_or([0.0, 0.0, 1.0]).into());
-        if look.zip(up).is_none_or(|(look, up)| look.cross(up).length() < 1e-9) {
-            return Err(self
-                .error("/camera", "`look_at` is the position itself, or straight along `up`")
-                .remedy("move one of them"));
-        }
-        if let Some(fov) = camera.fov_deg
-            && !(fov > 0.0 && fov < 180.0)
-        {
-            let problem = format!("{fov}, must be between 0 and 180");
-            return Err(self.error("/camera/fov_deg", problem).remedy("45 is usual"));
-        }
-        for (key, count) in [("width", camera.width), ("height", camera.height)] {
-            if let Some(count) = count {
-                self.in_range(&format!("/camera/{key}"), count.0 as f64, 1.0, 65_536.0)?;
-            }
-        }
-        Ok(())
+    fn view(&self, camera: &CameraFile) -> Result<View> {
+        let point = |p: [f64; 3]| DVec3::from(p) * self.metres;
+        let pixels = |key: &str, count: Option<Count>, usual: usize| {
+            let Some(count) = count else { return Ok(usual) };
+            let most = View::MOST_PIXELS as f64;
+            self.in_range(&format!("/camera/{key}"), count.0 as f64, 1.0, most)?;
+            Ok(count.0 as usize)
+        };
+        let view = View {
+            position: point(camera.position),
+            look_at: point(camera.look_at),
+            up: camera.up.map_or(DVec3::Z, DVec3::from),
+            fov_deg: camera.fov_deg.unwrap_or(View::FOV_DEG),
+            width: pixels("width", camera.width, View::SIZE.0)?,
+            height: pixels("height", camera.height, View::SIZE.1)?,
+        };
+        view.check_directions()
+            .map_err(|why| self.error("/camera", why).remedy("move one of them"))?;
+        View::check_fov(view.fov_deg)
+            .map_err(|why| self.error("/camera/fov_deg", why).remedy("45 is usual"))?;
+        Ok(view)
     }
 
     /// An error at a JSON pointer of the scene file.

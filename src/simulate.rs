@@ -22,8 +22,11 @@ use crate::{
     error::{Error, Result},
     estimate::paths::{Face, Unseen},
     light::{Emission, Strata},
+    material::Onward,
     patches::Patches,
-    photon_map::{Arrival, MapBuilder, PackedDirection, PhotonMap, Piece, PieceKey, StoredPhoton},
+    photon_map::{
+        Arrival, MapBuilder, PackedDirection, PhotonMap, Piece, PieceKey, StoredPhoton, Way,
+    },
     rng::{Sequence, Stream},
     scene::Scene,
     settings::{Estimator, Settings},
@@ -329,6 +332,7 @@ impl<'a> Run<'a> {
             let Emission { light, weights, ray, power } =
                 strata.emit::<N>(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
             tally.emitted(weights);
+            let mut way = Way::default();
             trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
                 tally.score(self.scene, weights, &event);
                 let Some(piece) = &mut stored else { return };
@@ -337,6 +341,12 @@ impl<'a> Run<'a> {
                     arrival.photon.history = index as u32;
                     let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
                     piece.push(limit, arrival, power);
+                    if let Keep::OnSurfaces(_) = self.keep {
+                        piece.came(way);
+                    }
+                }
+                if let Event::Arrival { onward, .. } = event {
+                    way = way.then(onward);
                 }
             });
         }
@@ -354,12 +364,7 @@ impl<'a> Run<'a> {
         let bands = self.scene.bands.len();
         let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
         let limit = self.settings.map_photons.min(most);
-        let builder = MapBuilder::new(limit, bands);
-        let builder = match self.keep {
-            Keep::OnCaptors => builder,
-            Keep::OnSurfaces(_) => builder.with_bounces(),
-        };
-        (photons && asked).then(|| Mutex::new(builder))
+        (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
     fn finish<const N: usize>(
@@ -443,6 +448,18 @@ fn check_memory(scene: &Scene, threads: usize) -> Result<()> {
 
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Way {
+    /// After one more surface.
+    #[inline]
+    fn then(self, onward: Option<Onward>) -> Self {
+        match onward {
+            Some(Onward::Diffuse) => Self { bounces: self.bounces.saturating_add(1), ..self },
+            Some(Onward::Specular) => Self { mirrored: true, ..self },
+            Some(Onward::Straight) | None => self,
+        }
+    }
 }
 
 impl Keep<'_> {

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 
 use crate::{
     captor::{CHANNELS, Channel},
-    colour_map::colour,
     error::{Error, Result},
     estimate::surface::SurfaceLight,
     exhibit::Exhibit,
     geometry::Extent,
+    picture::Scale,
     scene::Scene,
 };
 
@@ -108,7 +108,7 @@ fn write_data(exhibit: &Exhibit, writer: &mut dyn Write) -> io::Result<()> {
         array("photonPowers", &shorts(powers.map(|power| level(*power, most))))?;
         let normals = shown.iter().flat_map(|&i| face_normal(light, i));
         array("photonNormals", &normals.flat_map(i8::to_le_bytes).collect::<Vec<u8>>())?;
-        let bounce = |i: &usize| light.map.bounces().get(*i).copied().unwrap_or(0);
+        let bounce = |i: &usize| light.map.ways().get(*i).map_or(0, |way| way.bounces);
         array("photonBounces", &shorts(shown.iter().map(bounce)))?;
     }
     Ok(())
@@ -155,8 +155,15 @@ fn facts(exhibit: &Exhibit) -> Value {
             "count": shown.len(), "most": most_power(light, &shown),
             "histories": light.map.histories,
         })),
-        "colours": STANDARD.encode((0..=255u8).map(|i| colour(f64::from(i) / 255.0)).collect::<Vec<_>>().as_flattened()),
+        "colours": STANDARD.encode(colours().as_flattened()),
     })
+}
+
+/// The colour map in 256 steps, sRGB.
+fn colours() -> Vec<[u8; 3]> {
+    let map = Scale { low: 0.0, high: 255.0, log: false };
+    let byte = |share: f32| (255.0 * share).round() as u8;
+    (0..=255).map(|i| map.colour(f64::from(i)).to_array().map(byte)).collect()
 }
 
 /// A box around all tiles and lights.

@@ -5,22 +5,11 @@ use std::{collections::HashMap, fs, path::Path};
 
 /// Every file of the library (a folder counts as the file of its name), floor by floor.
 const FLOORS: [&[&str]; 8] = [
-    &[
-        "error",
-        "input",
-        "output",
-        "units",
-        "colour_map",
-        "spectrum",
-        "rng",
-        "stats",
-        "geometry",
-        "sampling",
-    ],
+    &["error", "input", "output", "units", "spectrum", "rng", "stats", "geometry", "sampling"],
     &["bvh", "photon_map", "obj"],
-    &["material", "light", "captor"],
-    &["scene", "tiles", "patches"],
-    &["settings", "trace", "estimate", "tally", "simulate", "result"],
+    &["material", "light", "captor", "camera"],
+    &["scene", "patches", "tiles"],
+    &["settings", "trace", "estimate", "tally", "simulate", "render", "result"],
     &[
         "captor_csv",
         "json",
@@ -28,6 +17,7 @@ const FLOORS: [&[&str]; 8] = [
         "sweep_file",
         "result_file",
         "chart",
+        "picture",
         "exhibit",
         "vtk",
         "glb",

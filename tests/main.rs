@@ -16,6 +16,7 @@ mod nearest;
 mod nearest_study;
 mod output;
 mod paths;
+mod render;
 mod stability;
 mod study;
 mod surfaces;

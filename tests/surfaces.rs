@@ -115,11 +115,11 @@ fn the_map_does_not_depend_on_threads() {
     let [one, three] = [1, 3].map(|threads| {
         with_threads(&furnace(), 50_000, threads, |light| {
             let map = &light.map;
-            let straight = map.bounces().iter().filter(|bounces| **bounces == 0).count();
+            let straight = map.ways().iter().filter(|way| way.bounces == 0).count();
             assert_eq!(straight as u64, map.histories);
             let powers: Vec<Vec<f32>> =
                 (0..map.photons.len()).map(|i| map.power(i).to_vec()).collect();
-            (map.photons.clone(), map.positions(), map.bounces().to_vec(), powers)
+            (map.photons.clone(), map.positions(), map.ways().to_vec(), powers)
         })
     });
     assert!(one.0.len() > 49_000, "{}", one.0.len());

@@ -448,7 +448,8 @@ fn near_finds_all_in_a_ball() {
         bvh.near(center, radius, |triangle| found.push(triangle as usize));
         visits += found.len();
         for (i, triangle) in triangles.iter().enumerate() {
-            let inside = triangle.area_in_ball(center, radius) > 0.0;
+            // above the rounding of sectors that cancel
+            let inside = triangle.area_in_ball(center, radius) > 1e-5 * radius * radius;
             assert!(!inside || found.contains(&i), "{i} within {radius} of {center}");
         }
     }

@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::exhibit::{self, Source};
+use super::{
+    exhibit::{self, Source},
+    render::range,
+};
 use crate::{
     error::{Error, Result},
     export::{Colours, ExportFormat, check_export, write_export},
     scene::Scene,
-    settings::Checked,
 };
 
 #[derive(Args)]
@@ -27,7 +29,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
     /// Values of the first and the last colour of a .glb [default: 0 to what 99 % are below]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_negative_numbers = true)]
     range: Option<(f64, f64)>,
     /// Colours of a .glb by the logarithm
     #[arg(long)]
@@ -40,13 +42,6 @@ enum Quantity {
     Irradiance,
     /// What surfaces absorb, per area
     Absorbed,
-}
-
-fn range(text: &str) -> Checked<(f64, f64)> {
-    let ends = text
-        .split_once(':')
-        .and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
-    ends.ok_or_else(|| "must be two numbers, as 0:50".into())
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {

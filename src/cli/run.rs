@@ -73,7 +73,7 @@ pub(super) struct Arguments {
 }
 
 /// A whole number that may be written 1e8.
-fn count(text: &str) -> Checked<u64> {
+pub(super) fn count(text: &str) -> Checked<u64> {
     if let Ok(count) = text.parse() {
         return Ok(count);
     }
@@ -96,7 +96,7 @@ pub(super) fn k(text: &str) -> Checked<usize> {
     Settings::check_k(count(text)?)
 }
 
-fn map_photons(text: &str) -> Checked<usize> {
+pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 

@@ -81,7 +81,7 @@ impl<'a> Face<'a> {
         let local = cosine_hemisphere(path.rng.square());
         let direction = Frame::new(normal).to_world(local);
         let ray = Ray { origin: point, direction };
-        let radiance = path.follow::<N>(at, ray, cosine_hemisphere_density(local.z));
+        let radiance = path.follow::<N>(at, ray, Some(cosine_hemisphere_density(local.z)));
         let indirect = (direction, radiance.scaled(self.area * PI));
 
         let Path { rays, cut_off, .. } = path;
@@ -140,6 +140,58 @@ impl<'a> Face<'a> {
     }
 }
 
+/// For pictures to be compared with: one path's estimate of the radiance that comes along `ray` towards its origin, per band, W/m2/sr or
+/// umol/m2/s/sr.
+#[cfg(test)]
+pub fn radiance<const N: usize>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<N> {
+    let eye = Vertex { point: ray.origin, step: None, one_sided: None };
+    Path { scene, rng, rays: 0, cut_off: false }.follow(eye, ray, None)
+}
+
+/// A surface that scatters, joined with the lamps, also through thin panes: for whoever follows its
+/// scattering further.
+pub struct Joined<'a> {
+    scene: &'a Scene,
+    surface: &'a Surface,
+    encounter: Encounter,
+    at: Vertex,
+}
+
+impl<'a> Joined<'a> {
+    /// A `point` of a `surface`, met by a path from an eye.
+    pub fn new(scene: &'a Scene, surface: &'a Surface, encounter: Encounter, point: Vec3) -> Self {
+        let one_sided = !scene.material(surface).transmits_diffusely();
+        let one_sided = one_sided.then_some(encounter.normal);
+        Self {
+            scene,
+            surface,
+            encounter,
+            at: Vertex { point, step: Some(surface.normal), one_sided },
+        }
+    }
+
+    /// One light point's estimate of the radiance sent back along the path, less what
+    /// [`weight`](Self::weight) leaves to directions that are sampled.
+    pub fn radiance<const N: usize>(&self, rng: &mut Stream) -> Spectrum<N> {
+        let material = self.scene.material(self.surface);
+        let along = |d| material.density(&self.encounter, Transport::Importance, d);
+        let mut path = Path { scene: self.scene, rng, rays: 0, cut_off: false };
+        let Some((towards, irradiance)) = path.next_event::<N>(&self.at, along) else {
+            return Spectrum::ZERO;
+        };
+        let arriving = Encounter::new(-towards, self.surface.normal);
+        let f = material.evaluate(&arriving, -self.encounter.direction);
+        f.scaled(arriving.cos) * irradiance
+    }
+
+    /// What a lamp counts that a sampled direction meets straight or through panes.
+    pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
+        let material = self.scene.material(self.surface);
+        let density = material.density(&self.encounter, Transport::Importance, ray.direction);
+        density / (density + next_event_density(self.scene, &self.at, ray, hit))
+    }
+}
+
 /// Where a path starts.
 struct Start {
     /// Index among the captor's triangles.
@@ -192,18 +244,17 @@ impl Path<'_, '_> {
         Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
     }
 
-    /// Radiance that arrives along `ray`, whose direction was chosen at `at` with `density`: all of
-    /// it but what a light point chosen at `at` counts for.
+    /// Radiance that arrives along `ray`, whose direction was chosen at `at` with `density` (none from
+    /// a mirror or an eye, which no light point is joined with): all of it but what a light point
+    /// chosen at `at` counts for.
     fn follow<const N: usize>(
         &mut self,
         mut at: Vertex,
         mut ray: Ray,
-        density: f32,
+        mut density: Option<f32>,
     ) -> Spectrum<N> {
         let scene = self.scene;
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
-        // none after a mirror, which no light point can be joined with
-        let mut density = Some(density);
         let mut total_reflections = 0;
         for _ in 0..MAX_INTERACTIONS {
             self.rays += 1;
@@ -212,7 +263,7 @@ impl Path<'_, '_> {
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             scene.lights_hit(&ray, t_max, |hit| {
                 let weight = density.map_or(1.0, |density| {
-                    density / (density + self.next_event_density(&at, &ray, &hit))
+                    density / (density + next_event_density(scene, &at, &ray, &hit))
                 });
                 let power = power::<N>(&scene.lights[hit.light].power);
                 radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
@@ -258,16 +309,16 @@ impl Path<'_, '_> {
         self.cut_off = true;
         radiance
     }
+}
 
-    /// Density with which [`next_event`](Self::next_event) at `at` chooses the direction of `hit`.
-    fn next_event_density(&self, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
-        let chance = LightChoice::new(&self.scene.lights, at).chance(hit.light);
-        let d2 = ray.at(hit.t).distance_squared(at.point);
-        chance * d2 / (hit.shine.area * hit.cos)
-    }
+/// Density with which [`Path::next_event`] at `at` chooses the direction of `hit`.
+fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
+    let chance = LightChoice::new(&scene.lights, at).chance(hit.light);
+    let d2 = ray.at(hit.t).distance_squared(at.point);
+    chance * d2 / (hit.shine.area * hit.cos)
 }
 
 /// A light's power in lanes.
-fn power<const N: usize>(power: &[f64]) -> Spectrum<N> {
+pub fn power<const N: usize>(power: &[f64]) -> Spectrum<N> {
     Spectrum(std::array::from_fn(|b| power.get(b).map_or(0.0, |p| *p as f32)))
 }

@@ -35,15 +35,46 @@ impl Dielectric {
         transport: Transport,
         rng: &mut Stream,
     ) -> Option<Scatter<N>> {
-        let eta = self.eta(at);
-        let fresnel = Fresnel::new(at.cos, eta);
+        let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
-        if choice.lobe == 0 {
-            let total_reflection = fresnel.is_total();
-            let scatter = Scatter::specular(at.mirrored(), Spectrum::ONE, false);
-            return Some(Scatter { total_reflection, ..scatter });
-        }
+        Some(match choice.lobe {
+            0 => Self::reflected(at, &fresnel, 1.0),
+            _ => self.refracted(at, &fresnel, transport, self.tint.relative()),
+        })
+    }
+
+    /// Both ways on, each with the fraction that it carries.
+    pub(super) fn ways<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+    ) -> [Option<Scatter<N>>; 2] {
+        let fresnel = Fresnel::new(at.cos, self.eta(at));
+        let reflected = fresnel.unpolarised();
+        let beyond = self.tint.fraction().scaled(1.0 - reflected);
+        let crosses = !fresnel.is_total();
+        [
+            (reflected > 0.0).then(|| Self::reflected(at, &fresnel, reflected)),
+            crosses.then(|| self.refracted(at, &fresnel, transport, beyond)),
+        ]
+    }
+
+    #[inline]
+    fn reflected<const N: usize>(at: &Encounter, fresnel: &Fresnel, fraction: f32) -> Scatter<N> {
+        let scatter = Scatter::specular(at.mirrored(), Spectrum::ONE.scaled(fraction), false);
+        Scatter { total_reflection: fresnel.is_total(), ..scatter }
+    }
+
+    #[inline]
+    fn refracted<const N: usize>(
+        &self,
+        at: &Encounter,
+        fresnel: &Fresnel,
+        transport: Transport,
+        fraction: Spectrum<N>,
+    ) -> Scatter<N> {
+        let eta = self.eta(at);
         let along = at.cos / eta - fresnel.cos_refracted;
         let direction = (at.direction / eta + along * at.normal).normalize();
         // radiance, seen backward, scales by (n here / n there)^2; photon power does not
@@ -51,7 +82,7 @@ impl Dielectric {
             Transport::Light => 1.0,
             Transport::Importance => 1.0 / (eta * eta),
         };
-        Some(Scatter::specular(direction, self.tint.relative().scaled(scale), true))
+        Scatter::specular(direction, fraction.scaled(scale), true)
     }
 
     #[inline]
@@ -101,6 +132,16 @@ impl Pane {
     #[inline]
     pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
         complement(self.tint.fraction()).scaled(1.0 - self.reflectance(at))
+    }
+
+    /// Both ways on, each with the fraction that it carries.
+    pub(super) fn ways<const N: usize>(&self, at: &Encounter) -> [Option<Scatter<N>>; 2] {
+        let reflected = Spectrum::ONE.scaled(self.reflectance(at));
+        let straight = Scatter::new(at.direction, self.transmittance(at), true);
+        [
+            (self.ior > 1.0).then(|| Scatter::specular(at.mirrored(), reflected, false)),
+            Some(Scatter { onward: Onward::Straight, ..straight }),
+        ]
     }
 
     /// Fraction that goes straight through, per band.

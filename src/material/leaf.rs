@@ -59,6 +59,11 @@ impl Leaf {
         self.ior > 1.0
     }
 
+    /// Fraction that the cuticle mirrors.
+    pub(super) fn mirrored(&self, at: &Encounter) -> f32 {
+        if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 }
+    }
+
     #[inline]
     fn cuticle(&self, cos: f32) -> f32 {
         Fresnel::new(cos, self.ior).unpolarised()

@@ -50,6 +50,11 @@ impl Phong {
         self.exponent.is_none() && self.specular.largest > 0.0
     }
 
+    /// Fraction per band that is mirrored.
+    pub(super) fn mirrored<const N: usize>(&self) -> Spectrum<N> {
+        if self.has_mirror() { self.specular.fraction() } else { Spectrum::ZERO }
+    }
+
     /// Whether some light crosses it.
     pub(super) fn transmits(&self) -> bool {
         self.transmitted.largest > 0.0

@@ -744,3 +744,46 @@ fn lossless_materials_end_no_path() {
         }
     }
 }
+
+/// The smooth ways carry on average what sampling sends along them. 200,000 samples of seed 1 for each
+/// of 24 cases; a share of samples is off by more than 5 of its errors with odds of 6e-7.
+#[test]
+fn smooth_ways_carry_what_is_sampled() {
+    const SAMPLES: u32 = 200_000;
+    let tint = [0.9, 0.5, 0.2, 0.0];
+    let materials = [
+        lambert(tint),
+        mirror(tint),
+        leaf(1.425, GREEN, PALE),
+        glossy(None),
+        dielectric(1.5, tint),
+        pane(1.5, tint),
+    ];
+    for (m, material) in materials.iter().enumerate() {
+        for (at, transport) in [(at_degrees(true, 30.0), 0), (at_degrees(false, 30.0), 1)] {
+            for transport in [TRANSPORTS[transport], TRANSPORTS[1 - transport]] {
+                let ways = material.smooth_ways::<BANDS>(&at, transport);
+                let mut rng = Stream::new(1, 0, m as u64);
+                let mut means = [[0.0; BANDS]; 2];
+                for _ in 0..SAMPLES {
+                    let sampled = material.sample::<BANDS>(&at, transport, &mut rng);
+                    let Some(s) = sampled.filter(|s| s.onward != Onward::Diffuse) else { continue };
+                    let same = |way: &Option<Scatter<BANDS>>| {
+                        way.is_some_and(|w| w.direction == s.direction && w.onward == s.onward)
+                    };
+                    let way = ways.iter().position(same).expect("one of the ways");
+                    means[way].iter_mut().zip(s.factor.0).for_each(|(m, f)| *m += f64::from(f));
+                }
+                for (way, mean) in ways.iter().zip(means) {
+                    let factor = way.map_or([0.0; BANDS], |way| way.factor.0);
+                    for (mean, factor) in mean.into_iter().zip(factor) {
+                        let (mean, factor) = (mean / f64::from(SAMPLES), f64::from(factor));
+                        // a factor is at most the square of the index, a share at most 1
+                        let error = 2.25 * (factor.min(1.0) / f64::from(SAMPLES)).sqrt();
+                        assert!((mean - factor).abs() <= 5.0 * error, "{m}: {mean} {factor}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Pictures of light: what an eye sees, and false colours.
+
+use glam::Vec3;
+
+use super::{
+    What,
+    task::{Made, Task, photons},
+};
+use crate::{
+    error::Result,
+    picture::{BandColours, Exposure, PAPER, Picture},
+    render::{Pixels, Show},
+    scene::Scene,
+};
+
+impl Task<'_> {
+    pub fn radiance(&self) -> Result<Made> {
+        let light = self.light()?;
+        let pixels = self.pixels(&light, Show::Radiance { gather: self.arguments.gather })?;
+        let colours = self.colours();
+        let count = pixels.covered.len();
+        let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(pixels.pixel(i))).collect();
+        let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
+        let exposure = chosen.unwrap_or_else(|| Exposure::of(&linear));
+        let picture = Picture::new(pixels.width, linear.iter().map(|c| exposure.srgb(*c)));
+        let what = if colours.coloured { "bands by their wavelengths" } else { "grey" };
+        let words = format!("{}, exposure {} stops, {what}\n", photons(&light), exposure.stops);
+        Ok(Made { picture, pixels: Some(pixels), words })
+    }
+
+    fn colours(&self) -> BandColours {
+        if self.band.named {
+            return BandColours::grey(self.scene.bands.len(), &self.band.bands);
+        }
+        BandColours::new(&self.scene.bands, self.scene.quantity)
+    }
+
+    pub fn false_colour(&self, show: Show) -> Result<Made> {
+        let light = self.light()?;
+        let pixels = self.pixels(&light, show)?;
+        let value = |i: usize| {
+            let values = pixels.pixel(i);
+            self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>()
+        };
+        let seen = (0..pixels.covered.len()).filter(|&i| pixels.covered[i] > 0.0);
+        // lamp housings are small and bright
+        let scale = self.scale(seen.map(value).collect(), 0.95);
+        let colours = (0..pixels.covered.len())
+            .map(|i| PAPER.lerp(scale.colour(value(i)), pixels.covered[i]));
+        let picture = Picture::new(pixels.width, colours);
+        let what = match show {
+            Show::Absorbed => "absorbed",
+            _ => "irradiance",
+        };
+        let legend = self.legend(what, self.scene.quantity.unit_names().irradiance, scale);
+        let words = photons(&light) + "\n";
+        Ok(Made { picture: picture.with_bar(&legend), pixels: Some(pixels), words })
+    }
+}
+
+/// The channels of an EXR file: each band under its name and what it is, and for eyes R, G, B.
+pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(String, Vec<f32>)> {
+    let count = pixels.covered.len();
+    let what = match show {
+        What::Radiance => "radiance",
+        What::Absorbed => "absorbed",
+        _ => "irradiance",
+    };
+    let band = |b: usize| (0..count).map(|i| pixels.pixel(i)[b]).collect::<Vec<f32>>();
+    let mut channels: Vec<(String, Vec<f32>)> = scene
+        .bands
+        .iter()
+        .enumerate()
+        .map(|(b, named)| (format!("{what}.{}", named.name), band(b)))
+        .collect();
+    if show == What::Radiance {
+        let colours = BandColours::new(&scene.bands, scene.quantity);
+        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let value = |i: usize| colours.linear(pixels.pixel(i))[c];
+            channels.push((name.into(), (0..count).map(value).collect()));
+        }
+    } else {
+        channels.push(("A".into(), pixels.covered.clone()));
+    }
+    channels
+}

@@ -1,0 +1,59 @@
+//! Pictures of the photons themselves.
+
+use glam::Vec3;
+
+use super::{
+    By,
+    task::{Made, Task, photons},
+};
+use crate::{
+    error::Result,
+    picture::Legend,
+    render::{Eye, photon_dots, trace_dots},
+};
+
+impl Task<'_> {
+    pub fn photons(&self) -> Result<Made> {
+        let light = self.light()?;
+        let mut picture = self.pale(Eye::surface, |_, _| None)?;
+        let dots = photon_dots(&light, &self.eye, self.settings.threads)?;
+        let map = &light.map;
+        let power = |i: usize| {
+            let power = map.power(i);
+            self.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>() / map.histories as f64
+        };
+        let (what, unit) = match self.arguments.colour {
+            By::Power => ("photon power", self.scene.quantity.unit_names().flux),
+            By::Bounce => ("bounces", ""),
+        };
+        let value = |i: usize| match self.arguments.colour {
+            By::Power => power(i),
+            By::Bounce => f64::from(map.ways()[i].bounces),
+        };
+        let scale = self.scale(dots.iter().map(|dot| value(dot.index)).collect(), 0.999);
+        let size = (picture.width / 400).max(1);
+        let mut draw = |at: [f32; 2], colour| {
+            let [x, y] = at.map(|x| x as usize);
+            for i in 0..size * size {
+                picture.set(x + i % size, y + i / size, colour);
+            }
+        };
+        // a photon without power in these bands is not there
+        for dot in dots.iter().filter(|dot| power(dot.index) > 0.0) {
+            draw(dot.at, scale.colour(value(dot.index)));
+        }
+        const PATH: Vec3 = Vec3::new(0.85, 0.1, 0.1);
+        for dot in trace_dots(self.scene, &self.eye, self.arguments.paths, self.settings.seed) {
+            draw(dot.at, PATH);
+        }
+        let legend = Legend {
+            title: match self.arguments.colour {
+                By::Power => self.legend(what, unit, scale).title,
+                By::Bounce => vec![what.into()],
+            },
+            scale,
+        };
+        let words = format!("{}, {} of them seen\n", photons(&light), dots.len());
+        Ok(Made { picture: picture.with_bar(&legend), pixels: None, words })
+    }
+}

@@ -1,0 +1,166 @@
+//! A picture to make, and what all kinds of pictures need.
+
+use glam::Vec3;
+
+use super::{Arguments, What};
+use crate::{
+    cli::{
+        interrupt::Interrupt,
+        run::{self, terminal_bar},
+    },
+    error::{Error, Result},
+    estimate::surface::SurfaceLight,
+    geometry::Ray,
+    picture::{Legend, PAPER, Picture, Scale},
+    render::{Eye, Pixels, Sampling, Show, Sight, painted, render},
+    scene::Scene,
+    scene_file::LoadedScene,
+    settings::Settings,
+    simulate::{Control, Progress, light_surfaces},
+};
+
+/// Photons to store for dots: more would cover everything.
+const DOTS: usize = 100_000;
+
+/// What was made.
+pub(super) struct Made {
+    pub picture: Picture,
+    pub pixels: Option<Pixels>,
+    pub words: String,
+}
+
+pub(super) fn make(
+    arguments: &Arguments,
+    loaded: &LoadedScene,
+    interrupt: &Interrupt,
+) -> Result<Made> {
+    let LoadedScene { scene, settings, .. } = loaded;
+    let band = chosen_bands(scene, arguments.band.as_deref())?;
+    let scale = match arguments.range {
+        Some((low, high)) => Some(Scale::new(low, high, arguments.log)?),
+        None => None,
+    };
+    let eye = arguments.view.eye(loaded)?;
+    let few = if arguments.show == What::Photons { DOTS } else { settings.map_photons };
+    let settings = Settings {
+        photons: None,
+        seed: arguments.seed.unwrap_or(settings.seed),
+        k: Some(arguments.k as usize),
+        map_photons: arguments.map_photons.unwrap_or(few),
+        threads: arguments.threads.unwrap_or(settings.threads),
+        ..settings.clone()
+    };
+    let sampling =
+        Sampling { rays: arguments.rays, seed: settings.seed, threads: settings.threads };
+    let task = Task { arguments, scene, eye, settings, sampling, band, scale, interrupt };
+    match arguments.show {
+        What::Radiance => task.radiance(),
+        What::Irradiance => task.false_colour(Show::Irradiance),
+        What::Absorbed => task.false_colour(Show::Absorbed),
+        What::Captors => task.captors(loaded),
+        What::Photons => task.photons(),
+    }
+}
+
+/// A name of a band or sum, and its bands.
+pub(super) struct ChosenBands {
+    pub name: String,
+    pub bands: Vec<usize>,
+    /// Whether the user named it.
+    pub named: bool,
+    /// Place among bands followed by sums, where it is one of them.
+    pub index: Option<usize>,
+}
+
+fn chosen_bands(scene: &Scene, name: Option<&str>) -> Result<ChosenBands> {
+    let count = scene.bands.len();
+    let chosen =
+        |name: &str, bands, index| ChosenBands { name: name.into(), bands, named: true, index };
+    let Some(name) = name else {
+        let all = match &scene.bands[..] {
+            [only] => chosen(&only.name, vec![0], Some(0)),
+            _ => chosen("sum of bands", (0..count).collect(), None),
+        };
+        return Ok(ChosenBands { named: false, ..all });
+    };
+    if let Some(b) = scene.bands.iter().position(|band| band.name == name) {
+        return Ok(chosen(name, vec![b], Some(b)));
+    }
+    if let Some(s) = scene.sums.iter().position(|sum| sum.name == name) {
+        return Ok(chosen(name, scene.sums[s].bands.clone(), Some(count + s)));
+    }
+    if name == "sum" {
+        return Ok(chosen("sum of bands", (0..count).collect(), None));
+    }
+    let names = scene.bands.iter().map(|band| &band.name);
+    let names: Vec<&str> =
+        names.chain(scene.sums.iter().map(|sum| &sum.name)).map(String::as_str).collect();
+    let problem = format!("the scene has no band or sum `{name}`");
+    Err(Error::input("--band", problem).remedy(format!("there are {}, sum", names.join(", "))))
+}
+
+/// A picture to make.
+pub(super) struct Task<'a> {
+    pub arguments: &'a Arguments,
+    pub scene: &'a Scene,
+    pub eye: Eye<'a>,
+    pub settings: Settings,
+    pub sampling: Sampling,
+    pub band: ChosenBands,
+    scale: Option<Scale>,
+    interrupt: &'a Interrupt,
+}
+
+impl<'a> Task<'a> {
+    /// Does `work` under a progress bar.
+    pub fn watched<T>(&self, what: &str, work: impl FnOnce(&Control) -> Result<T>) -> Result<T> {
+        let bar = terminal_bar(&format!(
+            "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"
+        ));
+        let progress = |progress: Progress| run::show(&bar, progress);
+        let control = Control { stop: self.interrupt.stop(), progress: &progress };
+        let done = work(&control);
+        bar.finish_and_clear();
+        done
+    }
+
+    pub fn light(&self) -> Result<SurfaceLight<'a>> {
+        self.watched("photons", |control| light_surfaces(self.scene, &self.settings, control))
+    }
+
+    pub fn pixels(&self, light: &SurfaceLight, show: Show) -> Result<Pixels> {
+        self.watched("pixels", |control| render(light, &self.eye, show, self.sampling, control))
+    }
+
+    /// The user's, or one that a share of the values is inside.
+    pub fn scale(&self, values: Vec<f64>, share: f64) -> Scale {
+        self.scale.unwrap_or_else(|| Scale::of(values, share, self.arguments.log))
+    }
+
+    pub fn legend(&self, what: &str, unit: &str, scale: Scale) -> Legend {
+        let short: String = self.band.name.chars().take(14).collect();
+        Legend { title: vec![what.into(), short, unit.into()], scale }
+    }
+
+    /// A pale picture of what `see` says is seen; captors have the colour that `colour` gives them and
+    /// the face seen.
+    pub fn pale(
+        &self,
+        see: impl Fn(&Eye<'a>, &Ray) -> Sight + Sync,
+        colour: impl Fn(usize, bool) -> Option<Vec3> + Sync,
+    ) -> Result<Picture> {
+        let paint = |ray: &Ray| match see(&self.eye, ray) {
+            Sight::Nothing => PAPER,
+            Sight::Thing { cos, captor, front } => captor
+                .and_then(|captor| colour(captor, front))
+                .unwrap_or(Vec3::splat(0.72 + 0.2 * cos)),
+        };
+        let colours =
+            self.watched("pixels", |control| painted(&self.eye, self.sampling, control, paint))?;
+        Ok(Picture::new(self.eye.camera.width, colours.into_iter()))
+    }
+}
+
+pub(super) fn photons(light: &SurfaceLight) -> String {
+    format!("{} arrivals of {} photons", light.map.photons.len(), light.map.histories)
+}

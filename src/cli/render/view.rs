@@ -1,0 +1,78 @@
+//! Where a picture is seen from.
+
+use clap::Args;
+use glam::DVec3;
+
+use crate::{
+    camera::View,
+    error::{Error, Result},
+    render::Eye,
+    scene_file::LoadedScene,
+    settings::Checked,
+};
+
+/// The camera; what is not given is the scene's, or chosen.
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Where the eye is, in the scene's unit of length [default: the scene's camera, or outside with
+    /// what is in the way cut off]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+    position: Option<DVec3>,
+    /// The point in the middle of the picture [default: the camera's, or the middle of the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+    look_at: Option<DVec3>,
+    /// The way that is up in the picture [default: the camera's, or 0,0,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+    up: Option<DVec3>,
+    /// Angle of view across the picture, degrees [default: the camera's, or 45]
+    #[arg(long, value_name = "DEGREES", value_parser = fov, allow_negative_numbers = true)]
+    fov_deg: Option<f64>,
+    /// Pixels across [default: the camera's, or 800]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]
+    width: Option<u64>,
+    /// Pixels down [default: the camera's, or 600]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]
+    height: Option<u64>,
+}
+
+fn point(text: &str) -> Checked<DVec3> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
+        _ => Err("must be three numbers with commas between them, as 1,-2,0.5".into()),
+    }
+}
+
+fn fov(text: &str) -> Checked<f64> {
+    View::check_fov(text.parse().map_err(|_| "must be a number")?)
+}
+
+impl Arguments {
+    /// The eye that looks at the scene.
+    pub fn eye<'a>(&self, loaded: &'a LoadedScene) -> Result<Eye<'a>> {
+        let LoadedScene { scene, unit, view, .. } = loaded;
+        let pixels = |asked: Option<u64>, own: usize| asked.map_or(own, |n| n as usize);
+        let (width, height) = view.map_or(View::SIZE, |view| (view.width, view.height));
+        let size = (pixels(self.width, width), pixels(self.height, height));
+        let asked = self.position.is_some() || self.look_at.is_some() || self.up.is_some();
+        if view.is_none() && !asked && self.fov_deg.is_none() {
+            return Eye::chosen(scene, size);
+        }
+        let extent = crate::geometry::Extent::of_triangles(&scene.triangles);
+        let base = view.unwrap_or_else(|| View::of(&extent, scene.center, size));
+        let metres = |point: DVec3| point * unit.metres();
+        let view = View {
+            position: self.position.map_or(base.position, metres),
+            look_at: self.look_at.map_or(base.look_at, metres),
+            up: self.up.unwrap_or(base.up),
+            fov_deg: self.fov_deg.unwrap_or(base.fov_deg),
+            width: size.0,
+            height: size.1,
+        };
+        view.check_directions().map_err(|why| {
+            Error::input("camera", why).remedy("move one of them, or give another --up")
+        })?;
+        Eye::new(scene, &view)
+    }
+}
