@@ -72,6 +72,13 @@ function heading(table, names) {
   table.createTHead().append(row);
 }
 
+/** All bands, or the chosen one and the sums where there are many; the table of clicked ones has all. */
+function bandsOfTip() {
+  const all = facts.bands.map((_, band) => band);
+  if (all.length <= 5) return all;
+  return all.filter((band) => band === state.band || facts.bands[band].sum).slice(0, 5);
+}
+
 function showTip(tile, x, y) {
   const tip = element("tip");
   const part = tile >= 0 && tile < facts.tiles ? partOf(tile) : null;
@@ -88,12 +95,13 @@ function showTip(tile, x, y) {
   const kind = document.createElement("p");
   kind.textContent = descriptionOf(part);
   const table = document.createElement("table");
-  heading(table, ["", ...facts.bands.map((band) => band.name), ""]);
+  const bands = bandsOfTip();
+  heading(table, ["", ...bands.map((band) => facts.bands[band].name), ""]);
   const body = table.createTBody();
   for (const line of linesOf(part, tile)) {
     const row = body.insertRow();
     cell(row, line.name);
-    line.values.forEach((value) => cell(row, withError(value)));
+    bands.forEach((band) => cell(row, withError(line.values[band])));
     cell(row, line.unit);
   }
   tip.append(title, kind, table);
