@@ -93,7 +93,8 @@ fn cell_data<'a>(exhibit: &'a Exhibit, cells: usize, file: &mut VtkFile<'a>) {
             }
         }
     }
-    let indices: [(&str, fn(&TilePart) -> Option<usize>); 3] = [
+    type Index = fn(&TilePart) -> Option<usize>;
+    let indices: [(&str, Index); 3] = [
         ("object", |part| part.object),
         ("material", |part| part.material),
         ("captor", |part| part.captor),
