@@ -3,6 +3,8 @@
 mod chart;
 mod check;
 mod compare;
+mod exhibit;
+mod export;
 mod interrupt;
 mod mix;
 mod outputs;
@@ -11,6 +13,7 @@ mod run;
 mod schema;
 mod summary;
 mod sweep;
+mod view;
 
 use std::{
     io::{self, Write},
@@ -47,6 +50,10 @@ enum Command {
     Compare(compare::Arguments),
     /// Say what a run would have found with other powers of its lights, without running it again
     Mix(mix::Arguments),
+    /// Write a page that shows the scene and its light in a browser
+    View(view::Arguments),
+    /// Write surfaces, captors and their light, or photons, for ParaView, Blender and others
+    Export(export::Arguments),
     /// Run a scene with many values of some of its numbers, and tabulate what was found
     Sweep(sweep::Arguments),
     /// Join the shards of a sweep, or of one run
@@ -68,6 +75,8 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Mix(arguments) => mix::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),

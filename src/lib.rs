@@ -43,6 +43,7 @@ mod material;
 mod scene;
 
 mod patches;
+mod tiles;
 
 mod estimate;
 mod render;
@@ -55,15 +56,21 @@ mod trace;
 
 mod captor_csv;
 mod chart;
+mod exhibit;
+mod glb;
 mod json;
 mod picture;
+mod ply;
 mod result_file;
 mod scene_file;
 mod share_file;
 mod sweep_file;
+mod view;
+mod vtk;
 
 mod check;
 mod compare;
+mod export;
 mod join;
 mod study;
 mod sweep;
@@ -82,7 +89,10 @@ pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
 pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
 pub use estimate::{paths::Unseen, surface::SurfaceLight};
+pub use exhibit::{Exhibit, ExhibitPlan, ExhibitStage};
+pub use export::{Colours, ExportFormat, check_export, write_export};
 pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
+pub use glb::Shown;
 pub use join::join;
 pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use material::{
@@ -118,4 +128,7 @@ pub use sweep::{
 };
 pub use sweep_file::{Parameter, Run, Sweep};
 pub use tally::{Ledger, Totals};
+pub use tiles::{TilePart, Tiles};
 pub use units::{LengthUnit, Quantity, UnitNames};
+pub use view::{check_view, write_view};
+pub use vtk::VtkKind;

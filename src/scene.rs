@@ -66,6 +66,8 @@ pub struct Scene {
     pub sums: Vec<BandSum>,
     /// The materials.
     pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
     /// The lights.
     pub lights: Vec<Light>,
     /// The captors.
@@ -78,6 +80,8 @@ pub struct Scene {
     pub radius: f32,
     shapes: Arc<Shapes>,
     surfaces: Vec<Surface>,
+    /// The object of each part, and the first triangle of it.
+    object_parts: Vec<(usize, Option<usize>)>,
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
@@ -136,10 +140,22 @@ impl Scene {
         &self.surfaces[triangle]
     }
 
+    /// Index of the object that a triangle of a surface is part of, if it has a name.
+    pub fn object(&self, triangle: usize) -> Option<usize> {
+        let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
+        self.object_parts[..after].last()?.1
+    }
+
     /// The material of a triangle.
     #[inline]
     pub fn material(&self, surface: &Surface) -> &Material {
         &self.materials[surface.material as usize].material
+    }
+
+    /// Names of the bands, followed by those of the sums over bands.
+    pub fn band_names(&self) -> impl Iterator<Item = &str> + Clone {
+        let bands = self.bands.iter().map(|band| band.name.as_str());
+        bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
     }
 
     /// Values per band, followed by those of the sums over bands.

@@ -32,7 +32,7 @@ pub fn listing(folder: &Path) -> Vec<String> {
 }
 
 /// That the arguments are refused with one line that holds all `words`, and nothing is written.
-fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
+pub fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     let before = listing(folder);
     let output = phylux(folder, arguments);
     let stderr = String::from_utf8_lossy(&output.stderr);

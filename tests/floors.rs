@@ -8,7 +8,7 @@ const FLOORS: [&[&str]; 8] = [
     &["error", "input", "output", "units", "spectrum", "rng", "stats", "geometry", "sampling"],
     &["bvh", "photon_map", "obj"],
     &["material", "light", "captor", "camera"],
-    &["scene", "patches"],
+    &["scene", "patches", "tiles"],
     &["settings", "shard", "trace", "estimate", "tally", "simulate", "render", "result"],
     &[
         "captor_csv",
@@ -19,8 +19,13 @@ const FLOORS: [&[&str]; 8] = [
         "share_file",
         "chart",
         "picture",
+        "exhibit",
+        "vtk",
+        "glb",
+        "ply",
+        "view",
     ],
-    &["check", "study", "compare", "join", "sweep"],
+    &["check", "study", "compare", "join", "export", "sweep"],
     &["cli", "lib", "main"],
 ];
 

@@ -83,6 +83,25 @@ fn an_interrupted_run_leaves_nothing_behind() {
 }
 
 #[test]
+fn an_interrupted_view_or_export_leaves_nothing_behind() {
+    let scene = scene();
+    let text = fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    let long = text.replacen('{', r#"{"settings": {"photons": 1e14},"#, 1);
+    fs::write(scene.path("scene.json"), long).expect("written");
+    let folder = scene.path("");
+    let before = listing(&folder);
+    for arguments in [&["view", "scene.json"][..], &["export", "scene.json", "-o", "a.vtu"]] {
+        let child = start(&folder, arguments);
+        wait_for_start(&folder);
+        signal(&child, "-INT");
+        let output = child.wait_with_output().expect("an end");
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");
+        assert_eq!(listing(&folder), before);
+    }
+}
+
+#[test]
 fn a_killed_run_leaves_the_old_results() {
     let scene = scene();
     let folder = scene.path("");

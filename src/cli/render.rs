@@ -109,7 +109,7 @@ fn stops(text: &str) -> Checked<f64> {
     }
 }
 
-fn range(text: &str) -> Checked<(f64, f64)> {
+pub(super) fn range(text: &str) -> Checked<(f64, f64)> {
     let number = |text: &str| text.trim().parse().ok();
     text.split_once(':')
         .and_then(|(low, high)| Some((number(low)?, number(high)?)))

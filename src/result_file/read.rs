@@ -7,7 +7,7 @@ use serde::{Deserialize, de::DeserializeOwned};
 use crate::{
     error::{Error, Result},
     input::read_bytes,
-    result::RunResult,
+    result::{CaptorResult, FaceResult, RunResult},
 };
 
 /// What comparisons and tables read of a results file.
@@ -58,6 +58,11 @@ pub(crate) struct EnergyValues {
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct CaptorValues {
     pub id: String,
+    /// m2
+    pub area: f64,
+    /// m; groups have none.
+    #[serde(default)]
+    pub center: Option<[f64; 3]>,
     pub front: FaceValues,
     pub back: Option<FaceValues>,
     pub absorbed: Option<Vec<f64>>,
@@ -106,5 +111,31 @@ pub fn read_json(path: &Path) -> Result<RunResult> {
     match result.is_whole() {
         true => Ok(result),
         false => Err(no_results(path, "a list has not one entry for each band")),
+    }
+}
+
+impl From<&CaptorResult> for CaptorValues {
+    fn from(captor: &CaptorResult) -> Self {
+        Self {
+            id: captor.id.clone(),
+            area: captor.area,
+            center: Some(captor.center),
+            front: FaceValues::from(&captor.front),
+            back: captor.back.as_ref().map(FaceValues::from),
+            absorbed: captor.absorbed.clone(),
+            absorbed_se: captor.absorbed_se.clone(),
+        }
+    }
+}
+
+impl From<&FaceResult> for FaceValues {
+    fn from(face: &FaceResult) -> Self {
+        Self {
+            irradiance: face.irradiance.clone(),
+            irradiance_se: face.irradiance_se.clone(),
+            min: face.min.clone(),
+            max: face.max.clone(),
+            few_paths: face.few_paths,
+        }
     }
 }

@@ -73,6 +73,7 @@ impl Scene {
         surface_parts.sort_by_key(|part| part.captor);
         let mut triangles = Vec::new();
         let mut surfaces = Vec::new();
+        let mut object_parts = Vec::with_capacity(surface_parts.len());
         let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
             parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
         for part in &surface_parts {
@@ -83,6 +84,7 @@ impl Scene {
                 }
                 corners.extend_from_slice(&part.triangles);
             }
+            object_parts.push((triangles.len(), part.object));
             for corners in &part.triangles {
                 let triangle = local(corners);
                 surfaces.push(Surface {
@@ -141,6 +143,7 @@ impl Scene {
             bands: parts.bands,
             sums: parts.sums,
             materials: parts.materials,
+            objects: parts.objects,
             lights,
             captors,
             groups: parts.groups,
@@ -148,6 +151,7 @@ impl Scene {
             radius,
             shapes,
             surfaces,
+            object_parts,
             light_bvh: Bvh::build(&light_triangles),
             light_triangles,
             light_of_triangle,

@@ -36,6 +36,8 @@ pub struct NamedMaterial {
 /// Triangles of one material, and of one captor if they count.
 #[derive(Clone, Debug)]
 pub struct SurfacePart {
+    /// Index of the object that it is part of, if it has a name.
+    pub object: Option<usize>,
     /// Index of the material.
     pub material: usize,
     /// Index of the surface captor.
@@ -81,6 +83,8 @@ pub struct SceneParts {
     pub sums: Vec<BandSum>,
     /// The materials.
     pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
     /// The surfaces.
     pub surfaces: Vec<SurfacePart>,
     /// The lights, at least one.

@@ -59,14 +59,16 @@ impl Loader<'_> {
     /// Makes a light with a material part of the scene.
     fn make_solid(&mut self, name: &str, light: &Glowing) {
         let Some(material) = light.material else { return };
+        let object = Some(self.parts.objects.len());
+        self.parts.objects.push(name.to_string());
         if let LightShape::Area { triangles, .. } = &light.shape {
             let triangles = triangles.clone();
-            self.parts.surfaces.push(SurfacePart { material, captor: None, triangles });
+            self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
         }
         if !light.caps.is_empty() {
             let material = self.black(format!("caps of {name}"));
             let triangles = light.caps.clone();
-            self.parts.surfaces.push(SurfacePart { material, captor: None, triangles });
+            self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
         }
     }
 

@@ -58,6 +58,7 @@ impl Loader<'_> {
         if file.captor != SurfaceCaptorFile::Off {
             self.claim_group(pointer, &object.name)?;
         }
+        self.parts.objects.push(object.name.clone());
         let placements = self.placements(pointer, file.transform, file.instances.as_deref())?;
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
@@ -96,6 +97,7 @@ impl Loader<'_> {
         instance: Option<usize>,
         transform: &Transform,
     ) -> Result<()> {
+        let object_index = self.parts.objects.len().checked_sub(1);
         let copy = instance.map_or(String::new(), |i| format!("#{i}"));
         let mut captors = match object.file.captor {
             SurfaceCaptorFile::Off => None,
@@ -119,7 +121,12 @@ impl Loader<'_> {
                 glow.triangles.extend_from_slice(&triangles);
             }
             let Some(captors) = &mut captors else {
-                self.parts.surfaces.push(SurfacePart { material, captor: None, triangles });
+                self.parts.surfaces.push(SurfacePart {
+                    object: object_index,
+                    material,
+                    captor: None,
+                    triangles,
+                });
                 continue;
             };
             let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
@@ -138,14 +145,24 @@ impl Loader<'_> {
                     }
                     let captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
                     let triangles = vec![triangle];
-                    self.parts.surfaces.push(SurfacePart { material, captor, triangles });
+                    self.parts.surfaces.push(SurfacePart {
+                        object: object_index,
+                        material,
+                        captor,
+                        triangles,
+                    });
                 }
             } else {
                 if seen.captor.is_none() {
                     seen.captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
                 }
                 let captor = seen.captor;
-                self.parts.surfaces.push(SurfacePart { material, captor, triangles });
+                self.parts.surfaces.push(SurfacePart {
+                    object: object_index,
+                    material,
+                    captor,
+                    triangles,
+                });
             }
         }
         Ok(())

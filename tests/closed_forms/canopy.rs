@@ -57,7 +57,12 @@ fn run(width: f64, light: LightShape, seed: u64) -> RunResult {
             name: "black".into(),
             material: Material::Lambert(Lambert::new(&[0.0])),
         }],
-        surfaces: vec![SurfacePart { material: 0, captor: None, triangles: leaves(width, seed) }],
+        surfaces: vec![SurfacePart {
+            object: None,
+            material: 0,
+            captor: None,
+            triangles: leaves(width, seed),
+        }],
         lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape: light }],
         ..SceneParts::default()
     })

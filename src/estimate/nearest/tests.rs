@@ -25,7 +25,7 @@ fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
     let (kind, virtual_triangles, surfaces, materials) = match leaf {
         None => (CaptorKind::Virtual { both_sides: false }, triangles, vec![], vec![]),
         Some(leaf) => {
-            let part = SurfacePart { material: 0, captor: Some(0), triangles };
+            let part = SurfacePart { object: None, material: 0, captor: Some(0), triangles };
             let material = NamedMaterial { name: "leaf".into(), material: Material::Leaf(leaf) };
             (CaptorKind::Surface, vec![], vec![part], vec![material])
         }

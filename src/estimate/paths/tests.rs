@@ -44,6 +44,7 @@ fn lamps() -> SceneParts {
         lights: vec![lamp(0.2, "left"), lamp(1.5, "right")],
         materials: vec![NamedMaterial { name: "metal".into(), material: Material::Phong(metal) }],
         surfaces: vec![SurfacePart {
+            object: None,
             material: 0,
             captor: None,
             triangles: reflector(0.2).chain(reflector(1.5)).collect(),

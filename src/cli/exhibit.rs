@@ -1,0 +1,112 @@
+//! What `view` and `export` have in common: the scene, its results, tracing what they do not tell.
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::{Mutex, atomic::Ordering},
+    time::Duration,
+};
+
+use clap::Args;
+
+use super::{
+    interrupt::{Interrupt, NOTHING_WRITTEN},
+    outputs::check_places,
+    run::{show, terminal_bar, threads},
+};
+use crate::{
+    error::{Error, Result},
+    exhibit::{Exhibit, ExhibitPlan, ExhibitStage},
+    output::OutputFile,
+    result_file::ResultsFile,
+    scene::Scene,
+    scene_file::{self, LoadedScene},
+    settings::Settings,
+    simulate::{Control, Progress},
+};
+
+/// The scene and where its light comes from.
+#[derive(Args)]
+pub(super) struct Source {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// Results of a run of this scene, for the captors; without it the scene is run first
+    #[arg(long, value_name = "FILE")]
+    results: Option<PathBuf>,
+    /// Trace nothing: surfaces that are no captors have no values
+    #[arg(long, requires = "results")]
+    no_trace: bool,
+    /// Threads; 0 takes all processors. What is written does not depend on it
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    threads: Option<usize>,
+}
+
+impl Source {
+    /// Whether photons may be traced.
+    pub fn traces(&self) -> bool {
+        !self.no_trace
+    }
+}
+
+/// Checks the scene, makes the exhibit, of `photons` alone or of everything, and writes it to `output`.
+pub(super) fn write(
+    source: &Source,
+    output: &Path,
+    photons: bool,
+    check: &dyn Fn(&Scene) -> Result<()>,
+    write: impl Fn(&Exhibit, &mut dyn Write) -> io::Result<()>,
+) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let file = OutputFile::create(output)?;
+    interrupt.remove_at_end(file.temporary());
+    let place = file.place().map(Path::to_path_buf);
+    let reading = terminal_bar("{elapsed} reading the scene");
+    reading.enable_steady_tick(Duration::from_millis(200));
+    let results = source.results.as_deref().map(ResultsFile::read).transpose()?;
+    let loaded = scene_file::load(&source.scene)?;
+    reading.finish_and_clear();
+    let LoadedScene { scene, settings, warnings, mut files, .. } = loaded;
+    files.extend(source.results.clone());
+    check_places(place.as_slice(), &files)?;
+    check(&scene)?;
+    super::warn(&warnings);
+
+    let settings = Settings { threads: source.threads.unwrap_or(settings.threads), ..settings };
+    let plan = match results {
+        _ if photons => ExhibitPlan::Photons,
+        Some(results) => {
+            ExhibitPlan::Results { results: Box::new(results), trace: source.traces() }
+        }
+        None => ExhibitPlan::Run,
+    };
+    let bars = Mutex::new(None);
+    let progress = |stage: ExhibitStage, progress: Progress| {
+        // a bar that cannot be drawn is not worth a failure
+        let Ok(mut bars) = bars.lock() else { return };
+        if !matches!(&*bars, Some((shown, _)) if *shown == stage) {
+            let what = match stage {
+                ExhibitStage::Captors => "photons for captors",
+                ExhibitStage::Surfaces => "photons for surfaces",
+                ExhibitStage::Tiles => "places read",
+            };
+            let template = format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{eta}} left");
+            *bars = Some((stage, terminal_bar(&template)));
+        }
+        if let Some((_, bar)) = &*bars {
+            show(bar, progress);
+        }
+    };
+    let control = Control { stop: interrupt.stop(), progress: &|_| {} };
+    let exhibit =
+        interrupt.listening(|| Exhibit::new(&scene, &settings, plan, &control, &progress));
+    if let Ok(Some((_, bar))) = bars.into_inner() {
+        bar.finish_and_clear();
+    }
+    let exhibit = exhibit?;
+    if interrupt.stop().load(Ordering::Relaxed) {
+        return Err(Error::run("run", NOTHING_WRITTEN));
+    }
+    interrupt.writing();
+    file.write(|writer| write(&exhibit, writer))?;
+    super::print(&format!("wrote {}\n", output.display()))
+}

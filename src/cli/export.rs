@@ -1,0 +1,65 @@
+//! `phylux export`
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    exhibit::{self, Source},
+    render::range,
+};
+use crate::{
+    error::{Error, Result},
+    export::{Colours, ExportFormat, check_export, write_export},
+    scene::Scene,
+};
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    source: Source,
+    /// File to write; its ending says what: .vtp, .vtu (all values, for ParaView), .glb (coloured by
+    /// one value, for Blender and browsers), .ply (photons)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Colours of a .glb show [default: irradiance]
+    #[arg(long, value_enum)]
+    quantity: Option<Quantity>,
+    /// Band or sum over bands of a .glb [default: the first sum, or the first band]
+    #[arg(long, value_name = "NAME")]
+    band: Option<String>,
+    /// Values of the first and the last colour of a .glb [default: 0 to what 99 % are below]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_negative_numbers = true)]
+    range: Option<(f64, f64)>,
+    /// Colours of a .glb by the logarithm
+    #[arg(long)]
+    log: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Quantity {
+    /// What arrives at each face
+    Irradiance,
+    /// What surfaces absorb, per area
+    Absorbed,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let format = ExportFormat::of(&arguments.output)?;
+    let colours = Colours {
+        absorbed: arguments.quantity.map(|quantity| quantity == Quantity::Absorbed),
+        band: arguments.band.clone(),
+        range: arguments.range,
+        log: arguments.log,
+    };
+    colours.check(format)?;
+    let photons = format == ExportFormat::Ply;
+    if photons && !arguments.source.traces() {
+        return Err(Error::input("--no-trace", "a .ply holds photons, and none would be traced")
+            .remedy("leave it out"));
+    }
+    let check = |scene: &Scene| check_export(scene, format, &colours);
+    exhibit::write(&arguments.source, &arguments.output, photons, &check, |exhibit, writer| {
+        write_export(exhibit, format, &colours, writer)
+    })
+}

@@ -1,0 +1,26 @@
+//! `phylux view`
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::exhibit::{self, Source};
+use crate::{
+    error::Result,
+    view::{check_view, write_view},
+};
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    source: Source,
+    /// The page, which opens in a browser and needs no network
+    #[arg(short, long, value_name = "FILE", default_value = "view.html")]
+    output: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    exhibit::write(&arguments.source, &arguments.output, false, &check_view, |exhibit, writer| {
+        write_view(exhibit, writer)
+    })
+}

@@ -1,0 +1,282 @@
+//! Surfaces and captors as binary glTF 2.0 (Khronos 2017-2021), coloured by a value: Blender and
+//! browsers open it.
+
+use std::io::{self, Write};
+
+use glam::Vec3;
+use serde_json::{Value, json};
+
+use crate::{
+    captor::Channel, exhibit::Exhibit, geometry::Triangle, picture::Scale, tiles::TilePart,
+};
+
+/// What the colours stand for.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// Index of a band or sum.
+    pub band: usize,
+    /// Power that the surface keeps per area; otherwise what arrives at each face.
+    pub absorbed: bool,
+    /// The values at the ends of the colour map; none chooses them.
+    pub range: Option<(f64, f64)>,
+    /// Whether colours go by the logarithm.
+    pub log: bool,
+}
+
+/// Nodes for single captors; where there are more captors, those of one object, or the virtual
+/// ones, share one.
+const NODES: usize = 5000;
+/// glTF's numbers for types of components and targets of buffers.
+const FLOAT: u32 = 5126;
+const UNSIGNED_BYTE: u32 = 5121;
+const ARRAY_BUFFER: u32 = 34962;
+/// Shown where no value is known, sRGB.
+const PALE: Vec3 = Vec3::splat(0.88);
+/// Share of the values below the end of a chosen range: a few bright spots would leave all else dark.
+const SHOWN_SHARE: f64 = 0.99;
+
+/// The value of each face of a tile, front then back.
+type FaceValue = Option<f64>;
+
+/// Writes the exhibit. Each face is there where it has a value, so that the dark outside of a room
+/// does not hide it; faces of which none is known are pale. Errors: beyond the 4 GiB of such a file;
+/// a range that is none.
+pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io::Result<()> {
+    let faces = |part: &TilePart, tile: usize| -> [FaceValue; 2] {
+        let value = |channel| exhibit.value(part, tile, channel, shown.band);
+        match shown.absorbed {
+            true => [value(Channel::Absorbed); 2],
+            false => [value(Channel::Front), value(Channel::Back)],
+        }
+    };
+    let tiles = || {
+        let parts = exhibit.tiles.parts.iter();
+        parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
+    };
+    let range = match shown.range {
+        Some((low, high)) => Scale::new(low, high, shown.log).map_err(io::Error::other)?,
+        None => {
+            let all = tiles().flat_map(|(part, tile)| faces(part, tile)).flatten();
+            Scale::of(all.collect(), SHOWN_SHARE, shown.log)
+        }
+    };
+    let mut file = GlbFile::default();
+    let mut rest = &exhibit.tiles.parts[..];
+    while !rest.is_empty() {
+        let together = rest.iter().take_while(|part| one_node(exhibit, part, &rest[0])).count();
+        let (parts, after) = rest.split_at(together);
+        rest = after;
+        let mut mesh = Mesh::default();
+        for part in parts {
+            for tile in part.tiles.clone() {
+                mesh.add(&exhibit.tiles.corners[tile], faces(part, tile), &range);
+            }
+        }
+        if !mesh.values.is_empty() {
+            file.node(mesh, node_name(exhibit, &parts[0]), extras(exhibit, &parts[0]));
+        }
+    }
+    file.write(exhibit, shown, &range, writer)
+}
+
+/// Whether two parts belong into one node.
+fn one_node(exhibit: &Exhibit, part: &TilePart, other: &TilePart) -> bool {
+    let captor = |part: &TilePart| match exhibit.scene.captors.len() > NODES {
+        true => part.captor.map(|_| 0),
+        false => part.captor,
+    };
+    let key = |part: &TilePart| (captor(part), part.object);
+    key(part) == key(other)
+}
+
+fn node_name(exhibit: &Exhibit, part: &TilePart) -> String {
+    let scene = exhibit.scene;
+    match (part.captor, part.object) {
+        (Some(captor), _) if scene.captors.len() <= NODES => scene.captors[captor].id.clone(),
+        (_, Some(object)) => scene.objects[object].clone(),
+        (Some(_), None) => "captors".into(),
+        (None, None) => "surfaces".into(),
+    }
+}
+
+/// What a node's captor received, in every band.
+fn extras(exhibit: &Exhibit, part: &TilePart) -> Value {
+    let (Some(captor), true) = (part.captor, exhibit.scene.captors.len() <= NODES) else {
+        return Value::Null;
+    };
+    let mut extras = serde_json::Map::new();
+    for (channel, name) in [
+        (Channel::Front, "irradiance_front"),
+        (Channel::Back, "irradiance_back"),
+        (Channel::Absorbed, "absorbed_per_area"),
+    ] {
+        for (b, band) in exhibit.scene.band_names().enumerate() {
+            if let Some(estimate) = exhibit.captor(captor, channel, b) {
+                extras.insert(format!("{name} {band}"), json!(estimate.mean));
+                extras.insert(format!("{name} {band} se"), json!(estimate.standard_error));
+            }
+        }
+    }
+    Value::Object(extras)
+}
+
+/// Faces of one node, with three corners of their own.
+#[derive(Default)]
+struct Mesh {
+    corners: Vec<[f32; 3]>,
+    colours: Vec<[u8; 4]>,
+    values: Vec<f32>,
+}
+
+impl Mesh {
+    fn add(&mut self, tile: &Triangle, [front, back]: [FaceValue; 2], range: &Scale) {
+        let seen = |value: &FaceValue| value.is_some_and(|v| v > 0.0);
+        let Triangle { a, b, c } = *tile;
+        if seen(&front) || !seen(&back) {
+            self.face([a, b, c].map(|p| p.to_array()), front, range);
+        }
+        if seen(&back) {
+            self.face([a, c, b].map(|p| p.to_array()), back, range);
+        }
+    }
+
+    fn face(&mut self, corners: [[f32; 3]; 3], value: FaceValue, range: &Scale) {
+        let [r, g, b] = value.map_or(PALE, |value| range.colour(value)).to_array().map(linear);
+        self.corners.extend(corners);
+        self.colours.extend([[r, g, b, 255]; 3]);
+        // none is known: glTF has no NaN
+        self.values.extend([value.map_or(-1.0, |value| value as f32); 3]);
+    }
+}
+
+/// glTF's vertex colours are linear (IEC 61966-2-1).
+fn linear(s: f32) -> u8 {
+    let linear = if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
+    (255.0 * linear).round() as u8
+}
+
+#[derive(Default)]
+struct GlbFile {
+    nodes: Vec<Value>,
+    meshes: Vec<Value>,
+    accessors: Vec<Value>,
+    views: Vec<Value>,
+    data: Vec<u8>,
+}
+
+impl GlbFile {
+    fn node(&mut self, mesh: Mesh, name: String, extras: Value) {
+        let (mut low, mut high) = (mesh.corners[0], mesh.corners[0]);
+        for corner in &mesh.corners {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        let count = mesh.values.len();
+        let flat =
+            |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
+        let position = self.accessor(
+            flat(mesh.corners.as_flattened()),
+            json!({ "componentType": FLOAT, "type": "VEC3", "count": count, "min": low, "max": high }),
+        );
+        let colour = self.accessor(
+            mesh.colours.into_flattened(),
+            json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4", "count": count }),
+        );
+        let value = self.accessor(
+            flat(&mesh.values),
+            json!({ "componentType": FLOAT, "type": "SCALAR", "count": count }),
+        );
+        self.meshes.push(json!({
+            "name": name,
+            "primitives": [{
+                "attributes": { "POSITION": position, "COLOR_0": colour, "_VALUE": value },
+                "material": 0,
+            }],
+        }));
+        let mut node = json!({ "name": name, "mesh": self.meshes.len() - 1 });
+        if !extras.is_null() {
+            node["extras"] = extras;
+        }
+        self.nodes.push(node);
+    }
+
+    /// Adds data and says what it is.
+    fn accessor(&mut self, bytes: Vec<u8>, mut accessor: Value) -> usize {
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.data.len(), "byteLength": bytes.len(), "target": ARRAY_BUFFER,
+        }));
+        self.data.extend(bytes);
+        accessor["bufferView"] = json!(self.views.len() - 1);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn write(
+        mut self,
+        exhibit: &Exhibit,
+        shown: &Shown,
+        range: &Scale,
+        writer: &mut dyn Write,
+    ) -> io::Result<()> {
+        let scene = exhibit.scene;
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let center = scene.center;
+        // glTF's y is up, a scene's z
+        let mut root = json!({
+            "name": scene.name,
+            "rotation": [-half, 0.0, 0.0, half],
+            "translation": [center.x, center.z, -center.y],
+        });
+        if !self.nodes.is_empty() {
+            root["children"] = (1..=self.nodes.len()).collect();
+        }
+        self.nodes.insert(0, root);
+        let mut head = json!({
+            "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
+            "scene": 0,
+            "scenes": [{ "name": scene.name, "nodes": [0], "extras": {
+                "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
+                "band": exhibit.scene.band_names().nth(shown.band),
+                "unit": scene.quantity.unit_names().irradiance,
+                "range": [range.low, range.high],
+                "logarithmic": range.log,
+                "colours": "viridis",
+            } }],
+            "nodes": self.nodes,
+        });
+        if !self.meshes.is_empty() {
+            head["meshes"] = json!(self.meshes);
+            head["accessors"] = json!(self.accessors);
+            head["bufferViews"] = json!(self.views);
+            head["buffers"] = json!([{ "byteLength": self.data.len() }]);
+            head["extensionsUsed"] = json!(["KHR_materials_unlit"]);
+            head["materials"] = json!([{
+                "name": "value",
+                "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
+                "extensions": { "KHR_materials_unlit": {} },
+            }]);
+        }
+        let mut text = head.to_string().into_bytes();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        self.data.resize(self.data.len().next_multiple_of(4), 0);
+        let chunks: Vec<(&[u8; 4], &[u8])> = match self.data.is_empty() {
+            true => vec![(b"JSON", &text)],
+            false => vec![(b"JSON", &text), (b"BIN\0", &self.data)],
+        };
+        let size = |bytes: usize| {
+            u32::try_from(bytes).map_err(|_| io::Error::other("a .glb holds at most 4 GiB"))
+        };
+        let total = chunks.iter().map(|(_, chunk)| 8 + chunk.len()).sum::<usize>();
+        writer.write_all(b"glTF")?;
+        writer.write_all(&2u32.to_le_bytes())?;
+        writer.write_all(&size(12 + total)?.to_le_bytes())?;
+        for (kind, chunk) in chunks {
+            writer.write_all(&size(chunk.len())?.to_le_bytes())?;
+            writer.write_all(kind)?;
+            writer.write_all(chunk)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,310 @@
+// Drawing: WebGL 2 by three.js, one triangle for each tile.
+
+const T = THREE;
+const TEXTURE_WIDTH = 2048;
+const stage = element("stage");
+let renderer, camera, controls, scene, mesh, points, valueTexture, pickTarget, pickMaterial;
+
+const VERTEX = `
+precision highp float; precision highp int; precision highp sampler2D;
+uniform mat4 modelViewMatrix, projectionMatrix;
+uniform sampler2D values;
+in vec3 position;
+flat out vec4 tile;
+flat out int index;
+out vec3 view;
+void main() {
+  index = gl_VertexID / 3;
+  tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
+  vec4 at = modelViewMatrix * vec4(position, 1.0);
+  view = at.xyz;
+  gl_Position = projectionMatrix * at;
+  if (mod(tile.w, 2.0) >= 1.0) gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // hidden
+}`;
+
+// tile: value of the front, of the back, captor, flags: 1 hidden, 2 front unlit, 4 back unlit, 8 listed
+const SEEN = `
+precision highp float; precision highp int;
+uniform float nearest;
+uniform bool seeThrough;
+flat in vec4 tile;
+flat in int index;
+in vec3 view;
+bool flag(float bit) { return mod(floor(tile.w / bit), 2.0) >= 1.0; }
+void skipUnseen() {
+  if (-view.z < nearest) discard;
+  if (seeThrough && (gl_FrontFacing ? flag(2.0) : flag(4.0))) discard;
+}`;
+
+const COLOUR = `${SEEN}
+uniform sampler2D colours;
+uniform float low, high, hovered;
+uniform bool logarithmic, shaded;
+out vec4 colour;
+void main() {
+  skipUnseen();
+  float value = gl_FrontFacing ? tile.x : tile.y;
+  vec3 paint = vec3(0.87);
+  if (value >= 0.0) {
+    float f = logarithmic ? log(max(value, 1e-30) / low) / log(high / low) : (value - low) / (high - low);
+    paint = texture(colours, vec2(clamp(f, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
+  }
+  if (shaded) {
+    vec3 normal = normalize(cross(dFdx(view), dFdy(view)));
+    paint *= 0.72 + 0.28 * abs(dot(normal, normalize(view)));
+  }
+  if (flag(8.0)) paint = mix(paint, vec3(0.9, 0.1, 0.5), 0.45);
+  if (hovered >= 0.0 && tile.z == hovered) paint = mix(paint, vec3(1.0), 0.4);
+  colour = vec4(paint, 1.0);
+}`;
+
+// the tile under the mouse, as a colour
+const PICK = `${SEEN}
+out vec4 colour;
+void main() {
+  skipUnseen();
+  int id = index + 1;
+  colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
+}`;
+
+const POINT_VERTEX = `
+precision highp float;
+uniform mat4 modelViewMatrix, projectionMatrix, viewMatrix;
+uniform vec2 bounces;
+uniform float size, nearest;
+uniform bool seeThrough;
+in vec3 position;
+in vec3 normal; // of the face that it arrived on
+in float bounce;
+in float fraction;
+out float f;
+void main() {
+  f = fraction;
+  vec4 at = modelViewMatrix * vec4(position, 1.0);
+  gl_Position = projectionMatrix * at;
+  gl_PointSize = size;
+  // not scaled, and so along the axes of the scene
+  vec3 facing = (viewMatrix * vec4(normal, 0.0)).xyz;
+  bool behind = seeThrough && dot(facing, at.xyz) > 0.0;
+  if (behind || bounce < bounces.x || bounce > bounces.y || -at.z < nearest) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+}`;
+
+const POINT_COLOUR = `
+precision highp float;
+uniform sampler2D colours;
+in float f;
+out vec4 colour;
+void main() {
+  if (length(gl_PointCoord - 0.5) > 0.5) discard;
+  colour = vec4(texture(colours, vec2(f * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb, 1.0);
+}`;
+
+function makeRenderer() {
+  renderer = new T.WebGLRenderer({ antialias: true });
+  renderer.setPixelRatio(window.devicePixelRatio);
+  renderer.setClearColor(0xffffff);
+  stage.prepend(renderer.domElement);
+  scene = new T.Scene();
+  pickTarget = new T.WebGLRenderTarget(1, 1);
+
+  const size = new T.Vector3(...facts.size);
+  camera = new T.PerspectiveCamera(40, 1, 1, 10);
+  camera.up.set(0, 0, 1);
+  controls = new T.OrbitControls(camera, renderer.domElement);
+  controls.zoomToCursor = true;
+  controls.addEventListener("change", draw);
+  controls.target.copy(new T.Vector3(...facts.min).addScaledVector(size, 0.5));
+}
+
+/** Looks at everything, from the front, a little above, from as near as shows it all. */
+function lookAtAll() {
+  const half = new T.Vector3(...facts.size).multiplyScalar(0.5);
+  const radius = Math.max(half.length(), 1e-6);
+  const away = new T.Vector3(0.45, -1, 0.55).normalize();
+  const right = new T.Vector3(0, 0, 1).cross(away).normalize();
+  const up = away.clone().cross(right);
+  const slope = Math.tan((camera.fov * Math.PI) / 360);
+  let distance = 1e-3 * radius;
+  for (let i = 0; i < 8; i++) {
+    const corner = new T.Vector3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1).multiply(half);
+    const across = Math.max(Math.abs(corner.dot(right)) / camera.aspect, Math.abs(corner.dot(up))) / slope;
+    distance = Math.max(distance, corner.dot(away) + 1.06 * across);
+  }
+  camera.position.copy(controls.target).addScaledVector(away, distance);
+  controls.maxDistance = 20 * radius;
+  controls.minDistance = 1e-4 * radius;
+  controls.update();
+}
+
+/** Steps of the 16-bit coordinates are steps of the scene's box. */
+function place(object) {
+  object.position.set(...facts.min);
+  object.scale.set(...facts.size.map((side) => Math.max(side, 1e-30)));
+  object.frustumCulled = false;
+  scene.add(object);
+}
+
+function texture(data, width, height, type, format) {
+  const texture = new T.DataTexture(data, width, height, format, type);
+  texture.minFilter = texture.magFilter = T.NearestFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+function makeMesh() {
+  const rows = Math.max(1, Math.ceil(facts.tiles / TEXTURE_WIDTH));
+  valueTexture = texture(new Float32Array(4 * TEXTURE_WIDTH * rows), TEXTURE_WIDTH, rows, T.FloatType, T.RGBAFormat);
+  const rgba = new Uint8Array(1024);
+  for (let i = 0; i < 256; i++) rgba.set([...colours.subarray(3 * i, 3 * i + 3), 255], 4 * i);
+  const colourTexture = texture(rgba, 256, 1, T.UnsignedByteType, T.RGBAFormat);
+
+  const geometry = new T.BufferGeometry();
+  geometry.setAttribute("position", new T.BufferAttribute(corners, 3, true));
+  const uniforms = {
+    values: { value: valueTexture }, colours: { value: colourTexture },
+    low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false }, shaded: { value: true },
+    nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
+  };
+  const material = (fragmentShader) => new T.RawShaderMaterial({
+    glslVersion: T.GLSL3, vertexShader: VERTEX, fragmentShader, uniforms, side: T.DoubleSide,
+    polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, // photons and outlines stand out
+  });
+  mesh = new T.Mesh(geometry, material(COLOUR));
+  pickMaterial = material(PICK);
+  place(mesh);
+}
+
+function makePhotons() {
+  const geometry = new T.BufferGeometry();
+  geometry.setAttribute("position", new T.BufferAttribute(photons.places, 3, true));
+  geometry.setAttribute("normal", new T.BufferAttribute(photons.normals, 3, true));
+  geometry.setAttribute("bounce", new T.BufferAttribute(Float32Array.from(photons.bounces), 1));
+  geometry.setAttribute("fraction", new T.BufferAttribute(new Float32Array(photons.count), 1));
+  points = new T.Points(geometry, new T.RawShaderMaterial({
+    glslVersion: T.GLSL3, vertexShader: POINT_VERTEX, fragmentShader: POINT_COLOUR,
+    uniforms: {
+      colours: mesh.material.uniforms.colours, nearest: mesh.material.uniforms.nearest,
+      seeThrough: mesh.material.uniforms.seeThrough,
+      bounces: { value: new T.Vector2() }, size: { value: 2.5 * window.devicePixelRatio },
+    },
+  }));
+  points.visible = false;
+  place(points);
+}
+
+/** Lamps as boxes of lines. */
+function makeLights() {
+  const ends = [];
+  const smallest = 0.006 * new T.Vector3(...facts.size).length();
+  for (const light of facts.lights) {
+    const [min, max] = [[...light.min], [...light.max]];
+    for (let axis = 0; axis < 3; axis++) {
+      const lack = (smallest - (max[axis] - min[axis])) / 2;
+      if (lack > 0) [min[axis], max[axis]] = [min[axis] - lack, max[axis] + lack];
+    }
+    const corner = (i) => [0, 1, 2].map((axis) => (i & (1 << axis) ? max : min)[axis]);
+    for (let i = 0; i < 8; i++) {
+      for (const bit of [1, 2, 4]) if (!(i & bit)) ends.push(...corner(i), ...corner(i | bit));
+    }
+  }
+  const geometry = new T.BufferGeometry();
+  geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends), 3));
+  const lines = new T.LineSegments(geometry, new T.LineBasicMaterial({ color: 0xd97700 }));
+  lines.frustumCulled = false;
+  scene.add(lines);
+}
+
+/** Fills in the value and the flags of every tile. */
+function paintTiles() {
+  const data = valueTexture.image.data;
+  const listed = new Set(state.listed.filter((row) => row.captor >= 0).map((row) => row.captor));
+  const channels = state.quantity === "absorbed" ? [ABSORBED, ABSORBED] : [FRONT, BACK];
+  for (const part of parts) {
+    const hidden = state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
+    const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * listed.has(part.captor);
+    for (let tile = part.first; tile < part.end; tile++) {
+      for (const face of [FRONT, BACK]) {
+        data[4 * tile + face] = state.quantity === "none" ? UNKNOWN : shownValue(part, tile, channels[face], state.band);
+      }
+      data[4 * tile + 2] = part.captor;
+      data[4 * tile + 3] = flags;
+    }
+  }
+  valueTexture.needsUpdate = true;
+}
+
+/** A range that fits the values shown: up to what all but 1 % of them are below. */
+function chooseRange() {
+  const data = valueTexture.image.data;
+  const values = [];
+  const step = Math.max(1, Math.floor(facts.tiles / 100000));
+  for (let tile = 0; tile < facts.tiles; tile += step) {
+    if (data[4 * tile + 3] & 1) continue;
+    for (const face of [FRONT, BACK]) if (data[4 * tile + face] > 0) values.push(data[4 * tile + face]);
+  }
+  values.sort((a, b) => a - b);
+  state.high = values.length ? round(values[Math.floor(0.99 * (values.length - 1))]) : 1;
+  state.low = state.log ? round(state.high / 1000) : 0;
+}
+
+function round(value) {
+  return Number(value.toPrecision(2));
+}
+
+let waiting = false;
+/** Draws soon, once for all changes until then. */
+function draw() {
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(() => {
+    waiting = false;
+    const uniforms = mesh.material.uniforms;
+    uniforms.low.value = state.low;
+    uniforms.high.value = state.high;
+    uniforms.logarithmic.value = state.log;
+    uniforms.shaded.value = state.shade;
+    uniforms.seeThrough.value = state.dark;
+    const radius = new T.Vector3(...facts.size).length() / 2;
+    const distance = camera.position.distanceTo(new T.Vector3(...facts.min).addScaledVector(new T.Vector3(...facts.size), 0.5));
+    camera.near = Math.max(distance - 1.1 * radius, 1e-3 * Math.min(radius, camera.position.distanceTo(controls.target)));
+    camera.far = distance + 1.1 * radius;
+    camera.updateProjectionMatrix();
+    const front = Math.max(distance - radius, 0);
+    uniforms.nearest.value = state.cut && front + state.cut * (distance + radius - front);
+    if (points) {
+      points.visible = state.photons;
+      points.material.uniforms.bounces.value.set(...state.bounces);
+    }
+    renderer.render(scene, camera);
+  });
+}
+
+function resize() {
+  renderer.setSize(stage.clientWidth, stage.clientHeight);
+  camera.aspect = stage.clientWidth / Math.max(stage.clientHeight, 1);
+  draw();
+}
+
+/** The tile at a place of the page, or -1. */
+function tileAt(x, y) {
+  const box = renderer.domElement.getBoundingClientRect();
+  camera.setViewOffset(box.width, box.height, x - box.left, y - box.top, 1, 1);
+  camera.updateProjectionMatrix();
+  const painted = mesh.material;
+  const others = scene.children.filter((child) => child !== mesh && child.visible);
+  others.forEach((child) => (child.visible = false));
+  mesh.material = pickMaterial;
+  renderer.setRenderTarget(pickTarget);
+  renderer.setClearColor(0, 0);
+  renderer.clear();
+  renderer.render(scene, camera);
+  const pixel = new Uint8Array(4);
+  renderer.readRenderTargetPixels(pickTarget, 0, 0, 1, 1, pixel);
+  renderer.setRenderTarget(null);
+  renderer.setClearColor(0xffffff, 1);
+  mesh.material = painted;
+  others.forEach((child) => (child.visible = true));
+  camera.clearViewOffset();
+  camera.updateProjectionMatrix();
+  return pixel[0] + 256 * pixel[1] + 65536 * pixel[2] + 16777216 * pixel[3] - 1;
+}

@@ -1,0 +1,254 @@
+// The colour bar, the panel and the mouse.
+
+// --- the colour bar ---
+
+/** Round numbers between the ends of the scale. */
+function tickValues() {
+  const { low, high } = state;
+  if (state.log) {
+    const decades = Math.log10(high / low);
+    const ticks = [];
+    for (let exponent = Math.floor(Math.log10(low)); exponent <= Math.log10(high); exponent++) {
+      if (decades > 6 && exponent % Math.ceil(decades / 5)) continue;
+      for (const digit of decades > 2 ? [1] : decades > 1 ? [1, 3] : [1, 2, 5]) ticks.push(digit * 10 ** exponent);
+    }
+    return ticks.filter((value) => value >= low * 0.9999 && value <= high * 1.0001);
+  }
+  const rough = (high - low) / 5;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 2.5, 5, 10].find((digit) => digit * power >= 0.999 * rough);
+  const first = Math.ceil(low / step - 1e-6);
+  return Array.from({ length: Math.floor(high / step + 1e-6) - first + 1 }, (_, i) => (first + i) * step);
+}
+
+function showScale() {
+  const bar = element("bar").getContext("2d");
+  const image = bar.createImageData(256, 1);
+  for (let i = 0; i < 256; i++) image.data.set([...colours.subarray(3 * i, 3 * i + 3), 255], 4 * i);
+  bar.putImageData(image, 0, 0);
+  const ticks = element("ticks");
+  ticks.replaceChildren();
+  for (const value of tickValues()) {
+    const { low, high } = state;
+    const f = state.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+    const tick = document.createElement("span");
+    tick.style.left = `${100 * f}%`;
+    tick.textContent = String(Number(value.toPrecision(6)));
+    ticks.append(tick);
+  }
+  const names = { irradiance: "irradiance", absorbed: "absorbed per area", none: "" };
+  element("unit").textContent =
+    state.quantity === "none" ? "" : `${names[state.quantity]}, ${facts.bands[state.band].name}, ${facts.unit.irradiance}`;
+  element("scale").style.opacity = state.quantity === "none" ? 0.35 : 1;
+  element("low").value = state.low;
+  element("high").value = state.high;
+}
+
+/** Everything that depends on quantity and band; with a range that fits, if asked for. */
+function repaint(fit) {
+  paintTiles();
+  if (fit) chooseRange();
+  showScale();
+  if (points) paintPhotons();
+  draw();
+}
+
+function paintPhotons() {
+  const fraction = points.geometry.getAttribute("fraction");
+  const scale = levels(1);
+  const power = (i) => facts.bands[state.band].of.reduce((sum, b) => sum + scale[photons.powers[i * traced + b]], 0);
+  const value = state.photonColour === "bounce" ? (i) => photons.bounces[i] : power;
+  const values = Float32Array.from({ length: photons.count }, (_, i) => value(i));
+  // a few long paths would leave all others dark
+  const most = values.toSorted()[Math.floor(0.99 * (photons.count - 1))] || 1;
+  values.forEach((value, i) => (fraction.array[i] = value / most));
+  fraction.needsUpdate = true;
+}
+
+// --- the panel ---
+
+function option(select, value, text) {
+  const option = document.createElement("option");
+  option.value = value;
+  option.textContent = text;
+  element(select).append(option);
+}
+
+function on(id, event, act) {
+  element(id).addEventListener(event, act);
+}
+
+/** Check boxes that hide objects or materials. */
+function makeList(id, kind, names, isHidden) {
+  const MOST = 300;
+  const counts = new Map();
+  for (const part of parts) counts.set(part[kind], (counts.get(part[kind]) ?? 0) + part.end - part.first);
+  const keys = [...counts.keys()].filter((key) => key >= 0 || kind === "object").sort((a, b) => a - b);
+  for (const key of keys.slice(0, MOST)) {
+    const label = document.createElement("label");
+    const box = document.createElement("input");
+    box.type = "checkbox";
+    box.checked = !isHidden(key);
+    if (!box.checked) state.hidden[kind].add(key);
+    box.addEventListener("change", () => {
+      state.hidden[kind][box.checked ? "delete" : "add"](key);
+      paintTiles();
+      draw();
+    });
+    const name = document.createElement("span");
+    name.textContent = key < 0 ? "sensors and planes" : names[key];
+    label.append(box, name);
+    element(id).append(label);
+  }
+  if (keys.length > MOST) element(id).append(`and ${keys.length - MOST} more`);
+}
+
+/** Looks at a captor's front from near by. */
+function find(id) {
+  const captor = facts.captors.indexOf(id);
+  const own = parts.filter((part) => part.captor === captor);
+  if (captor < 0 || !own.length) return;
+  const [middle, normal, corner] = [new T.Vector3(), new T.Vector3(), [0, 1, 2].map(() => new T.Vector3())];
+  let area = 0;
+  for (const part of own) {
+    for (let tile = part.first; tile < part.end; tile++) {
+      corner.forEach((c, i) => c.fromArray(corners, 9 * tile + 3 * i).divideScalar(65535).multiply(mesh.scale).add(mesh.position));
+      const [a, b, c] = corner;
+      const cross = b.clone().sub(a).cross(c.clone().sub(a));
+      const centre = a.clone().add(b).add(c).divideScalar(3);
+      middle.addScaledVector(centre, cross.length());
+      normal.add(cross);
+      area += cross.length();
+    }
+  }
+  if (area > 0) middle.divideScalar(area);
+  if (normal.length() < 1e-6 * area) normal.set(0.45, -1, 0.55);
+  // OrbitControls cannot look straight down
+  normal.normalize().add(new T.Vector3(0.01, -0.1, 0)).normalize();
+  controls.target.copy(middle);
+  camera.position.copy(middle).addScaledVector(normal, 4 * Math.sqrt(area));
+  controls.update();
+  draw();
+}
+
+function makePanel() {
+  element("name").textContent = facts.scene;
+  element("source").textContent = `${facts.source ? facts.source + " · " : ""}phylux ${facts.phylux}`;
+  option("quantity", "irradiance", "irradiance");
+  option("quantity", "absorbed", "absorbed per area");
+  option("quantity", "none", "none (pale)");
+  facts.bands.forEach((band, i) => option("band", i, band.name));
+  facts.captors.slice(0, 2000).forEach((id) => {
+    const option = document.createElement("option");
+    option.value = id;
+    element("ids").append(option);
+  });
+  element("band").value = state.band;
+  element("values").value = state.values;
+  element("valuesLabel").hidden = !local || !facts.captors.length;
+  // glass is in the way; so is what nothing is known of
+  makeList("objects", "object", facts.objects, () => false);
+  makeList("materials", "material", facts.materials.map((m) => m.name), (key) => key >= 0 && facts.materials[key].clear);
+
+  on("quantity", "change", (e) => { state.quantity = e.target.value; repaint(true); });
+  on("band", "change", (e) => { state.band = Number(e.target.value); repaint(true); });
+  on("values", "change", (e) => { state.values = e.target.value; repaint(true); });
+  on("auto", "click", () => repaint(true));
+  on("log", "change", (e) => { state.log = e.target.checked; repaint(true); });
+  for (const end of ["low", "high"]) {
+    on(end, "change", (e) => {
+      const value = Number(e.target.value.replace(",", "."));
+      const changed = { ...state, [end]: value };
+      const fits = Number.isFinite(value) && changed.low < changed.high && (!state.log || changed.low > 0);
+      if (fits) state[end] = value;
+      showScale();
+      draw();
+    });
+  }
+  on("cut", "input", (e) => { state.cut = Number(e.target.value); draw(); });
+  on("dark", "change", (e) => { state.dark = e.target.checked; draw(); });
+  on("shade", "change", (e) => { state.shade = e.target.checked; draw(); });
+  on("find", "change", (e) => find(e.target.value));
+  on("copy", "click", copyCsv);
+  on("clear", "click", () => { state.listed = []; showListed(); });
+
+  element("photonSection").hidden = !photons;
+  if (photons) makePhotonPanel();
+}
+
+function makePhotonPanel() {
+  let most = 0;
+  for (const bounce of photons.bounces) most = Math.max(most, bounce);
+  state.bounces = [0, most];
+  element("photonCount").textContent = `${photons.count.toLocaleString("en")} photons`;
+  const show = () => {
+    const [low, high] = state.bounces;
+    element("bounceText").textContent = low === high ? `${low}` : `${low} to ${high}`;
+    element("bounceLow").value = low;
+    element("bounceHigh").value = high;
+    draw();
+  };
+  const low = (value) => (state.bounces = [value, Math.max(value, state.bounces[1])]);
+  const high = (value) => (state.bounces = [Math.min(value, state.bounces[0]), value]);
+  for (const [id, set] of [["bounceLow", low], ["bounceHigh", high]]) {
+    element(id).max = most;
+    on(id, "input", (e) => { set(Number(e.target.value)); show(); });
+  }
+  const toggle = () => (element("photonOptions").hidden = !state.photons);
+  on("photons", "change", (e) => {
+    state.photons = e.target.checked;
+    // they stand out on pale surfaces
+    state.quantity = state.photons ? "none" : "irradiance";
+    element("quantity").value = state.quantity;
+    toggle();
+    repaint(true);
+  });
+  on("photonColour", "change", (e) => { state.photonColour = e.target.value; paintPhotons(); draw(); });
+  toggle();
+  show();
+}
+
+// --- the mouse ---
+
+function watchMouse() {
+  const canvas = renderer.domElement;
+  let at = null, waiting = false, pressed = null;
+  const look = () => {
+    waiting = false;
+    if (at) showTip(tileAt(at.x, at.y), at.x, at.y);
+  };
+  canvas.addEventListener("pointermove", (e) => {
+    at = e.buttons ? null : { x: e.clientX, y: e.clientY };
+    if (!at) showTip(-1);
+    else if (!waiting) {
+      waiting = true;
+      requestAnimationFrame(look);
+    }
+  });
+  canvas.addEventListener("pointerleave", () => { at = null; showTip(-1); });
+  canvas.addEventListener("pointerdown", (e) => (pressed = { x: e.clientX, y: e.clientY }));
+  canvas.addEventListener("pointerup", (e) => {
+    // a click, not the end of a drag
+    if (e.button !== 0 || !pressed || Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) > 4) return;
+    const tile = tileAt(e.clientX, e.clientY);
+    if (tile >= 0 && tile < facts.tiles) list(tile);
+  });
+}
+
+try {
+  makeRenderer();
+  findDarkSides();
+  makeMesh();
+  makeLights();
+  if (photons) makePhotons();
+  makePanel();
+  resize();
+  lookAtAll();
+  repaint(true);
+  watchMouse();
+  new ResizeObserver(resize).observe(stage);
+  document.documentElement.dataset.ready = "yes";
+} catch (error) {
+  element("message").textContent = `This page needs WebGL 2, which this browser does not give: ${error.message}`;
+  console.error(error);
+}
