@@ -45,7 +45,7 @@ impl Tiles {
     pub fn new(scene: &Scene) -> Self {
         // glass is looked through
         let clear = |triangle: usize| scene.material(scene.surface(triangle)).is_clear();
-        let (corners, triangles) = cut(&scene.triangles(), clear, MORE, SHORT * scene.radius);
+        let (corners, triangles) = cut(scene.triangles(), clear, MORE, SHORT * scene.radius);
         let mut tiles = Self { corners, triangles, parts: Vec::new() };
         for tile in 0..tiles.triangles.len() {
             let triangle = tiles.triangles[tile] as usize;
