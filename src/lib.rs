@@ -4,7 +4,8 @@
 //! Light leaves a lamp ([`Light`]), photons travel ([`simulate`]), those that meet a captor are
 //! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). Or paths go back from
 //! the captors to the lights ([`Estimator`]). A scene comes from a file ([`load`]) or from parts made
-//! in memory ([`Scene::new`]).
+//! in memory ([`Scene::new`]). For pictures photons are stored on all surfaces ([`light_surfaces`]), and
+//! seen through a camera ([`render()`]).
 //!
 //! ```no_run
 //! use std::{path::Path, sync::atomic::AtomicBool};
@@ -99,7 +100,7 @@ pub use patches::Patches;
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
 pub use picture::{BandColours, Exposure, Legend, Picture, Scale};
 pub use render::{
-    Dot, Eye, Pixels, Sampling, Show, Sight, painted, photon_dots, render, trace_dots,
+    Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
 };
 pub use result::{
     BandResult, CaptorResult, Energy, FaceResult, GroupResult, MapResult, NearestResult, RunResult,

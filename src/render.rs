@@ -23,7 +23,7 @@ use crate::{
     spectrum::with_lanes,
 };
 
-pub use dots::{Dot, photon_dots, trace_dots};
+pub use dots::{Dot, path_dots, photon_dots};
 pub use eye::{Eye, Sight};
 use radiance::Whitted;
 
@@ -89,7 +89,7 @@ pub fn render(
 ) -> Result<Pixels> {
     let bands = light.scene.bands.len();
     let (width, height) = (eye.camera.width, eye.camera.height);
-    check_memory(width, height, bands)?;
+    check_size(eye, bands)?;
     let mut pixels = Pixels {
         width,
         bands,
@@ -139,7 +139,7 @@ pub fn painted(
     colour: impl Fn(&Ray) -> Vec3 + Sync,
 ) -> Result<Vec<Vec3>> {
     let (width, height) = (eye.camera.width, eye.camera.height);
-    check_memory(width, height, 3)?;
+    check_size(eye, 3)?;
     let mut colours = vec![Vec3::ZERO; width * height];
     each_row(colours.par_chunks_mut(width), eye, sampling, control, |mut samples, row| {
         for (x, mean) in row.iter_mut().enumerate() {
@@ -250,9 +250,11 @@ fn flat<'s>(
 /// How far apart, in pixels, points may be that share an estimate.
 const PIXELS: f32 = 2.0;
 
-fn check_memory(width: usize, height: usize, bands: usize) -> Result<()> {
-    // 65536^2 x 4096 x 4 is below 2^64
-    let bytes = width * height * (bands + 1) * size_of::<f32>();
+/// Refuses a picture that would not fit into memory.
+pub fn check_size(eye: &Eye, bands: usize) -> Result<()> {
+    let (width, height) = (eye.camera.width, eye.camera.height);
+    // the values, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
+    let bytes = width * height * (bands + 6) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());
     }

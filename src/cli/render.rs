@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "radiance")]
     show: What,
     #[command(flatten)]
-    view: view::Arguments,
+    view: view::ViewArguments,
     /// Rays of each pixel
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4096))]
     rays: u32,

@@ -1,5 +1,7 @@
 //! The photons themselves, as dots in a picture.
 
+use std::sync::atomic::Ordering;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -10,6 +12,7 @@ use crate::{
     light::{Emission, Strata},
     rng::Stream,
     scene::Scene,
+    simulate::{Control, Progress},
     spectrum::with_lanes,
     trace::{Event, trace},
 };
@@ -26,8 +29,13 @@ pub struct Dot {
 }
 
 /// The photons that are seen: nothing opaque is in front of them, and they came to the side that the
-/// eye is on. The farthest come first. Error: no threads to be had.
-pub fn photon_dots(light: &SurfaceLight, eye: &Eye, threads: usize) -> Result<Vec<Dot>> {
+/// eye is on. The farthest come first. Errors: stopped by `control`, no threads to be had.
+pub fn photon_dots(
+    light: &SurfaceLight,
+    eye: &Eye,
+    threads: usize,
+    control: &Control,
+) -> Result<Vec<Dot>> {
     let positions = light.map.positions();
     let dot = |(index, &point): (usize, &Vec3)| {
         let photon = &light.map.photons[index];
@@ -38,17 +46,41 @@ pub fn photon_dots(light: &SurfaceLight, eye: &Eye, threads: usize) -> Result<Ve
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
-    let mut dots: Vec<Dot> =
-        pool.install(|| positions.par_iter().enumerate().filter_map(dot).collect());
+    let mut dots = Vec::new();
+    for (chunk, points) in positions.chunks(CHUNK).enumerate() {
+        check_stopped(control)?;
+        let first = chunk * CHUNK;
+        let found = points.par_iter().enumerate().filter_map(|(i, point)| dot((first + i, point)));
+        dots.extend(pool.install(|| found.collect::<Vec<Dot>>()));
+        let (photons, of) = ((first + points.len()) as u64, Some(positions.len() as u64));
+        (control.progress)(Progress { photons, of, worst_error: None });
+    }
     dots.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     Ok(dots)
 }
 
+/// Photons between two looks at `control`.
+const CHUNK: usize = 50_000;
+
+fn check_stopped(control: &Control) -> Result<()> {
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(Error::run("render", "interrupted, nothing was written"));
+    }
+    Ok(())
+}
+
 /// Dots, one a pixel, along the paths of some photons of all lights from surface to surface, as far as
-/// they are seen.
-pub fn trace_dots(scene: &Scene, eye: &Eye, paths: u64, seed: u64) -> Vec<Dot> {
+/// they are seen. Error: stopped by `control`.
+pub fn path_dots(
+    scene: &Scene,
+    eye: &Eye,
+    paths: u64,
+    seed: u64,
+    control: &Control,
+) -> Result<Vec<Dot>> {
     let mut dots = Vec::new();
     for (index, corners) in paths_of(scene, paths, seed).iter().enumerate() {
+        check_stopped(control)?;
         for leg in corners.windows(2) {
             let Some((from, to)) = in_front(eye, leg[0], leg[1]) else { continue };
             let ends = [from, to].map(|point| eye.camera.project(point));
@@ -66,8 +98,10 @@ pub fn trace_dots(scene: &Scene, eye: &Eye, paths: u64, seed: u64) -> Vec<Dot> {
                 }
             }
         }
+        let (photons, of) = (index as u64 + 1, Some(paths));
+        (control.progress)(Progress { photons, of, worst_error: None });
     }
-    dots
+    Ok(dots)
 }
 
 /// The point at a share of the way from one end to the other, as it is seen in the picture.

@@ -10,8 +10,7 @@ use crate::{
     scene::{Scene, SurfaceHit},
 };
 
-/// A camera in a scene. Where the view was chosen for it, large surfaces that part the eye from the
-/// middle of the scene are not seen.
+/// A camera in a scene.
 pub struct Eye<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -43,7 +42,7 @@ const LARGE: f64 = 0.02;
 const FARTHEST: f64 = 1e4;
 
 impl<'a> Eye<'a> {
-    /// With a view of the user's. Error: it is so far away that single precision would not do.
+    /// Of a view. Error: it is so far away that single precision would not do.
     pub fn new(scene: &'a Scene, view: &View) -> Result<Self> {
         let distance = view.position.distance(scene.center);
         let farthest = FARTHEST * f64::from(scene.radius);
@@ -57,19 +56,23 @@ impl<'a> Eye<'a> {
         Ok(Self { scene, camera: Camera::new(view, scene.center), cut: Vec::new() })
     }
 
-    /// With a view chosen for the scene: of all surfaces, from outside, what is in the way cut away.
-    /// Error: there is no surface to see.
-    pub fn chosen(scene: &'a Scene, size: (usize, usize)) -> Result<Self> {
+    /// A view chosen for the scene: of all surfaces, from outside. Error: there is no surface to see.
+    pub fn choose_view(scene: &Scene, size: (usize, usize)) -> Result<View> {
         if scene.triangles.is_empty() {
             let place = format!("scene {}", scene.name);
             return Err(Error::input(place, "it has no surface, so there is nothing to see")
-                .remedy("add an object, or name a captor's shape as one"));
+                .remedy("add an object, or give a camera to look at its lamps"));
         }
+        Ok(View::of(&Extent::of_triangles(&scene.triangles), scene.center, size))
+    }
+
+    /// The same, but large surfaces whose plane parts it from the middle of the scene are not seen: for an
+    /// eye outside a closed room.
+    pub fn cut_open(mut self) -> Self {
+        let scene = self.scene;
         let extent = Extent::of_triangles(&scene.triangles);
-        let view = View::of(&extent, scene.center, size);
-        let mut eye = Self::new(scene, &view)?;
         let patches = Patches::new(scene);
-        let (middle, from) = (extent.center(), eye.camera.eye);
+        let (middle, from) = (extent.center(), self.camera.eye);
         let radius = f64::from(0.5 * extent.size().length());
         let large = LARGE * std::f64::consts::PI * radius * radius;
         let parts = |triangle: usize| {
@@ -77,8 +80,8 @@ impl<'a> Eye<'a> {
             let side = |point: Vec3| (point - corner).dot(normal);
             side(from) * side(middle) < 0.0 && patches.area(patches.of(triangle)) >= large
         };
-        eye.cut = (0..scene.triangles.len()).map(parts).collect();
-        Ok(eye)
+        self.cut = (0..scene.triangles.len()).map(parts).collect();
+        self
     }
 
     /// The first surface in the way of a ray from the eye.

@@ -487,7 +487,7 @@ pub struct CameraFile {
     pub look_at: [f64; 3],
     /// The way that is up in the picture (default z).
     pub up: Option<[f64; 3]>,
-    /// Angle of view across the picture, degrees, in (0, 180) (default 45).
+    /// Angle of view across the picture, from left to right, degrees, in (0, 180) (default 45).
     pub fov_deg: Option<f64>,
     /// Pixels across (default 800).
     pub width: Option<Count>,

@@ -9,14 +9,16 @@ use super::{
 use crate::{
     error::Result,
     picture::Legend,
-    render::{Eye, photon_dots, trace_dots},
+    render::{Eye, path_dots, photon_dots},
 };
 
 impl Task<'_> {
     pub fn photons(&self) -> Result<Made> {
         let light = self.light()?;
         let mut picture = self.pale(Eye::surface, |_, _| None)?;
-        let dots = photon_dots(&light, &self.eye, self.settings.threads)?;
+        let dots = self.watched("photons", |control| {
+            photon_dots(&light, &self.eye, self.settings.threads, control)
+        })?;
         let map = &light.map;
         let power = |i: usize| {
             let power = map.power(i);
@@ -30,7 +32,9 @@ impl Task<'_> {
             By::Power => power(i),
             By::Bounce => f64::from(map.ways()[i].bounces),
         };
-        let scale = self.scale(dots.iter().map(|dot| value(dot.index)).collect(), 0.999);
+        // few photons live long
+        let share = if self.arguments.colour == By::Bounce { 0.95 } else { 0.999 };
+        let scale = self.scale(dots.iter().map(|dot| value(dot.index)).collect(), share);
         let size = (picture.width / 400).max(1);
         let mut draw = |at: [f32; 2], colour| {
             let [x, y] = at.map(|x| x as usize);
@@ -43,7 +47,10 @@ impl Task<'_> {
             draw(dot.at, scale.colour(value(dot.index)));
         }
         const PATH: Vec3 = Vec3::new(0.85, 0.1, 0.1);
-        for dot in trace_dots(self.scene, &self.eye, self.arguments.paths, self.settings.seed) {
+        let (paths, seed) = (self.arguments.paths, self.settings.seed);
+        let path_dots = self
+            .watched("paths", |control| path_dots(self.scene, &self.eye, paths, seed, control))?;
+        for dot in path_dots {
             draw(dot.at, PATH);
         }
         let legend = Legend {

@@ -12,7 +12,7 @@ use crate::{
     estimate::surface::SurfaceLight,
     geometry::Ray,
     picture::{Legend, PAPER, Picture, Scale},
-    render::{Eye, Pixels, Sampling, Show, Sight, painted, render},
+    render::{Eye, Pixels, Sampling, Show, Sight, check_size, painted, render},
     scene::Scene,
     scene_file::LoadedScene,
     settings::Settings,
@@ -41,6 +41,8 @@ pub(super) fn make(
         None => None,
     };
     let eye = arguments.view.eye(loaded)?;
+    // before photons are traced for it
+    check_size(&eye, scene.bands.len().max(3))?;
     let few = if arguments.show == What::Photons { DOTS } else { settings.map_photons };
     let settings = Settings {
         photons: None,

@@ -13,7 +13,7 @@ use crate::{
 
 /// The camera; what is not given is the scene's, or chosen.
 #[derive(Args)]
-pub(super) struct Arguments {
+pub(super) struct ViewArguments {
     /// Where the eye is, in the scene's unit of length [default: the scene's camera, or outside with
     /// what is in the way cut off]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
@@ -48,21 +48,19 @@ fn fov(text: &str) -> Checked<f64> {
     View::check_fov(text.parse().map_err(|_| "must be a number")?)
 }
 
-impl Arguments {
+impl ViewArguments {
     /// The eye that looks at the scene.
     pub fn eye<'a>(&self, loaded: &'a LoadedScene) -> Result<Eye<'a>> {
         let LoadedScene { scene, unit, view, .. } = loaded;
         let pixels = |asked: Option<u64>, own: usize| asked.map_or(own, |n| n as usize);
         let (width, height) = view.map_or(View::SIZE, |view| (view.width, view.height));
         let size = (pixels(self.width, width), pixels(self.height, height));
-        let asked = self.position.is_some() || self.look_at.is_some() || self.up.is_some();
-        if view.is_none() && !asked && self.fov_deg.is_none() {
-            return Eye::chosen(scene, size);
-        }
-        let extent = crate::geometry::Extent::of_triangles(&scene.triangles);
-        let base = view.unwrap_or_else(|| View::of(&extent, scene.center, size));
+        let base = match view {
+            Some(view) => *view,
+            None => Eye::choose_view(scene, size)?,
+        };
         let metres = |point: DVec3| point * unit.metres();
-        let view = View {
+        let seen = View {
             position: self.position.map_or(base.position, metres),
             look_at: self.look_at.map_or(base.look_at, metres),
             up: self.up.unwrap_or(base.up),
@@ -70,9 +68,11 @@ impl Arguments {
             width: size.0,
             height: size.1,
         };
-        view.check_directions().map_err(|why| {
+        seen.check_directions().map_err(|why| {
             Error::input("camera", why).remedy("move one of them, or give another --up")
         })?;
-        Eye::new(scene, &view)
+        let eye = Eye::new(scene, &seen)?;
+        let chosen = view.is_none() && self.position.is_none();
+        Ok(if chosen { eye.cut_open() } else { eye })
     }
 }
