@@ -186,7 +186,7 @@ mod tests {
             let results = json!({ "scene": "s", "seed": run.seed, "photons": 1, "estimator": "photons",
                 "unit": { "flux": "W", "irradiance": "W/m2" }, "bands": [{ "name": "all" }],
                 "energy": { "power": [1], "emitted": null, "absorbed": null, "escaped": null, "lost": null },
-                "captors": none, "groups": [{ "id": "g", "captors": 2, "front": face }] });
+                "captors": none, "groups": [{ "id": "g", "captors": 2, "area": 1, "front": face }] });
             let results = serde_json::from_value(results).expect("results");
             responses.add(&sweep, &run, &results);
         }
