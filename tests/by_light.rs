@@ -6,26 +6,15 @@ use serde_json::{Value, json};
 use crate::{
     bad_input::phylux,
     common::{TestScene, run_file},
-    world::{Mesh, World, room},
+    world::{Mesh, World, room_with_leaf},
 };
 
 const LIGHTS: [&str; 3] = ["left, low", "right", "spot"];
 
 /// A room with a leaf, 16 tiles, and three lights of these powers in two bands.
 fn scene(powers: [[f64; 2]; 3]) -> TestScene {
-    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
-    let tiles = (0..16).map(|i| {
-        let x = -0.8 + 0.1 * f64::from(i);
-        (format!("{i}"), Mesh::square([x, 0.1, -0.4], [0.0, 0.0, 1.0], 0.3))
-    });
-    World::new()
-        .bands(2)
+    room_with_leaf(16, 0.1)
         .with("sums", json!({ "both": ["b0", "b1"] }))
-        .lambert("wall", 0.5)
-        .material("leaf", leaf)
-        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
-        .counted("leaf", "leaf", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
-        .captors("tiles", tiles)
         .light(json!({ "name": LIGHTS[0], "type": "point", "position": [-0.7, 0.2, 0.3],
                        "power": powers[0] }))
         .light(json!({ "name": LIGHTS[1], "type": "tube", "from": [0.5, 0, 0.9],

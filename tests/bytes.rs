@@ -7,22 +7,11 @@ use serde_json::json;
 
 use crate::{
     common::{TestScene, run_file},
-    world::{Mesh, World, room},
+    world::room_with_leaf,
 };
 
 fn scene() -> TestScene {
-    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
-    let tiles = (0..30).map(|i| {
-        let x = -0.8 + 0.05 * i as f64;
-        (format!("{i}"), Mesh::square([x, 0.1, -0.4], [0.0, 0.0, 1.0], 0.3))
-    });
-    World::new()
-        .bands(2)
-        .lambert("wall", 0.5)
-        .material("leaf", leaf)
-        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
-        .counted("leaf", "leaf", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
-        .captors("tiles", tiles)
+    room_with_leaf(30, 0.05)
         .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": [3, 4] }))
         .light(json!({ "type": "tube", "from": [-0.5, 0, 0.9], "to": [0.5, 0, 0.9],
                        "radius": 0.02, "power": [2, 0.1] }))

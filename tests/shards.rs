@@ -8,23 +8,12 @@ use serde_json::json;
 use crate::{
     bad_input::{listing, phylux},
     common::TestScene,
-    world::{Mesh, World, room},
+    world::room_with_leaf,
 };
 
 fn scene() -> TestScene {
-    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
-    let tiles = (0..30).map(|i| {
-        let x = -0.8 + 0.05 * f64::from(i);
-        (format!("{i}"), Mesh::square([x, 0.1, -0.4], [0.0, 0.0, 1.0], 0.3))
-    });
-    World::new()
-        .bands(2)
+    room_with_leaf(30, 0.05)
         .with("sums", json!({ "both": ["b0", "b1"] }))
-        .lambert("wall", 0.5)
-        .material("leaf", leaf)
-        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
-        .counted("leaf", "leaf", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
-        .captors("tiles", tiles)
         .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": [3, 4] }))
         .light(json!({ "type": "tube", "from": [-0.5, 0, 0.9], "to": [0.5, 0, 0.9],
                        "radius": 0.02, "power": [2, 0.1] }))

@@ -307,6 +307,22 @@ pub fn back<'a>(result: &'a RunResult, group: &str) -> &'a FaceResult {
     found.and_then(|g| g.back.as_ref()).unwrap_or_else(|| panic!("no back of {group}"))
 }
 
+/// A room in two bands with a leaf in it, and small captors in a row, `spacing` apart; no light.
+pub fn room_with_leaf(captors: u32, spacing: f64) -> World {
+    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
+    let tiles = (0..captors).map(|i| {
+        let x = -0.8 + spacing * f64::from(i);
+        (format!("{i}"), Mesh::square([x, 0.1, -0.4], [0.0, 0.0, 1.0], 0.3))
+    });
+    World::new()
+        .bands(2)
+        .lambert("wall", 0.5)
+        .material("leaf", leaf)
+        .counted("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .counted("leaf", "leaf", &Mesh::square([0.0; 3], [0.0, 0.6, 0.8], 0.8))
+        .captors("tiles", tiles)
+}
+
 /// The inside of an axis-aligned box: [`Mesh::cuboid`] with its fronts in.
 pub fn room(low: Point, high: Point) -> Mesh {
     Mesh::cuboid(low, high).flipped()
