@@ -183,7 +183,7 @@ impl CaptorValues {
 
 impl ResultsFile {
     /// Refuses results that are not of this scene.
-    fn check_scene(&self, scene: &Scene) -> Result<()> {
+    pub(crate) fn check_scene(&self, scene: &Scene) -> Result<()> {
         let refuse = |problem: String| {
             Err(Error::input("results", format!("are of another scene: {problem}"))
                 .remedy("name the results of a run of this scene as it is, or leave them out"))

@@ -192,10 +192,15 @@ fn scenes_that_do_not_fit_are_refused() {
     run.args(["run", "scene.json"]).current_dir(scene.path(".")).assert().success();
     let results = fs::read_to_string(scene.path("results.json")).expect("results");
     for (from, to, sentence) in [
-        ("\"id\": \"sensor\"", "\"id\": \"other\"", "has no captor `sensor`"),
-        ("\"b1\"", "\"b3\"", "its bands and sums are not those of the scene"),
-        ("W/m2", "umol/m2/s", "is in umol/m2/s, the scene in W/m2"),
+        (
+            "\"id\": \"sensor\"",
+            "\"id\": \"other\"",
+            "they have captor `other` where it has `sensor`",
+        ),
+        ("\"b1\"", "\"b3\"", "they have band `b3`, it has band `b1`"),
+        ("\"flux\": \"W\"", "\"flux\": \"umol/s\"", "they are in umol/s, it is in W"),
     ] {
+        assert!(results.contains(from), "{from}");
         fs::write(scene.path("other.json"), results.replace(from, to)).expect("a file");
         refused(&scene, &["--show", "captors", "--results", "other.json"], sentence);
     }
