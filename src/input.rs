@@ -1,8 +1,10 @@
-//! The bytes of an input file, or a few words that say why they cannot be had.
+//! The bytes of an input file, or a few words that say why they cannot be had; their hash as text.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
+
+use sha2::{Digest, Sha256};
 
 /// The remedy where a file cannot be read.
 pub const RELATIVE: &str = "paths are relative to the file that names them";
@@ -51,6 +53,11 @@ pub fn quoted(word: &str) -> String {
     let short: String = word.chars().take(40).flat_map(char::escape_debug).collect();
     let more = if word.chars().nth(40).is_some() { "..." } else { "" };
     format!("`{short}{more}`")
+}
+
+/// A SHA-256 as 64 hexadecimal digits.
+pub fn hex(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

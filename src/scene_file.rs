@@ -30,7 +30,7 @@ pub use kept::Kept;
 use crate::{
     camera::View,
     error::{Error, Result, nearest},
-    input::{Fetch, RELATIVE, read_bytes},
+    input::{Fetch, RELATIVE, hex, read_bytes},
     json,
     obj::ObjFile,
     scene::{Band, BandSum, NamedMaterial, Scene, SceneParts},
@@ -104,7 +104,7 @@ pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {
         .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
     let value = json::parse(&path.display().to_string(), &bytes)?;
     let loaded = load_value(value, path, &read, None)?;
-    let digest = hash.take().finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let digest = hex(hash.take());
     Ok((loaded, digest))
 }
 

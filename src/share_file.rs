@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 
 use crate::{
     error::{Error, Result},
+    input::hex,
     photon_map::PieceKey,
     settings::{Estimator, Settings},
     shard::Shard,
@@ -131,10 +132,6 @@ pub fn write_share(head: &ShareHead, share: Share, writer: &mut dyn Write) -> io
     let end = Line::End { sha256: hex(hash) };
     serde_json::to_writer(&mut *writer, &end)?;
     writer.write_all(b"\n")
-}
-
-fn hex(hash: Sha256) -> String {
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A file of a share, read line by line.

@@ -18,7 +18,7 @@ pub use format::SweepFile;
 
 use crate::{
     error::{Error, Result},
-    input::{RELATIVE, quoted, read_bytes},
+    input::{RELATIVE, hex, quoted, read_bytes},
     json,
     settings::Settings,
 };
@@ -235,7 +235,7 @@ fn quoted_value(value: &Value) -> String {
 
 /// SHA-256 in hexadecimal digits.
 pub fn hash(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hex(Sha256::new_with_prefix(bytes))
 }
 
 #[cfg(test)]
