@@ -1,10 +1,27 @@
 //! Surfaces and captors as binary glTF 2.0 (Khronos 2017-2021), coloured by a value: Blender and
 //! browsers open it.
 
-use std::io::{self, Write};
+use std::{
+    f32::consts::FRAC_1_SQRT_2,
+    io::{self, Write},
+};
 
 use glam::Vec3;
-use serde_json::{Value, json};
+use gltf::{
+    Glb,
+    binary::Header,
+    json::{
+        Accessor, Buffer, Extras, Index, Material, Node, Root,
+        accessor::{ComponentType, GenericComponentType, Type},
+        buffer::{Target, View},
+        extensions::{self, material::Unlit},
+        material::{PbrMetallicRoughness, StrengthFactor},
+        mesh::{Mode, Primitive, Semantic},
+        scene::UnitQuaternion,
+        validation::Checked::Valid,
+    },
+};
+use serde_json::{json, value::to_raw_value};
 
 use crate::{
     captor::Channel, exhibit::Exhibit, geometry::Triangle, picture::Scale, tiles::TilePart,
@@ -26,10 +43,8 @@ pub struct Shown {
 /// Nodes for single captors; where there are more captors, those of one object, or the virtual
 /// ones, share one.
 const NODES: usize = 5000;
-/// glTF's numbers for types of components and targets of buffers.
-const FLOAT: u32 = 5126;
-const UNSIGNED_BYTE: u32 = 5121;
-const ARRAY_BUFFER: u32 = 34962;
+/// Bytes of a file besides its JSON and data, at most: headers and padding.
+const FRAME: usize = 12 + 2 * (8 + 3);
 /// Shown where no value is known, sRGB.
 const PALE: Vec3 = Vec3::splat(0.88);
 /// Share of the values below the end of a chosen range: a few bright spots would leave all else dark.
@@ -73,7 +88,7 @@ pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io
             }
         }
         if !mesh.values.is_empty() {
-            file.node(mesh, node_name(exhibit, &parts[0]), extras(exhibit, &parts[0]));
+            file.node(mesh, node_name(exhibit, &parts[0]), extras(exhibit, &parts[0])?);
         }
     }
     file.write(exhibit, shown, &range, writer)
@@ -100,9 +115,9 @@ fn node_name(exhibit: &Exhibit, part: &TilePart) -> String {
 }
 
 /// What a node's captor received, in every band.
-fn extras(exhibit: &Exhibit, part: &TilePart) -> Value {
+fn extras(exhibit: &Exhibit, part: &TilePart) -> io::Result<Extras> {
     let (Some(captor), true) = (part.captor, exhibit.scene.captors.len() <= NODES) else {
-        return Value::Null;
+        return Ok(None);
     };
     let mut extras = serde_json::Map::new();
     for (channel, name) in [
@@ -117,7 +132,7 @@ fn extras(exhibit: &Exhibit, part: &TilePart) -> Value {
             }
         }
     }
-    Value::Object(extras)
+    Ok(Some(to_raw_value(&extras)?))
 }
 
 /// Faces of one node, with three corners of their own.
@@ -155,17 +170,15 @@ fn linear(s: f32) -> u8 {
     (255.0 * linear).round() as u8
 }
 
+/// A file in the making.
 #[derive(Default)]
 struct GlbFile {
-    nodes: Vec<Value>,
-    meshes: Vec<Value>,
-    accessors: Vec<Value>,
-    views: Vec<Value>,
+    root: Root,
     data: Vec<u8>,
 }
 
 impl GlbFile {
-    fn node(&mut self, mesh: Mesh, name: String, extras: Value) {
+    fn node(&mut self, mesh: Mesh, name: String, extras: Extras) {
         let (mut low, mut high) = (mesh.corners[0], mesh.corners[0]);
         for corner in &mesh.corners {
             for axis in 0..3 {
@@ -173,110 +186,131 @@ impl GlbFile {
                 high[axis] = high[axis].max(corner[axis]);
             }
         }
-        let count = mesh.values.len();
         let flat =
             |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
-        let position = self.accessor(
-            flat(mesh.corners.as_flattened()),
-            json!({ "componentType": FLOAT, "type": "VEC3", "count": count, "min": low, "max": high }),
-        );
-        let colour = self.accessor(
-            mesh.colours.into_flattened(),
-            json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4", "count": count }),
-        );
-        let value = self.accessor(
-            flat(&mesh.values),
-            json!({ "componentType": FLOAT, "type": "SCALAR", "count": count }),
-        );
-        self.meshes.push(json!({
-            "name": name,
-            "primitives": [{
-                "attributes": { "POSITION": position, "COLOR_0": colour, "_VALUE": value },
-                "material": 0,
+        let accessor = |of, each, normalized| Accessor {
+            buffer_view: None,
+            byte_offset: None,
+            count: mesh.values.len().into(),
+            component_type: Valid(GenericComponentType(of)),
+            extensions: None,
+            extras: None,
+            type_: Valid(each),
+            min: None,
+            max: None,
+            name: None,
+            normalized,
+            sparse: None,
+        };
+        let position = Accessor {
+            min: Some(json!(low)),
+            max: Some(json!(high)),
+            ..accessor(ComponentType::F32, Type::Vec3, false)
+        };
+        let colour = accessor(ComponentType::U8, Type::Vec4, true);
+        let value = accessor(ComponentType::F32, Type::Scalar, false);
+        let attributes = [
+            (Semantic::Positions, self.add(flat(mesh.corners.as_flattened()), position)),
+            (Semantic::Colors(0), self.add(mesh.colours.into_flattened(), colour)),
+            (Semantic::Extras("VALUE".into()), self.add(flat(&mesh.values), value)),
+        ];
+        let mesh = self.root.push(gltf::json::Mesh {
+            extensions: None,
+            extras: None,
+            name: Some(name.clone()),
+            primitives: vec![Primitive {
+                attributes: attributes.into_iter().map(|(of, index)| (Valid(of), index)).collect(),
+                extensions: None,
+                extras: None,
+                indices: None,
+                material: Some(Index::new(0)),
+                mode: Valid(Mode::Triangles),
+                targets: None,
             }],
-        }));
-        let mut node = json!({ "name": name, "mesh": self.meshes.len() - 1 });
-        if !extras.is_null() {
-            node["extras"] = extras;
-        }
-        self.nodes.push(node);
+            weights: None,
+        });
+        self.root.push(Node { mesh: Some(mesh), name: Some(name), extras, ..Node::default() });
     }
 
     /// Adds data and says what it is.
-    fn accessor(&mut self, bytes: Vec<u8>, mut accessor: Value) -> usize {
-        self.views.push(json!({
-            "buffer": 0, "byteOffset": self.data.len(), "byteLength": bytes.len(), "target": ARRAY_BUFFER,
-        }));
+    fn add(&mut self, bytes: Vec<u8>, accessor: Accessor) -> Index<Accessor> {
+        let view = self.root.push(View {
+            buffer: Index::new(0),
+            byte_length: bytes.len().into(),
+            byte_offset: Some(self.data.len().into()),
+            byte_stride: None,
+            name: None,
+            target: Some(Valid(Target::ArrayBuffer)),
+            extensions: None,
+            extras: None,
+        });
         self.data.extend(bytes);
-        accessor["bufferView"] = json!(self.views.len() - 1);
-        self.accessors.push(accessor);
-        self.accessors.len() - 1
+        self.root.push(Accessor { buffer_view: Some(view), ..accessor })
     }
 
     fn write(
-        mut self,
+        self,
         exhibit: &Exhibit,
         shown: &Shown,
         range: &Scale,
         writer: &mut dyn Write,
     ) -> io::Result<()> {
+        let Self { mut root, data } = self;
         let scene = exhibit.scene;
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let center = scene.center;
+        let children: Vec<_> = (1..=root.nodes.len() as u32).map(Index::new).collect();
+        let center = scene.center.as_vec3();
         // glTF's y is up, a scene's z
-        let mut root = json!({
-            "name": scene.name,
-            "rotation": [-half, 0.0, 0.0, half],
-            "translation": [center.x, center.z, -center.y],
-        });
-        if !self.nodes.is_empty() {
-            root["children"] = (1..=self.nodes.len()).collect();
-        }
-        self.nodes.insert(0, root);
-        let mut head = json!({
-            "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
-            "scene": 0,
-            "scenes": [{ "name": scene.name, "nodes": [0], "extras": {
+        let upright = Node {
+            name: Some(scene.name.clone()),
+            rotation: Some(UnitQuaternion([-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2])),
+            translation: Some([center.x, center.z, -center.y]),
+            children: (!children.is_empty()).then_some(children),
+            ..Node::default()
+        };
+        root.nodes.insert(0, upright);
+        let whole = root.push(gltf::json::Scene {
+            name: Some(scene.name.clone()),
+            nodes: vec![Index::new(0)],
+            extensions: None,
+            extras: Some(to_raw_value(&json!({
                 "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
-                "band": exhibit.scene.band_names().nth(shown.band),
+                "band": scene.band_names().nth(shown.band),
                 "unit": scene.quantity.unit_names().irradiance,
                 "range": [range.low, range.high],
                 "logarithmic": range.log,
                 "colours": "viridis",
-            } }],
-            "nodes": self.nodes,
+            }))?),
         });
-        if !self.meshes.is_empty() {
-            head["meshes"] = json!(self.meshes);
-            head["accessors"] = json!(self.accessors);
-            head["bufferViews"] = json!(self.views);
-            head["buffers"] = json!([{ "byteLength": self.data.len() }]);
-            head["extensionsUsed"] = json!(["KHR_materials_unlit"]);
-            head["materials"] = json!([{
-                "name": "value",
-                "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
-                "extensions": { "KHR_materials_unlit": {} },
-            }]);
+        root.scene = Some(whole);
+        root.asset.generator = Some(concat!("phylux ", env!("CARGO_PKG_VERSION")).into());
+        if !data.is_empty() {
+            root.push(Buffer {
+                byte_length: data.len().into(),
+                name: None,
+                uri: None,
+                extensions: None,
+                extras: None,
+            });
+            root.extensions_used.push("KHR_materials_unlit".into());
+            root.push(Material {
+                name: Some("value".into()),
+                pbr_metallic_roughness: PbrMetallicRoughness {
+                    metallic_factor: StrengthFactor(0.0),
+                    ..PbrMetallicRoughness::default()
+                },
+                extensions: Some(extensions::material::Material { unlit: Some(Unlit {}) }),
+                ..Material::default()
+            });
         }
-        let mut text = head.to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(4), b' ');
-        self.data.resize(self.data.len().next_multiple_of(4), 0);
-        let chunks: Vec<(&[u8; 4], &[u8])> = match self.data.is_empty() {
-            true => vec![(b"JSON", &text)],
-            false => vec![(b"JSON", &text), (b"BIN\0", &self.data)],
-        };
-        let size = |bytes: usize| {
-            u32::try_from(bytes).map_err(|_| io::Error::other("a .glb holds at most 4 GiB"))
-        };
-        let total = chunks.iter().map(|(_, chunk)| 8 + chunk.len()).sum::<usize>();
-        writer.write_all(b"glTF")?;
-        writer.write_all(&2u32.to_le_bytes())?;
-        writer.write_all(&size(12 + total)?.to_le_bytes())?;
-        for (kind, chunk) in chunks {
-            writer.write_all(&size(chunk.len())?.to_le_bytes())?;
-            writer.write_all(kind)?;
-            writer.write_all(chunk)?;
+        let json = root.to_vec()?;
+        if u32::try_from(json.len() + data.len() + FRAME).is_err() {
+            return Err(io::Error::other("a .glb holds at most 4 GiB"));
         }
-        Ok(())
+        let glb = Glb {
+            header: Header { magic: *b"glTF", version: 2, length: 0 },
+            json: json.into(),
+            bin: (!data.is_empty()).then(|| data.into()),
+        };
+        glb.to_writer(writer).map_err(io::Error::other)
     }
 }
