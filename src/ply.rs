@@ -3,59 +3,112 @@
 
 use std::io::{self, Write};
 
+use glam::{DVec3, Vec3};
+use ply_rs_bw::{
+    ply::{
+        Addable, ElementDef, Encoding, Header, PropertyAccess, PropertyDef, PropertyType,
+        ScalarType,
+    },
+    writer::Writer,
+};
+
 use crate::{estimate::surface::SurfaceLight, scene::Scene};
 
 /// Writes every stored photon: where (m from the user's origin), the way it travelled, its power per
 /// band (W or umol/s), the index of its light and how often it was scattered before.
-pub fn write_ply(light: &SurfaceLight, writer: &mut dyn Write) -> io::Result<()> {
+pub fn write_ply(light: &SurfaceLight, mut writer: &mut dyn Write) -> io::Result<()> {
     let (scene, map) = (light.scene, &light.map);
-    write!(writer, "{}", header(scene, map.photons.len()))?;
+    let ply = Writer::<Point>::new();
+    let points = points(scene, map.photons.len());
+    ply.write_header(&mut writer, &header(scene, points.clone()))?;
     let share = 1.0 / map.histories.max(1) as f64;
     for (i, (position, photon)) in map.positions().iter().zip(&*map.photons).enumerate() {
-        let position = position.as_dvec3() + scene.center;
-        for coordinate in position.to_array() {
-            writer.write_all(&coordinate.to_le_bytes())?;
-        }
-        for coordinate in photon.direction.unpack().to_array() {
-            writer.write_all(&coordinate.to_le_bytes())?;
-        }
-        for power in map.power(i) {
-            writer.write_all(&((f64::from(*power) * share) as f32).to_le_bytes())?;
-        }
-        writer.write_all(&photon.light.to_le_bytes())?;
-        let bounce = map.ways().get(i).map_or(0, |way| way.bounces);
-        writer.write_all(&bounce.to_le_bytes())?;
+        let point = Point {
+            position: position.as_dvec3() + scene.center,
+            direction: photon.direction.unpack(),
+            power: map.power(i).iter().map(|power| (f64::from(*power) * share) as f32).collect(),
+            light: photon.light,
+            bounce: map.ways().get(i).map_or(0, |way| way.bounces),
+        };
+        ply.write_little_endian_element(&mut writer, &point, &points)?;
     }
     Ok(())
 }
 
-fn header(scene: &Scene, photons: usize) -> String {
-    let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
-    let unit = scene.quantity.unit_names().flux;
-    let mut comment = |text: String| {
-        // a line end in a name would end the comment
-        let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-        header.push_str(&format!("comment {text}\n"));
+/// A photon as it is written.
+#[derive(Default)]
+struct Point {
+    position: DVec3,
+    direction: Vec3,
+    power: Vec<f32>,
+    light: u32,
+    bounce: u16,
+}
+
+impl PropertyAccess for Point {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn get_double(&self, name: &str) -> Option<f64> {
+        match name {
+            "x" => Some(self.position.x),
+            "y" => Some(self.position.y),
+            "z" => Some(self.position.z),
+            _ => None,
+        }
+    }
+
+    fn get_float(&self, name: &str) -> Option<f32> {
+        match name {
+            "dx" => Some(self.direction.x),
+            "dy" => Some(self.direction.y),
+            "dz" => Some(self.direction.z),
+            _ => self.power.get(name.strip_prefix(POWER)?.parse::<usize>().ok()?).copied(),
+        }
+    }
+
+    fn get_uint(&self, _light: &str) -> Option<u32> {
+        Some(self.light)
+    }
+
+    fn get_ushort(&self, _bounce: &str) -> Option<u16> {
+        Some(self.bounce)
+    }
+}
+
+fn points(scene: &Scene, count: usize) -> ElementDef {
+    let mut points = ElementDef::new("vertex".into());
+    points.count = count;
+    let mut add = |name: &str, kind| {
+        points.properties.add(PropertyDef::new(name.into(), PropertyType::Scalar(kind)));
     };
+    ["x", "y", "z"].into_iter().for_each(|name| add(name, ScalarType::Double));
+    ["dx", "dy", "dz"].into_iter().for_each(|name| add(name, ScalarType::Float));
+    (0..scene.bands.len()).for_each(|b| add(&format!("{POWER}{b}"), ScalarType::Float));
+    add("light", ScalarType::UInt);
+    add("bounce", ScalarType::UShort);
+    points
+}
+
+fn header(scene: &Scene, points: ElementDef) -> Header {
+    let mut header = Header::new();
+    header.encoding = Encoding::BinaryLittleEndian;
+    header.elements.add(points);
+    let unit = scene.quantity.unit_names().flux;
+    // a line end in a name would end the comment
+    let mut comment = |text: String| header.comments.push(text.replace(char::is_control, " "));
     comment(format!("photons of {}; powers in {unit}, lengths in m", scene.name));
     for (b, band) in scene.bands.iter().enumerate() {
-        comment(format!("power_{b}: {}", band.name));
+        comment(format!("{POWER}{b}: {}", band.name));
     }
     for (l, light) in scene.lights.iter().enumerate().take(LISTED) {
         comment(format!("light {l}: {}", light.name));
     }
-    header.push_str(&format!("element vertex {photons}\n"));
-    let mut property = |kind: &str, name: &str| {
-        header.push_str(&format!("property {kind} {name}\n"));
-    };
-    ["x", "y", "z"].into_iter().for_each(|name| property("double", name));
-    ["dx", "dy", "dz"].into_iter().for_each(|name| property("float", name));
-    (0..scene.bands.len()).for_each(|b| property("float", &format!("power_{b}")));
-    property("uint", "light");
-    property("ushort", "bounce");
-    header.push_str("end_header\n");
     header
 }
 
+/// How the names of powers begin; the index of the band follows.
+const POWER: &str = "power_";
 /// Lights that the header names.
 const LISTED: usize = 1000;

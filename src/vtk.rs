@@ -1,16 +1,17 @@
-//! VTK files, which ParaView opens: XML with raw appended data (VTK File Formats, kitware 2003-).
+//! VTK files, which ParaView opens: XML with binary data in base64 (VTK File Formats, Kitware 2003-).
+//!
+//! Written with quick-xml: vtkio (0.6.3, 0.7.0-rc2) has no field data in XML, so that names and the unit
+//! would be lost, and holds the whole file in memory.
 
 use std::{
     collections::HashMap,
-    fmt::Write as _,
     io::{self, Write},
 };
 
-use crate::{
-    captor::{CHANNELS, Channel},
-    exhibit::Exhibit,
-    tiles::TilePart,
-};
+use base64::{engine::general_purpose::STANDARD, write::EncoderWriter};
+use quick_xml::events::{BytesDecl, Event};
+
+use crate::{captor::CHANNELS, exhibit::Exhibit, tiles::TilePart};
 
 /// Kinds of VTK file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,87 +24,90 @@ pub enum VtkKind {
 
 /// VTK_TRIANGLE
 const TRIANGLE: u8 = 5;
+/// Type of an array of strings.
+const STRING: &str = "String";
 /// Names of the channels.
 const QUANTITIES: [&str; 3] = ["irradiance_front", "irradiance_back", "absorbed"];
+
+type Xml<'a> = quick_xml::Writer<&'a mut dyn Write>;
+type Attributes<'a> = &'a [(&'a str, &'a str)];
 
 /// Writes surfaces and captors: points in metres from the user's origin; for each cell what arrives
 /// and is absorbed per area, what its captor received with standard errors (NaN where it is not
 /// known), and the indices of its object, material and captor, whose names are field data.
 pub fn write_vtk(exhibit: &Exhibit, kind: VtkKind, writer: &mut dyn Write) -> io::Result<()> {
     let (points, corners) = points(exhibit);
-    let cells = corners.len() / 3;
-    let (name, cell, count) = match kind {
-        VtkKind::PolyData => ("PolyData", "Polys", "Polys"),
-        VtkKind::UnstructuredGrid => ("UnstructuredGrid", "Cells", "Cells"),
+    let parts = exhibit.tiles.parts.iter();
+    let cells: Vec<Cell> =
+        parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile))).collect();
+    let (grid, topology, count) = match kind {
+        VtkKind::PolyData => ("PolyData", "Polys", "NumberOfPolys"),
+        VtkKind::UnstructuredGrid => ("UnstructuredGrid", "Cells", "NumberOfCells"),
     };
-    let mut file = VtkFile::default();
-    file.line("<?xml version=\"1.0\"?>");
-    file.line(&format!(
-        "<VTKFile type=\"{name}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
-    ));
-    file.line(&format!("<{name}>\n<FieldData>"));
-    let scene = exhibit.scene;
-    file.names("scene", [scene.name.as_str()].into_iter());
-    file.names("unit", [&*scene.quantity.unit_names().irradiance].into_iter());
-    file.names("objects", scene.objects.iter().map(String::as_str));
-    file.names("materials", scene.materials.iter().map(|m| m.name.as_str()));
-    file.names("captors", scene.captors.iter().map(|captor| captor.id.as_str()));
-    let sizes = format!("NumberOfPoints=\"{}\" NumberOf{count}=\"{cells}\"", points.len() / 3);
-    file.line(&format!("</FieldData>\n<Piece {sizes}>\n<Points>"));
-    let coordinates = points.iter().map(|p| p.to_le_bytes());
-    file.array("Float64\" NumberOfComponents=\"3", "points", points.len(), coordinates);
-    file.line(&format!("</Points>\n<{cell}>"));
-    let indices = corners.iter().map(|c| c.to_le_bytes());
-    file.array("Int64", "connectivity", corners.len(), indices);
-    file.array("Int64", "offsets", cells, (1..=cells as i64).map(|n| (3 * n).to_le_bytes()));
-    if kind == VtkKind::UnstructuredGrid {
-        file.array("UInt8", "types", cells, (0..cells).map(|_| [TRIANGLE]));
-    }
-    file.line(&format!("</{cell}>\n<CellData>"));
-    cell_data(exhibit, cells, &mut file);
-    file.line(&format!("</CellData>\n</Piece>\n</{name}>"));
-    file.write(writer)
+    let mut xml = Xml::new_with_indent(writer, b' ', 1);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
+    let version = [("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];
+    element(&mut xml, "VTKFile", &[&[("type", grid)], &version[..]].concat(), |xml| {
+        element(xml, grid, &[], |xml| {
+            element(xml, "FieldData", &[], |xml| field_data(exhibit, kind, xml))?;
+            let sizes = [points.len() / 3, cells.len()].map(|size| size.to_string());
+            let sizes = [("NumberOfPoints", &*sizes[0]), (count, &*sizes[1])];
+            element(xml, "Piece", &sizes, |xml| {
+                element(xml, "Points", &[], |xml| {
+                    let coordinates = points.iter().map(|p| p.to_le_bytes());
+                    array(xml, "Float64", "points", &[("NumberOfComponents", "3")], coordinates)
+                })?;
+                element(xml, topology, &[], |xml| {
+                    let indices = corners.iter().map(|c| c.to_le_bytes());
+                    array(xml, "Int64", "connectivity", &[], indices)?;
+                    let ends = (0..cells.len()).map(|n| (3 * n as i64 + 3).to_le_bytes());
+                    array(xml, "Int64", "offsets", &[], ends)?;
+                    match kind {
+                        VtkKind::PolyData => Ok(()),
+                        VtkKind::UnstructuredGrid => {
+                            array(xml, "UInt8", "types", &[], cells.iter().map(|_| [TRIANGLE]))
+                        }
+                    }
+                })?;
+                element(xml, "CellData", &[], |xml| cell_data(exhibit, &cells, xml))
+            })
+        })
+    })
 }
 
-fn cell_data<'a>(exhibit: &'a Exhibit, cells: usize, file: &mut VtkFile<'a>) {
-    let parts = || {
-        let parts = exhibit.tiles.parts.iter();
-        parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
-    };
+/// A tile and the part that it is of.
+type Cell<'a> = (&'a TilePart, usize);
+
+fn field_data(exhibit: &Exhibit, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
+    let scene = exhibit.scene;
+    names(xml, kind, "scene", [scene.name.as_str()].into_iter())?;
+    names(xml, kind, "unit", [&*scene.quantity.unit_names().irradiance].into_iter())?;
+    names(xml, kind, "objects", scene.objects.iter().map(String::as_str))?;
+    names(xml, kind, "materials", scene.materials.iter().map(|m| m.name.as_str()))?;
+    names(xml, kind, "captors", scene.captors.iter().map(|captor| captor.id.as_str()))
+}
+
+fn cell_data(exhibit: &Exhibit, cells: &[Cell], xml: &mut Xml) -> io::Result<()> {
     for (channel, what) in CHANNELS.into_iter().zip(QUANTITIES) {
         for (b, band) in exhibit.scene.band_names().enumerate() {
-            type Value<'a> = fn(&'a Exhibit, Channel, usize, &TilePart, usize) -> Option<f64>;
-            let columns: [(String, Value<'a>); 3] = [
-                (format!("{what}_{band}"), |exhibit, channel, b, part, tile| {
-                    exhibit.value(part, tile, channel, b)
-                }),
-                (format!("captor_{what}_{band}"), |exhibit, channel, b, part, _| {
-                    Some(exhibit.captor(part.captor?, channel, b)?.mean)
-                }),
-                (format!("captor_{what}_{band}_se"), |exhibit, channel, b, part, _| {
-                    exhibit.captor(part.captor?, channel, b)?.standard_error
-                }),
-            ];
-            for (name, value) in columns {
-                let values = parts().map(move |(part, tile)| {
-                    let value = value(exhibit, channel, b, part, tile);
-                    (value.unwrap_or(f64::NAN) as f32).to_le_bytes()
-                });
-                file.array("Float32", &name, cells, values);
-            }
+            let captor = |part: &TilePart| exhibit.captor(part.captor?, channel, b);
+            let mut column = |name: String, value: &dyn Fn(&TilePart, usize) -> Option<f64>| {
+                let values = cells.iter().map(|&(part, tile)| value(part, tile));
+                let values = values.map(|value| (value.unwrap_or(f64::NAN) as f32).to_le_bytes());
+                array(xml, "Float32", &name, &[], values)
+            };
+            column(format!("{what}_{band}"), &|part, tile| exhibit.value(part, tile, channel, b))?;
+            column(format!("captor_{what}_{band}"), &|part, _| Some(captor(part)?.mean))?;
+            column(format!("captor_{what}_{band}_se"), &|part, _| captor(part)?.standard_error)?;
         }
     }
-    type Index = fn(&TilePart) -> Option<usize>;
-    let indices: [(&str, Index); 3] = [
-        ("object", |part| part.object),
-        ("material", |part| part.material),
-        ("captor", |part| part.captor),
-    ];
-    for (name, index) in indices {
-        let values =
-            parts().map(move |(part, _)| index(part).map_or(-1, |i| i as i32).to_le_bytes());
-        file.array("Int32", name, cells, values);
-    }
+    let mut column = |name, index: fn(&TilePart) -> Option<usize>| {
+        let values = cells.iter().map(|(part, _)| index(part).map_or(-1, |i| i as i32));
+        array(xml, "Int32", name, &[], values.map(i32::to_le_bytes))
+    };
+    column("object", |part| part.object)?;
+    column("material", |part| part.material)?;
+    column("captor", |part| part.captor)
 }
 
 /// Coordinates of the points, each once, and the points of each tile.
@@ -123,87 +127,57 @@ fn points(exhibit: &Exhibit) -> (Vec<f64>, Vec<i64>) {
     (points, corners)
 }
 
-/// A file in the making: its XML, and what makes the arrays that follow it, one after the other.
-#[derive(Default)]
-struct VtkFile<'a> {
-    xml: String,
-    arrays: Vec<(u64, Bytes<'a>)>,
-    /// Bytes of all arrays with their headers.
-    size: u64,
+/// An element and what is in it.
+fn element(
+    xml: &mut Xml,
+    name: &str,
+    attributes: Attributes,
+    inside: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    let element = xml.create_element(name).with_attributes(attributes.iter().copied());
+    element.write_inner_content(inside).map(drop)
 }
 
-type Bytes<'a> = Box<dyn Iterator<Item = Vec<u8>> + 'a>;
-
-/// Values that are written at a time.
-const CHUNK: usize = 4096;
-
-impl<'a> VtkFile<'a> {
-    fn line(&mut self, text: &str) {
-        self.xml.push_str(text);
-        self.xml.push('\n');
-    }
-
-    /// An array of so many values.
-    fn array<const N: usize>(
-        &mut self,
-        kind: &str,
-        name: &str,
-        count: usize,
-        mut values: impl Iterator<Item = [u8; N]> + 'a,
-    ) {
-        let (name, offset) = (escaped(name), self.size);
-        self.line(&format!(
-            "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"appended\" offset=\"{offset}\"/>"
-        ));
-        let bytes = (N * count) as u64;
-        self.size += size_of::<u64>() as u64 + bytes;
-        let chunks = std::iter::from_fn(move || {
-            let chunk: Vec<u8> = values.by_ref().take(CHUNK).flatten().collect();
-            (!chunk.is_empty()).then_some(chunk)
-        });
-        self.arrays.push((bytes, Box::new(chunks)));
-    }
-
-    /// Strings: their bytes as numbers, each with a 0 at the end.
-    fn names<'n>(&mut self, name: &str, names: impl ExactSizeIterator<Item = &'n str>) {
-        let count = names.len();
-        self.line(&format!(
-            "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">"
-        ));
-        for name in names {
-            name.bytes().filter(|b| *b != 0).chain([0]).for_each(|byte| {
-                let _ = write!(self.xml, "{byte} ");
-            });
-            self.xml.push('\n');
+/// Numbers, or the bytes of strings.
+fn array<const N: usize>(
+    xml: &mut Xml,
+    kind: &str,
+    name: &str,
+    more: Attributes,
+    values: impl ExactSizeIterator<Item = [u8; N]>,
+) -> io::Result<()> {
+    // XML has no control characters
+    let name = name.replace(char::is_control, " ");
+    let attributes = [("type", kind), ("Name", &name), ("format", "binary")];
+    let element_name = if kind == STRING { "Array" } else { "DataArray" };
+    element(xml, element_name, &[&attributes[..], more].concat(), |xml| {
+        let mut data = EncoderWriter::new(xml.get_mut(), &STANDARD);
+        data.write_all(&((N * values.len()) as u64).to_le_bytes())?;
+        for value in values {
+            data.write_all(&value)?;
         }
-        self.line("</Array>");
-    }
-
-    fn write(self, writer: &mut dyn Write) -> io::Result<()> {
-        writer.write_all(self.xml.as_bytes())?;
-        writer.write_all(b"<AppendedData encoding=\"raw\">\n_")?;
-        for (bytes, chunks) in self.arrays {
-            writer.write_all(&bytes.to_le_bytes())?;
-            for chunk in chunks {
-                writer.write_all(&chunk)?;
-            }
-        }
-        writer.write_all(b"\n</AppendedData>\n</VTKFile>\n")
-    }
+        data.finish().map(drop)
+    })
 }
 
-/// Text for an attribute.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            c if c.is_control() => escaped.push(' '),
-            c => escaped.push(c),
-        }
+/// VTK's strings, each with a 0 at its end. Some readers of grids take numbers alone (meshio 5.3): there
+/// they are the bytes of a text, one name in each line.
+fn names<'n>(
+    xml: &mut Xml,
+    kind: VtkKind,
+    name: &str,
+    names: impl ExactSizeIterator<Item = &'n str>,
+) -> io::Result<()> {
+    let (of, end) = match kind {
+        VtkKind::PolyData => (STRING, '\0'),
+        VtkKind::UnstructuredGrid => ("UInt8", '\n'),
+    };
+    let strings = names.len();
+    let mut text = String::new();
+    for name in names {
+        text.push_str(&name.replace(char::is_control, " "));
+        text.push(end);
     }
-    escaped
+    let tuples = if of == STRING { strings } else { text.len() }.to_string();
+    array(xml, of, name, &[("NumberOfTuples", &tuples)], text.bytes().map(|b| [b]))
 }

@@ -3,6 +3,7 @@
 
 use std::{collections::HashMap, fs, path::Path};
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::Value;
 
 use crate::{
@@ -49,21 +50,20 @@ fn results(scene: &TestScene) -> Value {
 }
 
 /// The arrays of a VTK file by name, as bytes, and its XML.
-fn vtk(file: &[u8]) -> (HashMap<String, Vec<u8>>, String) {
-    let mark = b"<AppendedData encoding=\"raw\">\n_";
-    let at = file.windows(mark.len()).position(|w| w == mark).expect("appended data");
-    let (xml, data) =
-        (String::from_utf8(file[..at].to_vec()).expect("text"), &file[at + mark.len()..]);
-    let attribute = |line: &str, name: &str| {
-        let from = line.find(&format!("{name}=\"")).expect(name) + name.len() + 2;
-        line[from..].split('"').next().expect("its end").to_string()
-    };
-    let arrays = xml.lines().filter(|line| line.starts_with("<DataArray")).map(|line| {
-        let offset: usize = attribute(line, "offset").parse().expect("a number");
-        let size = u64::from_le_bytes(data[offset..][..8].try_into().expect("8 bytes")) as usize;
-        (attribute(line, "Name"), data[offset + 8..][..size].to_vec())
+fn vtk(file: Vec<u8>) -> (HashMap<String, Vec<u8>>, String) {
+    let xml = String::from_utf8(file).expect("text");
+    let arrays = xml.split("Array type=").skip(1).map(|array| {
+        let (attributes, rest) = array.split_once('>').expect("an element");
+        let (_, name) = attributes.split_once("Name=\"").expect("a name");
+        let name = name.split('"').next().expect("its end").to_string();
+        assert!(attributes.contains("format=\"binary\""), "{attributes}");
+        let text = rest.split('<').next().expect("its end").trim();
+        let bytes = STANDARD.decode(text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let (size, data) = bytes.split_at(8);
+        assert_eq!(u64::from_le_bytes(size.try_into().expect("8 bytes")), data.len() as u64);
+        (name, data.to_vec())
     });
-    (arrays.collect(), xml)
+    (arrays.collect(), xml.clone())
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
@@ -77,7 +77,7 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
 fn vtk_files_hold_what_a_run_found() {
     let scene = scene();
     let results = results(&scene);
-    let (arrays, xml) = vtk(&export(&scene, "a.vtp", &[]));
+    let (arrays, xml) = vtk(export(&scene, "a.vtp", &[]));
     let captor = floats_of_i32(&arrays["captor"]);
     let floor = captor.iter().position(|c| *c == 0).expect("the floor");
     assert_eq!(results["captors"][0]["id"], "floor/floor");
@@ -110,13 +110,17 @@ fn vtk_files_hold_what_a_run_found() {
     let last = arrays["offsets"].as_chunks::<8>().0.last().expect("cells");
     assert_eq!(u64::from_le_bytes(*last) as usize, 3 * cells);
     assert!(xml.contains(&format!("NumberOfPolys=\"{cells}\"")), "{}", &xml[..600]);
-    // "floor" as numbers, then a zero
-    assert!(xml.contains("102 108 111 111 114 0"), "the object's name");
+    assert_eq!(arrays["objects"], b"walls\0floor\0");
+    assert_eq!(arrays["captors"], b"floor/floor\0sensor\0");
+    assert!(xml.contains("Array type=\"String\" Name=\"captors\""));
 
-    let (grid, xml) = vtk(&export(&scene, "a.vtu", &["--threads", "1"]));
+    let (grid, xml) = vtk(export(&scene, "a.vtu", &["--threads", "1"]));
     assert_eq!(grid["types"], vec![5; cells]);
     assert_eq!(grid["irradiance_front_both"], arrays["irradiance_front_both"], "threads matter");
     assert!(xml.contains("type=\"UnstructuredGrid\""));
+    // for readers that know no strings
+    assert_eq!(grid["captors"], b"floor/floor\nsensor\n");
+    assert!(!xml.contains("String"));
 }
 
 fn floats_of_i32(bytes: &[u8]) -> Vec<i32> {
@@ -158,6 +162,19 @@ fn a_glb_is_whole_and_coloured() {
         assert_eq!(size("byteLength"), each * accessor["count"].as_u64().expect("count") as usize);
         assert!(size("byteOffset") + size("byteLength") <= data.len());
     }
+    // the light on the floor, over its area, is what it absorbed (5 %: see the VTK file)
+    let primitive = &head["meshes"][1]["primitives"][0];
+    assert!(head["materials"][0]["extensions"]["KHR_materials_unlit"].is_object());
+    assert_eq!((&primitive["material"], &floor["mesh"]), (&0.into(), &1.into()));
+    let accessor = |name: &str| primitive["attributes"][name].as_u64().expect(name) as usize;
+    let colour = &head["accessors"][accessor("COLOR_0")];
+    assert_eq!((&colour["type"], &colour["normalized"]), (&"VEC4".into(), &true.into()));
+    let values = &head["bufferViews"][accessor("_VALUE")];
+    let size = |key: &str| values[key].as_u64().expect(key) as usize;
+    let values = floats(&data[size("byteOffset")..][..size("byteLength")]);
+    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    let absorbed = floor["extras"]["absorbed_per_area b&<"].as_f64().expect("a number");
+    assert!((f64::from(mean) / absorbed - 1.0).abs() < 0.05, "{mean} {absorbed}");
     assert_eq!(
         file,
         export(
@@ -180,6 +197,11 @@ fn photons_of_a_ply_carry_the_power_of_the_lamp() {
     let header = String::from_utf8(file[..at].to_vec()).expect("text");
     let count = header.lines().find_map(|line| line.strip_prefix("element vertex "));
     let count: usize = count.expect("a count").parse().expect("a number");
+    let properties = "property double x\nproperty double y\nproperty double z\n\
+        property float dx\nproperty float dy\nproperty float dz\n\
+        property float power_0\nproperty float power_1\nproperty uint light\nproperty ushort bounce\n";
+    assert!(header.ends_with(&format!("{properties}end_header\n")), "{header}");
+    assert!(header.contains("\ncomment power_1: b&<\n"), "{header}");
     const RECORD: usize = 3 * 8 + 3 * 4 + 2 * 4 + 4 + 2;
     assert_eq!(file.len() - at, count * RECORD);
     assert!(count > 15_000, "{count}");
@@ -220,7 +242,7 @@ fn little_is_still_something() {
         [("sensors", sensors, 1..1000), ("walls", walls, 60_000..61_000)]
     {
         fs::write(scene.path("scene.json"), scene_text).expect("written");
-        let (arrays, _) = vtk(&export(&scene, "a.vtp", &[]));
+        let (arrays, _) = vtk(export(&scene, "a.vtp", &[]));
         let shown = floats(&arrays["irradiance_front_both"]);
         assert!(cells.contains(&shown.len()), "{name}: {}", shown.len());
         assert!(shown.iter().all(|v| *v >= 0.0) && shown.iter().any(|v| *v > 0.0), "{name}");
@@ -291,7 +313,7 @@ fn results_of_another_scene_are_refused() {
 fn results_are_shown_without_tracing() {
     let scene = scene();
     results(&scene);
-    let (arrays, _) = vtk(&export(&scene, "a.vtp", &["--results", "results.json", "--no-trace"]));
+    let (arrays, _) = vtk(export(&scene, "a.vtp", &["--results", "results.json", "--no-trace"]));
     let captor = floats_of_i32(&arrays["captor"]);
     let shown = floats(&arrays["irradiance_front_both"]);
     let result = floats(&arrays["captor_irradiance_front_both"]);
