@@ -28,7 +28,7 @@ pub fn write_ply(light: &SurfaceLight, mut writer: &mut dyn Write) -> io::Result
             direction: photon.direction.unpack(),
             power: map.power(i).iter().map(|power| (f64::from(*power) * share) as f32).collect(),
             light: photon.light,
-            bounce: map.ways().get(i).map_or(0, |way| way.bounces),
+            bounce: map.ways().get(i).map_or(0, |way| way.bounces.into()),
         };
         ply.write_little_endian_element(&mut writer, &point, &points)?;
     }
@@ -42,7 +42,7 @@ struct Point {
     direction: Vec3,
     power: Vec<f32>,
     light: u32,
-    bounce: u16,
+    bounce: u32,
 }
 
 impl PropertyAccess for Point {
@@ -68,12 +68,12 @@ impl PropertyAccess for Point {
         }
     }
 
-    fn get_uint(&self, _light: &str) -> Option<u32> {
-        Some(self.light)
-    }
-
-    fn get_ushort(&self, _bounce: &str) -> Option<u16> {
-        Some(self.bounce)
+    fn get_uint(&self, name: &str) -> Option<u32> {
+        match name {
+            "light" => Some(self.light),
+            "bounce" => Some(self.bounce),
+            _ => None,
+        }
     }
 }
 
@@ -86,8 +86,8 @@ fn points(scene: &Scene, count: usize) -> ElementDef {
     ["x", "y", "z"].into_iter().for_each(|name| add(name, ScalarType::Double));
     ["dx", "dy", "dz"].into_iter().for_each(|name| add(name, ScalarType::Float));
     (0..scene.bands.len()).for_each(|b| add(&format!("{POWER}{b}"), ScalarType::Float));
-    add("light", ScalarType::UInt);
-    add("bounce", ScalarType::UShort);
+    // of whole numbers, all readers know this one (meshio 5.3: no ushort)
+    ["light", "bounce"].into_iter().for_each(|name| add(name, ScalarType::UInt));
     points
 }
 

@@ -199,10 +199,10 @@ fn photons_of_a_ply_carry_the_power_of_the_lamp() {
     let count: usize = count.expect("a count").parse().expect("a number");
     let properties = "property double x\nproperty double y\nproperty double z\n\
         property float dx\nproperty float dy\nproperty float dz\n\
-        property float power_0\nproperty float power_1\nproperty uint light\nproperty ushort bounce\n";
+        property float power_0\nproperty float power_1\nproperty uint light\nproperty uint bounce\n";
     assert!(header.ends_with(&format!("{properties}end_header\n")), "{header}");
     assert!(header.contains("\ncomment power_1: b&<\n"), "{header}");
-    const RECORD: usize = 3 * 8 + 3 * 4 + 2 * 4 + 4 + 2;
+    const RECORD: usize = 3 * 8 + 3 * 4 + 2 * 4 + 2 * 4;
     assert_eq!(file.len() - at, count * RECORD);
     assert!(count > 15_000, "{count}");
     let (mut first, mut all) = ([0.0; 2], [0.0; 2]);
@@ -212,7 +212,7 @@ fn photons_of_a_ply_carry_the_power_of_the_lamp() {
         let floats = floats(&photon[24..44]);
         let length = floats[..3].iter().map(|d| d * d).sum::<f32>();
         assert!((length - 1.0).abs() < 1e-3, "{length}");
-        let bounce = u16::from_le_bytes([photon[48], photon[49]]);
+        let bounce = u32::from_le_bytes(photon[48..].try_into().expect("4 bytes"));
         for band in 0..2 {
             all[band] += floats[3 + band];
             first[band] += if bounce == 0 { floats[3 + band] } else { 0.0 };
