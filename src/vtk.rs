@@ -36,42 +36,54 @@ type Attributes<'a> = &'a [(&'a str, &'a str)];
 /// and is absorbed per area, what its captor received with standard errors (NaN where it is not
 /// known), and the indices of its object, material and captor, whose names are field data.
 pub fn write_vtk(exhibit: &Exhibit, kind: VtkKind, writer: &mut dyn Write) -> io::Result<()> {
+    let grid = match kind {
+        VtkKind::PolyData => "PolyData",
+        VtkKind::UnstructuredGrid => "UnstructuredGrid",
+    };
+    let file = [
+        ("type", grid),
+        ("version", "1.0"),
+        ("byte_order", "LittleEndian"),
+        ("header_type", "UInt64"),
+    ];
+    let mut xml = Xml::new_with_indent(writer, b' ', 1);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
+    element(&mut xml, "VTKFile", &file, |xml| {
+        element(xml, grid, &[], |xml| {
+            element(xml, "FieldData", &[], |xml| field_data(exhibit, kind, xml))?;
+            piece(exhibit, kind, xml)
+        })
+    })
+}
+
+fn piece(exhibit: &Exhibit, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
     let (points, corners) = points(exhibit);
     let parts = exhibit.tiles.parts.iter();
     let cells: Vec<Cell> =
         parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile))).collect();
-    let (grid, topology, count) = match kind {
-        VtkKind::PolyData => ("PolyData", "Polys", "NumberOfPolys"),
-        VtkKind::UnstructuredGrid => ("UnstructuredGrid", "Cells", "NumberOfCells"),
+    let (topology, count) = match kind {
+        VtkKind::PolyData => ("Polys", "NumberOfPolys"),
+        VtkKind::UnstructuredGrid => ("Cells", "NumberOfCells"),
     };
-    let mut xml = Xml::new_with_indent(writer, b' ', 1);
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
-    let version = [("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];
-    element(&mut xml, "VTKFile", &[&[("type", grid)], &version[..]].concat(), |xml| {
-        element(xml, grid, &[], |xml| {
-            element(xml, "FieldData", &[], |xml| field_data(exhibit, kind, xml))?;
-            let sizes = [points.len() / 3, cells.len()].map(|size| size.to_string());
-            let sizes = [("NumberOfPoints", &*sizes[0]), (count, &*sizes[1])];
-            element(xml, "Piece", &sizes, |xml| {
-                element(xml, "Points", &[], |xml| {
-                    let coordinates = points.iter().map(|p| p.to_le_bytes());
-                    array(xml, "Float64", "points", &[("NumberOfComponents", "3")], coordinates)
-                })?;
-                element(xml, topology, &[], |xml| {
-                    let indices = corners.iter().map(|c| c.to_le_bytes());
-                    array(xml, "Int64", "connectivity", &[], indices)?;
-                    let ends = (0..cells.len()).map(|n| (3 * n as i64 + 3).to_le_bytes());
-                    array(xml, "Int64", "offsets", &[], ends)?;
-                    match kind {
-                        VtkKind::PolyData => Ok(()),
-                        VtkKind::UnstructuredGrid => {
-                            array(xml, "UInt8", "types", &[], cells.iter().map(|_| [TRIANGLE]))
-                        }
-                    }
-                })?;
-                element(xml, "CellData", &[], |xml| cell_data(exhibit, &cells, xml))
-            })
-        })
+    let sizes = [points.len() / 3, cells.len()].map(|size| size.to_string());
+    let sizes = [("NumberOfPoints", &*sizes[0]), (count, &*sizes[1])];
+    element(xml, "Piece", &sizes, |xml| {
+        element(xml, "Points", &[], |xml| {
+            let coordinates = points.iter().map(|p| p.to_le_bytes());
+            array(xml, "Float64", "points", &[("NumberOfComponents", "3")], coordinates)
+        })?;
+        element(xml, topology, &[], |xml| {
+            array(xml, "Int64", "connectivity", &[], corners.iter().map(|c| c.to_le_bytes()))?;
+            let ends = (0..cells.len()).map(|n| (3 * n as i64 + 3).to_le_bytes());
+            array(xml, "Int64", "offsets", &[], ends)?;
+            match kind {
+                VtkKind::PolyData => Ok(()),
+                VtkKind::UnstructuredGrid => {
+                    array(xml, "UInt8", "types", &[], cells.iter().map(|_| [TRIANGLE]))
+                }
+            }
+        })?;
+        element(xml, "CellData", &[], |xml| cell_data(exhibit, &cells, xml))
     })
 }
 
