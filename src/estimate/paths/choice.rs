@@ -27,9 +27,13 @@ impl<'a> LightChoice<'a> {
         choice
     }
 
-    /// The light that `u` in [0, 1) stands for, and its chance; none where no light can shine.
-    pub(super) fn choose(&self, u: f32) -> Option<(usize, f32)> {
-        let mut rest = u;
+    /// The light that a number in [0, 1) stands for, and its chance; none where no light can shine.
+    /// A light that is alone needs no number.
+    pub(super) fn choose(&self, number: impl FnOnce() -> f32) -> Option<(usize, f32)> {
+        if self.lights.len() == 1 {
+            return (self.importance(0) > 0.0).then_some((0, 1.0));
+        }
+        let mut rest = number();
         let chances = (0..self.lights.len()).map(|light| (light, self.chance(light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
