@@ -204,6 +204,7 @@ impl Material {
 
     /// Scattering function f per band, 1/sr, for light that meets the surface at `encounter` and
     /// leaves along `outgoing`, without the lobes that are mirrors.
+    #[inline]
     pub fn evaluate<const N: usize>(&self, encounter: &Encounter, outgoing: Vec3) -> Spectrum<N> {
         match self {
             Self::Lambert(m) => m.evaluate(encounter, outgoing),
@@ -236,6 +237,7 @@ impl Material {
 
     /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
     /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
+    #[inline]
     pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
         match self {
             Self::Lambert(m) => m.density(encounter, transport, outgoing),
@@ -336,11 +338,13 @@ impl Lambert {
         Some(Scatter::new(diffuse(at.normal, rng), factor, false))
     }
 
+    #[inline]
     fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
         let above = outgoing.dot(at.normal) > 0.0;
         if above { self.lobe.fraction().scaled(1.0 / std::f32::consts::PI) } else { Spectrum::ZERO }
     }
 
+    #[inline]
     fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
         use crate::sampling::cosine_hemisphere_density;
         let largest = self.lobe.largest;
