@@ -226,7 +226,8 @@ impl Path<'_, '_> {
                 return radiance;
             }
         }
-        self.cut_off = true;
+        // it counts as one that had ended where surfaces took of it
+        self.cut_off = self.rng.uniform() < kept;
         radiance
     }
 

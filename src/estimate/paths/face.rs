@@ -26,7 +26,8 @@ pub struct PathScore<const N: usize> {
     pub absorbed: Spectrum<N>,
     /// Rays traced.
     pub rays: u32,
-    /// Whether a length limit ended it: what it could still have found is missing.
+    /// Whether a length limit ended it: what it could still have found is missing. Where surfaces have
+    /// left but a part of a path, this is true as often as that part is large.
     pub cut_off: bool,
 }
 
