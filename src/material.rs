@@ -19,10 +19,23 @@ use crate::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum:
 /// Which way a path is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transport {
-    /// Photons, from the lights.
+    /// Photons, from the lights: they end by chance, and what goes on carries all.
     Light,
-    /// Paths from a captor: what they carry is importance (Veach 1997, ch. 5).
+    /// Paths from a captor: what they carry is importance (Veach 1997, ch. 5). They go on wherever something
+    /// does, with what is left; when to end them is for whoever follows them.
     Importance,
+}
+
+impl Transport {
+    /// What a path that goes on is multiplied with where the largest fractions of its ways sum to
+    /// `total`.
+    #[inline]
+    fn weight(self, total: f32) -> f32 {
+        match self {
+            Self::Light => total.max(1.0),
+            Self::Importance => total.max(f32::MIN_POSITIVE),
+        }
+    }
 }
 
 /// A path meeting a surface.
@@ -120,16 +133,22 @@ impl Lobe {
 }
 
 /// The lobe that a path takes, by the largest band fraction of each; `None` ends the path. What
-/// a lobe's relative bands are then multiplied with is `weight`: 1 unless the fractions sum to
-/// more than 1.
+/// a lobe's relative bands are then multiplied with is `weight`: for a photon 1 unless the fractions
+/// sum to more than 1.
 struct Choice {
     lobe: usize,
     weight: f32,
 }
 
 #[inline]
-fn choose<const K: usize>(fractions: [f32; K], u: f32) -> Option<Choice> {
-    let weight = fractions.iter().sum::<f32>().max(1.0);
+fn choose<const K: usize>(
+    fractions: [f32; K],
+    transport: Transport,
+    rng: &mut Stream,
+) -> Option<Choice> {
+    let weight = transport.weight(fractions.iter().sum());
+    let certain = K == 1 && transport == Transport::Importance;
+    let u = if certain { 0.0 } else { rng.uniform() };
     let mut rest = u * weight;
     for (lobe, fraction) in fractions.into_iter().enumerate() {
         if rest < fraction {
@@ -164,7 +183,7 @@ pub enum Material {
 }
 
 impl Material {
-    /// Follows a path one interaction further; `None` where it ends (absorbed or roulette). Inlined
+    /// Follows a path one interaction further; `None` where it ends. Inlined
     /// for the walls, which are met most; the longer ones are called.
     #[inline(always)]
     pub fn sample<const N: usize>(
@@ -174,17 +193,18 @@ impl Material {
         rng: &mut Stream,
     ) -> Option<Scatter<N>> {
         match self {
-            Self::Lambert(m) => m.sample(encounter, rng),
+            Self::Lambert(m) => m.sample(encounter, transport, rng),
             Self::Dielectric(m) => m.sample(encounter, transport, rng),
-            Self::Pane(m) => m.sample(encounter, rng),
+            Self::Pane(m) => m.sample(encounter, transport, rng),
             Self::Leaf(m) => m.sample(encounter, transport, rng),
-            Self::Phong(m) => m.sample(encounter, rng),
-            Self::Mirror(m) => m.sample(encounter, rng),
+            Self::Phong(m) => m.sample(encounter, transport, rng),
+            Self::Mirror(m) => m.sample(encounter, transport, rng),
         }
     }
 
     /// Scattering function f per band, 1/sr, for light that meets the surface at `encounter` and
     /// leaves along `outgoing`, without the lobes that are mirrors.
+    #[inline]
     pub fn evaluate<const N: usize>(&self, encounter: &Encounter, outgoing: Vec3) -> Spectrum<N> {
         match self {
             Self::Lambert(m) => m.evaluate(encounter, outgoing),
@@ -217,11 +237,12 @@ impl Material {
 
     /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
     /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
+    #[inline]
     pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
         match self {
-            Self::Lambert(m) => m.density(encounter, outgoing),
+            Self::Lambert(m) => m.density(encounter, transport, outgoing),
             Self::Leaf(m) => m.density(encounter, transport, outgoing),
-            Self::Phong(m) => m.density(encounter, outgoing),
+            Self::Phong(m) => m.density(encounter, transport, outgoing),
             Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => 0.0,
         }
     }
@@ -306,19 +327,28 @@ impl Lambert {
     }
 
     #[inline]
-    fn sample<const N: usize>(&self, at: &Encounter, rng: &mut Stream) -> Option<Scatter<N>> {
-        choose([self.lobe.largest], rng.uniform())?;
-        Some(Scatter::new(diffuse(at.normal, rng), self.lobe.relative(), false))
+    fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
+        let factor = self.lobe.relative().scaled(weight);
+        Some(Scatter::new(diffuse(at.normal, rng), factor, false))
     }
 
+    #[inline]
     fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
         let above = outgoing.dot(at.normal) > 0.0;
         if above { self.lobe.fraction().scaled(1.0 / std::f32::consts::PI) } else { Spectrum::ZERO }
     }
 
-    fn density(&self, at: &Encounter, outgoing: Vec3) -> f32 {
+    #[inline]
+    fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
         use crate::sampling::cosine_hemisphere_density;
-        self.lobe.largest * cosine_hemisphere_density(outgoing.dot(at.normal))
+        let largest = self.lobe.largest;
+        largest / transport.weight(largest) * cosine_hemisphere_density(outgoing.dot(at.normal))
     }
 }
 
@@ -335,8 +365,13 @@ impl Mirror {
     }
 
     #[inline]
-    fn sample<const N: usize>(&self, at: &Encounter, rng: &mut Stream) -> Option<Scatter<N>> {
-        choose([self.lobe.largest], rng.uniform())?;
-        Some(Scatter::specular(at.mirrored(), self.lobe.relative(), false))
+    fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
+        Some(Scatter::specular(at.mirrored(), self.lobe.relative().scaled(weight), false))
     }
 }

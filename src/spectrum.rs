@@ -73,6 +73,12 @@ impl<const N: usize> Spectrum<N> {
         self.0.iter().all(|&v| v == 0.0)
     }
 
+    /// The largest value; 0 where none is above.
+    #[inline]
+    pub fn largest(&self) -> f32 {
+        self.0.iter().copied().fold(0.0, f32::max)
+    }
+
     /// Each band times `factor`.
     #[inline]
     pub fn scaled(self, factor: f32) -> Self {

@@ -6,10 +6,10 @@ import numpy as np
 import materials
 
 
-def build(world, bands):
-    """The scene for some bands, as many as the variant has channels."""
+def build(world, bands, more=None):
+    """The scene for some bands, as many as the variant has channels, and what else is to be in it."""
     at_bands = lambda value: np.broadcast_to(np.asarray(value, float), (len(world.bands),))[bands]
-    objects = {"type": "scene"}
+    objects = {"type": "scene", **(more or {})}
     for number, (name, triangles) in enumerate(world.surfaces.items()):
         bsdf = materials.bsdf(name, world.materials[name], at_bands)
         objects[f"surface{number}"] = mesh(triangles, bsdf)

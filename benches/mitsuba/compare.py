@@ -45,7 +45,8 @@ def main():
         world = scene.load(variant)
         methods = [Phylux("photons", options, variant, world), Phylux("paths", options, variant, world)]
         for name in options.variants.split(","):
-            methods.append(Mitsuba(name, options, variant, world))
+            for tracer in ("forward", "backward"):
+                methods.append(Mitsuba(name, tracer, options, variant, world))
         bands = ", ".join(world.bands)
         print(f"{options.scene}: {len(world.faces)} faces of captors, bands {bands}", flush=True)
         for method in methods:
@@ -64,8 +65,9 @@ def arguments():
     parser.add_argument("--seconds", type=float, default=2.0, help="time of one run")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--variants", default="llvm_ad_mono", help="of Mitsuba, with commas between")
-    parser.add_argument("--sampler", default="multijitter", help="of Mitsuba")
-    parser.add_argument("--startup", help=argparse.SUPPRESS)  # a scene variant is started and no more
+    parser.add_argument("--sampler", default="multijitter", help="of Mitsuba's backward paths")
+    # this variant and tracer are started and no more
+    parser.add_argument("--startup", nargs=2, help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
@@ -148,12 +150,15 @@ class Phylux(Method):
 
 
 class Mitsuba(Method):
-    """Backward paths; a run for each band, or for each three."""
+    """Photons (forward) or paths (backward); a run for each band, or for each three."""
 
-    def __init__(self, name, options, variant, world):
+    def __init__(self, name, tracer, options, variant, world):
         channels = 3 if "rgb" in name else 1
         bands = list(range(len(world.bands)))
-        super().__init__(f"Mitsuba {name}", [bands[b:b + channels] for b in bands[::channels]])
+        groups = [bands[b:b + channels] for b in bands[::channels]]
+        super().__init__(f"Mitsuba {tracer}" + (", rgb" if channels == 3 else ""), groups)
+        self.tracer = tracer
+        self.each = len(world.faces) if tracer == "backward" else 1  # paths start from each face
         self.variant, self.options, self.scene_file, self.world = name, options, variant, world
         self.channels = channels
 
@@ -161,23 +166,28 @@ class Mitsuba(Method):
         """One Mitsuba scene for each group of bands."""
         mi.set_variant(self.variant)
         dr.set_thread_count(self.options.threads)
-        for module in ("materials", "build", "backward"):  # they hold the variant's types
+        for module in ("materials", "build", "backward", "forward"):  # they hold the variant's types
             sys.modules.pop(module, None)
-        import backward
-
         full = [group + group[-1:] * (self.channels - len(group)) for group in self.groups]
-        return [backward.Backward(self.world, group, self.options.sampler) for group in full]
+        if self.tracer == "forward":
+            from forward import Forward
+
+            return [Forward(self.world, group) for group in full]
+        from backward import Backward
+
+        return [Backward(self.world, group, self.options.sampler) for group in full]
 
     def prepare(self, seconds):
         self.scenes = self.renders()
-        self.scenes[0].render(64, 0)
-        samples = 4096
+        samples = 4096 * len(self.world.faces) // self.each
+        self.scenes[0].render(samples // 64, 0)
         self.scenes[0].render(samples, 0)
         clock = Clock()
         self.scenes[0].render(samples, 0)
         wanted = samples * seconds / len(self.groups) / clock.read()[0]
         # squares suit the stratified samplers; the limit keeps a launch in memory
-        self.histories = int(min(wanted, 2e7 / len(self.world.faces)) ** 0.5) ** 2
+        most = 2e7 / self.each if self.tracer == "backward" else wanted
+        self.histories = int(min(wanted, most) ** 0.5) ** 2
         for scene in self.scenes:
             scene.render(self.histories, 0)
         with tempfile.TemporaryDirectory() as home:  # compiled kernels are kept there
@@ -185,8 +195,8 @@ class Mitsuba(Method):
                 self.start[label] = np.median([self.started(home) for _ in range(times)], axis=0)
 
     def started(self, home):
-        command = [sys.executable, HERE, self.scene_file, "--startup", self.variant, "--sampler",
-                   self.options.sampler, "--threads", str(self.options.threads)]
+        command = [sys.executable, HERE, self.scene_file, "--startup", self.variant, self.tracer,
+                   "--sampler", self.options.sampler, "--threads", str(self.options.threads)]
         clock = Clock(resource.RUSAGE_CHILDREN)
         subprocess.run([str(word) for word in command], check=True, env={**os.environ, "HOME": home})
         return clock.read()
@@ -202,7 +212,7 @@ class Mitsuba(Method):
         self.times.append(times)
 
     def traced(self):
-        return self.histories * len(self.world.faces) * len(self.groups)
+        return self.histories * self.each * len(self.groups)
 
 
 def start_mitsuba(options):
@@ -210,7 +220,7 @@ def start_mitsuba(options):
     import scene
 
     world = scene.load(options.scene)
-    for render in Mitsuba(options.startup, options, options.scene, world).renders():
+    for render in Mitsuba(*options.startup, options, options.scene, world).renders():
         render.render(4, 0)
 
 

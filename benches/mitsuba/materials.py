@@ -42,7 +42,7 @@ def bsdf(name, material, at_bands):
 
 
 class Leaf(mi.BSDF):
-    """A cuticle over a sheet that reflects and transmits diffusely (docs/method.md); backward paths only."""
+    """A cuticle over a sheet that reflects and transmits diffusely (docs/method.md)."""
 
     def __init__(self, ior, front, back):
         super().__init__(mi.Properties())
@@ -60,17 +60,18 @@ class Leaf(mi.BSDF):
                              mi.BSDFFlags.DiffuseTransmission | BOTH]
         self.m_flags = self.m_components[0] | self.m_components[1] | self.m_components[2]
 
-    def lobes(self, si):
+    def lobes(self, ctx, si):
         """Mirrored fraction, and the diffuse ones: t belongs to the face that the light enters."""
         front = mi.Frame3f.cos_theta(si.wi) > 0
+        enters = front if ctx.mode == mi.TransportMode.Importance else ~front
         f = mi.fresnel(dr.abs(mi.Frame3f.cos_theta(si.wi)), self.ior)[0]
-        return f, dr.select(front, self.r[0], self.r[1]), dr.select(front, self.t[1], self.t[0])
+        return f, dr.select(front, self.r[0], self.r[1]), dr.select(enters, self.t[0], self.t[1])
 
     def leaves(self, cos):
         return (1 - mi.fresnel(dr.abs(cos), self.ior)[0]) * self.out
 
     def sample(self, ctx, si, sample1, sample2, active=True):
-        f, r, t = self.lobes(si)
+        f, r, t = self.lobes(ctx, si)
         rest = 1 - f
         chance_r, chance_t = rest * dr.max(r), rest * dr.max(t)
         total = f + chance_r + chance_t
@@ -97,7 +98,7 @@ class Leaf(mi.BSDF):
         return self.eval_pdf(ctx, si, wo, active)[1]
 
     def eval_pdf(self, ctx, si, wo, active=True):
-        f, r, t = self.lobes(si)
+        f, r, t = self.lobes(ctx, si)
         cos = mi.Frame3f.cos_theta(wo)
         same = cos * mi.Frame3f.cos_theta(si.wi) > 0
         lobe = dr.select(same, r, t)

@@ -33,6 +33,10 @@ pub use joined::radiance;
 pub use reflectors::Reflectors;
 pub use unseen::Unseen;
 
+/// Where surfaces have left less of a path than this, it goes on by chance (Russian roulette; Arvo
+/// and Kirk, SIGGRAPH 1990), with this much.
+const LEAST: f32 = 1.0 / 3.0;
+
 /// A point that light is gathered at.
 #[derive(Clone, Copy)]
 struct Vertex {
@@ -85,10 +89,13 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<N>)> {
         let scene = self.scene;
-        let (light, chance) = LightChoice::new(&scene.lights, at).choose(self.rng.uniform())?;
+        let (light, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
         let light = &scene.lights[light];
         let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
         let towards = (sample.point - at.point).try_normalize()?;
+        if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
+            return None;
+        }
         let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(towards).signum();
         let origin = at.point + at.step.map_or(Vec3::ZERO, step);
         self.rays += 1;
@@ -123,6 +130,8 @@ impl Path<'_, '_> {
         let scene = self.scene;
         let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
         let mut total_reflections = 0;
+        // what surfaces have left of the path; how its directions were chosen is no reason to end it
+        let mut kept = 1.0;
         for _ in 0..MAX_INTERACTIONS {
             self.rays += 1;
             let hit = scene.closest(&leg.ray);
@@ -180,7 +189,21 @@ impl Path<'_, '_> {
                 Aim::Free => {
                     let scatter = material.sample::<N>(&encounter, Transport::Importance, self.rng);
                     let Some(scatter) = scatter else { return radiance };
-                    throughput = throughput * scatter.factor.scaled(1.0 / free);
+                    let before = throughput.largest();
+                    throughput = throughput * scatter.factor;
+                    // what a solid takes from radiance on entry it gives back on exit
+                    if !(scatter.crosses && scatter.onward == Onward::Specular) {
+                        kept *= throughput.largest() / before;
+                    }
+                    if kept < LEAST {
+                        let survival = kept / LEAST;
+                        if self.rng.uniform() >= survival {
+                            return radiance;
+                        }
+                        throughput = throughput.scaled(1.0 / survival);
+                        kept = LEAST;
+                    }
+                    throughput = throughput.scaled(1.0 / free);
                     total_reflections =
                         if scatter.total_reflection { total_reflections + 1 } else { 0 };
                     if total_reflections == MAX_TOTAL_REFLECTIONS {
@@ -203,7 +226,8 @@ impl Path<'_, '_> {
                 return radiance;
             }
         }
-        self.cut_off = true;
+        // it counts as one that had ended where surfaces took of it
+        self.cut_off = self.rng.uniform() < kept;
         radiance
     }
 

@@ -37,10 +37,13 @@ impl Dielectric {
     ) -> Option<Scatter<N>> {
         let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
-        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
+        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], transport, rng)?;
         Some(match choice.lobe {
-            0 => Self::reflected(at, &fresnel, 1.0),
-            _ => self.refracted(at, &fresnel, transport, self.tint.relative()),
+            0 => Self::reflected(at, &fresnel, choice.weight),
+            _ => {
+                let relative = self.tint.relative().scaled(choice.weight);
+                self.refracted(at, &fresnel, transport, relative)
+            }
         })
     }
 
@@ -116,15 +119,16 @@ impl Pane {
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Encounter,
+        transport: Transport,
         rng: &mut Stream,
     ) -> Option<Scatter<N>> {
         let reflected = self.reflectance(at);
-        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng.uniform())?;
+        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], transport, rng)?;
         Some(match choice.lobe {
-            0 => Scatter::specular(at.mirrored(), Spectrum::ONE, false),
+            0 => Scatter::specular(at.mirrored(), Spectrum::ONE.scaled(choice.weight), false),
             _ => Scatter {
                 onward: Onward::Straight,
-                ..Scatter::new(at.direction, self.tint.relative(), true)
+                ..Scatter::new(at.direction, self.tint.relative().scaled(choice.weight), true)
             },
         })
     }

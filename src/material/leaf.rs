@@ -93,7 +93,7 @@ impl Leaf {
         let reflected = &self.face(at.front).reflected;
         let transmitted = self.transmitted(at, transport);
         let fractions = [mirrored, entered * reflected.largest, entered * transmitted.largest];
-        let choice = choose(fractions, rng.uniform())?;
+        let choice = choose(fractions, transport, rng)?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match choice.lobe {
             0 => Scatter::specular(at.mirrored(), scale(Spectrum::ONE), false),
@@ -128,7 +128,7 @@ impl Leaf {
         let transmitted = self.transmitted(at, transport).largest;
         let total = mirrored + (1.0 - mirrored) * (reflected + transmitted);
         let lobe = if cos > 0.0 { reflected } else { transmitted };
-        let chance = lobe * (1.0 - mirrored) / total.max(1.0);
+        let chance = lobe * (1.0 - mirrored) / transport.weight(total);
         let leaves = (1.0 - self.cuticle(cos.abs())) * cos.abs();
         chance * leaves / (PI * self.diffuse_transmittance)
     }

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{Encounter, Lobe, Scatter, choose, complement, diffuse};
+use super::{Encounter, Lobe, Scatter, Transport, choose, complement, diffuse};
 use crate::{
     geometry::Frame,
     rng::Stream,
@@ -73,9 +73,10 @@ impl Phong {
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Encounter,
+        transport: Transport,
         rng: &mut Stream,
     ) -> Option<Scatter<N>> {
-        let choice = choose(self.fractions(), rng.uniform())?;
+        let choice = choose(self.fractions(), transport, rng)?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match (choice.lobe, self.exponent) {
             (0, _) => {
@@ -111,9 +112,9 @@ impl Phong {
         cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
     }
 
-    pub(super) fn density(&self, at: &Encounter, outgoing: Vec3) -> f32 {
+    pub(super) fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
         let [reflected, specular, transmitted] = self.fractions();
-        let total = (reflected + specular + transmitted).max(1.0);
+        let total = transport.weight(reflected + specular + transmitted);
         let cos = outgoing.dot(at.normal);
         let density = if cos <= 0.0 {
             transmitted * cosine_hemisphere_density(-cos)

@@ -15,7 +15,6 @@ pub(super) struct LightChoice<'a> {
 impl<'a> LightChoice<'a> {
     pub(super) fn new(lights: &'a [Light], at: &'a Vertex) -> Self {
         let mut choice = Self { lights, at, total: 0.0, count: 0 };
-        // one light is chosen wherever it can shine
         if lights.len() == 1 {
             return choice;
         }
@@ -27,9 +26,13 @@ impl<'a> LightChoice<'a> {
         choice
     }
 
-    /// The light that `u` in [0, 1) stands for, and its chance; none where no light can shine.
-    pub(super) fn choose(&self, u: f32) -> Option<(usize, f32)> {
-        let mut rest = u;
+    /// The light that a number in [0, 1) stands for, and its chance; none where no light can shine.
+    /// One that is alone is chosen everywhere, and needs no number.
+    pub(super) fn choose(&self, number: impl FnOnce() -> f32) -> Option<(usize, f32)> {
+        if self.lights.len() == 1 {
+            return Some((0, 1.0));
+        }
+        let mut rest = number();
         let chances = (0..self.lights.len()).map(|light| (light, self.chance(light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
@@ -39,12 +42,12 @@ impl<'a> LightChoice<'a> {
 
     /// The chance of a light, in [0, 1].
     pub(super) fn chance(&self, light: usize) -> f32 {
+        if self.lights.len() == 1 {
+            return 1.0;
+        }
         let importance = self.importance(light);
         if importance == 0.0 {
             return 0.0;
-        }
-        if self.lights.len() == 1 {
-            return 1.0;
         }
         0.5 * (importance / self.total + 1.0 / self.count as f32)
     }

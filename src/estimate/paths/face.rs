@@ -26,7 +26,8 @@ pub struct PathScore<const N: usize> {
     pub absorbed: Spectrum<N>,
     /// Rays traced.
     pub rays: u32,
-    /// Whether a length limit ended it: what it could still have found is missing.
+    /// Whether a length limit ended it: what it could still have found is missing. Where surfaces have
+    /// left but a part of a path, this is true as often as that part is large.
     pub cut_off: bool,
 }
 
@@ -40,6 +41,17 @@ pub struct Face<'a> {
     area: f32,
     triangles: &'a [Triangle],
     cumulative_area: Vec<f64>,
+    places: Vec<Place>,
+}
+
+/// What paths that start from a triangle need of it.
+#[derive(Clone, Copy)]
+struct Place {
+    /// Normal of the face.
+    normal: Vec3,
+    /// How far off the triangle they start, and as far from its edges.
+    off: Vec3,
+    margins: Vec3,
 }
 
 impl<'a> Face<'a> {
@@ -53,7 +65,24 @@ impl<'a> Face<'a> {
             sum
         };
         let cumulative_area = triangles.iter().map(add).collect();
-        Self { captor, channel, scene, area: of.area as f32, triangles, cumulative_area }
+        let place = |(index, triangle): (usize, &Triangle)| {
+            let front = triangle.normal();
+            let normal = if channel == Channel::Back { -front } else { front };
+            let (off, margins) = match of.kind {
+                CaptorKind::Surface => {
+                    let surface = scene.surface(of.triangles.start + index);
+                    (scene.ray_offset() * normal, surface.margins)
+                }
+                CaptorKind::Virtual { .. } => {
+                    let margins = Triangle::margins(triangle.slopes(), scene.ray_offset());
+                    (scene.lift(captor) * front, margins)
+                }
+            };
+            Place { normal, off, margins }
+        };
+        let places = triangles.iter().enumerate().map(place).collect();
+        let area = of.area as f32;
+        Self { captor, channel, scene, area, triangles, cumulative_area, places }
     }
 
     /// Follows one path back from the face; some of it aims at `reflectors`.
@@ -101,21 +130,11 @@ impl<'a> Face<'a> {
 
     /// A point of the face, as far off it and from its edges as photons that leave it.
     fn start(&self, rng: &mut Stream) -> Start {
-        let scene = self.scene;
         let Chosen { index: triangle, rest } =
             weighted_choice(&self.cumulative_area, rng.uniform_fine());
-        let shape = &self.triangles[triangle];
-        let front = shape.normal();
-        let normal = if self.channel == Channel::Back { -front } else { front };
-        let (off, margins) = match self.surface(triangle) {
-            Some(surface) => (scene.ray_offset() * normal, surface.margins),
-            None => (
-                scene.lift(self.captor) * front,
-                Triangle::margins(shape.slopes(), scene.ray_offset()),
-            ),
-        };
+        let Place { normal, off, margins } = self.places[triangle];
         let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
-        let point = shape.point_within(weights.x, weights.y, margins) + off;
+        let point = self.triangles[triangle].point_within(weights.x, weights.y, margins) + off;
         Start { triangle, point, normal }
     }
 

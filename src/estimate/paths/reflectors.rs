@@ -78,7 +78,7 @@ impl Reflectors {
         u: f32,
         rng: &mut Stream,
     ) -> Option<(usize, Vec3)> {
-        let (light, _) = LightChoice::new(&scene.lights, at).choose(u)?;
+        let (light, _) = LightChoice::new(&scene.lights, at).choose(|| u)?;
         let lit = &self.lit[light];
         if lit.triangles.is_empty() {
             return None;
