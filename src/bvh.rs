@@ -16,6 +16,8 @@ use glam::{Vec3, Vec4};
 use crate::geometry::{Ray, Triangle};
 use walk::Node;
 
+pub use walk::Probe;
+
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -58,16 +60,20 @@ impl Bvh {
     /// The nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same t the
     /// one with the lowest triangle index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        let mut best = Hit { t: t_max, triangle: 0, place: 0, u: 0.0, v: 0.0, owned: true };
-        let mut found = false;
-        self.walk(ray, t_max, |hit| {
+        self.closest_of(&Probe::new(ray, self.reach), t_max)
+    }
+
+    /// The same of a prepared ray.
+    #[inline]
+    pub fn closest_of(&self, probe: &Probe, t_max: f32) -> Option<Hit> {
+        let none = Hit { t: t_max, triangle: 0, place: u32::MAX, u: 0.0, v: 0.0, owned: true };
+        let nearest = self.walk(probe, t_max, none, |best, hit| {
             if hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle) {
-                best = hit;
-                found = true;
+                *best = hit;
             }
             best.t
         });
-        found.then_some(best)
+        (nearest.place != none.place).then_some(nearest)
     }
 
     /// The point of a hit in this structure.
@@ -81,24 +87,35 @@ impl Bvh {
 
     /// Whether a triangle that the ray hits with 0 < t < `t_max` (which may be infinite) `stops` it;
     /// asked for each at most once, in no particular order.
-    pub fn occluded(&self, ray: &Ray, t_max: f32, mut stops: impl FnMut(Hit) -> bool) -> bool {
-        let mut found = false;
-        self.walk(ray, t_max, |hit| {
-            found = found || (hit.t < t_max && stops(hit));
-            if found { -1.0 } else { t_max }
+    pub fn occluded(&self, ray: &Ray, t_max: f32, stops: impl FnMut(Hit) -> bool) -> bool {
+        let probe = Probe::new(ray, self.reach);
+        let (found, _) = self.walk(&probe, t_max, (false, stops), |(found, stops), hit| {
+            *found = *found || (hit.t < t_max && stops(hit));
+            if *found { -1.0 } else { t_max }
         });
         found
     }
 
     /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order; of two
     /// that share an edge which the ray passes through, one.
-    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Hit)) {
-        self.walk(ray, t_max, |hit| {
+    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit)) {
+        self.crossings_of(&Probe::new(ray, self.reach), t_max, visit);
+    }
+
+    /// The same of a prepared ray.
+    #[inline]
+    pub fn crossings_of(&self, probe: &Probe, t_max: f32, visit: impl FnMut(Hit)) {
+        self.walk(probe, t_max, visit, |visit, hit| {
             if hit.t < t_max && hit.owned {
                 visit(hit);
             }
             t_max
         });
+    }
+
+    /// Largest |x|, |y|, |z| of any corner, m.
+    pub fn reach(&self) -> Vec3 {
+        self.reach
     }
 
     /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
@@ -108,29 +125,57 @@ impl Bvh {
     }
 
     /// Calls `visit` for hits with 0 < t <= limit, where the limit is `t_max` at first and then
-    /// what `visit` returned last; a negative one ends the walk.
+    /// what `visit` returned last; a negative one ends the walk. The state that it gets comes back in the
+    /// end: owned by the walk, it stays in registers.
     #[inline(always)]
-    fn walk(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit) -> f32) {
+    fn walk<S>(
+        &self,
+        probe: &Probe,
+        t_max: f32,
+        state: S,
+        visit: impl Fn(&mut S, Hit) -> f32,
+    ) -> S {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") {
+        if has_avx2() {
             #[allow(unsafe_code)]
-            // SAFETY: the processor has both, as was just asked.
-            unsafe {
-                self.walk_avx2(ray, t_max, visit)
-            };
-            return;
+            // SAFETY: the processor has what it needs, as was just asked.
+            return unsafe { self.walk_avx2(probe, t_max, state, visit) };
         }
-        self.walk_plain(ray, t_max, visit);
+        self.walk_plain(probe, t_max, state, visit)
     }
 
-    fn walk_plain(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit) -> f32) {
-        self.walk_with(ray, t_max, visit, |slabs, node, limit| slabs.enter(node, limit));
+    fn walk_plain<S>(
+        &self,
+        probe: &Probe,
+        t_max: f32,
+        state: S,
+        visit: impl Fn(&mut S, Hit) -> f32,
+    ) -> S {
+        self.walk_with(probe, t_max, state, visit, |slabs, node, limit| slabs.enter(node, limit))
     }
 
     /// The same bits: Rust never contracts a * b + c.
     #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,bmi1")]
-    fn walk_avx2(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit) -> f32) {
-        self.walk_with(ray, t_max, visit, |slabs, node, limit| slabs.enter_avx2(node, limit));
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
+    fn walk_avx2<S>(
+        &self,
+        probe: &Probe,
+        t_max: f32,
+        state: S,
+        visit: impl Fn(&mut S, Hit) -> f32,
+    ) -> S {
+        self.walk_with(probe, t_max, state, visit, |slabs, node, limit| {
+            slabs.enter_avx2(node, limit)
+        })
     }
+}
+
+/// Whether the processor has all that the fast walk takes.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
 }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::{
-    bvh::Bvh,
+    bvh::{Bvh, Hit, Probe},
     captor::{Captor, CaptorKind},
     geometry::{Ray, Triangle},
     light::Light,
@@ -195,27 +195,49 @@ impl Scene {
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
-        let triangle = hit.triangle as usize;
-        let point = self.inside(triangle, self.shapes.surface_bvh.point(&hit), hit.u, hit.v);
-        Some(SurfaceHit { t: hit.t, triangle, point })
+        Some(self.surface_hit(&hit))
+    }
+
+    /// The nearest surface that a ray meets, and every virtual captor that it crosses before, in any
+    /// order.
+    #[inline]
+    pub fn meet(&self, ray: &Ray, visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        let probe = Probe::new(ray, surface_bvh.reach().max(captor_bvh.reach()));
+        let hit = surface_bvh.closest_of(&probe, f32::INFINITY);
+        if !self.captor_triangles().is_empty() {
+            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+            captor_bvh.crossings_of(&probe, t_max, self.crossing(ray, visit));
+        }
+        hit.map(|hit| self.surface_hit(&hit))
     }
 
     /// Every virtual captor that a ray crosses before `t_max`, in any order.
+    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
+        self.shapes.captor_bvh.crossings(ray, t_max, self.crossing(ray, visit));
+    }
+
     #[inline]
-    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Crossing)) {
-        if self.captor_triangles().is_empty() {
-            return;
-        }
-        self.shapes.captor_bvh.crossings(ray, t_max, |hit| {
+    fn surface_hit(&self, hit: &Hit) -> SurfaceHit {
+        let triangle = hit.triangle as usize;
+        let point = self.inside(triangle, self.shapes.surface_bvh.point(hit), hit.u, hit.v);
+        SurfaceHit { t: hit.t, triangle, point }
+    }
+
+    /// Visits what a hit of a captor's triangle is.
+    #[inline]
+    fn crossing(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> impl FnMut(Hit) {
+        let direction = ray.direction;
+        move |hit| {
             let triangle = hit.triangle as usize;
             let shape = &self.captor_triangles()[triangle];
             visit(Crossing {
                 captor: self.shapes.captor_of_triangle[triangle] as usize,
                 triangle,
-                front: shape.cross().dot(ray.direction) < 0.0,
+                front: shape.cross().dot(direction) < 0.0,
                 point: shape.point(hit.u, hit.v),
             });
-        });
+        }
     }
 
     /// Visits every triangle of a surface that may reach into the ball of `radius`, m, around `center`.

@@ -94,12 +94,8 @@ pub fn trace<const N: usize>(
 ) {
     let mut total_reflections = 0;
     for _ in 0..MAX_INTERACTIONS {
-        let hit = scene.closest(&ray);
-
-        let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
         let direction = ray.direction;
-        scene.crossings(&ray, t_max, |crossing| on(Event::Crossing { crossing, direction, power }));
-
+        let hit = scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power }));
         let Some(hit) = hit else { return on(Event::Escaped(power)) };
         let surface = scene.surface(hit.triangle);
         let encounter = Encounter::new(direction, surface.normal);

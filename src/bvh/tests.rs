@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::{Bvh, Hit};
+use super::{Bvh, Hit, Probe};
 use crate::geometry::{Ray, Triangle};
 
 struct Random(Xoshiro256PlusPlus);
@@ -412,12 +412,13 @@ fn fast_and_plain_agree() {
         let size = bvh.reach.max_element();
         for _ in 0..5_000 {
             let ray = Ray { origin: size * random.cube(), direction: random.direction() };
-            let (mut fast, mut plain) = (Vec::new(), Vec::new());
-            bvh.crossings(&ray, f32::INFINITY, |hit| fast.push(hit));
-            bvh.walk_plain(&ray, f32::INFINITY, |hit| {
-                plain.push(hit);
+            let probe = Probe::new(&ray, bvh.reach);
+            let collect = |hits: &mut Vec<Hit>, hit| {
+                hits.push(hit);
                 f32::INFINITY
-            });
+            };
+            let fast = bvh.walk(&probe, f32::INFINITY, Vec::new(), collect);
+            let plain = bvh.walk_plain(&probe, f32::INFINITY, Vec::new(), collect);
             assert_eq!(fast, plain);
         }
     }

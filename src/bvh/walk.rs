@@ -152,15 +152,16 @@ impl Bvh {
 
     /// See [`Bvh::walk`]; `enter` is the box test.
     #[inline(always)]
-    pub(super) fn walk_with(
+    pub(super) fn walk_with<S>(
         &self,
-        ray: &Ray,
+        Probe { slabs, shear }: &Probe,
         t_max: f32,
-        mut visit: impl FnMut(Hit) -> f32,
+        mut state: S,
+        visit: impl Fn(&mut S, Hit) -> f32,
         enter: impl Fn(&Slabs, &Node, f32) -> Entered,
-    ) {
+    ) -> S {
         if self.nodes.is_empty() {
-            return;
+            return state;
         }
         // clearing more than is needed would cost a short walk a tenth of its time
         let (mut small, mut medium, mut large);
@@ -178,30 +179,27 @@ impl Bvh {
                 &mut large
             }
         };
-        let slabs = Slabs::new(ray, self.reach);
-        // most walks among captors end before a leaf
-        let mut shear = None;
         let mut limit = t_max;
         let mut waiting = 0;
         let mut child = Child::inner(0);
         loop {
             if child.is_leaf() {
-                let shear = shear.get_or_insert_with(|| Shear::new(ray, slabs.inverse));
                 for i in child.triangles() {
                     if let Some(m) = shear.meet(&self.corners[i], limit) {
-                        limit = visit(Hit {
+                        let hit = Hit {
                             t: m.t,
                             triangle: self.indices[i],
                             place: i as u32,
                             u: m.u,
                             v: m.v,
                             owned: m.owned,
-                        });
+                        };
+                        limit = visit(&mut state, hit);
                     }
                 }
             } else {
                 let node = &self.nodes[child.0 as usize];
-                let Entered { near, mut mask } = enter(&slabs, node, limit);
+                let Entered { near, mut mask } = enter(slabs, node, limit);
                 if mask != 0 {
                     let mut next = || {
                         let i = mask.trailing_zeros() as usize & 7;
@@ -231,7 +229,7 @@ impl Bvh {
             }
             child = loop {
                 if waiting == 0 {
-                    return;
+                    return state;
                 }
                 waiting -= 1;
                 if stack[waiting].near() <= limit {
@@ -239,6 +237,22 @@ impl Bvh {
                 }
             };
         }
+    }
+}
+
+/// A ray, prepared for both tests.
+pub struct Probe {
+    slabs: Slabs,
+    shear: Shear,
+}
+
+impl Probe {
+    /// For trees of which no corner lies beyond `reach`, m from the origin along each axis.
+    #[inline(always)]
+    pub fn new(ray: &Ray, reach: Vec3) -> Self {
+        let slabs = Slabs::new(ray, reach);
+        let shear = Shear::new(ray, slabs.inverse);
+        Self { slabs, shear }
     }
 }
 
