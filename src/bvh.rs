@@ -63,7 +63,7 @@ impl Bvh {
         self.closest_of(&Probe::new(ray, self.reach), t_max)
     }
 
-    /// The same of a prepared ray.
+    /// The same of a ray that is prepared for this [`reach`](Self::reach) or more.
     #[inline]
     pub fn closest_of(&self, probe: &Probe, t_max: f32) -> Option<Hit> {
         let none = Hit { t: t_max, triangle: 0, place: u32::MAX, u: 0.0, v: 0.0, owned: true };
@@ -102,7 +102,7 @@ impl Bvh {
         self.crossings_of(&Probe::new(ray, self.reach), t_max, visit);
     }
 
-    /// The same of a prepared ray.
+    /// The same of a ray that is prepared for this [`reach`](Self::reach) or more.
     #[inline]
     pub fn crossings_of(&self, probe: &Probe, t_max: f32, visit: impl FnMut(Hit)) {
         self.walk(probe, t_max, visit, |visit, hit| {

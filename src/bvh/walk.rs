@@ -240,7 +240,7 @@ impl Bvh {
     }
 }
 
-/// A ray, prepared for both tests.
+/// A ray, prepared for boxes and triangles of one or more trees.
 pub struct Probe {
     slabs: Slabs,
     shear: Shear,

@@ -226,7 +226,7 @@ impl Path<'_, '_> {
                 return radiance;
             }
         }
-        // it counts as one that had ended where surfaces took of it
+        // where surfaces have left but a part, it counts as cut off that often
         self.cut_off = self.rng.uniform() < kept;
         radiance
     }

@@ -118,8 +118,7 @@ impl<const N: usize> Whitted<'_, N> {
             let smooth = material.smooth_ways::<N>(&encounter, Transport::Importance);
             for scatter in smooth.into_iter().flatten() {
                 let throughput = throughput * scatter.factor;
-                let largest = throughput.0.into_iter().fold(0.0, f32::max);
-                let chance = (largest / SMALL).min(1.0);
+                let chance = (throughput.largest() / SMALL).min(1.0);
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
                 }

@@ -49,8 +49,9 @@ pub struct Face<'a> {
 struct Place {
     /// Normal of the face.
     normal: Vec3,
-    /// How far off the triangle they start, and as far from its edges.
+    /// From the triangle to where they start, m.
     off: Vec3,
+    /// Weights of the corners below which a point is too near to the edge across.
     margins: Vec3,
 }
 
