@@ -19,15 +19,22 @@ use std::{
     io::{self, Write},
     path::PathBuf,
     process::ExitCode,
+    sync::LazyLock,
 };
 
 use clap::{Parser, Subcommand};
 
+use crate::bvh::Kernel;
 use crate::error::{Error, ErrorKind, Result};
+
+/// What `--version` says.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    format!("{}\nrays traced by the {} kernel", env!("CARGO_PKG_VERSION"), Kernel::used().name())
+});
 
 /// Photon mapping for plant science: how much light every sensor and every leaf receives.
 #[derive(Parser)]
-#[command(name = "phylux", version, max_term_width = 100)]
+#[command(name = "phylux", version, long_version = VERSION.as_str(), max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

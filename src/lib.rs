@@ -82,6 +82,7 @@ mod odds;
 #[cfg(test)]
 mod spoil;
 
+pub use bvh::Kernel;
 pub use camera::{Camera, View};
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use chart::{Chart, Series, Stroke};

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::{
-    bvh::{Bvh, Hit, Probe},
+    bvh::{Bvh, Hit},
     captor::{Captor, CaptorKind},
     geometry::{Ray, Triangle},
     light::Light,
@@ -203,12 +203,11 @@ impl Scene {
     #[inline]
     pub fn meet(&self, ray: &Ray, visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
-        let probe = Probe::new(ray, surface_bvh.reach().max(captor_bvh.reach()));
-        let hit = surface_bvh.closest_of(&probe, f32::INFINITY);
-        if !self.captor_triangles().is_empty() {
-            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
-            captor_bvh.crossings_of(&probe, t_max, self.crossing(ray, visit));
-        }
+        let hit = if captor_bvh.is_empty() {
+            surface_bvh.closest(ray, f32::INFINITY)
+        } else {
+            surface_bvh.meet(captor_bvh, ray, self.crossing(ray, visit))
+        };
         hit.map(|hit| self.surface_hit(&hit))
     }
 

@@ -1,6 +1,6 @@
 //! The same scene, settings and seed give the same bytes.
 
-use std::time::Duration;
+use std::{fs, path::Path, process::Command, time::Duration};
 
 use phylux::{Estimator, RunResult, Settings};
 use serde_json::json;
@@ -55,6 +55,36 @@ fn threads_do_not_matter() {
         assert!(one == on(2), "{name}: 1 and 2 threads differ");
         assert!(one == on(5), "{name}: 1 and 5 threads differ");
         assert!(one == on(2), "{name}: two runs differ");
+    }
+}
+
+/// The kernel for any processor, which `PHYLUX_KERNEL` forces, gives the bytes of that which this one
+/// runs: photons with their map, and paths, in a room and in the shipped growth chamber. No chance in it.
+#[test]
+fn kernels_do_not_matter() {
+    let room = scene();
+    let chamber = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/growth-chamber.json");
+    let phylux = |plain: bool, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_phylux"));
+        command.args(arguments).current_dir(room.path("."));
+        if plain {
+            command.env("PHYLUX_KERNEL", "plain");
+        }
+        let output = command.output().expect("phylux starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    assert!(phylux(true, &["--version"]).ends_with("the plain kernel\n"));
+    for scene in [room.path("scene.json"), chamber] {
+        for estimator in ["photons", "paths"] {
+            let bytes = |plain| {
+                let scene = scene.to_str().expect("a path in UTF-8");
+                let count = ["--photons", "30000", "--estimator", estimator, "-o", "out.json"];
+                phylux(plain, &[&["run", scene], &count[..]].concat());
+                fs::read(room.path("out.json")).expect("results")
+            };
+            assert!(bytes(false) == bytes(true), "{} {estimator}", scene.display());
+        }
     }
 }
 

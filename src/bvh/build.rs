@@ -1,37 +1,33 @@
 //! From triangles to the tree, by way of obvhs.
 
-use std::thread;
-
-use glam::{Vec3, Vec3A, Vec4};
+use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
-use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
+use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use super::Bvh;
-use super::walk::{Child, Node};
+use super::walk::STACK;
+use super::wide::{Branch, widen};
 use crate::geometry::Triangle;
 
 pub(super) fn build(triangles: &[Triangle]) -> Bvh {
     let solid: Vec<u32> =
         (0..).zip(triangles).filter(|(_, t)| has_area(t)).map(|(i, _)| i).collect();
+    if solid.is_empty() {
+        return Bvh::default();
+    }
     let boxes: Vec<Aabb> = solid.iter().map(|&i| loosened_box(&triangles[i as usize], i)).collect();
-    let wide = wide_tree(&boxes);
-    let indices: Vec<u32> = wide.primitive_indices.iter().map(|&i| solid[i as usize]).collect();
-    let corners: Vec<[Vec4; 3]> = indices.iter().map(|&i| rows(&triangles[i as usize])).collect();
+    let binary = binary_tree(&boxes, &solid);
+    let (rows, waiting) = widen(&binary, triangles);
+    let rows = if waiting > STACK { widen(&balanced(&binary), triangles).0 } else { rows };
     let reach = solid.iter().map(|&i| reach(&triangles[i as usize])).fold(Vec3::ZERO, Vec3::max);
-    let (nodes, stack_size) = nodes(&wide, &corners);
-    Bvh { nodes, corners, indices, reach, stack_size }
+    Bvh { rows, reach }
 }
 
 /// Exactly, but for the rounding of doubles: whether the corners do not lie on one line.
 fn has_area(t: &Triangle) -> bool {
     let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
     (b - a).cross(c - a) != glam::DVec3::ZERO
-}
-
-fn rows(t: &Triangle) -> [Vec4; 3] {
-    [0, 1, 2].map(|axis| Vec4::new(t.a[axis], t.b[axis], t.c[axis], 0.0))
 }
 
 fn reach(t: &Triangle) -> Vec3 {
@@ -72,79 +68,47 @@ fn expected_visits(tree: &Bvh2) -> f32 {
     tree.nodes.iter().map(|node| node.aabb.half_area() / root).sum()
 }
 
-/// The eight-way tree over `boxes`, up to three in a leaf.
-fn wide_tree(boxes: &[Aabb]) -> CwBvh {
-    if boxes.is_empty() {
-        return CwBvh::default();
-    }
-    // what obvhs calls a medium build, unless they lie in a heap
-    let indices = (0..boxes.len() as u32).collect();
+/// What obvhs calls a medium build, unless the triangles lie in a heap.
+fn binary_tree(boxes: &[Aabb], indices: &[u32]) -> Vec<Branch> {
+    let places = (0..boxes.len() as u32).collect();
     let distance = PlocSearchDistance::Medium;
-    let mut binary = PlocBuilder::new().build(distance, boxes, indices, SortPrecision::U64, 3);
-    if expected_visits(&binary) < HEAP {
-        ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
+    let mut tree = PlocBuilder::new().build(distance, boxes, places, SortPrecision::U64, 3);
+    if expected_visits(&tree) < HEAP {
+        ReinsertionOptimizer::default().run(&mut tree, 0.1, None);
     }
-    let convert = || bvh2_to_cwbvh(&binary, 3, true, false);
-    // obvhs converts by recursion: a chain of nested triangles gets a call stack of its own
-    let depth = depth(&binary);
-    if depth < 500 {
-        return convert();
-    }
-    thread::scope(|scope| {
-        let deep = thread::Builder::new().stack_size((2 << 20) + depth * 4096);
-        let handle = deep.spawn_scoped(scope, convert).expect("a thread for a deep tree");
-        handle.join().expect("the conversion does not panic")
-    })
+    let branch = |node: &Bvh2Node| {
+        let first = node.first_index as usize;
+        if node.is_leaf() {
+            Branch::Triangle(indices[tree.primitive_indices[first] as usize])
+        } else {
+            Branch::Fork([first, first + 1])
+        }
+    };
+    tree.nodes.iter().map(branch).collect()
 }
 
-fn depth(tree: &Bvh2) -> usize {
-    let mut deepest = 0;
-    let mut waiting = vec![(0, 1)];
-    while let Some((node, depth)) = waiting.pop() {
-        deepest = deepest.max(depth);
-        let node = &tree.nodes[node as usize];
-        if !node.is_leaf() {
-            waiting.extend([(node.first_index, depth + 1), (node.first_index + 1, depth + 1)]);
+/// The same triangles in the same order in a tree without long branches, where a chain of nested triangles
+/// has made some.
+fn balanced(binary: &[Branch]) -> Vec<Branch> {
+    let mut order = Vec::new();
+    let mut waiting = vec![0];
+    while let Some(i) = waiting.pop() {
+        match binary[i] {
+            Branch::Fork([l, r]) => waiting.extend([r, l]),
+            Branch::Triangle(index) => order.push(index),
         }
     }
-    deepest
-}
-
-/// The nodes with exact boxes, and how many nodes can wait at a time in a walk.
-fn nodes(wide: &CwBvh, corners: &[[Vec4; 3]]) -> (Vec<Node>, usize) {
-    let mut nodes = vec![Node::EMPTY; wide.nodes.len()];
-    let mut bounds = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); wide.nodes.len()];
-    let mut waiting = vec![0; wide.nodes.len()];
-    // a child comes after its parent
-    for (i, node) in wide.nodes.iter().enumerate().rev() {
-        let children = (0..8).filter(|&c| !node.is_child_empty(c));
-        let beside = children.clone().count() - 1;
-        waiting[i] = beside;
-        for c in children {
-            let (child, (min, max)) = if node.is_leaf(c) {
-                let (first, count) = node.child_primitives(c);
-                let range = first as usize..(first + count) as usize;
-                (Child::leaf(first, count), extent(&corners[range]))
-            } else {
-                let index = node.child_node_index(c) as usize;
-                waiting[i] = waiting[i].max(beside + waiting[index]);
-                (Child::inner(index as u32), bounds[index])
-            };
-            nodes[i].set(c, child, min, max);
-            bounds[i] = (bounds[i].0.min(min), bounds[i].1.max(max));
-        }
+    let mut tree = Vec::with_capacity(binary.len());
+    let mut ranges = vec![(0, order.len())];
+    // the two halves of a range come last in the list, to be halved in their turn
+    while let Some(&(start, end)) = ranges.get(tree.len()) {
+        tree.push(if end - start == 1 {
+            Branch::Triangle(order[start])
+        } else {
+            let (middle, next) = (start.midpoint(end), ranges.len());
+            ranges.extend([(start, middle), (middle, end)]);
+            Branch::Fork([next, next + 1])
+        });
     }
-    (nodes, waiting.first().copied().unwrap_or(0))
-}
-
-/// Lower and upper corner of the box of some triangles.
-fn extent(corners: &[[Vec4; 3]]) -> (Vec3, Vec3) {
-    let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for [x, y, z] in corners {
-        for i in 0..3 {
-            let corner = Vec3::new(x[i], y[i], z[i]);
-            bounds = (bounds.0.min(corner), bounds.1.max(corner));
-        }
-    }
-    bounds
+    tree
 }

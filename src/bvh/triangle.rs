@@ -1,4 +1,4 @@
-//! Ray against triangle: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
+//! Ray against eight triangles: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
 //! JCGT 2 (1), 2013.
 //!
 //! The corners are sheared so that the ray becomes the z axis; the signs of the three edge
@@ -6,21 +6,47 @@
 //! the same numbers for it with opposite signs, so no ray passes between them. A single-precision
 //! edge function has either the exact sign or is zero; double precision decides what is left.
 
-use glam::{DVec2, DVec3, Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, Vec3, Vec3A};
 
-use crate::geometry::Ray;
+use super::Row;
+use super::query::Gather;
 
-/// A ray, and what the test needs of it.
+/// Up to eight triangles: the corners a, b, c along x, along y and along z, m, and the triangles'
+/// indices. A place that is not filled has corners that are no numbers, which no ray meets.
+pub(super) type Leaf = [Row; 10];
+
+/// Corner a (0), b (1) or c (2) of one of a leaf's triangles.
+#[inline(always)]
+pub(super) fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
+    Vec3::new(leaf[i].0[lane], leaf[3 + i].0[lane], leaf[6 + i].0[lane])
+}
+
+/// What the test needs of a ray.
 pub(super) struct Shear {
     /// The axes of the scene in the order x, y, z of the sheared space; z has the largest
     /// component of the direction.
     axes: [usize; 3],
-    /// Origin, in the order of `axes`.
-    origin: Vec3,
+    /// Origin of the ray, in the order of `axes`.
+    start: [f32; 3],
     /// How far the ray goes along x and y for one step along z, and the inverse z component of the
     /// direction.
-    slope: Vec3,
-    ray: Ray,
+    slope: [f32; 3],
+    origin: Vec3A,
+    direction: Vec3A,
+}
+
+/// A leaf's triangles as the ray sees them, a lane each.
+pub(super) struct Sheared {
+    /// The corners a, b, c, across the ray.
+    x: [[f32; 8]; 3],
+    y: [[f32; 8]; 3],
+    /// Distances of the nearest and the farthest corner.
+    first: [f32; 8],
+    last: [f32; 8],
+    /// All ones where single precision tells that the ray passes inside.
+    inside: [u32; 8],
+    /// Bit mask of those that the ray may meet.
+    pub mask: u32,
 }
 
 /// A hit before its triangle is known: distance and weights of the corners b and c.
@@ -31,106 +57,137 @@ pub(super) struct Meeting {
     pub owned: bool,
 }
 
-/// Whether a ray that passes through edges of a triangle (those whose function is zero) counts as
-/// its own.
-#[cold]
-#[inline(never)]
-fn owns_edges(px: DVec3, py: DVec3, edges: DVec3) -> bool {
-    let [a, b, c] = [0, 1, 2].map(|i| DVec2::new(px[i], py[i]));
-    let turn = edges.element_sum().signum();
-    (edges.x != 0.0 || owns_edge(b, c, turn))
-        && (edges.y != 0.0 || owns_edge(c, a, turn))
-        && (edges.z != 0.0 || owns_edge(a, b, turn))
-}
-
-/// Whether a point on the edge from `p` to `q`, seen along the ray, belongs to the triangle that has
-/// it on its left: the triangle on the other side runs along it the other way (the top-left rule of
-/// rasterisation).
-#[inline(always)]
-fn owns_edge(p: DVec2, q: DVec2, turn: f64) -> bool {
-    let along = (q - p) * turn;
-    along.y < 0.0 || (along.y == 0.0 && along.x > 0.0)
-}
-
 impl Shear {
     /// Of a ray, and one over each component of its direction (used only of the largest).
     #[inline(always)]
-    pub fn new(ray: &Ray, inverse: [f32; 3]) -> Self {
-        let z = main_axis(ray.direction);
-        let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
-        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let slope = Vec3::new(d[x] * inverse[z], d[y] * inverse[z], inverse[z]);
-        Self { axes: [x, y, z], origin: Vec3::new(o[x], o[y], o[z]), slope, ray: *ray }
+    pub fn new(origin: Vec3A, direction: Vec3A, inverse: Vec3A) -> Self {
+        let z = main_axis(direction);
+        let x = if z == 2 { 0 } else { z + 1 };
+        let y = if z == 0 { 2 } else { z - 1 };
+        let (o, d, k) = (origin.to_array(), direction.to_array(), inverse.to_array()[z]);
+        Self {
+            axes: [x, y, z],
+            start: [o[x], o[y], o[z]],
+            slope: [d[x] * k, d[y] * k, k],
+            origin,
+            direction,
+        }
     }
 
-    /// Where the ray meets the triangle with `corners` (rows x, y, z of a, b, c), if 0 < t <=
-    /// `limit`.
+    /// Which of a leaf's triangles the ray may meet with 0 < t <= `limit`.
     #[inline(always)]
-    pub fn meet(&self, corners: &[Vec4; 3], limit: f32) -> Option<Meeting> {
-        let [x, y, z] = self.axes;
-        let depth = corners[z] - Vec4::splat(self.origin.z);
-        let px = corners[x] - Vec4::splat(self.origin.x) - self.slope.x * depth;
-        let py = corners[y] - Vec4::splat(self.origin.y) - self.slope.y * depth;
-        let edges = px.zxyw() * py.yzxw() - py.zxyw() * px.yzxw();
-        let (minus, plus) = (edges.cmplt(Vec4::ZERO).bitmask(), edges.cmpgt(Vec4::ZERO).bitmask());
-        if minus & 7 != 0 && plus & 7 != 0 {
-            return None;
+    pub fn apply(&self, leaf: &Leaf, limit: f32, gather: impl Gather) -> Sheared {
+        let [x, y, z] = self.axes.map(|axis| [0, 1, 2].map(|corner| &leaf[3 * axis + corner].0));
+        let mut s = Sheared {
+            x: [[0.0; 8]; 3],
+            y: [[0.0; 8]; 3],
+            first: [0.0; 8],
+            last: [0.0; 8],
+            inside: [0; 8],
+            mask: 0,
+        };
+        let mut possible = [0; 8];
+        let ones = |yes: bool| if yes { u32::MAX } else { 0 };
+        for i in 0..8 {
+            let depth = z.map(|z| z[i] - self.start[2]);
+            for c in 0..3 {
+                s.x[c][i] = x[c][i] - self.start[0] - self.slope[0] * depth[c];
+                s.y[c][i] = y[c][i] - self.start[1] - self.slope[1] * depth[c];
+            }
+            let edge = |p: usize, q: usize| s.x[q][i] * s.y[p][i] - s.y[q][i] * s.x[p][i];
+            let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
+            let distances = depth.map(|depth| depth * self.slope[2]);
+            (s.first[i], s.last[i]) = (least(distances), most(distances));
+            let (low, high) = (least(edges), most(edges));
+            s.inside[i] = ones((low > 0.0) | (high < 0.0));
+            let outside = (low < 0.0) & (high > 0.0);
+            possible[i] = ones(!outside & (s.first[i] <= limit) & (s.last[i] > 0.0));
         }
-        self.settle(corners, px, py, depth, limit)
+        s.mask = gather(possible);
+        s
     }
 
-    /// Decides in double precision, in which the edge functions have their exact sign.
+    /// Where the ray meets one of the triangles, if 0 < t <= `limit`. Double precision gives the edge
+    /// functions their exact sign.
     #[inline(always)]
-    fn settle(
-        &self,
-        corners: &[Vec4; 3],
-        px: Vec4,
-        py: Vec4,
-        depth: Vec4,
-        limit: f32,
-    ) -> Option<Meeting> {
-        let (px, py) = (px.truncate().as_dvec3(), py.truncate().as_dvec3());
-        let u = px.z * py.y - py.z * px.y;
-        let v = px.x * py.z - py.x * px.z;
-        let w = px.y * py.x - py.y * px.x;
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
-        let determinant = u + v + w;
-        if determinant == 0.0 {
-            return None;
-        }
-        let inverse = 1.0 / determinant;
-        let t = self.distance(corners, DVec3::new(u, v, w) * inverse, depth);
-        let owned = u * v * w != 0.0 || owns_edges(px, py, DVec3::new(u, v, w));
+    pub fn meet(&self, leaf: &Leaf, s: &Sheared, lane: usize, limit: f32) -> Option<Meeting> {
+        let x = DVec3::from([0, 1, 2].map(|i| s.x[i][lane].into()));
+        let y = DVec3::from([0, 1, 2].map(|i| s.y[i][lane].into()));
+        let u = x.z * y.y - y.z * x.y;
+        let v = x.x * y.z - y.x * x.z;
+        let w = x.y * y.x - y.y * x.x;
+        let edges = DVec3::new(u, v, w);
+        let owned = s.inside[lane] != 0 || owns(x, y, edges)?;
+        let inverse = 1.0 / (u + v + w);
+        let t = self.distance(leaf, lane, edges * inverse);
+        // where the ray grazes, it stays between those of the corners
+        let t = if t > s.first[lane] { t } else { s.first[lane] };
+        let t = if t < s.last[lane] { t } else { s.last[lane] };
         let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
         (t > 0.0 && t <= limit).then_some(Meeting { t, u, v, owned })
     }
 
     /// Distance to the plane of the triangle, right to the last bit unless the ray grazes it: of
-    /// two leaves that nearly touch the front one must be hit. Where the ray grazes, the distance
-    /// stays between those of the corners.
+    /// two leaves that nearly touch the front one must be hit.
     #[inline(always)]
-    fn distance(&self, corners: &[Vec4; 3], weights: DVec3, depth: Vec4) -> f32 {
-        let corner =
-            |i: usize| DVec3::new(corners[0][i].into(), corners[1][i].into(), corners[2][i].into());
-        let (a, b, c) = (corner(0), corner(1), corner(2));
+    fn distance(&self, leaf: &Leaf, lane: usize, weights: DVec3) -> f32 {
+        let a = corner(leaf, lane, 0).as_dvec3();
+        let b = corner(leaf, lane, 1).as_dvec3();
+        let c = corner(leaf, lane, 2).as_dvec3();
         let normal = (b - a).cross(c - a);
-        let steepness = normal.dot(self.ray.direction.as_dvec3());
-        let depth = depth.truncate() * self.slope.z;
-        let (first, last) = (depth.min_element(), depth.max_element());
-        let t = if steepness == 0.0 {
-            weights.dot(depth.as_dvec3())
+        let steepness = normal.dot(self.direction.as_dvec3());
+        if steepness == 0.0 {
+            let z = self.axes[2];
+            let depth = [0, 1, 2].map(|i| leaf[3 * z + i].0[lane] - self.start[2]);
+            weights.dot(DVec3::from(depth.map(|depth| (depth * self.slope[2]).into()))) as f32
         } else {
-            normal.dot(a - self.ray.origin.as_dvec3()) / steepness
-        };
-        (t as f32).max(first).min(last)
+            (normal.dot(a - self.origin.as_dvec3()) / steepness) as f32
+        }
     }
+}
+
+/// Whether a ray near an edge meets the triangle (None if not) and, if it passes through edges (those
+/// whose function is zero), whether they belong to the triangle.
+#[cold]
+#[inline(never)]
+fn owns(x: DVec3, y: DVec3, edges: DVec3) -> Option<bool> {
+    let outside = edges.min_element() < 0.0 && edges.max_element() > 0.0;
+    let area = edges.element_sum();
+    if outside || area == 0.0 {
+        return None;
+    }
+    let [a, b, c] = [0, 1, 2].map(|i| DVec2::new(x[i], y[i]));
+    let turn = area.signum();
+    let owns = (edges.x != 0.0 || owns_edge(b, c, turn))
+        && (edges.y != 0.0 || owns_edge(c, a, turn))
+        && (edges.z != 0.0 || owns_edge(a, b, turn));
+    Some(owns)
+}
+
+/// Whether a point on the edge from `p` to `q`, seen along the ray, belongs to the triangle that has
+/// it on its left: the triangle on the other side runs along it the other way (the top-left rule of
+/// rasterisation).
+fn owns_edge(p: DVec2, q: DVec2, turn: f64) -> bool {
+    let along = (q - p) * turn;
+    along.y < 0.0 || (along.y == 0.0 && along.x > 0.0)
+}
+
+/// Comparisons, because `f32::min` would ask for numbers that are none.
+#[inline(always)]
+fn least([a, b, c]: [f32; 3]) -> f32 {
+    let ab = if a < b { a } else { b };
+    if ab < c { ab } else { c }
+}
+
+#[inline(always)]
+fn most([a, b, c]: [f32; 3]) -> f32 {
+    let ab = if a > b { a } else { b };
+    if ab > c { ab } else { c }
 }
 
 /// The axis of the largest component of `d`.
 #[inline(always)]
-pub(super) fn main_axis(d: Vec3) -> usize {
+fn main_axis(d: Vec3A) -> usize {
     let [x, y, z] = d.abs().to_array();
     if x > y && x > z { 0 } else { 1 + usize::from(z > y) }
 }

@@ -1,56 +1,48 @@
 //! The walk through the tree, and ray against eight boxes.
 
-use glam::{Vec3, Vec3A, Vec4};
+use arrayvec::ArrayVec;
+use glam::{Vec3, Vec3A};
 
-use super::triangle::{Shear, main_axis};
-use super::{Bvh, Hit};
+use super::query::Gather;
+use super::triangle::{Leaf, Shear};
+use super::{Bvh, Hit, Row};
 use crate::geometry::Ray;
 
-/// Eight children: their boxes and what is inside.
-#[derive(Clone, Debug)]
-#[repr(C, align(32))]
-pub(super) struct Node {
-    /// Along x, y, z the lower (0) and upper (1) planes of the boxes, m. A child that does not
-    /// exist has +infinity and -infinity, which no ray enters.
-    planes: [[[f32; 8]; 2]; 3],
-    /// Where each child is.
-    children: [Child; 8],
-}
+/// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.
+pub(super) type Node = [Row; 7];
 
-impl Node {
-    /// No children.
-    pub const EMPTY: Self = Self {
-        planes: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
-        children: [Child::NONE; 8],
-    };
+/// No children: no ray enters a box from +infinity to -infinity.
+pub(super) const CHILDLESS: Node = {
+    let (lower, upper) = (Row([f32::INFINITY; 8]), Row([f32::NEG_INFINITY; 8]));
+    [lower, upper, lower, upper, lower, upper, Row([0.0; 8])]
+};
 
-    /// Makes `child`, whose box is `min` to `max`, the one at `place`.
-    pub fn set(&mut self, place: usize, child: Child, min: Vec3, max: Vec3) {
-        self.children[place] = child;
-        for axis in 0..3 {
-            self.planes[axis][0][place] = min[axis];
-            self.planes[axis][1][place] = max[axis];
-        }
-    }
-}
-
-/// An inner node's index, or with the highest bit set a leaf: first triangle and count (1 to 3).
+/// The row where a node starts, or with the highest bit set a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Child(u32);
 
 const LEAF: u32 = 1 << 31;
+const ROOT: Child = Child(0);
 
 impl Child {
-    const NONE: Self = Self(LEAF);
-
-    pub fn inner(node: u32) -> Self {
-        assert!(node < LEAF);
-        Self(node)
+    pub fn node(row: usize) -> Self {
+        // places of hits are numbers of 32 bits; and as a float it must not be a NaN
+        assert!(row < 1 << 28, "fewer than 200 million triangles");
+        Self(row as u32)
     }
 
-    pub fn leaf(first: u32, count: u32) -> Self {
-        assert!(first < LEAF >> 2 && count < 4);
-        Self(LEAF | first << 2 | count)
+    pub fn leaf(row: usize) -> Self {
+        Self(Self::node(row).0 | LEAF)
+    }
+
+    /// As it stands in a row.
+    pub fn as_float(self) -> f32 {
+        f32::from_bits(self.0)
+    }
+
+    #[inline(always)]
+    fn of(node: &Node, place: usize) -> Self {
+        Self(node[6].0[place].to_bits())
     }
 
     #[inline(always)]
@@ -59,15 +51,14 @@ impl Child {
     }
 
     #[inline(always)]
-    fn triangles(self) -> std::ops::Range<usize> {
-        let first = (self.0 & !LEAF) >> 2;
-        first as usize..(first + (self.0 & 3)) as usize
+    fn row(self) -> usize {
+        (self.0 & !LEAF) as usize
     }
 }
 
 /// A child that waits, with the distance at which the ray enters its box: the bits of a float >= 0
 /// above the child's. So the nearest is the least.
-#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting(u64);
 
 impl Waiting {
@@ -87,161 +78,152 @@ impl Waiting {
     }
 }
 
-impl Node {
-    /// Which children's boxes reach into a ball, as a bit mask; rounding may add one that touches it.
-    #[inline(always)]
-    fn touched(&self, center: Vec3, radius: f32) -> u32 {
-        let mut distance2 = [0.0; 8];
-        for axis in 0..3 {
-            let [min, max] = &self.planes[axis];
-            for i in 0..8 {
-                let outside = (min[i] - center[axis]).max(center[axis] - max[i]).max(0.0);
-                distance2[i] += outside * outside;
-            }
-        }
-        let reach2 = radius * radius * (1.0 + 1e-5);
-        (0..8).map(|i| u32::from(distance2[i] <= reach2) << i).sum()
-    }
-}
+/// Children that can wait: what a balanced tree of 2^28 triangles needs (28 levels, 7 a level), and all that is
+/// allowed to others.
+pub(super) const STACK: usize = 200;
 
 impl Bvh {
+    #[inline(always)]
+    fn node(&self, row: usize) -> &Node {
+        self.rows[row..row + 7].try_into().expect("seven")
+    }
+
+    #[inline(always)]
+    pub(super) fn leaf(&self, row: usize) -> &Leaf {
+        self.rows[row..row + 10].try_into().expect("ten")
+    }
+
     /// Asks for the memory of a child that waits, so that it is there when its turn comes: among half a
-    /// million triangles that saves a seventh of the time.
+    /// million triangles that saves an eighth of the time.
     #[inline(always)]
     fn prefetch(&self, child: Child) {
         #[cfg(target_arch = "x86_64")]
-        #[allow(unsafe_code)]
-        {
+        for row in (0..8).step_by(2) {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            let (start, bytes) = if child.is_leaf() {
-                let start = self.corners.as_ptr().wrapping_add(child.triangles().start);
-                (start.cast::<i8>(), 2 * size_of::<[Vec4; 3]>())
-            } else {
-                let start = self.nodes.as_ptr().wrapping_add(child.0 as usize);
-                (start.cast::<i8>(), size_of::<Node>())
-            };
-            for line in (0..bytes).step_by(64) {
-                // SAFETY: every processor of this kind has it, and it reads nothing.
-                unsafe { _mm_prefetch(start.wrapping_add(line), _MM_HINT_T0) };
+            let line = self.rows.as_ptr().wrapping_add(child.row() + row);
+            #[allow(unsafe_code)]
+            // SAFETY: every processor of this kind has it, and it reads nothing.
+            unsafe {
+                _mm_prefetch(line.cast(), _MM_HINT_T0);
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
         let _ = child;
     }
 
-    /// Calls `visit` with the place of each triangle in boxes that reach into a ball.
-    pub(super) fn walk_ball(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
-        if self.nodes.is_empty() {
-            return;
-        }
-        let mut waiting = Vec::with_capacity(self.stack_size + 8);
-        waiting.push(Child::inner(0));
-        while let Some(child) = waiting.pop() {
-            if child.is_leaf() {
-                child.triangles().for_each(&mut visit);
-                continue;
-            }
-            let node = &self.nodes[child.0 as usize];
-            let mut mask = node.touched(center, radius);
-            while mask != 0 {
-                waiting.push(node.children[mask.trailing_zeros() as usize & 7]);
-                mask &= mask - 1;
-            }
-        }
-    }
-
-    /// See [`Bvh::walk`]; `enter` is the box test.
+    /// Calls `visit` for hits with 0 < t <= limit, where the limit is `t_max` at first and then
+    /// what `visit` returned last; a negative one ends the walk.
     #[inline(always)]
-    pub(super) fn walk_with<S>(
+    pub(super) fn walk(
         &self,
         Probe { slabs, shear }: &Probe,
         t_max: f32,
-        mut state: S,
-        visit: impl Fn(&mut S, Hit) -> f32,
-        enter: impl Fn(&Slabs, &Node, f32) -> Entered,
-    ) -> S {
-        if self.nodes.is_empty() {
-            return state;
+        gather: impl Gather,
+        mut visit: impl FnMut(Hit) -> f32,
+    ) {
+        if self.is_empty() {
+            return;
         }
-        // clearing more than is needed would cost a short walk a tenth of its time
-        let (mut small, mut medium, mut large);
-        let stack: &mut [Waiting] = match self.stack_size {
-            0..=48 => {
-                small = [Waiting::default(); 48];
-                &mut small
-            }
-            49..=100 => {
-                medium = [Waiting::default(); 100];
-                &mut medium
-            }
-            _ => {
-                large = vec![Waiting::default(); self.stack_size];
-                &mut large
-            }
-        };
         let mut limit = t_max;
-        let mut waiting = 0;
-        let mut child = Child::inner(0);
+        let mut stack = ArrayVec::<Waiting, STACK>::new();
+        let mut child = ROOT;
         loop {
             if child.is_leaf() {
-                for i in child.triangles() {
-                    if let Some(m) = shear.meet(&self.corners[i], limit) {
-                        let hit = Hit {
+                let leaf = self.leaf(child.row());
+                let sheared = shear.apply(leaf, limit, gather);
+                let mut mask = sheared.mask;
+                while mask != 0 {
+                    let lane = mask.trailing_zeros() as usize % 8;
+                    mask &= mask - 1;
+                    if let Some(m) = shear.meet(leaf, &sheared, lane, limit) {
+                        limit = visit(Hit {
                             t: m.t,
-                            triangle: self.indices[i],
-                            place: i as u32,
+                            triangle: leaf[9].0[lane].to_bits(),
+                            place: (child.row() * 8 + lane) as u32,
                             u: m.u,
                             v: m.v,
                             owned: m.owned,
-                        };
-                        limit = visit(&mut state, hit);
+                        });
                     }
                 }
             } else {
-                let node = &self.nodes[child.0 as usize];
-                let Entered { near, mut mask } = enter(slabs, node, limit);
+                let node = self.node(child.row());
+                let Entered { near, mut mask } = slabs.enter(node, limit, gather);
                 if mask != 0 {
                     let mut next = || {
-                        let i = mask.trailing_zeros() as usize & 7;
+                        let place = mask.trailing_zeros() as usize % 8;
                         mask &= mask - 1;
-                        (Waiting::new(near[i], node.children[i]), mask == 0)
+                        (place, mask == 0)
                     };
-                    let (mut nearest, mut last) = next();
-                    let bottom = waiting;
-                    while !last {
-                        let other;
-                        (other, last) = next();
-                        // those that wait stay in order, the nearest on top
+                    let (place, only) = next();
+                    child = Child::of(node, place);
+                    if only {
+                        continue;
+                    }
+                    let bottom = stack.len();
+                    let mut nearest = Waiting::new(near[place], child);
+                    loop {
+                        let (place, last) = next();
+                        let other = Waiting::new(near[place], Child::of(node, place));
                         let farther = nearest.max(other);
-                        self.prefetch(farther.child());
                         nearest = nearest.min(other);
-                        let mut place = waiting;
-                        while place > bottom && stack[place - 1] < farther {
-                            stack[place] = stack[place - 1];
+                        self.prefetch(farther.child());
+                        // those that wait stay in order, the nearest on top
+                        stack.push(farther);
+                        let waiting = &mut stack[bottom..];
+                        let mut place = waiting.len() - 1;
+                        while place > 0 && waiting[place - 1] < farther {
+                            waiting[place] = waiting[place - 1];
                             place -= 1;
                         }
-                        stack[place] = farther;
-                        waiting += 1;
+                        waiting[place] = farther;
+                        if last {
+                            break;
+                        }
                     }
                     child = nearest.child();
                     continue;
                 }
             }
             child = loop {
-                if waiting == 0 {
-                    return state;
-                }
-                waiting -= 1;
-                if stack[waiting].near() <= limit {
-                    break stack[waiting].child();
+                let Some(waiting) = stack.pop() else { return };
+                if waiting.near() <= limit {
+                    break waiting.child();
                 }
             };
         }
     }
+
+    /// Calls `visit` with the index of each triangle in boxes that reach into a ball.
+    pub(super) fn walk_ball(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
+        if self.is_empty() {
+            return;
+        }
+        let mut waiting = vec![ROOT];
+        while let Some(child) = waiting.pop() {
+            if child.is_leaf() {
+                let leaf = self.leaf(child.row());
+                let filled = (0..8).filter(|&i| !leaf[0].0[i].is_nan());
+                filled.for_each(|i| visit(leaf[9].0[i].to_bits()));
+            } else {
+                let node = self.node(child.row());
+                let inside = (0..8).filter(|&i| touches(node, i, center, radius));
+                waiting.extend(inside.map(|i| Child::of(node, i)));
+            }
+        }
+    }
+}
+
+/// Whether a child's box reaches into a ball; rounding may add one that touches it.
+fn touches(node: &Node, place: usize, center: Vec3, radius: f32) -> bool {
+    let [min, max] =
+        [0, 1].map(|side| Vec3::from([0, 2, 4].map(|axis| node[axis + side].0[place])));
+    let outside = (min - center).max(center - max).max(Vec3::ZERO);
+    outside.length_squared() <= radius * radius * (1.0 + 1e-5)
 }
 
 /// A ray, prepared for boxes and triangles of one or more trees.
-pub struct Probe {
+pub(super) struct Probe {
     slabs: Slabs,
     shear: Shear,
 }
@@ -250,30 +232,32 @@ impl Probe {
     /// For trees of which no corner lies beyond `reach`, m from the origin along each axis.
     #[inline(always)]
     pub fn new(ray: &Ray, reach: Vec3) -> Self {
-        let slabs = Slabs::new(ray, reach);
-        let shear = Shear::new(ray, slabs.inverse);
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let slabs = Slabs::new(origin, direction, reach.into());
+        let shear = Shear::new(origin, direction, slabs.inverse);
         Self { slabs, shear }
     }
 }
 
-/// A ray, and what the box test needs of it: the distance of the plane x = p is p `inverse.x` +
-/// `near.x` or + `far.x`, rounded down or up.
+/// What the box test needs of a ray: the distance of the plane x = p is p `inverse.x` + `near.x` or
+/// + `far.x`, rounded down or up.
 ///
 /// Let u = 2^-24, r the scene's reach along an axis, o that of the ray's origin, k one over the
 /// direction, R, O, K the same of the main axis (the direction's largest). The sums below err by
 /// less than 6 u (r + o) k. The triangle test shears corners with errors of 2 u (r + o) and
 /// 5 u (R + O) times the slope, as if the distance were off by 2 u (r + o) k + 5 u (R + O) K. A pad
-/// of 16 u of both terms covers it all: no box is left out in which a triangle would be hit.
-pub(super) struct Slabs {
-    inverse: [f32; 3],
-    near: [f32; 3],
-    far: [f32; 3],
-    /// Which of the two planes the ray meets first.
-    first: [usize; 3],
+/// of 16 u of both terms, with the largest r + o for R + O, covers it all: no box is left out in which a
+/// triangle would be hit.
+struct Slabs {
+    inverse: Vec3A,
+    near: Vec3A,
+    far: Vec3A,
+    /// Bit 0, 1, 2: whether the ray meets the upper planes across x, y, z first.
+    downward: usize,
 }
 
 /// Which of the children a ray enters before its limit, as a bit mask, and at what distance.
-pub(super) struct Entered {
+struct Entered {
     near: [f32; 8],
     mask: u32,
 }
@@ -287,78 +271,37 @@ const LARGEST_INVERSE: f32 = (1u128 << 96) as f32;
 
 impl Slabs {
     #[inline(always)]
-    fn new(ray: &Ray, reach: Vec3) -> Self {
-        let (o, d) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        let zero = d.abs().cmplt(Vec3A::splat(1.0 / LARGEST_INVERSE));
-        let inverse = Vec3A::select(zero, Vec3A::splat(LARGEST_INVERSE).copysign(d), 1.0 / d);
-        let error = (Vec3A::from(reach) + o.abs()) * inverse.abs() * PAD;
-        let pad = error + Vec3A::splat(error.to_array()[main_axis(ray.direction)]);
-        let shift = -o * inverse;
-        let first = d.is_negative_bitmask() as usize;
-        Self {
-            inverse: inverse.to_array(),
-            near: (shift - pad).to_array(),
-            far: (shift + pad).to_array(),
-            first: [first & 1, first >> 1 & 1, first >> 2],
-        }
+    fn new(origin: Vec3A, direction: Vec3A, reach: Vec3A) -> Self {
+        let zero = direction.abs().cmplt(Vec3A::splat(1.0 / LARGEST_INVERSE));
+        let infinite = Vec3A::splat(LARGEST_INVERSE).copysign(direction);
+        let inverse = Vec3A::select(zero, infinite, 1.0 / direction);
+        let (extent, slowness) = ((reach + origin.abs()) * PAD, inverse.abs());
+        let pad = extent * slowness + extent.max_element() * slowness.min_element();
+        let shift = -origin * inverse;
+        let downward = direction.is_negative_bitmask() as usize;
+        Self { inverse, near: shift - pad, far: shift + pad, downward }
     }
 
     #[inline(always)]
-    pub fn enter(&self, node: &Node, limit: f32) -> Entered {
-        let mut near = [0.0; 8];
-        let mut far = [limit; 8];
-        for axis in 0..3 {
-            let first = self.first[axis] & 1;
-            let (entry, exit) = (&node.planes[axis][first], &node.planes[axis][1 - first]);
-            for i in 0..8 {
-                let t = entry[i] * self.inverse[axis] + self.near[axis];
-                near[i] = if t > near[i] { t } else { near[i] };
-                let t = exit[i] * self.inverse[axis] + self.far[axis];
-                far[i] = if t < far[i] { t } else { far[i] };
-            }
+    fn enter(&self, node: &Node, limit: f32, gather: impl Gather) -> Entered {
+        let (mut near, mut far) = ([0.0; 8], [limit; 8]);
+        self.clip(node, 0, &mut near, &mut far);
+        self.clip(node, 1, &mut near, &mut far);
+        self.clip(node, 2, &mut near, &mut far);
+        let inside = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| if near[i] <= far[i] { u32::MAX } else { 0 });
+        Entered { near, mask: gather(inside) }
+    }
+
+    /// Shortens the ray's ways through the boxes to those between the planes across an axis.
+    #[inline(always)]
+    fn clip(&self, node: &Node, axis: usize, near: &mut [f32; 8], far: &mut [f32; 8]) {
+        let upper_first = self.downward >> axis & 1;
+        let (first, last) = (&node[2 * axis + upper_first].0, &node[2 * axis + 1 - upper_first].0);
+        for i in 0..8 {
+            let t = first[i] * self.inverse[axis] + self.near[axis];
+            near[i] = if t > near[i] { t } else { near[i] };
+            let t = last[i] * self.inverse[axis] + self.far[axis];
+            far[i] = if t < far[i] { t } else { far[i] };
         }
-        let mask = (0..8).map(|i| u32::from(near[i] <= far[i]) << i).sum();
-        Entered { near, mask }
     }
-
-    /// The same eight at a time.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    #[inline]
-    pub fn enter_avx2(&self, node: &Node, limit: f32) -> Entered {
-        use std::arch::x86_64::*;
-        let [x, y, z] = [0, 1, 2].map(|axis| {
-            let first = self.first[axis] & 1;
-            let inverse = _mm256_set1_ps(self.inverse[axis]);
-            let entry = _mm256_mul_ps(load(&node.planes[axis][first]), inverse);
-            let exit = _mm256_mul_ps(load(&node.planes[axis][1 - first]), inverse);
-            let near = _mm256_add_ps(entry, _mm256_set1_ps(self.near[axis]));
-            let far = _mm256_add_ps(exit, _mm256_set1_ps(self.far[axis]));
-            (near, far)
-        });
-        let near = _mm256_max_ps(_mm256_max_ps(x.0, y.0), _mm256_max_ps(z.0, _mm256_setzero_ps()));
-        let far = _mm256_min_ps(_mm256_min_ps(x.1, y.1), _mm256_min_ps(z.1, _mm256_set1_ps(limit)));
-        let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as u32;
-        Entered { near: store(near), mask }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-#[inline]
-#[allow(unsafe_code)]
-fn load(lanes: &[f32; 8]) -> std::arch::x86_64::__m256 {
-    // SAFETY: reads the eight numbers that the reference stands for.
-    unsafe { std::arch::x86_64::_mm256_loadu_ps(lanes.as_ptr()) }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-#[inline]
-#[allow(unsafe_code)]
-fn store(lanes: std::arch::x86_64::__m256) -> [f32; 8] {
-    let mut out = [0.0; 8];
-    // SAFETY: writes the eight numbers of `out`.
-    unsafe { std::arch::x86_64::_mm256_storeu_ps(out.as_mut_ptr(), lanes) };
-    out
 }

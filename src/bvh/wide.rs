@@ -1,0 +1,191 @@
+//! From a tree with two children a node to one with eight, and eight triangles a leaf.
+
+use arrayvec::ArrayVec;
+use glam::Vec3;
+
+use super::Row;
+use super::triangle::Leaf;
+use super::walk::{CHILDLESS, Child};
+use crate::geometry::Triangle;
+
+/// A node of a tree with two children a node and one triangle a leaf; the root comes first.
+#[derive(Clone, Copy)]
+pub(super) enum Branch {
+    Fork([usize; 2]),
+    Triangle(u32),
+}
+
+/// Places for the children of a node, and for the triangles of a leaf.
+const WIDTH: usize = 8;
+
+/// The rows of the wide tree: each node, then its leaves, then what is below it; and how many children
+/// can wait at a time in a walk.
+pub(super) fn widen(binary: &[Branch], triangles: &[Triangle]) -> (Vec<Row>, usize) {
+    struct Place {
+        branch: usize,
+        /// Row of the parent, and where in it.
+        parent: Option<(usize, usize)>,
+        /// Children that wait above.
+        above: usize,
+    }
+    let parts = parts(binary, triangles);
+    let mut rows: Vec<Row> = Vec::new();
+    let mut most = 0;
+    let mut todo = vec![Place { branch: 0, parent: None, above: 0 }];
+    while let Some(Place { branch, parent, above }) = todo.pop() {
+        let at = rows.len();
+        rows.extend(CHILDLESS);
+        if let Some((row, place)) = parent {
+            rows[row + 6].0[place] = Child::node(at).as_float();
+        }
+        let mut members = ArrayVec::<usize, WIDTH>::new();
+        share(binary, &parts, branch, WIDTH, &mut members);
+        let above = above + members.len() - 1;
+        most = most.max(above);
+        for (place, &member) in members.iter().enumerate() {
+            let part = &parts[member];
+            for axis in 0..3 {
+                rows[at + 2 * axis].0[place] = part.min[axis];
+                rows[at + 2 * axis + 1].0[place] = part.max[axis];
+            }
+            if part.leaf {
+                rows[at + 6].0[place] = Child::leaf(rows.len()).as_float();
+                rows.extend(leaf(binary, member, triangles));
+            }
+        }
+        for (place, &member) in members.iter().enumerate().rev() {
+            if !parts[member].leaf {
+                todo.push(Place { branch: member, parent: Some((at, place)), above });
+            }
+        }
+    }
+    (rows, most)
+}
+
+/// The branches that share some places of a node, all below `branch`.
+fn share(
+    binary: &[Branch],
+    parts: &[Part],
+    branch: usize,
+    places: usize,
+    members: &mut ArrayVec<usize, WIDTH>,
+) {
+    let part = &parts[branch];
+    // the root is a node, even where a leaf would do
+    let whole = if places == WIDTH { part.leaf } else { part.costs[places] == part.costs[1] };
+    match binary[branch] {
+        Branch::Fork([l, r]) if !whole => {
+            let (own, _) = parts[l].shared(&parts[r], places);
+            share(binary, parts, l, own, members);
+            share(binary, parts, r, places - own, members);
+        }
+        _ => members.push(branch),
+    }
+}
+
+fn leaf(binary: &[Branch], branch: usize, triangles: &[Triangle]) -> Leaf {
+    let mut rows = [Row([f32::NAN; WIDTH]); 10];
+    fill(&mut rows, &mut 0, binary, branch, triangles);
+    rows
+}
+
+/// Puts a branch's triangles into the lanes from `lane` on.
+fn fill(
+    leaf: &mut Leaf,
+    lane: &mut usize,
+    binary: &[Branch],
+    branch: usize,
+    triangles: &[Triangle],
+) {
+    match binary[branch] {
+        Branch::Fork([l, r]) => {
+            fill(leaf, lane, binary, l, triangles);
+            fill(leaf, lane, binary, r, triangles);
+        }
+        Branch::Triangle(index) => {
+            let Triangle { a, b, c } = triangles[index as usize];
+            for axis in 0..3 {
+                for (corner, point) in [a, b, c].iter().enumerate() {
+                    leaf[3 * axis + corner].0[*lane] = point[axis];
+                }
+            }
+            leaf[9].0[*lane] = f32::from_bits(index);
+            *lane += 1;
+        }
+    }
+}
+
+/// What the wide tree must know of a branch.
+#[derive(Clone, Copy)]
+struct Part {
+    /// The box of its triangles.
+    min: Vec3,
+    max: Vec3,
+    /// How many there are.
+    count: usize,
+    /// What a random ray pays, in nodes and leaves that it meets, if the branch takes 1, up to 2, ... up to
+    /// 7 places of a node (the first entry is not used).
+    costs: [f32; WIDTH],
+    /// Whether in one place it is best a leaf.
+    leaf: bool,
+}
+
+/// By dynamic programming from the leaves up: Ylitie, Karras and Laine, "Efficient Incoherent Ray
+/// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A leaf costs as much as a node, since its
+/// triangles are tested at once.
+fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
+    let (min, max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let empty = Part { min, max, count: 0, costs: [0.0; WIDTH], leaf: true };
+    let mut parts = vec![empty; binary.len()];
+    for &i in downward(binary).iter().rev() {
+        parts[i] = match binary[i] {
+            Branch::Triangle(index) => {
+                let t = &triangles[index as usize];
+                let (min, max) = (t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c));
+                Part { min, max, count: 1, costs: [half_area(min, max); WIDTH], leaf: true }
+            }
+            Branch::Fork([l, r]) => {
+                let (l, r) = (&parts[l], &parts[r]);
+                let (min, max, count) = (l.min.min(r.min), l.max.max(r.max), l.count + r.count);
+                let area = half_area(min, max);
+                let as_node = area + l.shared(r, WIDTH).1;
+                let leaf = count <= WIDTH && area <= as_node;
+                let mut costs = [if leaf { area } else { as_node }; WIDTH];
+                for places in 2..WIDTH {
+                    costs[places] = costs[places - 1].min(l.shared(r, places).1);
+                }
+                Part { min, max, count, costs, leaf }
+            }
+        };
+    }
+    parts
+}
+
+impl Part {
+    /// How many of some places to take for this child of a fork, the other child getting the rest, and what
+    /// both cost then.
+    fn shared(&self, other: &Self, places: usize) -> (usize, f32) {
+        let cost = |own: usize| (own, self.costs[own] + other.costs[places - own]);
+        let cheaper = |a: (usize, f32), b: (usize, f32)| if b.1 < a.1 { b } else { a };
+        (2..places).map(cost).fold(cost(1), cheaper)
+    }
+}
+
+/// All branches, each before those that it forks into.
+fn downward(binary: &[Branch]) -> Vec<usize> {
+    let mut order = Vec::with_capacity(binary.len());
+    order.push(0);
+    let mut next = 0;
+    while let Some(&branch) = order.get(next) {
+        if let Branch::Fork(children) = binary[branch] {
+            order.extend(children);
+        }
+        next += 1;
+    }
+    order
+}
+
+fn half_area(min: Vec3, max: Vec3) -> f32 {
+    let size = max - min;
+    size.x * size.y + size.y * size.z + size.z * size.x
+}
