@@ -18,7 +18,6 @@ use glam::Vec3;
 
 use crate::geometry::{Ray, Triangle};
 use query::{Closest, Crossings, Meet, Occluded};
-use triangle::corner;
 
 pub use query::Kernel;
 
@@ -33,10 +32,10 @@ pub struct Hit {
     pub u: f32,
     /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
     pub v: f32,
+    /// That point, m.
+    pub point: Vec3,
     /// False where the ray passes through an edge that belongs to the triangle across it.
     pub owned: bool,
-    /// Where the structure keeps the triangle: row of the leaf x 8 + place in it.
-    place: u32,
 }
 
 /// Eight numbers that the processor takes at once.
@@ -69,28 +68,20 @@ impl Bvh {
 
     /// Whether a triangle that the ray hits with 0 < t < `t_max` (which may be infinite) `stops` it;
     /// asked for each at most once, in no particular order.
-    pub fn occluded(&self, ray: &Ray, t_max: f32, stops: impl FnMut(Hit) -> bool) -> bool {
-        query::ask(Occluded { bvh: self, ray, t_max, stops })
+    pub fn occluded(&self, ray: &Ray, t_max: f32, mut stops: impl FnMut(Hit) -> bool) -> bool {
+        query::ask(Occluded { bvh: self, ray, t_max, stops: &mut stops })
     }
 
     /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order; of two
     /// that share an edge which the ray passes through, one.
-    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Hit)) {
-        query::ask(Crossings { bvh: self, ray, t_max, visit });
+    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Hit)) {
+        query::ask(Crossings { bvh: self, ray, t_max, visit: &mut visit });
     }
 
     /// The nearest hit, as [`closest`](Self::closest), after all `crossings` of another structure
     /// before it: less work than asking for one after the other.
-    pub fn meet(&self, crossed: &Self, ray: &Ray, visit: impl FnMut(Hit)) -> Option<Hit> {
-        query::ask(Meet { surfaces: self, crossed, ray, visit })
-    }
-
-    /// The point of a hit in this structure.
-    #[inline]
-    pub fn point(&self, hit: &Hit) -> Vec3 {
-        let (row, lane) = (hit.place as usize / 8, hit.place as usize % 8);
-        let corner = |i| corner(self.leaf(row), lane, i);
-        (1.0 - hit.u - hit.v) * corner(0) + hit.u * corner(1) + hit.v * corner(2)
+    pub fn meet(&self, crossed: &Self, ray: &Ray, mut visit: impl FnMut(Hit)) -> Option<Hit> {
+        query::ask(Meet { surfaces: self, crossed, ray, visit: &mut visit })
     }
 
     /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:

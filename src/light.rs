@@ -76,9 +76,35 @@ pub struct Light {
 #[derive(Clone, Debug)]
 enum Emitter {
     Cone { position: Vec3, frame: Frame, versine: f32 },
-    Tube { from: Vec3, axis: Vec3, frame: Frame, radius: f32 },
-    IsotropicLine { from: Vec3, axis: Vec3 },
+    Tube { line: Line, frame: Frame, radius: f32 },
+    IsotropicLine(Line),
     Area { surface: EmittingSurface, two_sided: bool },
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    from: Vec3,
+    /// From its start to its end, m.
+    whole: Vec3,
+    /// m.
+    length: f32,
+}
+
+impl Line {
+    fn new(from: Vec3, whole: Vec3) -> Self {
+        Self { from, whole, length: whole.length() }
+    }
+
+    fn middle(&self) -> Vec3 {
+        self.from + 0.5 * self.whole
+    }
+
+    /// A point uniform on it, `offset` from its ends.
+    #[inline]
+    fn choose(&self, offset: f32, rng: &mut Stream) -> Vec3 {
+        let margin = (offset / self.length).min(0.5);
+        self.from + rng.uniform().clamp(margin, 1.0 - margin) * self.whole
+    }
 }
 
 /// The triangles of an area light, and what of them each photon needs.
@@ -142,13 +168,12 @@ impl Light {
                 versine: (2.0 * (half_angle / 2.0).sin().powi(2)) as f32,
             },
             LightShape::Tube { from, to, radius } => Emitter::Tube {
-                from: local(*from),
-                axis: (*to - *from).as_vec3(),
+                line: Line::new(local(*from), (*to - *from).as_vec3()),
                 frame: along(*to - *from),
                 radius: *radius as f32,
             },
             LightShape::IsotropicLine { from, to } => {
-                Emitter::IsotropicLine { from: local(*from), axis: (*to - *from).as_vec3() }
+                Emitter::IsotropicLine(Line::new(local(*from), (*to - *from).as_vec3()))
             }
             LightShape::Area { triangles, two_sided } => {
                 let surface = EmittingSurface::new(triangles, local);
@@ -163,11 +188,12 @@ impl Light {
     pub fn extent(&self) -> Extent {
         match &self.emitter {
             Emitter::Cone { position, .. } => Extent::of([*position]),
-            Emitter::Tube { from, axis, radius, .. } => {
+            Emitter::Tube { line, radius, .. } => {
                 let r = Vec3::splat(*radius);
-                Extent::of([*from, *from + *axis].into_iter().flat_map(|p| [p - r, p + r]))
+                let ends = [line.from, line.from + line.whole];
+                Extent::of(ends.into_iter().flat_map(|p| [p - r, p + r]))
             }
-            Emitter::IsotropicLine { from, axis } => Extent::of([*from, *from + *axis]),
+            Emitter::IsotropicLine(line) => Extent::of([line.from, line.from + line.whole]),
             Emitter::Area { surface, .. } => Extent::of_triangles(&surface.triangles),
         }
     }
@@ -182,16 +208,15 @@ impl Light {
                 origin: *position,
                 direction: frame.to_world(uniform_cone(*versine, rng.square())),
             },
-            Emitter::Tube { from, axis, frame, radius } => {
+            Emitter::Tube { line, frame, radius } => {
                 let turn = uniform_circle(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
-                let on_axis = on_axis(*from, *axis, offset, rng);
+                let on_axis = line.choose(offset, rng);
                 leave(on_axis + *radius * normal, normal, offset, rng)
             }
-            Emitter::IsotropicLine { from, axis } => Ray {
-                origin: on_axis(*from, *axis, offset, rng),
-                direction: uniform_cone(2.0, rng.square()),
-            },
+            Emitter::IsotropicLine(line) => {
+                Ray { origin: line.choose(offset, rng), direction: uniform_cone(2.0, rng.square()) }
+            }
             Emitter::Area { surface, two_sided } => {
                 let (point, normal) = surface.choose(offset, rng);
                 let front = !*two_sided || rng.uniform() < 0.5;
@@ -199,13 +224,6 @@ impl Light {
             }
         }
     }
-}
-
-/// A point uniform on a line, `offset` from its ends.
-#[inline]
-fn on_axis(from: Vec3, axis: Vec3, offset: f32, rng: &mut Stream) -> Vec3 {
-    let margin = (offset / axis.length()).min(0.5);
-    from + rng.uniform().clamp(margin, 1.0 - margin) * axis
 }
 
 /// A ray with Lambertian direction from a surface.
@@ -271,8 +289,9 @@ impl Strata {
         self.first.partition_point(|&first| first <= rank) - 1
     }
 
-    /// Emits history `index`, from `offset` metres off its light.
-    #[inline]
+    /// Emits history `index`, from `offset` metres off its light. Inlined: copies of the ray cost as much as
+    /// its start.
+    #[inline(always)]
     pub fn emit<const N: usize>(
         &self,
         lights: &[Light],

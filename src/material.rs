@@ -96,7 +96,10 @@ impl<const N: usize> Scatter<N> {
 }
 
 /// How a path leaves a surface.
+///
+/// Not a byte, which would be read together with others that were just written: a stall at each bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Onward {
     /// Straight on, through a thin pane.
     Straight,

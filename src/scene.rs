@@ -219,7 +219,7 @@ impl Scene {
     #[inline]
     fn surface_hit(&self, hit: &Hit) -> SurfaceHit {
         let triangle = hit.triangle as usize;
-        let point = self.inside(triangle, self.shapes.surface_bvh.point(hit), hit.u, hit.v);
+        let point = self.inside(triangle, hit.point, hit.u, hit.v);
         SurfaceHit { t: hit.t, triangle, point }
     }
 
@@ -234,7 +234,7 @@ impl Scene {
                 captor: self.shapes.captor_of_triangle[triangle] as usize,
                 triangle,
                 front: shape.cross().dot(direction) < 0.0,
-                point: shape.point(hit.u, hit.v),
+                point: hit.point,
             });
         }
     }

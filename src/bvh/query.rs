@@ -170,15 +170,18 @@ impl<F: FnMut(Hit)> Query for Meet<'_, F> {
 impl Bvh {
     #[inline(always)]
     fn closest_of(&self, probe: &Probe, t_max: f32, gather: impl Gather) -> Option<Hit> {
-        let none = Hit { t: t_max, triangle: 0, place: u32::MAX, u: 0.0, v: 0.0, owned: true };
-        let mut nearest = none;
+        let mut nearest: Option<Hit> = None;
         self.walk(probe, t_max, gather, |hit| {
-            if hit.t < nearest.t || (hit.t == nearest.t && hit.triangle < nearest.triangle) {
-                nearest = hit;
+            let nearer = match nearest {
+                None => hit.t < t_max,
+                Some(n) => hit.t < n.t || (hit.t == n.t && hit.triangle < n.triangle),
+            };
+            if nearer {
+                nearest = Some(hit);
             }
-            nearest.t
+            nearest.map_or(t_max, |nearest| nearest.t)
         });
-        (nearest.place != none.place).then_some(nearest)
+        nearest
     }
 
     #[inline(always)]

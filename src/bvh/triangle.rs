@@ -8,8 +8,8 @@
 
 use glam::{DVec2, DVec3, Vec3, Vec3A};
 
-use super::Row;
 use super::query::Gather;
+use super::{Hit, Row};
 
 /// Up to eight triangles: the corners a, b, c along x, along y and along z, m, and the triangles'
 /// indices. A place that is not filled has corners that are no numbers, which no ray meets.
@@ -17,7 +17,7 @@ pub(super) type Leaf = [Row; 10];
 
 /// Corner a (0), b (1) or c (2) of one of a leaf's triangles.
 #[inline(always)]
-pub(super) fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
+fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
     Vec3::new(leaf[i].0[lane], leaf[3 + i].0[lane], leaf[6 + i].0[lane])
 }
 
@@ -47,14 +47,6 @@ pub(super) struct Sheared {
     inside: [u32; 8],
     /// Bit mask of those that the ray may meet.
     pub mask: u32,
-}
-
-/// A hit before its triangle is known: distance and weights of the corners b and c.
-pub(super) struct Meeting {
-    pub t: f32,
-    pub u: f32,
-    pub v: f32,
-    pub owned: bool,
 }
 
 impl Shear {
@@ -110,39 +102,37 @@ impl Shear {
     /// Where the ray meets one of the triangles, if 0 < t <= `limit`. Double precision gives the edge
     /// functions their exact sign.
     #[inline(always)]
-    pub fn meet(&self, leaf: &Leaf, s: &Sheared, lane: usize, limit: f32) -> Option<Meeting> {
+    pub fn meet(&self, leaf: &Leaf, s: &Sheared, lane: usize, limit: f32) -> Option<Hit> {
         let x = DVec3::from([0, 1, 2].map(|i| s.x[i][lane].into()));
         let y = DVec3::from([0, 1, 2].map(|i| s.y[i][lane].into()));
         let u = x.z * y.y - y.z * x.y;
         let v = x.x * y.z - y.x * x.z;
         let w = x.y * y.x - y.y * x.x;
-        let edges = DVec3::new(u, v, w);
-        let owned = s.inside[lane] != 0 || owns(x, y, edges)?;
+        let owned = s.inside[lane] != 0 || owns(x, y, DVec3::new(u, v, w))?;
         let inverse = 1.0 / (u + v + w);
-        let t = self.distance(leaf, lane, edges * inverse);
+        let (a, b, c) = (corner(leaf, lane, 0), corner(leaf, lane, 1), corner(leaf, lane, 2));
+        let t = self.distance(a.into(), b.into(), c.into()).unwrap_or_else(|| {
+            let depth =
+                Vec3::new(a[self.axes[2]], b[self.axes[2]], c[self.axes[2]]) - self.start[2];
+            (DVec3::new(u, v, w) * inverse).dot((depth * self.slope[2]).as_dvec3()) as f32
+        });
         // where the ray grazes, it stays between those of the corners
         let t = if t > s.first[lane] { t } else { s.first[lane] };
         let t = if t < s.last[lane] { t } else { s.last[lane] };
         let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
-        (t > 0.0 && t <= limit).then_some(Meeting { t, u, v, owned })
+        let triangle = leaf[9].0[lane].to_bits();
+        let point = (1.0 - u - v) * a + u * b + v * c;
+        (t > 0.0 && t <= limit).then_some(Hit { t, triangle, u, v, point, owned })
     }
 
-    /// Distance to the plane of the triangle, right to the last bit unless the ray grazes it: of
-    /// two leaves that nearly touch the front one must be hit.
+    /// Distance to the plane of a triangle, right to the last bit unless the ray grazes it: of
+    /// two leaves that nearly touch the front one must be hit. None if it lies in the plane.
     #[inline(always)]
-    fn distance(&self, leaf: &Leaf, lane: usize, weights: DVec3) -> f32 {
-        let a = corner(leaf, lane, 0).as_dvec3();
-        let b = corner(leaf, lane, 1).as_dvec3();
-        let c = corner(leaf, lane, 2).as_dvec3();
+    fn distance(&self, a: DVec3, b: DVec3, c: DVec3) -> Option<f32> {
         let normal = (b - a).cross(c - a);
         let steepness = normal.dot(self.direction.as_dvec3());
-        if steepness == 0.0 {
-            let z = self.axes[2];
-            let depth = [0, 1, 2].map(|i| leaf[3 * z + i].0[lane] - self.start[2]);
-            weights.dot(DVec3::from(depth.map(|depth| (depth * self.slope[2]).into()))) as f32
-        } else {
-            (normal.dot(a - self.origin.as_dvec3()) / steepness) as f32
-        }
+        let t = normal.dot(a - self.origin.as_dvec3()) / steepness;
+        (steepness != 0.0).then_some(t as f32)
     }
 }
 

@@ -26,8 +26,8 @@ const ROOT: Child = Child(0);
 
 impl Child {
     pub fn node(row: usize) -> Self {
-        // places of hits are numbers of 32 bits; and as a float it must not be a NaN
-        assert!(row < 1 << 28, "fewer than 200 million triangles");
+        // as a float it must not be a NaN
+        assert!(row < f32::INFINITY.to_bits() as usize, "less than 64 GB of rows");
         Self(row as u32)
     }
 
@@ -135,15 +135,8 @@ impl Bvh {
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize % 8;
                     mask &= mask - 1;
-                    if let Some(m) = shear.meet(leaf, &sheared, lane, limit) {
-                        limit = visit(Hit {
-                            t: m.t,
-                            triangle: leaf[9].0[lane].to_bits(),
-                            place: (child.row() * 8 + lane) as u32,
-                            u: m.u,
-                            v: m.v,
-                            owned: m.owned,
-                        });
+                    if let Some(hit) = shear.meet(leaf, &sheared, lane, limit) {
+                        limit = visit(hit);
                     }
                 }
             } else {

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Emitter, Light, on_axis};
+use super::{Emitter, Light};
 use crate::{
     geometry::{Ray, Triangle},
     rng::Stream,
@@ -95,13 +95,13 @@ impl Light {
                 let inside = versine_between(frame.normal, away / d2.sqrt()) <= *versine;
                 inside.then_some(LightSample { point: *position, irradiance, density: None })
             }
-            Emitter::IsotropicLine { from, axis } => {
-                let on_axis = on_axis(*from, *axis, offset, rng);
+            Emitter::IsotropicLine(line) => {
+                let on_axis = line.choose(offset, rng);
                 let irradiance = 1.0 / (4.0 * PI * point.distance_squared(on_axis));
                 Some(LightSample { point: on_axis, irradiance, density: None })
             }
-            Emitter::Tube { from, axis, frame, radius } => {
-                let on_axis = on_axis(*from, *axis, offset, rng);
+            Emitter::Tube { line, frame, radius } => {
+                let on_axis = line.choose(offset, rng);
                 if *radius == 0.0 {
                     let away = point - on_axis;
                     let d2 = away.length_squared();
@@ -111,7 +111,7 @@ impl Light {
                 }
                 let turn = uniform_circle(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
-                let area = 2.0 * PI * radius * axis.length();
+                let area = 2.0 * PI * radius * line.length;
                 seen(point, on_axis + *radius * normal, normal, area, 1.0, offset)
             }
             Emitter::Area { surface, two_sided } => {
@@ -141,24 +141,23 @@ impl Light {
 
     /// Where a ray enters a tube from outside, and the cosine there.
     pub fn tube_hit(&self, ray: &Ray) -> Option<TubeHit> {
-        let Emitter::Tube { from, axis, frame, radius } = &self.emitter else { return None };
+        let Emitter::Tube { line, frame, radius } = &self.emitter else { return None };
         if *radius == 0.0 {
             return None;
         }
         let across = |v: Vec3| Vec2::new(v.dot(frame.tangent), v.dot(frame.bitangent));
-        let (o, d) = (across(ray.origin - *from), across(ray.direction));
+        let (o, d) = (across(ray.origin - line.from), across(ray.direction));
         let (a, b, c) = (d.length_squared(), o.dot(d), o.length_squared() - radius * radius);
         let discriminant = b * b - a * c;
         if a == 0.0 || discriminant <= 0.0 || c <= 0.0 {
             return None;
         }
         let t = (-b - discriminant.sqrt()) / a;
-        let height = (ray.at(t) - *from).dot(frame.normal);
-        let length = axis.length();
-        if t <= 0.0 || !(0.0..=length).contains(&height) {
+        let height = (ray.at(t) - line.from).dot(frame.normal);
+        if t <= 0.0 || !(0.0..=line.length).contains(&height) {
             return None;
         }
-        let area = 2.0 * PI * radius * length;
+        let area = 2.0 * PI * radius * line.length;
         let cos = -(o + t * d).dot(d) / radius;
         Some(TubeHit { t, cos, shine: Shine { radiance: 1.0 / (PI * area), area } })
     }
@@ -169,10 +168,8 @@ impl Emitter {
     pub(super) fn ball(&self) -> (Vec3, f32) {
         match self {
             Self::Cone { position, .. } => (*position, 0.0),
-            Self::IsotropicLine { from, axis } => (*from + 0.5 * *axis, 0.5 * axis.length()),
-            Self::Tube { from, axis, radius, .. } => {
-                (*from + 0.5 * *axis, 0.5 * axis.length() + radius)
-            }
+            Self::IsotropicLine(line) => (line.middle(), 0.5 * line.length),
+            Self::Tube { line, radius, .. } => (line.middle(), 0.5 * line.length + radius),
             Self::Area { surface, .. } => {
                 let corners = || surface.triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
                 let min = corners().fold(Vec3::INFINITY, Vec3::min);
