@@ -289,9 +289,8 @@ impl Strata {
         self.first.partition_point(|&first| first <= rank) - 1
     }
 
-    /// Emits history `index`, from `offset` metres off its light. Inlined: copies of the ray cost as much as
-    /// its start.
-    #[inline(always)]
+    /// Emits history `index`, from `offset` metres off its light.
+    #[inline]
     pub fn emit<const N: usize>(
         &self,
         lights: &[Light],
