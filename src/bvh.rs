@@ -84,12 +84,6 @@ impl Bvh {
         query::ask(Meet { surfaces: self, crossed, ray, visit: &mut visit })
     }
 
-    /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
-    /// of those in boxes that do.
-    pub fn near(&self, center: Vec3, radius: f32, visit: impl FnMut(u32)) {
-        self.walk_ball(center, radius, visit);
-    }
-
     /// Whether there is no triangle in it.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()

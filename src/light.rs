@@ -81,8 +81,10 @@ enum Emitter {
     Area { surface: EmittingSurface, two_sided: bool },
 }
 
+/// The axis of a tube, or a line that shines.
 #[derive(Clone, Copy, Debug)]
 struct Line {
+    /// Its start, m.
     from: Vec3,
     /// From its start to its end, m.
     whole: Vec3,

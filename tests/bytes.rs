@@ -69,12 +69,18 @@ fn kernels_do_not_matter() {
         command.args(arguments).current_dir(room.path("."));
         if plain {
             command.env("PHYLUX_KERNEL", "plain");
+        } else {
+            command.env_remove("PHYLUX_KERNEL");
         }
         let output = command.output().expect("phylux starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).expect("text")
     };
     assert!(phylux(true, &["--version"]).ends_with("the plain kernel\n"));
+    if phylux(false, &["--version"]).ends_with("the plain kernel\n") {
+        eprintln!("skipped: this processor has only the plain kernel");
+        return;
+    }
     for scene in [room.path("scene.json"), chamber] {
         for estimator in ["photons", "paths"] {
             let bytes = |plain| {

@@ -8,7 +8,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use super::Bvh;
 use super::walk::STACK;
 use super::wide::{Branch, widen};
-use crate::geometry::Triangle;
+use crate::geometry::{Extent, Triangle};
 
 pub(super) fn build(triangles: &[Triangle]) -> Bvh {
     let solid: Vec<u32> =
@@ -41,7 +41,7 @@ fn reach(t: &Triangle) -> Vec3 {
 /// and makes a chain, not a tree, and rays take three to five times as long. Slightly unequal boxes
 /// it joins well. The nodes get the exact ones.
 fn loosened_box(t: &Triangle, index: u32) -> Aabb {
-    let (min, max) = (t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c));
+    let Extent { min, max } = Extent::of_triangles([t]);
     let slack = |side: u32| {
         let [x, y, z] = [0, 1, 2].map(|axis| noise(6 * u64::from(index) + u64::from(side + axis)));
         Vec3::new(x, y, z) * (max - min) * 1e-3

@@ -15,6 +15,9 @@ use super::{Hit, Row};
 /// indices. A place that is not filled has corners that are no numbers, which no ray meets.
 pub(super) type Leaf = [Row; 10];
 
+/// The row of a leaf that has the indices.
+pub(super) const INDICES: usize = 9;
+
 /// Corner a (0), b (1) or c (2) of one of a leaf's triangles.
 #[inline(always)]
 fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
@@ -120,7 +123,7 @@ impl Shear {
         let t = if t > s.first[lane] { t } else { s.first[lane] };
         let t = if t < s.last[lane] { t } else { s.last[lane] };
         let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
-        let triangle = leaf[9].0[lane].to_bits();
+        let triangle = leaf[INDICES].0[lane].to_bits();
         let point = (1.0 - u - v) * a + u * b + v * c;
         (t > 0.0 && t <= limit).then_some(Hit { t, triangle, u, v, point, owned })
     }

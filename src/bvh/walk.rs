@@ -4,12 +4,15 @@ use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 
 use super::query::Gather;
-use super::triangle::{Leaf, Shear};
+use super::triangle::{INDICES, Leaf, Shear};
 use super::{Bvh, Hit, Row};
 use crate::geometry::Ray;
 
 /// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.
 pub(super) type Node = [Row; 7];
+
+/// The row of a node that says where its children are.
+pub(super) const CHILDREN: usize = 6;
 
 /// No children: no ray enters a box from +infinity to -infinity.
 pub(super) const CHILDLESS: Node = {
@@ -42,7 +45,7 @@ impl Child {
 
     #[inline(always)]
     fn of(node: &Node, place: usize) -> Self {
-        Self(node[6].0[place].to_bits())
+        Self(node[CHILDREN].0[place].to_bits())
     }
 
     #[inline(always)]
@@ -187,8 +190,9 @@ impl Bvh {
         }
     }
 
-    /// Calls `visit` with the index of each triangle in boxes that reach into a ball.
-    pub(super) fn walk_ball(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
+    /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
+    /// of those in boxes that do. Lengths in m.
+    pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
         if self.is_empty() {
             return;
         }
@@ -197,7 +201,7 @@ impl Bvh {
             if child.is_leaf() {
                 let leaf = self.leaf(child.row());
                 let filled = (0..8).filter(|&i| !leaf[0].0[i].is_nan());
-                filled.for_each(|i| visit(leaf[9].0[i].to_bits()));
+                filled.for_each(|i| visit(leaf[INDICES].0[i].to_bits()));
             } else {
                 let node = self.node(child.row());
                 let inside = (0..8).filter(|&i| touches(node, i, center, radius));

@@ -1,12 +1,11 @@
 //! From a tree with two children a node to one with eight, and eight triangles a leaf.
 
 use arrayvec::ArrayVec;
-use glam::Vec3;
 
 use super::Row;
-use super::triangle::Leaf;
-use super::walk::{CHILDLESS, Child};
-use crate::geometry::Triangle;
+use super::triangle::{INDICES, Leaf};
+use super::walk::{CHILDLESS, CHILDREN, Child};
+use crate::geometry::{Extent, Triangle};
 
 /// A node of a tree with two children a node and one triangle a leaf; the root comes first.
 #[derive(Clone, Copy)]
@@ -36,7 +35,7 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle]) -> (Vec<Row>, usi
         let at = rows.len();
         rows.extend(CHILDLESS);
         if let Some((row, place)) = parent {
-            rows[row + 6].0[place] = Child::node(at).as_float();
+            rows[row + CHILDREN].0[place] = Child::node(at).as_float();
         }
         let mut members = ArrayVec::<usize, WIDTH>::new();
         share(binary, &parts, branch, WIDTH, &mut members);
@@ -45,11 +44,11 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle]) -> (Vec<Row>, usi
         for (place, &member) in members.iter().enumerate() {
             let part = &parts[member];
             for axis in 0..3 {
-                rows[at + 2 * axis].0[place] = part.min[axis];
-                rows[at + 2 * axis + 1].0[place] = part.max[axis];
+                rows[at + 2 * axis].0[place] = part.extent.min[axis];
+                rows[at + 2 * axis + 1].0[place] = part.extent.max[axis];
             }
             if part.leaf {
-                rows[at + 6].0[place] = Child::leaf(rows.len()).as_float();
+                rows[at + CHILDREN].0[place] = Child::leaf(rows.len()).as_float();
                 rows.extend(leaf(binary, member, triangles));
             }
         }
@@ -109,7 +108,7 @@ fn fill(
                     leaf[3 * axis + corner].0[*lane] = point[axis];
                 }
             }
-            leaf[9].0[*lane] = f32::from_bits(index);
+            leaf[INDICES].0[*lane] = f32::from_bits(index);
             *lane += 1;
         }
     }
@@ -119,8 +118,7 @@ fn fill(
 #[derive(Clone, Copy)]
 struct Part {
     /// The box of its triangles.
-    min: Vec3,
-    max: Vec3,
+    extent: Extent,
     /// How many there are.
     count: usize,
     /// What a random ray pays, in nodes and leaves that it meets, if the branch takes 1, up to 2, ... up to
@@ -134,27 +132,25 @@ struct Part {
 /// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A leaf costs as much as a node, since its
 /// triangles are tested at once.
 fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
-    let (min, max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let empty = Part { min, max, count: 0, costs: [0.0; WIDTH], leaf: true };
+    let empty = Part { extent: Extent::of([]), count: 0, costs: [0.0; WIDTH], leaf: true };
     let mut parts = vec![empty; binary.len()];
     for &i in downward(binary).iter().rev() {
         parts[i] = match binary[i] {
             Branch::Triangle(index) => {
-                let t = &triangles[index as usize];
-                let (min, max) = (t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c));
-                Part { min, max, count: 1, costs: [half_area(min, max); WIDTH], leaf: true }
+                let extent = Extent::of_triangles([&triangles[index as usize]]);
+                Part { extent, count: 1, costs: [half_area(&extent); WIDTH], leaf: true }
             }
             Branch::Fork([l, r]) => {
                 let (l, r) = (&parts[l], &parts[r]);
-                let (min, max, count) = (l.min.min(r.min), l.max.max(r.max), l.count + r.count);
-                let area = half_area(min, max);
+                let (extent, count) = (l.extent.join(r.extent), l.count + r.count);
+                let area = half_area(&extent);
                 let as_node = area + l.shared(r, WIDTH).1;
                 let leaf = count <= WIDTH && area <= as_node;
                 let mut costs = [if leaf { area } else { as_node }; WIDTH];
                 for places in 2..WIDTH {
                     costs[places] = costs[places - 1].min(l.shared(r, places).1);
                 }
-                Part { min, max, count, costs, leaf }
+                Part { extent, count, costs, leaf }
             }
         };
     }
@@ -185,7 +181,8 @@ fn downward(binary: &[Branch]) -> Vec<usize> {
     order
 }
 
-fn half_area(min: Vec3, max: Vec3) -> f32 {
-    let size = max - min;
+/// m2.
+fn half_area(extent: &Extent) -> f32 {
+    let size = extent.size();
     size.x * size.y + size.y * size.z + size.z * size.x
 }
