@@ -214,10 +214,12 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// The box around `points`; around none, one that joins others without a trace.
+    /// The box around nothing, which joins others without a trace.
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+    /// The box around `points`.
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
-        let none = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
-        points.into_iter().fold(none, |e, p| Self { min: e.min.min(p), max: e.max.max(p) })
+        points.into_iter().fold(Self::EMPTY, |e, p| Self { min: e.min.min(p), max: e.max.max(p) })
     }
 
     /// The box around `triangles`.
@@ -233,6 +235,12 @@ impl Extent {
     /// Lengths of the sides, m; zero around no point.
     pub fn size(&self) -> Vec3 {
         (self.max - self.min).max(Vec3::ZERO)
+    }
+
+    /// Half of its surface, m2.
+    pub fn half_area(&self) -> f32 {
+        let size = self.size();
+        size.x * size.y + size.y * size.z + size.z * size.x
     }
 
     /// Its middle.

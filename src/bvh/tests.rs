@@ -7,7 +7,10 @@ use glam::{DVec3, Vec3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use super::build::balanced;
 use super::query::{Crossings, ask, ask_plain};
+use super::walk::STACK;
+use super::wide::{Branch, widen};
 use super::{Bvh, Hit};
 use crate::geometry::{Ray, Triangle};
 
@@ -383,6 +386,29 @@ fn degenerate_distributions() {
         assert_eq!(crossed(&bvh, &ray, f32::INFINITY).len(), crossings);
         assert_eq!(bvh.closest(&ray, f32::INFINITY).unwrap().t, 1.0);
     }
+}
+
+/// Where a tree is a chain, more children would wait than there is room for.
+#[test]
+fn a_chain_is_balanced() {
+    let mut random = Random::new(7);
+    let triangles = random.soup(1_000, 0.1);
+    let link = |i: usize| [Branch::Fork([2 * i + 1, 2 * i + 2]), Branch::Triangle(i as u32)];
+    let mut chain: Vec<Branch> = (0..999).flat_map(link).collect();
+    chain.push(Branch::Triangle(999));
+    assert!(widen(&chain, &triangles).1 > STACK);
+    let (rows, waiting) = widen(&balanced(&chain), &triangles);
+    assert!(waiting <= STACK);
+    let usual = Bvh::build(&triangles);
+    let bvh = Bvh { rows, reach: usual.reach };
+    let mut hits = 0;
+    for _ in 0..1_000 {
+        let ray = Ray { origin: random.cube(), direction: random.direction() };
+        let hit = usual.closest(&ray, f32::INFINITY);
+        assert_eq!(bvh.closest(&ray, f32::INFINITY), hit);
+        hits += usize::from(hit.is_some());
+    }
+    assert!(hits > 100);
 }
 
 #[test]

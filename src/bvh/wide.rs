@@ -132,18 +132,18 @@ struct Part {
 /// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A leaf costs as much as a node, since its
 /// triangles are tested at once.
 fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
-    let empty = Part { extent: Extent::of([]), count: 0, costs: [0.0; WIDTH], leaf: true };
+    let empty = Part { extent: Extent::EMPTY, count: 0, costs: [0.0; WIDTH], leaf: true };
     let mut parts = vec![empty; binary.len()];
     for &i in downward(binary).iter().rev() {
         parts[i] = match binary[i] {
             Branch::Triangle(index) => {
                 let extent = Extent::of_triangles([&triangles[index as usize]]);
-                Part { extent, count: 1, costs: [half_area(&extent); WIDTH], leaf: true }
+                Part { extent, count: 1, costs: [extent.half_area(); WIDTH], leaf: true }
             }
             Branch::Fork([l, r]) => {
                 let (l, r) = (&parts[l], &parts[r]);
                 let (extent, count) = (l.extent.join(r.extent), l.count + r.count);
-                let area = half_area(&extent);
+                let area = extent.half_area();
                 let as_node = area + l.shared(r, WIDTH).1;
                 let leaf = count <= WIDTH && area <= as_node;
                 let mut costs = [if leaf { area } else { as_node }; WIDTH];
@@ -179,10 +179,4 @@ fn downward(binary: &[Branch]) -> Vec<usize> {
         next += 1;
     }
     order
-}
-
-/// m2.
-fn half_area(extent: &Extent) -> f32 {
-    let size = extent.size();
-    size.x * size.y + size.y * size.z + size.z * size.x
 }

@@ -141,7 +141,7 @@ pub(super) fn pieces(
                 turned_edges: 0,
                 area: 0.0,
                 volume: 0.0,
-                extent: Extent::of([]),
+                extent: Extent::EMPTY,
             });
         }
         let piece = &mut list[piece_of_root[root]];
