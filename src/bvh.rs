@@ -7,6 +7,7 @@
 
 mod binary;
 mod build;
+mod pages;
 mod query;
 mod triangle;
 mod walk;

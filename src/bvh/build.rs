@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::Bvh;
 use super::binary::binary_tree;
+use super::pages::in_large_pages;
 use super::walk::STACK;
 use super::wide::{Branch, widen};
 use crate::geometry::Triangle;
@@ -18,7 +19,7 @@ pub(super) fn build(triangles: &[Triangle]) -> Bvh {
     let (rows, waiting) = widen(&binary, triangles);
     let rows = if waiting > STACK { widen(&balanced(&binary), triangles).0 } else { rows };
     let reach = solid.iter().map(|&i| reach(&triangles[i as usize])).fold(Vec3::ZERO, Vec3::max);
-    Bvh { rows, reach }
+    Bvh { rows: in_large_pages(rows), reach }
 }
 
 /// Exactly, but for the rounding of doubles: whether the corners do not lie on one line.
