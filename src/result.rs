@@ -34,6 +34,9 @@ pub struct RunResult {
     pub blocks: u64,
     /// How the numbers were estimated.
     pub estimator: Estimator,
+    /// Flights that photons were split into for virtual captors; absent where they were not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splitting: Option<usize>,
     /// Why, where it was left to a trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,

@@ -172,6 +172,11 @@ impl Scene {
         }
     }
 
+    /// Whether it has captors that are no surfaces.
+    pub fn has_virtual_captors(&self) -> bool {
+        !self.shapes.captor_bvh.is_empty()
+    }
+
     /// How far a captor's triangles are taken off the surface that they lie in, m.
     pub fn lift(&self, captor: usize) -> f32 {
         match self.shapes.in_surface.binary_search(&captor) {
@@ -214,6 +219,18 @@ impl Scene {
     /// Every virtual captor that a ray crosses before `t_max`, in any order.
     pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
         self.shapes.captor_bvh.crossings(ray, t_max, self.crossing(ray, visit));
+    }
+
+    /// Every virtual captor that a ray crosses before it meets a surface, in any order. Surfaces are looked for
+    /// only as far as there are captors: less work than [`meet`](Self::meet) where few rays cross one.
+    pub fn glance(&self, ray: &Ray, visit: impl FnMut(Crossing)) {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        let mut farthest = 0.0;
+        captor_bvh.crossings(ray, f32::INFINITY, |hit| farthest = hit.t.max(farthest));
+        if farthest > 0.0 {
+            let hit = surface_bvh.closest(ray, farthest.next_up());
+            self.crossings(ray, hit.map_or(f32::INFINITY, |hit| hit.t), visit);
+        }
     }
 
     #[inline]

@@ -50,6 +50,9 @@ pub struct Settings {
     pub k: Option<usize>,
     /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
     pub map_photons: usize,
+    /// Flights that a photon is split into wherever it starts or is scattered, for virtual captors: they count a share of
+    /// each, one goes on. Of photons only.
+    pub splitting: usize,
     /// Goes on until every captor's relative standard error is at most this, in (0, 1).
     pub tolerance: Option<f64>,
     /// With a tolerance: the most histories, if they are limited.
@@ -70,6 +73,7 @@ impl Default for Settings {
             seed: 1,
             k: None,
             map_photons: 2_000_000,
+            splitting: 1,
             tolerance: None,
             tolerance_limit: None,
             max_time: None,
@@ -110,6 +114,14 @@ impl Settings {
         match count {
             0..=MOST => Ok(count as usize),
             _ => Err(format!("{count} arrivals, must be at most {:.0e}", MOST as f64)),
+        }
+    }
+
+    /// A number of flights to split a photon into.
+    pub fn check_splitting(flights: u64) -> Checked<usize> {
+        match flights {
+            1..=1000 => Ok(flights as usize),
+            _ => Err(format!("{flights} flights, must be 1 (no splitting) to 1000")),
         }
     }
 

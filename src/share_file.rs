@@ -49,29 +49,33 @@ pub struct ShareSettings {
     seed: u64,
     k: Option<usize>,
     map_photons: usize,
+    splitting: usize,
     by_light: bool,
 }
 
 impl ShareSettings {
     /// Those of a run.
     pub fn new(settings: &Settings) -> Self {
-        let Settings { estimator, photons, seed, k, map_photons, by_light, .. } = *settings;
+        let Settings { estimator, photons, seed, k, map_photons, splitting, by_light, .. } =
+            *settings;
         let photons = photons.unwrap_or(Settings::DEFAULT_PHOTONS);
-        Self { estimator, photons, seed, k, map_photons, by_light }
+        Self { estimator, photons, seed, k, map_photons, splitting, by_light }
     }
 
     /// A run with them, on so many threads; none where a number is none that a run may have.
     pub fn settings(&self, threads: usize) -> Option<Settings> {
-        let Self { estimator, photons, seed, k, map_photons, by_light } = *self;
+        let Self { estimator, photons, seed, k, map_photons, splitting, by_light } = *self;
         let photons = Some(Settings::check_photons(photons).ok()?);
         let k = k.map(|k| Settings::check_k(k as u64)).transpose().ok()?;
         let map_photons = Settings::check_map_photons(map_photons as u64).ok()?;
+        let splitting = Settings::check_splitting(splitting as u64).ok()?;
         let own = Settings {
             estimator,
             photons,
             seed,
             k,
             map_photons,
+            splitting,
             by_light,
             threads,
             ..Settings::default()

@@ -32,15 +32,16 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
 }
 
 /// On 1, 2 and 5 threads: a run of a number of photons that nothing divides, one with a tolerance,
-/// one whose photon map is full, and paths. No chance in it.
+/// one whose photon map is full, split photons, and paths. No chance in it.
 #[test]
 fn threads_do_not_matter() {
     let scene = scene();
     type Change = fn(&mut Settings);
-    let cases: [(&str, Change); 5] = [
+    let cases: [(&str, Change); 6] = [
         ("plain", |s| s.photons = Some(100_003)),
         ("tolerance", |s| s.tolerance = Some(0.04)),
         ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
+        ("split photons", |s| (s.photons, s.splitting) = (Some(30_003), 5)),
         ("paths", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Paths)),
         ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Paths)),
     ];

@@ -19,6 +19,7 @@ mod output;
 mod paths;
 mod render;
 mod shards;
+mod splitting;
 mod stability;
 mod study;
 mod surfaces;

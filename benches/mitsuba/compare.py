@@ -43,7 +43,8 @@ def main():
         variant = folder / "scene.json"
         scene.variant(options.scene, variant)
         world = scene.load(variant)
-        methods = [Phylux("photons", options, variant, world), Phylux("paths", options, variant, world)]
+        ours = ["photons"], ["photons", "--splitting", options.splitting], ["paths"]
+        methods = [Phylux(estimator, options, variant, world) for estimator in ours]
         for name in options.variants.split(","):
             for tracer in ("forward", "backward"):
                 methods.append(Mitsuba(name, tracer, options, variant, world))
@@ -64,6 +65,7 @@ def arguments():
     parser.add_argument("--seeds", type=int, default=16, help="runs of each method, at least 8")
     parser.add_argument("--seconds", type=float, default=2.0, help="time of one run")
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--splitting", type=int, default=16, help="flights that our photons are also split into")
     parser.add_argument("--variants", default="llvm_ad_mono", help="of Mitsuba, with commas between")
     parser.add_argument("--sampler", default="multijitter", help="of Mitsuba's backward paths")
     # this variant and tracer are started and no more
@@ -114,12 +116,12 @@ class Phylux(Method):
     """Photons or paths; all bands in one run."""
 
     def __init__(self, estimator, options, variant, world):
-        super().__init__(f"phylux {estimator}", [list(range(len(world.bands)))])
+        super().__init__(f"phylux {estimator[0]}" + ", split" * (len(estimator) > 1), [list(range(len(world.bands)))])
         self.estimator, self.options, self.variant, self.world = estimator, options, variant, world
 
     def run(self, histories, seed):
         out, stats = self.variant.with_name("results.json"), self.variant.with_name("stats.json")
-        command = [self.options.phylux, "run", self.variant, "--estimator", self.estimator, "--photons",
+        command = [self.options.phylux, "run", self.variant, "--estimator", *self.estimator, "--photons",
                    histories, "--seed", seed, "--k", 0, "--threads", self.options.threads,
                    "-o", out, "--stats", stats]
         clock = Clock(resource.RUSAGE_CHILDREN)

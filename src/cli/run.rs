@@ -56,6 +56,10 @@ pub(super) struct Arguments {
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
+    /// Split photons into N flights wherever they start or are scattered, for sensors that are no surfaces: their
+    /// errors fall as if N times as many were traced, in less time than that
+    #[arg(long, value_name = "N", value_parser = splitting, allow_negative_numbers = true)]
+    splitting: Option<usize>,
     /// Also say what each light brings, for `phylux mix`; of photons only
     #[arg(long)]
     by_light: bool,
@@ -98,6 +102,10 @@ pub(super) fn k(text: &str) -> Checked<usize> {
 
 pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
+}
+
+fn splitting(text: &str) -> Checked<usize> {
+    Settings::check_splitting(count(text)?)
 }
 
 pub(super) fn threads(text: &str) -> Checked<usize> {
@@ -156,6 +164,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         seed: arguments.seed.unwrap_or(settings.seed),
         k: arguments.k.or(settings.k),
         map_photons: arguments.map_photons.unwrap_or(settings.map_photons),
+        splitting: arguments.splitting.unwrap_or(settings.splitting),
         tolerance: arguments.tolerance.or(settings.tolerance),
         tolerance_limit: arguments.photons,
         max_time: arguments.max_time.or(settings.max_time),

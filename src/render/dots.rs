@@ -145,7 +145,7 @@ fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
                 let Emission { ray, power, .. } =
                     strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
                 let mut corners = vec![ray.origin];
-                trace(scene, ray, power, &mut rng, |event| {
+                trace(scene, ray, power, 1, &mut rng, |event| {
                     if let Event::Arrival { hit, .. } = event {
                         corners.push(hit.point);
                     }

@@ -58,6 +58,7 @@ impl RunResult {
             photons: totals.histories,
             blocks: totals.blocks,
             estimator: simulation.estimator,
+            splitting: (settings.splitting > 1 && !of_paths).then_some(settings.splitting),
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
             unit: scene.quantity.unit_names(),

@@ -464,6 +464,9 @@ pub struct SettingsFile {
     pub k: Option<Count>,
     /// The most arrivals in the photon map (default 2e6).
     pub map_photons: Option<Count>,
+    /// Flights that a photon is split into, for virtual captors (default 1).
+    #[schemars(extend("minimum" = 1, "maximum" = 1000))]
+    pub splitting: Option<Count>,
     /// Largest relative standard error to stop at.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub tolerance: Option<f64>,

@@ -98,6 +98,8 @@ impl Loader<'_> {
             k: count("k", file.k, Settings::check_k)?,
             map_photons: count("map_photons", file.map_photons, Settings::check_map_photons)?
                 .unwrap_or(default.map_photons),
+            splitting: count("splitting", file.splitting, Settings::check_splitting)?
+                .unwrap_or(default.splitting),
             tolerance: file
                 .tolerance
                 .map(|t| Settings::check_tolerance(t).map_err(|why| wrong("tolerance", why)))

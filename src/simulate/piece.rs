@@ -12,7 +12,7 @@ use crate::{
     scene::Scene,
     spectrum::Spectrum,
     tally::Tally,
-    trace::{Event, trace},
+    trace::{Event, split_at_light, trace},
 };
 
 /// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
@@ -85,6 +85,8 @@ impl Run<'_> {
         let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
+        // only virtual captors see the others
+        let flights = if self.scene.has_virtual_captors() { self.settings.splitting } else { 1 };
         for index in 0..histories {
             if self.stopped() {
                 return;
@@ -95,7 +97,7 @@ impl Run<'_> {
             let part = self.part_of.get(light).copied();
             tally.emitted(part, weights);
             let mut way = Way::default();
-            trace(self.scene, ray, power, &mut rng, |event: Event<'_, N>| {
+            let mut on = |event: Event<'_, N>| {
                 tally.score(self.scene, part, weights, &event);
                 let Some(piece) = &mut stored else { return };
                 if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
@@ -110,7 +112,12 @@ impl Run<'_> {
                 if let Event::Arrival { onward, .. } = event {
                     way = way.then(onward);
                 }
-            });
+            };
+            if flights > 1 {
+                let light = &self.scene.lights[light];
+                split_at_light(self.scene, light, power, flights, &mut rng, &mut on);
+            }
+            trace(self.scene, ray, power, flights, &mut rng, on);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);

@@ -28,6 +28,7 @@ pub fn light_surfaces<'a>(
         let settings = Settings {
             estimator: Estimator::Photons,
             photons: Some(photons.max(scene.lights.len() as u64)),
+            splitting: 1,
             tolerance: None,
             max_time: None,
             ..settings.clone()

@@ -58,7 +58,13 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
         let why = "there is no captor for paths to start from".into();
         return Ok(Choice { estimator: Estimator::Photons, why });
     }
-    let settings = Settings { estimator: Estimator::Photons, max_time: None, ..settings.clone() };
+    // it counts whole rays
+    let settings = Settings {
+        estimator: Estimator::Photons,
+        splitting: 1,
+        max_time: None,
+        ..settings.clone()
+    };
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     // one photon of each light in each block, then twice as many, ...
     let mut histories = BLOCKS * scene.lights.len() as u64;

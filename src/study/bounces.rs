@@ -64,7 +64,7 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
         let Emission { weights, ray, power, .. } =
             strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut bounces = 0;
-        trace(scene, ray, power, &mut rng, |event| {
+        trace(scene, ray, power, 1, &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {
                 let first = counted.channel() * bands;
                 let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];

@@ -47,7 +47,7 @@ impl Unseen {
                 strata.emit::<N>(&scene.lights, done, scene.ray_offset(), &mut rng);
             let delta = scene.lights[light].is_delta();
             let (mut hidden, mut diffused) = (false, false);
-            trace(scene, ray, power, &mut rng, |event| {
+            trace(scene, ray, power, 1, &mut rng, |event| {
                 if let Some(counted) = event.counted(scene) {
                     on_captors.add(weights, counted.power, hidden);
                 }
