@@ -84,10 +84,53 @@ impl<const N: usize> Event<'_, N> {
     }
 }
 
-/// Splits a photon that leaves `light` with `power` into so many flights, and tells `on` which virtual captors it
-/// crosses in all but the one to follow (Arvo and Kirk, "Particle Transport and Image
-/// Synthesis", SIGGRAPH 1990). Each is as likely as that one: their mean is right on average, and varies
-/// less.
+/// Follows a photon along `ray`, one of `flights` that start there, and tells `on` what happens. Where it
+/// arrives it is split into as many.
+#[inline]
+pub fn trace<const N: usize>(
+    scene: &Scene,
+    mut ray: Ray,
+    mut power: Spectrum<N>,
+    flights: usize,
+    rng: &mut Stream,
+    mut on: impl FnMut(Event<'_, N>),
+) {
+    let share = 1.0 / flights as f32;
+    let mut total_reflections = 0;
+    for _ in 0..MAX_INTERACTIONS {
+        let direction = ray.direction;
+        let shared = power.scaled(share);
+        let hit =
+            scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
+        let Some(hit) = hit else { return on(Event::Escaped(power)) };
+        let surface = scene.surface(hit.triangle);
+        let encounter = Encounter::new(direction, surface.normal);
+        let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
+        let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
+        let onward = scatter.map(|scatter| scatter.onward);
+        on(Event::Arrival { hit, surface, encounter, power, scattered, onward });
+
+        if flights > 1 {
+            split_at_surface(scene, &hit, &encounter, shared, flights, rng, &mut on);
+        }
+        let Some(scatter) = scatter else { return };
+        if scattered.is_zero() {
+            return;
+        }
+        power = scattered;
+        total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
+        if total_reflections == MAX_TOTAL_REFLECTIONS {
+            break;
+        }
+        ray = leave(scene, &hit, &encounter, &scatter);
+    }
+    on(Event::Lost(power));
+}
+
+/// Splits a photon that leaves `light` with `power` into so many flights, and tells `on` which virtual
+/// captors it crosses in all but the one to follow (Arvo and Kirk, "Particle Transport and Image
+/// Synthesis", SIGGRAPH 1990). Each is as likely as that one: their mean is right on average, and
+/// varies less.
 #[cold]
 #[inline(never)]
 pub fn split_at_light<const N: usize>(
@@ -104,7 +147,7 @@ pub fn split_at_light<const N: usize>(
     }
 }
 
-/// The same where it is scattered; `shared` is what each flight brings there.
+/// The same where it arrives; `shared` is what each flight brings there.
 #[cold]
 #[inline(never)]
 fn split_at_surface<const N: usize>(
@@ -147,47 +190,4 @@ fn leave<const N: usize>(
 ) -> Ray {
     let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
     scene.leave(hit.point, side, scatter.direction)
-}
-
-/// Follows a photon along `ray`, one of `flights` that start there, and tells `on` what happens. Where it is scattered it is
-/// split into as many.
-#[inline]
-pub fn trace<const N: usize>(
-    scene: &Scene,
-    mut ray: Ray,
-    mut power: Spectrum<N>,
-    flights: usize,
-    rng: &mut Stream,
-    mut on: impl FnMut(Event<'_, N>),
-) {
-    let share = 1.0 / flights as f32;
-    let mut total_reflections = 0;
-    for _ in 0..MAX_INTERACTIONS {
-        let direction = ray.direction;
-        let shared = power.scaled(share);
-        let hit =
-            scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
-        let Some(hit) = hit else { return on(Event::Escaped(power)) };
-        let surface = scene.surface(hit.triangle);
-        let encounter = Encounter::new(direction, surface.normal);
-        let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
-        let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
-        let onward = scatter.map(|scatter| scatter.onward);
-        on(Event::Arrival { hit, surface, encounter, power, scattered, onward });
-
-        if flights > 1 {
-            split_at_surface(scene, &hit, &encounter, shared, flights, rng, &mut on);
-        }
-        let Some(scatter) = scatter else { return };
-        if scattered.is_zero() {
-            return;
-        }
-        power = scattered;
-        total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
-        if total_reflections == MAX_TOTAL_REFLECTIONS {
-            break;
-        }
-        ray = leave(scene, &hit, &encounter, &scatter);
-    }
-    on(Event::Lost(power));
 }

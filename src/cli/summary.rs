@@ -22,6 +22,9 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         "{}: {} {} in {} blocks, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.blocks, result.seed
     );
+    if let Some(flights) = result.splitting {
+        let _ = writeln!(text, "each in {flights} flights at a time, for the sensors");
+    }
     if let Some(why) = &result.chosen {
         let _ = writeln!(text, "{} were chosen: {why}", result.estimator);
     }
