@@ -1,9 +1,9 @@
 //! The ray kernel: nearest hit, occlusion and crossings among triangles, without losing a hit.
 //!
 //! A binary tree, which obvhs mends, becomes one of eight children a node and up to eight triangles a
-//! leaf; boxes and triangles are tested eight at a time. The walk and both
-//! tests are our own, because a photon that slips between two triangles is flux that nobody can
-//! account for. Every path through here gives the same bits on every processor.
+//! leaf; boxes and triangles are tested eight at a time. The walk and both tests are our own, because a
+//! photon that slips between two triangles is flux that nobody can account for. Every path through here
+//! gives the same bits on every processor.
 
 mod binary;
 mod build;

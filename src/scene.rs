@@ -172,9 +172,9 @@ impl Scene {
         }
     }
 
-    /// Whether it has captors that are no surfaces.
-    pub fn has_virtual_captors(&self) -> bool {
-        !self.shapes.captor_bvh.is_empty()
+    /// Flights that a photon is split into: `splitting`, where there are virtual captors; nothing else sees them.
+    pub fn flights(&self, splitting: usize) -> usize {
+        if self.shapes.captor_bvh.is_empty() { 1 } else { splitting }
     }
 
     /// How far a captor's triangles are taken off the surface that they lie in, m.

@@ -50,8 +50,8 @@ pub struct Settings {
     pub k: Option<usize>,
     /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
     pub map_photons: usize,
-    /// Flights that a photon is split into wherever it starts or is scattered, for virtual captors: they count a share of
-    /// each, one goes on. Of photons only.
+    /// Flights that a photon is split into wherever it starts or arrives, 1 (none) to 1000: virtual captors
+    /// count a share of its power in each, one is followed.
     pub splitting: usize,
     /// Goes on until every captor's relative standard error is at most this, in (0, 1).
     pub tolerance: Option<f64>,

@@ -43,8 +43,9 @@ def main():
         variant = folder / "scene.json"
         scene.variant(options.scene, variant)
         world = scene.load(variant)
-        ours = ["photons"], ["photons", "--splitting", options.splitting], ["paths"]
-        methods = [Phylux(estimator, options, variant, world) for estimator in ours]
+        ours = {"photons": ["--estimator", "photons"], "paths": ["--estimator", "paths"],
+                "photons, split": ["--estimator", "photons", "--splitting", options.splitting]}
+        methods = [Phylux(name, own, options, variant, world) for name, own in ours.items()]
         for name in options.variants.split(","):
             for tracer in ("forward", "backward"):
                 methods.append(Mitsuba(name, tracer, options, variant, world))
@@ -115,13 +116,13 @@ class Method:
 class Phylux(Method):
     """Photons or paths; all bands in one run."""
 
-    def __init__(self, estimator, options, variant, world):
-        super().__init__(f"phylux {estimator[0]}" + ", split" * (len(estimator) > 1), [list(range(len(world.bands)))])
-        self.estimator, self.options, self.variant, self.world = estimator, options, variant, world
+    def __init__(self, name, own, options, variant, world):
+        super().__init__(f"phylux {name}", [list(range(len(world.bands)))])
+        self.own, self.options, self.variant, self.world = own, options, variant, world
 
     def run(self, histories, seed):
         out, stats = self.variant.with_name("results.json"), self.variant.with_name("stats.json")
-        command = [self.options.phylux, "run", self.variant, "--estimator", *self.estimator, "--photons",
+        command = [self.options.phylux, "run", self.variant, *self.own, "--photons",
                    histories, "--seed", seed, "--k", 0, "--threads", self.options.threads,
                    "-o", out, "--stats", stats]
         clock = Clock(resource.RUSAGE_CHILDREN)

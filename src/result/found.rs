@@ -51,6 +51,7 @@ impl RunResult {
                 captor_result(scene, simulation, captor, nearest)
             })
             .collect();
+        let flights = scene.flights(settings.splitting);
         Self {
             phylux: env!("CARGO_PKG_VERSION").into(),
             scene: scene.name.clone(),
@@ -58,7 +59,7 @@ impl RunResult {
             photons: totals.histories,
             blocks: totals.blocks,
             estimator: simulation.estimator,
-            splitting: (settings.splitting > 1 && !of_paths).then_some(settings.splitting),
+            splitting: (flights > 1 && !of_paths).then_some(flights),
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
             unit: scene.quantity.unit_names(),

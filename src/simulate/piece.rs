@@ -85,8 +85,7 @@ impl Run<'_> {
         let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
-        // only virtual captors see the others
-        let flights = if self.scene.has_virtual_captors() { self.settings.splitting } else { 1 };
+        let flights = self.scene.flights(self.settings.splitting);
         for index in 0..histories {
             if self.stopped() {
                 return;
