@@ -1,7 +1,7 @@
 //! The ray kernel: nearest hit, occlusion and crossings among triangles, without losing a hit.
 //!
-//! A binary tree, which obvhs mends, becomes one of eight children a node and up to eight triangles a
-//! leaf; boxes and triangles are tested eight at a time. The walk and both tests are our own, because a
+//! A binary tree, which obvhs mends, becomes one of eight children a node, up to 32 at the root, and up to
+//! eight triangles a leaf; boxes and triangles are tested eight at a time. The walk and both tests are our own, because a
 //! photon that slips between two triangles is flux that nobody can account for. Every path through here
 //! gives the same bits on every processor.
 
@@ -20,6 +20,7 @@ use glam::Vec3;
 
 use crate::geometry::{Ray, Triangle};
 use query::{Closest, Crossings, Meet, Occluded};
+use walk::ROOT_NODES;
 
 pub use query::Kernel;
 
@@ -48,8 +49,10 @@ struct Row([f32; 8]);
 /// Triangles arranged for rays. Coordinates of triangles and rays must stay below 1e9 m.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
-    /// Nodes and leaves, a parent before its children; the root, if any, is a node and comes first.
+    /// Nodes and leaves, a parent before its children.
     rows: Vec<Row>,
+    /// So many nodes, the first ones, are together the root.
+    root_nodes: usize,
     /// Largest |x|, |y|, |z| of any corner: the scale of rounding errors, m.
     reach: Vec3,
 }
@@ -59,7 +62,12 @@ impl Bvh {
     /// in the caller's rayon pool; the same triangles give the same structure on any number of
     /// threads.
     pub fn build(triangles: &[Triangle]) -> Self {
-        build::build(triangles)
+        build::build(triangles, ROOT_NODES)
+    }
+
+    /// The same, for triangles that most rays pass by: the root has no more children than other nodes.
+    pub fn build_for_few(triangles: &[Triangle]) -> Self {
+        build::build(triangles, 1)
     }
 
     /// The nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same t the

@@ -238,15 +238,21 @@ fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
 }
 
 /// A photon as it leaves its light.
-pub struct Emission<'a, const N: usize> {
+pub struct Emission<'a> {
     /// Index of the light.
     pub light: usize,
     /// Power of the photon per lane, times the histories of the piece, W or umol/s.
     pub weights: &'a [f64],
     /// Where it starts.
     pub ray: Ray,
+}
+
+impl Emission<'_> {
     /// Fraction of that power per band: 1, or 0 in bands that the light does not emit.
-    pub power: Spectrum<N>,
+    #[inline]
+    pub fn power<const N: usize>(&self) -> Spectrum<N> {
+        Spectrum(std::array::from_fn(|b| f32::from(self.weights[b] > 0.0)))
+    }
 }
 
 /// How the histories of one piece are shared among the lights: which history belongs to which
@@ -291,20 +297,18 @@ impl Strata {
         self.first.partition_point(|&first| first <= rank) - 1
     }
 
-    /// Emits history `index`, from `offset` metres off its light.
-    #[inline]
-    pub fn emit<const N: usize>(
+    /// Emits history `index`, from `offset` metres off its light. Always inlined: to copy a ray that was just
+    /// written takes long.
+    #[inline(always)]
+    pub fn emit(
         &self,
         lights: &[Light],
         index: u64,
         offset: f32,
         rng: &mut Stream,
-    ) -> Emission<'_, N> {
+    ) -> Emission<'_> {
         let light = self.light(index);
-        let weights = self.weights(light);
-        let ray = lights[light].emit(offset, rng);
-        let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
-        Emission { light, weights, ray, power }
+        Emission { light, weights: self.weights(light), ray: lights[light].emit(offset, rng) }
     }
 
     /// Power of a photon of `light` per lane, times the histories of the piece, W or umol/s.

@@ -154,8 +154,8 @@ impl Tally {
                 }
                 if let Some(Counted { captor, .. }) = counted {
                     let absorbed = match scene.material(surface).absorptance::<N>(encounter) {
-                        Some(absorptance) => *power * absorptance,
-                        None => power.zip(*scattered, |before, after| before - after),
+                        Some(absorptance) => **power * absorptance,
+                        None => power.zip(**scattered, |before, after| before - after),
                     };
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);

@@ -27,27 +27,27 @@ pub enum Event<'a, const N: usize> {
         /// The way it travels.
         direction: Vec3,
         /// What it carries, shared among these flights.
-        power: Spectrum<N>,
+        power: &'a Spectrum<N>,
     },
     /// It arrives at a surface; what it does not carry on is absorbed there.
     Arrival {
         /// Where, and which triangle.
-        hit: SurfaceHit,
+        hit: &'a SurfaceHit,
         /// That triangle.
         surface: &'a Surface,
         /// How it comes.
-        encounter: Encounter,
+        encounter: &'a Encounter,
         /// What it brings.
-        power: Spectrum<N>,
+        power: &'a Spectrum<N>,
         /// What it carries on.
-        scattered: Spectrum<N>,
+        scattered: &'a Spectrum<N>,
         /// How it goes on, if it does.
         onward: Option<Onward>,
     },
     /// It leaves the scene.
-    Escaped(Spectrum<N>),
+    Escaped(&'a Spectrum<N>),
     /// Its path is longer than the limits allow.
-    Lost(Spectrum<N>),
+    Lost(&'a Spectrum<N>),
 }
 
 /// What an event counts for at a captor.
@@ -71,7 +71,7 @@ impl<const N: usize> Event<'_, N> {
     /// Where it counts; nowhere off captors, and behind captors of one side.
     #[inline]
     pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, N>> {
-        let (captor, front, power) = match self {
+        let (captor, front, power) = match *self {
             Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
             Self::Arrival { surface, encounter, power, .. } => {
                 (surface.captor()?, encounter.front, power)
@@ -99,32 +99,32 @@ pub fn trace<const N: usize>(
     let mut total_reflections = 0;
     for _ in 0..MAX_INTERACTIONS {
         let direction = ray.direction;
-        let shared = power.scaled(share);
+        let shared = &power.scaled(share);
         let hit =
             scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
-        let Some(hit) = hit else { return on(Event::Escaped(power)) };
+        let Some(hit) = &hit else { return on(Event::Escaped(&power)) };
         let surface = scene.surface(hit.triangle);
-        let encounter = Encounter::new(direction, surface.normal);
-        let scatter = scene.material(surface).sample::<N>(&encounter, Transport::Light, rng);
-        let scattered = scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
+        let encounter = &Encounter::new(direction, surface.normal);
+        let scatter = scene.material(surface).sample::<N>(encounter, Transport::Light, rng);
+        let scattered = &scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
         let onward = scatter.map(|scatter| scatter.onward);
-        on(Event::Arrival { hit, surface, encounter, power, scattered, onward });
+        on(Event::Arrival { hit, surface, encounter, power: &power, scattered, onward });
 
         if flights > 1 {
-            split_at_surface(scene, &hit, &encounter, shared, flights, rng, &mut on);
+            split_at_surface(scene, hit, encounter, shared, flights, rng, &mut on);
         }
         let Some(scatter) = scatter else { return };
         if scattered.is_zero() {
             return;
         }
-        power = scattered;
+        power = *scattered;
         total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
         if total_reflections == MAX_TOTAL_REFLECTIONS {
             break;
         }
-        ray = leave(scene, &hit, &encounter, &scatter);
+        ray = leave(scene, hit, encounter, &scatter);
     }
-    on(Event::Lost(power));
+    on(Event::Lost(&power));
 }
 
 /// Splits a photon that leaves `light` with `power` into so many flights, and tells `on` which virtual
@@ -141,7 +141,7 @@ pub fn split_at_light<const N: usize>(
     rng: &mut Stream,
     mut on: impl FnMut(Event<'_, N>),
 ) {
-    let shared = power.scaled(1.0 / flights as f32);
+    let shared = &power.scaled(1.0 / flights as f32);
     for _ in 1..flights {
         glance(scene, &light.emit(scene.ray_offset(), rng), shared, &mut on);
     }
@@ -154,7 +154,7 @@ fn split_at_surface<const N: usize>(
     scene: &Scene,
     hit: &SurfaceHit,
     encounter: &Encounter,
-    shared: Spectrum<N>,
+    shared: &Spectrum<N>,
     flights: usize,
     rng: &mut Stream,
     mut on: impl FnMut(Event<'_, N>),
@@ -163,7 +163,7 @@ fn split_at_surface<const N: usize>(
     for _ in 1..flights {
         if let Some(scatter) = material.sample::<N>(encounter, Transport::Light, rng) {
             let ray = leave(scene, hit, encounter, &scatter);
-            glance(scene, &ray, shared * scatter.factor, &mut on);
+            glance(scene, &ray, &(*shared * scatter.factor), &mut on);
         }
     }
 }
@@ -173,7 +173,7 @@ fn split_at_surface<const N: usize>(
 fn glance<const N: usize>(
     scene: &Scene,
     ray: &Ray,
-    power: Spectrum<N>,
+    power: &Spectrum<N>,
     mut on: impl FnMut(Event<'_, N>),
 ) {
     let direction = ray.direction;

@@ -9,17 +9,19 @@ use super::walk::STACK;
 use super::wide::{Branch, widen};
 use crate::geometry::Triangle;
 
-pub(super) fn build(triangles: &[Triangle]) -> Bvh {
+pub(super) fn build(triangles: &[Triangle], root_nodes: usize) -> Bvh {
     let solid: Vec<u32> =
         (0..).zip(triangles).filter(|(_, t)| has_area(t)).map(|(i, _)| i).collect();
     if solid.is_empty() {
         return Bvh::default();
     }
     let binary = binary_tree(triangles, &solid);
-    let (rows, waiting) = widen(&binary, triangles);
-    let rows = if waiting > STACK { widen(&balanced(&binary), triangles).0 } else { rows };
+    let mut wide = widen(&binary, triangles, root_nodes);
+    if wide.waiting > STACK {
+        wide = widen(&balanced(&binary), triangles, root_nodes);
+    }
     let reach = solid.iter().map(|&i| reach(&triangles[i as usize])).fold(Vec3::ZERO, Vec3::max);
-    Bvh { rows: in_large_pages(rows), reach }
+    Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes, reach }
 }
 
 /// Exactly, but for the rounding of doubles: whether the corners do not lie on one line.

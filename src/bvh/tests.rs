@@ -9,8 +9,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::build::balanced;
 use super::query::{Crossings, ask, ask_plain};
-use super::walk::STACK;
-use super::wide::{Branch, widen};
+use super::walk::{ROOT_NODES, STACK};
+use super::wide::{Branch, Wide, widen};
 use super::{Bvh, Hit};
 use crate::geometry::{Ray, Triangle};
 
@@ -396,11 +396,11 @@ fn a_chain_is_balanced() {
     let link = |i: usize| [Branch::Fork([2 * i + 1, 2 * i + 2]), Branch::Triangle(i as u32)];
     let mut chain: Vec<Branch> = (0..999).flat_map(link).collect();
     chain.push(Branch::Triangle(999));
-    assert!(widen(&chain, &triangles).1 > STACK);
-    let (rows, waiting) = widen(&balanced(&chain), &triangles);
+    assert!(widen(&chain, &triangles, ROOT_NODES).waiting > STACK);
+    let Wide { rows, root_nodes, waiting } = widen(&balanced(&chain), &triangles, ROOT_NODES);
     assert!(waiting <= STACK);
     let usual = Bvh::build(&triangles);
-    let bvh = Bvh { rows, reach: usual.reach };
+    let bvh = Bvh { rows, root_nodes, reach: usual.reach };
     let mut hits = 0;
     for _ in 0..1_000 {
         let ray = Ray { origin: random.cube(), direction: random.direction() };

@@ -9,7 +9,13 @@ use super::{Bvh, Hit, Row};
 use crate::geometry::Ray;
 
 /// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.
-pub(super) type Node = [Row; 7];
+pub(super) type Node = [Row; NODE_ROWS];
+
+const NODE_ROWS: usize = 7;
+
+/// Nodes that the root is made of, at most. Every ray meets it, and what it does in one of them does not wait
+/// for the others: together they take little longer than one.
+pub(super) const ROOT_NODES: usize = 4;
 
 /// The row of a node that says where its children are.
 pub(super) const CHILDREN: usize = 6;
@@ -25,7 +31,6 @@ pub(super) const CHILDLESS: Node = {
 pub(super) struct Child(u32);
 
 const LEAF: u32 = 1 << 31;
-const ROOT: Child = Child(0);
 
 impl Child {
     pub fn node(row: usize) -> Self {
@@ -81,14 +86,14 @@ impl Waiting {
     }
 }
 
-/// Children that can wait: what a balanced tree of 2^28 triangles needs (28 levels, 7 a level), and all that is
-/// allowed to others.
-pub(super) const STACK: usize = 200;
+/// Children that can wait: what a balanced tree of 2^28 triangles needs (the root's and 28 levels, 7 a level),
+/// and all that is allowed to others.
+pub(super) const STACK: usize = 8 * ROOT_NODES + 28 * 7;
 
 impl Bvh {
     #[inline(always)]
     fn node(&self, row: usize) -> &Node {
-        self.rows[row..row + 7].try_into().expect("seven")
+        self.rows[row..row + NODE_ROWS].try_into().expect("seven")
     }
 
     #[inline(always)]
@@ -129,7 +134,19 @@ impl Bvh {
         }
         let mut limit = t_max;
         let mut stack = ArrayVec::<Waiting, STACK>::new();
-        let mut child = ROOT;
+        let (mut near, mut mask) = ([[0.0; 8]; ROOT_NODES], 0);
+        for (i, near) in near.iter_mut().take(self.root_nodes).enumerate() {
+            let entered = slabs.enter(self.node(NODE_ROWS * i), limit, gather);
+            *near = entered.near;
+            mask |= entered.mask << (8 * i);
+        }
+        if mask == 0 {
+            return;
+        }
+        let mut child = self.descend(mask, &mut stack, |place| {
+            let node = self.node(NODE_ROWS * (place / 8 % ROOT_NODES));
+            Waiting::new(near[place / 8 % ROOT_NODES][place % 8], Child::of(node, place % 8))
+        });
         loop {
             if child.is_leaf() {
                 let leaf = self.leaf(child.row());
@@ -144,40 +161,11 @@ impl Bvh {
                 }
             } else {
                 let node = self.node(child.row());
-                let Entered { near, mut mask } = slabs.enter(node, limit, gather);
+                let Entered { near, mask } = slabs.enter(node, limit, gather);
                 if mask != 0 {
-                    let mut next = || {
-                        let place = mask.trailing_zeros() as usize % 8;
-                        mask &= mask - 1;
-                        (place, mask == 0)
-                    };
-                    let (place, only) = next();
-                    child = Child::of(node, place);
-                    if only {
-                        continue;
-                    }
-                    let bottom = stack.len();
-                    let mut nearest = Waiting::new(near[place], child);
-                    loop {
-                        let (place, last) = next();
-                        let other = Waiting::new(near[place], Child::of(node, place));
-                        let farther = nearest.max(other);
-                        nearest = nearest.min(other);
-                        self.prefetch(farther.child());
-                        // those that wait stay in order, the nearest on top
-                        stack.push(farther);
-                        let waiting = &mut stack[bottom..];
-                        let mut place = waiting.len() - 1;
-                        while place > 0 && waiting[place - 1] < farther {
-                            waiting[place] = waiting[place - 1];
-                            place -= 1;
-                        }
-                        waiting[place] = farther;
-                        if last {
-                            break;
-                        }
-                    }
-                    child = nearest.child();
+                    child = self.descend(mask, &mut stack, |place| {
+                        Waiting::new(near[place % 8], Child::of(node, place % 8))
+                    });
                     continue;
                 }
             }
@@ -190,13 +178,52 @@ impl Bvh {
         }
     }
 
+    /// The nearest of the children in these places; the others are to wait.
+    #[inline(always)]
+    fn descend(
+        &self,
+        mut mask: u32,
+        stack: &mut ArrayVec<Waiting, STACK>,
+        child: impl Fn(usize) -> Waiting,
+    ) -> Child {
+        let mut next = || {
+            let place = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            (child(place), mask == 0)
+        };
+        let (mut nearest, only) = next();
+        if only {
+            return nearest.child();
+        }
+        let bottom = stack.len();
+        loop {
+            let (other, last) = next();
+            let farther = nearest.max(other);
+            nearest = nearest.min(other);
+            self.prefetch(farther.child());
+            // those that wait stay in order, the nearest on top
+            stack.push(farther);
+            let waiting = &mut stack[bottom..];
+            let mut place = waiting.len() - 1;
+            while place > 0 && waiting[place - 1] < farther {
+                waiting[place] = waiting[place - 1];
+                place -= 1;
+            }
+            waiting[place] = farther;
+            if last {
+                return nearest.child();
+            }
+        }
+    }
+
     /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
     /// of those in boxes that do. Lengths in m.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
         if self.is_empty() {
             return;
         }
-        let mut waiting = vec![ROOT];
+        let mut waiting: Vec<Child> =
+            (0..self.root_nodes).map(|i| Child::node(NODE_ROWS * i)).collect();
         while let Some(child) = waiting.pop() {
             if child.is_leaf() {
                 let leaf = self.leaf(child.row());

@@ -1,10 +1,10 @@
-//! From a tree with two children a node to one with eight, and eight triangles a leaf.
+//! From a tree with two children a node to one with eight, or 32 at the root, and eight triangles a leaf.
 
 use arrayvec::ArrayVec;
 
 use super::Row;
 use super::triangle::{INDICES, Leaf};
-use super::walk::{CHILDLESS, CHILDREN, Child};
+use super::walk::{CHILDLESS, CHILDREN, Child, ROOT_NODES};
 use crate::geometry::{Extent, Triangle};
 
 /// A node of a tree with two children a node and one triangle a leaf; the root comes first.
@@ -17,48 +17,92 @@ pub(super) enum Branch {
 /// Places for the children of a node, and for the triangles of a leaf.
 const WIDTH: usize = 8;
 
-/// The rows of the wide tree: each node, then its leaves, then what is below it; and how many children
-/// can wait at a time in a walk.
-pub(super) fn widen(binary: &[Branch], triangles: &[Triangle]) -> (Vec<Row>, usize) {
+/// The wide tree.
+pub(super) struct Wide {
+    /// Each node, then its leaves, then what is below it.
+    pub rows: Vec<Row>,
+    /// How many nodes, the first ones, are the root.
+    pub root_nodes: usize,
+    /// How many children can wait at a time in a walk.
+    pub waiting: usize,
+}
+
+/// Makes a tree wide, its root of at most so many nodes.
+pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize) -> Wide {
     struct Place {
         branch: usize,
-        /// Row of the parent, and where in it.
-        parent: Option<(usize, usize)>,
+        /// The row, and the place in it, that says where the branch is; nothing does for the root.
+        named: Option<(usize, usize)>,
         /// Children that wait above.
         above: usize,
     }
     let parts = parts(binary, triangles);
-    let mut rows: Vec<Row> = Vec::new();
-    let mut most = 0;
-    let mut todo = vec![Place { branch: 0, parent: None, above: 0 }];
-    while let Some(Place { branch, parent, above }) = todo.pop() {
-        let at = rows.len();
-        rows.extend(CHILDLESS);
-        if let Some((row, place)) = parent {
-            rows[row + CHILDREN].0[place] = Child::node(at).as_float();
+    let mut wide = Wide { rows: Vec::new(), root_nodes: 1, waiting: 0 };
+    let mut todo = vec![Place { branch: 0, named: None, above: 0 }];
+    while let Some(Place { branch, named, above }) = todo.pop() {
+        let most = if named.is_none() { root_nodes } else { 1 };
+        let members = members(binary, &parts, branch, most * WIDTH);
+        let nodes = members.len().div_ceil(WIDTH);
+        let Wide { rows, root_nodes, waiting } = &mut wide;
+        let first = rows.len();
+        for _ in 0..nodes {
+            rows.extend(CHILDLESS);
         }
-        let mut members = ArrayVec::<usize, WIDTH>::new();
-        share(binary, &parts, branch, WIDTH, &mut members);
+        match named {
+            Some((row, place)) => rows[row].0[place] = Child::node(first).as_float(),
+            None => *root_nodes = nodes,
+        }
         let above = above + members.len() - 1;
-        most = most.max(above);
-        for (place, &member) in members.iter().enumerate() {
+        *waiting = above.max(*waiting);
+        let place = |i: usize| (first + CHILDLESS.len() * (i / WIDTH), i % WIDTH);
+        for (i, &member) in members.iter().enumerate() {
+            let (node, place) = place(i);
             let part = &parts[member];
             for axis in 0..3 {
-                rows[at + 2 * axis].0[place] = part.extent.min[axis];
-                rows[at + 2 * axis + 1].0[place] = part.extent.max[axis];
+                rows[node + 2 * axis].0[place] = part.extent.min[axis];
+                rows[node + 2 * axis + 1].0[place] = part.extent.max[axis];
             }
             if part.leaf {
-                rows[at + CHILDREN].0[place] = Child::leaf(rows.len()).as_float();
+                rows[node + CHILDREN].0[place] = Child::leaf(rows.len()).as_float();
                 rows.extend(leaf(binary, member, triangles));
             }
         }
-        for (place, &member) in members.iter().enumerate().rev() {
+        for (i, &member) in members.iter().enumerate().rev() {
             if !parts[member].leaf {
-                todo.push(Place { branch: member, parent: Some((at, place)), above });
+                let (node, place) = place(i);
+                todo.push(Place { branch: member, named: Some((node + CHILDREN, place)), above });
             }
         }
     }
-    (rows, most)
+    wide
+}
+
+/// What the children of a node are: the branches that share eight places best, the largest of them opened
+/// into those of its own as long as there is `room`.
+fn members(
+    binary: &[Branch],
+    parts: &[Part],
+    branch: usize,
+    room: usize,
+) -> ArrayVec<usize, { WIDTH * ROOT_NODES }> {
+    let shared = |branch| {
+        let mut members = ArrayVec::<usize, WIDTH>::new();
+        share(binary, parts, branch, WIDTH, &mut members);
+        members
+    };
+    let mut members: ArrayVec<_, _> = shared(branch).into_iter().collect();
+    while members.len() < room {
+        let nodes = (0..members.len()).filter(|&i| !parts[members[i]].leaf);
+        let area = |i: usize| parts[members[i]].extent.half_area();
+        let Some(largest) = nodes.max_by(|&i, &j| area(i).total_cmp(&area(j))) else { break };
+        let own = shared(members[largest]);
+        if members.len() - 1 + own.len() > room {
+            break;
+        }
+        members.swap_remove(largest);
+        members.extend(own);
+    }
+    members
 }
 
 /// The branches that share some places of a node, all below `branch`.

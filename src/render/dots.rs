@@ -9,7 +9,7 @@ use super::Eye;
 use crate::{
     error::{Error, Result},
     estimate::surface::SurfaceLight,
-    light::{Emission, Strata},
+    light::Strata,
     rng::Stream,
     scene::Scene,
     simulate::{Control, Progress},
@@ -142,10 +142,9 @@ fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
         (0..paths)
             .map(|index| {
                 let mut rng = Stream::new(seed, 0, index);
-                let Emission { ray, power, .. } =
-                    strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
-                let mut corners = vec![ray.origin];
-                trace(scene, ray, power, 1, &mut rng, |event| {
+                let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
+                let mut corners = vec![photon.ray.origin];
+                trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
                     if let Event::Arrival { hit, .. } = event {
                         corners.push(hit.point);
                     }

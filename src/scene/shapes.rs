@@ -85,7 +85,7 @@ impl Shapes {
         let Outlines { triangles, captor_triangles, captor_of_triangle, radius } = &outlines;
         let offset = RAY_OFFSET * radius;
         let surface_bvh = Bvh::build(triangles);
-        let captor_bvh = Bvh::build(captor_triangles);
+        let captor_bvh = Bvh::build_for_few(captor_triangles);
         let lies_in_surface = |triangle: &Triangle| {
             let normal = triangle.normal();
             let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
@@ -121,7 +121,7 @@ impl Shapes {
                 *triangle = [triangle.a + shift, triangle.b + shift, triangle.c + shift].into();
             }
         }
-        let captor_bvh = Bvh::build(&lifted);
+        let captor_bvh = Bvh::build_for_few(&lifted);
         Self { outlines, surface_bvh, captor_bvh, in_surface }
     }
 }

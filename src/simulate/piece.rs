@@ -5,7 +5,7 @@ use std::sync::{Mutex, atomic::Ordering};
 use super::{BLOCKS, Keep, Run, Work, lock, plan::Plan};
 use crate::{
     estimate::paths::{Face, Reflectors},
-    light::{Emission, Strata},
+    light::Strata,
     material::Onward,
     photon_map::{Arrival, MapBuilder, PackedDirection, Piece, PieceKey, StoredPhoton, Way},
     rng::{Sequence, Stream},
@@ -91,18 +91,18 @@ impl Run<'_> {
                 return;
             }
             let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
-            let Emission { light, weights, ray, power } =
-                strata.emit::<N>(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
-            let part = self.part_of.get(light).copied();
-            tally.emitted(part, weights);
+            let photon = strata.emit(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
+            let part = self.part_of.get(photon.light).copied();
+            tally.emitted(part, photon.weights);
             let mut way = Way::default();
             let mut on = |event: Event<'_, N>| {
-                tally.score(self.scene, part, weights, &event);
+                tally.score(self.scene, part, photon.weights, &event);
                 let Some(piece) = &mut stored else { return };
                 if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
-                    arrival.photon.light = light as u32;
+                    arrival.photon.light = photon.light as u32;
                     arrival.photon.history = index as u32;
-                    let power = (0..bands).map(|b| (f64::from(power.0[b]) * weights[b]) as f32);
+                    let power =
+                        (0..bands).map(|b| (f64::from(power.0[b]) * photon.weights[b]) as f32);
                     piece.push(limit, arrival, power);
                     if let Keep::OnSurfaces(_) = self.keep {
                         piece.came(way);
@@ -112,11 +112,12 @@ impl Run<'_> {
                     way = way.then(onward);
                 }
             };
+            let power = photon.power();
             if flights > 1 {
-                let light = &self.scene.lights[light];
+                let light = &self.scene.lights[photon.light];
                 split_at_light(self.scene, light, power, flights, &mut rng, &mut on);
             }
-            trace(self.scene, ray, power, flights, &mut rng, on);
+            trace(self.scene, photon.ray, power, flights, &mut rng, &mut on);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);
@@ -144,9 +145,9 @@ impl Keep<'_> {
         scene: &'e Scene,
         event: &'e Event<'_, N>,
     ) -> Option<(Arrival, &'e Spectrum<N>)> {
-        let (position, direction, triangle) = match event {
+        let (position, direction, triangle) = match *event {
             Event::Crossing { crossing, direction, .. } => {
-                (crossing.point, *direction, crossing.triangle)
+                (crossing.point, direction, crossing.triangle)
             }
             Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
             Event::Escaped(_) | Event::Lost(_) => return None,
@@ -157,7 +158,7 @@ impl Keep<'_> {
                 (counted.channel() as u32, counted.power)
             }
             (Keep::OnSurfaces(patches), Event::Arrival { encounter, power, .. }) => {
-                (patches.shelf(triangle, encounter.front), power)
+                (patches.shelf(triangle, encounter.front), *power)
             }
             (Keep::OnSurfaces(_), _) => return None,
         };

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     error::{Error, Result},
-    light::{Emission, Strata},
+    light::Strata,
     rng::Stream,
     scene::Scene,
     settings::Settings,
@@ -61,15 +61,14 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
             return Err(Error::run("chart", "interrupted, nothing was written"));
         }
         let mut rng = Stream::new(Settings::default().seed, 0, index);
-        let Emission { weights, ray, power, .. } =
-            strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut bounces = 0;
-        trace(scene, ray, power, 1, &mut rng, |event| {
+        trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {
                 let first = counted.channel() * bands;
                 let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];
                 for b in 0..bands {
-                    row[first + b] += f64::from(counted.power.0[b]) * weights[b];
+                    row[first + b] += f64::from(counted.power.0[b]) * photon.weights[b];
                 }
             }
             bounces += u32::from(matches!(event, Event::Arrival { .. }));

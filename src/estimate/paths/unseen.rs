@@ -1,7 +1,7 @@
 //! What paths cannot find.
 
 use crate::{
-    light::{Emission, Light, Strata},
+    light::{Light, Strata},
     material::Onward,
     rng::Stream,
     scene::Scene,
@@ -43,17 +43,16 @@ impl Unseen {
         // neighbouring histories share the lights well, so it can end after any
         while done < photons && rays < MOST_RAYS {
             let mut rng = Stream::new(seed, 0, done);
-            let Emission { light, weights, ray, power } =
-                strata.emit::<N>(&scene.lights, done, scene.ray_offset(), &mut rng);
-            let delta = scene.lights[light].is_delta();
+            let photon = strata.emit(&scene.lights, done, scene.ray_offset(), &mut rng);
+            let delta = scene.lights[photon.light].is_delta();
             let (mut hidden, mut diffused) = (false, false);
-            trace(scene, ray, power, 1, &mut rng, |event| {
+            trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
                 if let Some(counted) = event.counted(scene) {
-                    on_captors.add(weights, counted.power, hidden);
+                    on_captors.add(photon.weights, counted.power, hidden);
                 }
                 if let Event::Arrival { power, onward, .. } = event {
                     rays += 1;
-                    on_surfaces.add(weights, &power, hidden);
+                    on_surfaces.add(photon.weights, power, hidden);
                     hidden |= delta && !diffused && onward == Some(Onward::Specular);
                     diffused |= onward == Some(Onward::Diffuse);
                 }
