@@ -51,7 +51,7 @@ struct Row([f32; 8]);
 pub struct Bvh {
     /// Nodes and leaves, a parent before its children.
     rows: Vec<Row>,
-    /// So many nodes, the first ones, are together the root.
+    /// So many nodes, the first ones, are together the root; 0 where there is no triangle.
     root_nodes: usize,
     /// Largest |x|, |y|, |z| of any corner: the scale of rounding errors, m.
     reach: Vec3,

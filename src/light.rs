@@ -248,7 +248,7 @@ pub struct Emission<'a> {
 }
 
 impl Emission<'_> {
-    /// Fraction of that power per band: 1, or 0 in bands that the light does not emit.
+    /// What the photon starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit.
     #[inline]
     pub fn power<const N: usize>(&self) -> Spectrum<N> {
         Spectrum(std::array::from_fn(|b| f32::from(self.weights[b] > 0.0)))
@@ -297,9 +297,8 @@ impl Strata {
         self.first.partition_point(|&first| first <= rank) - 1
     }
 
-    /// Emits history `index`, from `offset` metres off its light. Always inlined: to copy a ray that was just
-    /// written takes long.
-    #[inline(always)]
+    /// Emits history `index`, from `offset` metres off its light.
+    #[inline]
     pub fn emit(
         &self,
         lights: &[Light],

@@ -144,7 +144,7 @@ impl Tally {
         if let Some(counted) = &counted {
             self.add(counted.channel(), weights, counted.power);
         }
-        match event {
+        match *event {
             Event::Crossing { .. } => {}
             Event::Arrival { surface, encounter, power, scattered, .. } => {
                 self.segments += 1;
@@ -154,8 +154,8 @@ impl Tally {
                 }
                 if let Some(Counted { captor, .. }) = counted {
                     let absorbed = match scene.material(surface).absorptance::<N>(encounter) {
-                        Some(absorptance) => **power * absorptance,
-                        None => power.zip(**scattered, |before, after| before - after),
+                        Some(absorptance) => *power * absorptance,
+                        None => power.zip(*scattered, |before, after| before - after),
                     };
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);

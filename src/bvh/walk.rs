@@ -11,7 +11,7 @@ use crate::geometry::Ray;
 /// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.
 pub(super) type Node = [Row; NODE_ROWS];
 
-const NODE_ROWS: usize = 7;
+pub(super) const NODE_ROWS: usize = 7;
 
 /// Nodes that the root is made of, at most. Every ray meets it, and what it does in one of them does not wait
 /// for the others: together they take little longer than one.
@@ -129,9 +129,6 @@ impl Bvh {
         gather: impl Gather,
         mut visit: impl FnMut(Hit) -> f32,
     ) {
-        if self.is_empty() {
-            return;
-        }
         let mut limit = t_max;
         let mut stack = ArrayVec::<Waiting, STACK>::new();
         let (mut near, mut mask) = ([[0.0; 8]; ROOT_NODES], 0);
@@ -144,8 +141,8 @@ impl Bvh {
             return;
         }
         let mut child = self.descend(mask, &mut stack, |place| {
-            let node = self.node(NODE_ROWS * (place / 8 % ROOT_NODES));
-            Waiting::new(near[place / 8 % ROOT_NODES][place % 8], Child::of(node, place % 8))
+            let (i, place) = (place / 8 % ROOT_NODES, place % 8);
+            Waiting::new(near[i][place], Child::of(self.node(NODE_ROWS * i), place))
         });
         loop {
             if child.is_leaf() {
@@ -219,9 +216,6 @@ impl Bvh {
     /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
     /// of those in boxes that do. Lengths in m.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
-        if self.is_empty() {
-            return;
-        }
         let mut waiting: Vec<Child> =
             (0..self.root_nodes).map(|i| Child::node(NODE_ROWS * i)).collect();
         while let Some(child) = waiting.pop() {

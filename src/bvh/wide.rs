@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 
 use super::Row;
 use super::triangle::{INDICES, Leaf};
-use super::walk::{CHILDLESS, CHILDREN, Child, ROOT_NODES};
+use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, ROOT_NODES};
 use crate::geometry::{Extent, Triangle};
 
 /// A node of a tree with two children a node and one triangle a leaf; the root comes first.
@@ -54,7 +54,7 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize
         }
         let above = above + members.len() - 1;
         *waiting = above.max(*waiting);
-        let place = |i: usize| (first + CHILDLESS.len() * (i / WIDTH), i % WIDTH);
+        let place = |i: usize| (first + NODE_ROWS * (i / WIDTH), i % WIDTH);
         for (i, &member) in members.iter().enumerate() {
             let (node, place) = place(i);
             let part = &parts[member];
