@@ -22,114 +22,79 @@
 #![deny(unsafe_code)]
 
 mod error;
-mod geometry;
-mod input;
-mod output;
-mod rng;
-mod sampling;
-mod spectrum;
-mod stats;
-mod units;
 
-mod bvh;
-mod obj;
-mod photon_map;
-
-mod camera;
-mod captor;
-mod light;
-mod material;
+// a module uses only those above it
+mod math;
 
 mod scene;
 
-mod patches;
-mod tiles;
+mod transport;
 
-mod estimate;
-mod render;
-mod result;
-mod settings;
-mod shard;
-mod simulate;
-mod tally;
-mod trace;
+mod results;
 
-mod captor_csv;
-mod chart;
-mod exhibit;
-mod glb;
-mod json;
-mod picture;
-mod ply;
-mod result_file;
-mod scene_file;
-mod share_file;
-mod sweep_file;
-mod view;
-mod vtk;
+mod formats;
 
-mod check;
-mod compare;
-mod export;
-mod join;
-mod study;
-mod sweep;
+mod show;
+
+mod studies;
 
 pub mod cli;
 
-#[cfg(test)]
-mod odds;
-#[cfg(test)]
-mod spoil;
-
-pub use bvh::Kernel;
-pub use camera::{Camera, View};
-pub use captor::{CHANNELS, Captor, CaptorKind, Channel};
-pub use chart::{Chart, Series, Stroke};
-pub use check::{MaterialSummary, SceneSummary, check, check_meshes};
-pub use compare::{Comparison, Difference};
 pub use error::{Error, ErrorKind, Result};
-pub use estimate::{paths::Unseen, surface::SurfaceLight};
-pub use exhibit::{Exhibit, ExhibitPlan, ExhibitStage};
-pub use export::{Colours, ExportFormat, check_export, write_export};
-pub use geometry::{Extent, Frame, Ray, Transform, Triangle};
-pub use glb::Shown;
-pub use join::join;
-pub use light::{Light, LightSample, LightShape, Shine, TubeHit};
-pub use material::{
-    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
-    PhongFractions, Scatter, Transport,
-};
-pub use output::{OpenFile, OutputFile};
-pub use patches::Patches;
-pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
-pub use picture::{BandColours, Exposure, Legend, Picture, Scale};
-pub use render::{
-    Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
-};
-pub use result::{
+pub use formats::output::{OpenFile, OutputFile};
+pub use formats::result_file::{OutputFolder, read_json, write_csv, write_json};
+pub use formats::scene_file::{LoadedScene, load};
+pub use formats::sweep_file::{Parameter, Run, Sweep};
+pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};
+pub use math::rng::Stream;
+pub use math::spectrum::Spectrum;
+pub use math::stats::{Estimate, Running};
+pub use math::units::{LengthUnit, Quantity, UnitNames};
+pub use results::compare::{Comparison, Difference};
+pub use results::result::{
     Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
     NearestResult, RunResult, Warning,
 };
-pub use result_file::{OutputFolder, ResultsFile, read_json, write_csv, write_json};
-pub use rng::Stream;
-pub use scene::{
+pub use results::saved::ResultsFile;
+pub use scene::bvh::Kernel;
+pub use scene::camera::{Camera, View};
+pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel};
+pub use scene::light::{Light, LightSample, LightShape, Shine, TubeHit};
+pub use scene::material::{
+    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
+    PhongFractions, Scatter, Transport,
+};
+pub use scene::patches::Patches;
+pub use scene::tiles::{TilePart, Tiles};
+pub use scene::world::{
     Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
     Surface, SurfaceHit, SurfacePart,
 };
-pub use scene_file::{LoadedScene, load};
-pub use settings::{Estimator, Settings};
-pub use shard::Shard;
-pub use simulate::{Choice, Control, End, Progress, Simulation, light_surfaces, simulate};
-pub use spectrum::Spectrum;
-pub use stats::{Estimate, Running};
-pub use study::{Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study};
-pub use sweep::{
+pub use show::chart::{Chart, Series, Stroke};
+pub use show::exhibit::{Exhibit, ExhibitPlan, ExhibitStage};
+pub use show::export::{Colours, ExportFormat, check_export, write_export};
+pub use show::glb::Shown;
+pub use show::picture::{BandColours, Exposure, Legend, Picture, Scale};
+pub use show::render::{
+    Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
+};
+pub use show::view::{check_view, write_view};
+pub use show::vtk::VtkKind;
+pub use studies::check::{MaterialSummary, SceneSummary, check, check_meshes};
+pub use studies::convergence::{
+    Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study,
+};
+pub use studies::join::join;
+pub use studies::sweep::{
     Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };
-pub use sweep_file::{Parameter, Run, Sweep};
-pub use tally::{Ledger, Totals};
-pub use tiles::{TilePart, Tiles};
-pub use units::{LengthUnit, Quantity, UnitNames};
-pub use view::{check_view, write_view};
-pub use vtk::VtkKind;
+pub use transport::photon_map::{
+    Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,
+};
+pub use transport::settings::{Estimator, Settings};
+pub use transport::shard::Shard;
+pub use transport::simulate::{
+    Choice, Control, End, Progress, Simulation, light_surfaces, simulate,
+};
+pub use transport::tally::{Ledger, Totals};
+pub use transport::{paths::Unseen, surface_light::SurfaceLight};

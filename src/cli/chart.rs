@@ -10,11 +10,15 @@ use clap::Args;
 use super::{interrupt::Interrupt, outputs, run};
 use crate::{
     error::{Error, Result},
-    output::{OutputFile, Temporary},
-    scene_file,
-    settings::Settings,
-    simulate::{Control, Progress},
-    study::{Reference, Row, StudyPlan, study},
+    formats::{
+        output::{OutputFile, Temporary},
+        scene_file,
+    },
+    studies::convergence::{Reference, Row, StudyPlan, study},
+    transport::{
+        settings::Settings,
+        simulate::{Control, Progress},
+    },
 };
 
 #[derive(Args)]

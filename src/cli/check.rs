@@ -4,11 +4,10 @@ use std::{fmt::Write, path::Path};
 
 use super::summary::{SHOWN_BANDS, short};
 use crate::{
-    captor::CaptorKind,
-    check::{SceneSummary, check, decimals},
     error::Result,
-    scene::Scene,
-    scene_file,
+    formats::scene_file,
+    scene::{captor::CaptorKind, world::Scene},
+    studies::check::{SceneSummary, check, decimals},
 };
 
 /// Materials and lights that are listed; what is beyond is only in the totals.

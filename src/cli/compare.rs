@@ -9,10 +9,12 @@ use clap::Args;
 
 use super::{outputs::check_places, summary::short};
 use crate::{
-    compare::{Comparison, ODDS},
     error::Result,
-    output::OutputFile,
-    result_file::ResultsFile,
+    formats::output::OutputFile,
+    results::{
+        compare::{Comparison, ODDS},
+        saved::ResultsFile,
+    },
 };
 
 #[derive(Args)]

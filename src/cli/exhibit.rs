@@ -16,13 +16,17 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    exhibit::{Exhibit, ExhibitPlan, ExhibitStage},
-    output::OutputFile,
-    result_file::ResultsFile,
-    scene::Scene,
-    scene_file::{self, LoadedScene},
-    settings::Settings,
-    simulate::{Control, Progress},
+    formats::{
+        output::OutputFile,
+        scene_file::{self, LoadedScene},
+    },
+    results::saved::ResultsFile,
+    scene::world::Scene,
+    show::exhibit::{Exhibit, ExhibitPlan, ExhibitStage},
+    transport::{
+        settings::Settings,
+        simulate::{Control, Progress},
+    },
 };
 
 /// The scene and where its light comes from.

@@ -10,8 +10,8 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    export::{Colours, ExportFormat, check_export, write_export},
-    scene::Scene,
+    scene::world::Scene,
+    show::export::{Colours, ExportFormat, check_export, write_export},
 };
 
 #[derive(Args)]

@@ -13,7 +13,7 @@ use std::{
 
 use crate::{
     error::{Error, Result},
-    output::Temporary,
+    formats::output::Temporary,
 };
 
 /// What an interrupted command says.

@@ -11,8 +11,8 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    result::{ByLight, RunResult},
-    result_file::read_json,
+    formats::result_file::read_json,
+    results::result::{ByLight, RunResult},
 };
 
 /// Lights that are listed.

@@ -12,9 +12,11 @@ use clap::Args;
 use super::interrupt::Interrupt;
 use crate::{
     error::{Error, Result},
-    output::OutputFile,
-    result::RunResult,
-    result_file::{OutputFolder, write_csv, write_json},
+    formats::{
+        output::OutputFile,
+        result_file::{OutputFolder, write_csv, write_json},
+    },
+    results::result::RunResult,
 };
 
 #[derive(Args)]

@@ -21,11 +21,9 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    estimate::surface::SurfaceLight,
-    output::OutputFile,
-    picture::write_exr,
-    scene_file,
-    settings::Checked,
+    formats::{output::OutputFile, scene_file},
+    show::picture::write_exr,
+    transport::{settings::Checked, surface_light::SurfaceLight},
 };
 use light::channels;
 use task::make;

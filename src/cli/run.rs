@@ -17,16 +17,20 @@ use super::{
     summary::summary,
 };
 use crate::{
-    check::check_meshes,
     error::{Error, Result},
-    output::OutputFile,
-    result::RunResult,
-    scene::Scene,
-    scene_file::{self, LoadedScene},
-    settings::{Checked, Estimator, Settings},
-    shard::Shard,
-    share_file::{self, ShareHead, ShareSettings, write_share},
-    simulate::{Control, End, Progress, check_shareable, simulate, simulate_share},
+    formats::{
+        output::OutputFile,
+        scene_file::{self, LoadedScene},
+        share_file::{self, ShareHead, ShareSettings, write_share},
+    },
+    results::result::RunResult,
+    scene::world::Scene,
+    studies::check::check_meshes,
+    transport::{
+        settings::{Checked, Estimator, Settings},
+        shard::Shard,
+        simulate::{Control, End, Progress, check_shareable, simulate, simulate_share},
+    },
 };
 
 #[derive(Args)]

@@ -4,10 +4,8 @@ use clap::ValueEnum;
 
 use crate::{
     error::{Error, Result},
-    result::RunResult,
-    result_file::SingleCaptor,
-    scene_file::SceneFile,
-    sweep_file::SweepFile,
+    formats::{result_file::SingleCaptor, scene_file::SceneFile, sweep_file::SweepFile},
+    results::result::RunResult,
 };
 
 /// What to print the schema of.

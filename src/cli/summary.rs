@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::result::{CaptorResult, FaceResult, NearestResult, RunResult};
+use crate::results::result::{CaptorResult, FaceResult, NearestResult, RunResult};
 
 /// More bands than this are not shown.
 pub(super) const SHOWN_BANDS: usize = 8;

@@ -11,19 +11,21 @@ use indicatif::ProgressBar;
 
 use super::{interrupt::Interrupt, outputs::check_places, run, summary::summary};
 use crate::{
-    check::check_meshes,
     error::{Error, Result},
-    join::join,
-    output::OutputFile,
-    result_file::write_json,
-    settings::Checked,
-    shard::Shard,
-    simulate::{Control, Progress},
-    sweep::{
-        Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
-        load_base, merge, sweep,
+    formats::{output::OutputFile, result_file::write_json, sweep_file::Sweep},
+    studies::{
+        check::check_meshes,
+        join::join,
+        sweep::{
+            Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
+            load_base, merge, sweep,
+        },
     },
-    sweep_file::Sweep,
+    transport::{
+        settings::Checked,
+        shard::Shard,
+        simulate::{Control, Progress},
+    },
 };
 
 /// Failed runs that are listed; all are in the table of runs.

@@ -7,7 +7,7 @@ use clap::Args;
 use super::exhibit::{self, Source};
 use crate::{
     error::Result,
-    view::{check_view, write_view},
+    show::view::{check_view, write_view},
 };
 
 #[derive(Args)]

@@ -2,8 +2,11 @@
 
 use super::task::{Made, Task};
 use crate::{
-    error::Result, render::Eye, result::RunResult, result_file::ResultsFile,
-    scene_file::LoadedScene, settings::Settings, simulate::simulate,
+    error::Result,
+    formats::scene_file::LoadedScene,
+    results::{result::RunResult, saved::ResultsFile},
+    show::render::Eye,
+    transport::{settings::Settings, simulate::simulate},
 };
 
 /// Irradiances per band and sum, front and back, of one captor.

@@ -8,9 +8,11 @@ use super::{
 };
 use crate::{
     error::Result,
-    picture::{BandColours, Exposure, PAPER, Picture},
-    render::{Pixels, Show},
-    scene::Scene,
+    scene::world::Scene,
+    show::{
+        picture::{BandColours, Exposure, PAPER, Picture},
+        render::{Pixels, Show},
+    },
 };
 
 impl Task<'_> {

@@ -8,8 +8,10 @@ use super::{
 };
 use crate::{
     error::Result,
-    picture::Legend,
-    render::{Eye, path_dots, photon_dots},
+    show::{
+        picture::Legend,
+        render::{Eye, path_dots, photon_dots},
+    },
 };
 
 impl Task<'_> {

@@ -9,14 +9,18 @@ use crate::{
         run::{self, terminal_bar},
     },
     error::{Error, Result},
-    estimate::surface::SurfaceLight,
-    geometry::Ray,
-    picture::{Legend, PAPER, Picture, Scale},
-    render::{Eye, Pixels, Sampling, Show, Sight, check_size, painted, render},
-    scene::Scene,
-    scene_file::LoadedScene,
-    settings::Settings,
-    simulate::{Control, Progress, light_surfaces},
+    formats::scene_file::LoadedScene,
+    math::geometry::Ray,
+    scene::world::Scene,
+    show::{
+        picture::{Legend, PAPER, Picture, Scale},
+        render::{Eye, Pixels, Sampling, Show, Sight, check_size, painted, render},
+    },
+    transport::{
+        settings::Settings,
+        simulate::{Control, Progress, light_surfaces},
+        surface_light::SurfaceLight,
+    },
 };
 
 /// Photons to store for dots: more would cover everything.

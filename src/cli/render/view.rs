@@ -4,11 +4,11 @@ use clap::Args;
 use glam::DVec3;
 
 use crate::{
-    camera::View,
     error::{Error, Result},
-    render::Eye,
-    scene_file::LoadedScene,
-    settings::Checked,
+    formats::scene_file::LoadedScene,
+    scene::camera::View,
+    show::render::Eye,
+    transport::settings::Checked,
 };
 
 /// The camera; what is not given is the scene's, or chosen.

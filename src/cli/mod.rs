@@ -1,0 +1,112 @@
+//! The command line: one file per command.
+
+mod chart;
+mod check;
+mod compare;
+mod exhibit;
+mod export;
+mod interrupt;
+mod mix;
+mod outputs;
+mod render;
+mod run;
+mod schema;
+mod summary;
+mod sweep;
+mod view;
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    process::ExitCode,
+    sync::LazyLock,
+};
+
+use clap::{Parser, Subcommand};
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::scene::bvh::Kernel;
+
+/// What `--version` says.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    format!("{}\nrays traced by the {} kernel", env!("CARGO_PKG_VERSION"), Kernel::used().name())
+});
+
+/// Photon mapping for plant science: how much light every sensor and every leaf receives.
+#[derive(Parser)]
+#[command(name = "phylux", version, long_version = VERSION.as_str(), max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Trace photons through a scene and write what its captors received
+    Run(Box<run::Arguments>),
+    /// Say what a scene holds, and warn of what looks wrong in it
+    Check {
+        /// Scene file (JSON)
+        scene: PathBuf,
+    },
+    /// Chart error against cost for every estimator, and say what the scene needs
+    Chart(chart::Arguments),
+    /// Make a picture of a scene: what an eye would see, or its light in false colour
+    Render(Box<render::Arguments>),
+    /// Compare two results captor by captor, worst first
+    Compare(compare::Arguments),
+    /// Say what a run would have found with other powers of its lights, without running it again
+    Mix(mix::Arguments),
+    /// Write a page that shows the scene and its light in a browser
+    View(view::Arguments),
+    /// Write surfaces, captors and their light, or photons, for ParaView, Blender and others
+    Export(export::Arguments),
+    /// Run a scene with many values of some of its numbers, and tabulate what was found
+    Sweep(sweep::Arguments),
+    /// Join the shards of a sweep, or of one run
+    Merge(sweep::MergeArguments),
+    /// Print the JSON Schema of scene files, sweep files, results files or files of one captor
+    Schema {
+        /// Of which files
+        #[arg(value_enum, default_value = "scene")]
+        of: schema::Of,
+    },
+}
+
+/// Runs the command line of this process: 0 done, 1 the run failed, 2 wrong usage or input.
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check { scene } => check::run(&scene),
+        Command::Chart(arguments) => chart::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Mix(arguments) => mix::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Merge(arguments) => sweep::run_merge(&arguments),
+        Command::Schema { of } => schema::print(of),
+    };
+    let Err(error) = outcome else { return ExitCode::SUCCESS };
+    // a reader that has gone away needs no message
+    let _ = writeln!(io::stderr(), "error: {error}");
+    match error.kind() {
+        ErrorKind::Run => ExitCode::from(1),
+        ErrorKind::Input => ExitCode::from(2),
+    }
+}
+
+/// Prints to the terminal; whoever stops reading has read enough.
+fn print(text: &str) -> Result<()> {
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::run("terminal", e)),
+        _ => Ok(()),
+    }
+}
+
+fn warn(warnings: &[String]) {
+    for warning in warnings {
+        let _ = writeln!(io::stderr(), "warning: {warning}");
+    }
+}

@@ -1,0 +1,403 @@
+//! Reading JSON strictly: no key twice, no unknown key, and every error with its place.
+
+use std::fmt;
+
+use serde::{
+    Deserialize,
+    de::{
+        self, DeserializeOwned, IntoDeserializer as _,
+        value::{MapDeserializer, SeqDeserializer},
+    },
+};
+use serde_json::{Map, Value};
+
+use crate::error::{Error, Result, nearest};
+
+/// The longest JSON file, bytes.
+const LONGEST: usize = 64 << 20;
+
+/// Parses the `bytes` of `file`. Errors name line and column.
+pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
+    if bytes.len() > LONGEST {
+        return Err(Error::input(file, format!("is longer than {LONGEST} bytes"))
+            .remedy("put shapes into OBJ files and sensors into CSV files"));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        Error::input(file, format!("is not text: byte {} is not UTF-8", e.valid_up_to()))
+            .remedy(IS_JSON)
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(Error::input(file, "is empty").remedy(IS_JSON));
+    }
+    let Strict(value) = serde_json::from_str(text).map_err(|e| {
+        let message = e.to_string();
+        let problem = message.rsplit_once(" at line ").map_or(&*message, |(problem, _)| problem);
+        let place = format!("{file}: line {}, column {}", e.line(), e.column());
+        let line = text.lines().nth(e.line().saturating_sub(1)).unwrap_or_default();
+        let rest = line.get(e.column().saturating_sub(1)..).unwrap_or_default();
+        let remedy = match text.trim_start().starts_with(['{', '[']) {
+            true => syntax_remedy(problem, rest),
+            // an OBJ file, for one, may begin with a comment
+            false => "the file must be JSON, which begins with { and has no comments",
+        };
+        Error::input(place, problem).remedy(remedy)
+    })?;
+    Ok(value)
+}
+
+/// The remedy for a file that is none.
+const IS_JSON: &str = "it must be a JSON file";
+
+/// Reads `value` (the content of `file`) into a type. Errors name the JSON pointer.
+pub fn read<T: DeserializeOwned>(file: &str, value: Value) -> Result<T> {
+    typed(value).map_err(|Misplaced { pointer, problem }| {
+        let error = Error::input(place(file, &pointer), plain_words(&problem));
+        match known_names(&problem).or_else(|| missing_key(&problem)) {
+            Some(remedy) => error.remedy(remedy),
+            None => error,
+        }
+    })
+}
+
+/// What to do about a breach of syntax, from serde's words and the text where it is.
+fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
+    let at = |words: &[&str]| words.iter().any(|word| rest.starts_with(word));
+    match problem {
+        _ if problem.ends_with(TWICE) => "delete one of the two",
+        _ if problem.starts_with("EOF") => "close every bracket and quote; is the file whole?",
+        "trailing comma" => "delete the comma before it",
+        "number out of range" => "numbers are at most 1.8e308",
+        "recursion limit exceeded" => "nothing needs to be nested so deeply",
+        "expected ident" => "write a finite number, true, false or null",
+        "trailing characters" => "the file must end with its closing bracket",
+        _ if at(&["N", "n", "I", "i", "+", "-"]) => {
+            "write a finite number; JSON has no NaN, no infinity and no leading +"
+        }
+        _ if at(&["/", "#"]) => "JSON has no comments; delete it",
+        _ if at(&["'"]) => "JSON has double quotes only",
+        _ => "correct the JSON there",
+    }
+}
+
+/// How the error about a key that comes again ends.
+const TWICE: &str = "stands here twice";
+
+/// `file: /pointer`, or only the file for the whole document.
+pub fn place(file: &str, pointer: &str) -> String {
+    if pointer.is_empty() { file.to_string() } else { format!("{file}: {pointer}") }
+}
+
+/// An error inside a document.
+struct Misplaced {
+    pointer: String,
+    problem: String,
+}
+
+/// Separates pointer and problem while an error passes through serde, which carries one text.
+const SEPARATOR: char = '\u{1}';
+
+impl fmt::Display for Misplaced {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{SEPARATOR}{}", self.pointer, self.problem)
+    }
+}
+
+fn typed<T: DeserializeOwned>(value: Value) -> std::result::Result<T, Misplaced> {
+    serde_path_to_error::deserialize(Json(value)).map_err(|e| {
+        let mut pointer = String::new();
+        for segment in e.path() {
+            use serde_path_to_error::Segment;
+            match segment {
+                Segment::Map { key } => pointer += &format!("/{}", escaped(key)),
+                Segment::Seq { index } => pointer += &format!("/{index}"),
+                Segment::Enum { .. } | Segment::Unknown => {}
+            }
+        }
+        let message = e.into_inner().to_string();
+        match message.split_once(SEPARATOR) {
+            Some((inner, problem)) => {
+                Misplaced { pointer: pointer + inner, problem: problem.to_string() }
+            }
+            None => Misplaced { pointer, problem: message },
+        }
+    })
+}
+
+/// A key as part of a JSON pointer (RFC 6901).
+pub fn escaped(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
+}
+
+/// Reads one variant of a tagged union, for [`tagged`].
+pub fn variant<T: DeserializeOwned, E: de::Error>(
+    map: Map<String, Value>,
+) -> std::result::Result<T, E> {
+    typed(Value::Object(map)).map_err(E::custom)
+}
+
+/// Takes the `type` out of a tagged union, which must be one of `known`.
+pub fn tag<E: de::Error>(
+    map: &mut Map<String, Value>,
+    known: &[&str],
+) -> std::result::Result<String, E> {
+    let wrong = |pointer: &str, problem: String| {
+        E::custom(Misplaced { pointer: pointer.to_string(), problem })
+    };
+    match map.remove("type") {
+        Some(Value::String(tag)) if known.contains(&tag.as_str()) => Ok(tag),
+        Some(Value::String(tag)) => {
+            let hint = nearest(&tag, known.iter().copied())
+                .map_or(String::new(), |name| format!(" (did you mean `{name}`?)"));
+            let known = known.join(", ");
+            Err(wrong("/type", format!("unknown type `{tag}`{hint}, must be one of {known}")))
+        }
+        Some(_) => Err(wrong("/type", format!("must be one of {}", known.join(", ")))),
+        None => Err(wrong("", format!("has no `type`, which is one of {}", known.join(", ")))),
+    }
+}
+
+/// Declares an enum that reads `{"type": ...}` objects. Serde's own tagged enums forget where in
+/// the object an error was.
+macro_rules! tagged {
+    ($(#[$doc:meta])* pub enum $name:ident {
+        $($(#[$variant_doc:meta])* $tag:literal => $variant:ident($content:ty),)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Debug, schemars::JsonSchema)]
+        #[schemars(tag = "type")]
+        pub enum $name {
+            $($(#[$variant_doc])* #[schemars(rename = $tag)] $variant($content),)*
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(
+                deserializer: D,
+            ) -> std::result::Result<Self, D::Error> {
+                let mut map = serde_json::Map::deserialize(deserializer)?;
+                let tag: String = $crate::formats::json::tag(&mut map, &[$($tag),*])?;
+                $(if tag == $tag {
+                    return $crate::formats::json::variant(map).map(Self::$variant);
+                })*
+                unreachable!("tag() returns known tags only")
+            }
+        }
+    };
+}
+pub(crate) use tagged;
+
+/// Serde's words in those of a user of JSON.
+fn plain_words(problem: &str) -> String {
+    for (theirs, ours) in [
+        ("unknown field ", "unknown key "),
+        ("missing field ", "missing key "),
+        ("unknown variant ", "unknown value "),
+    ] {
+        if let Some(rest) = problem.strip_prefix(theirs) {
+            return format!("{ours}{}", rest.split(", expected").next().unwrap_or(rest));
+        }
+    }
+    let found = ["invalid type: ", "invalid value: "];
+    if let Some(rest) = found.iter().find_map(|start| problem.strip_prefix(start))
+        && let Some((found, expected)) = rest.rsplit_once(", expected ")
+    {
+        return format!("{}, must be {}", plain_value(found), plain_type(expected));
+    }
+    if let Some(rest) = problem.strip_prefix("invalid length ")
+        && let Some((length, expected)) = rest.split_once(", expected ")
+    {
+        let digits = expected.matches(char::is_numeric).collect::<String>();
+        return format!("{length} entries, must be {digits}");
+    }
+    problem.to_string()
+}
+
+fn plain_value(found: &str) -> String {
+    let found = ["floating point ", "integer ", "boolean ", "string "]
+        .iter()
+        .find_map(|kind| found.strip_prefix(kind))
+        .unwrap_or(found);
+    match found {
+        "map" => "an object".into(),
+        "sequence" => "an array".into(),
+        _ => found.trim_matches('`').into(),
+    }
+}
+
+fn plain_type(expected: &str) -> &str {
+    match expected {
+        "f64" => "a number",
+        "u64" => "a whole number, at least 0",
+        "a boolean" => "true or false",
+        "a sequence" => "an array",
+        "a map" => "an object",
+        _ if expected.starts_with("struct ") => "an object",
+        _ if expected.starts_with("an array of length 3") => "an array of 3 numbers",
+        _ => expected,
+    }
+}
+
+/// Keys that have a meaning to come.
+const RESERVED: [&str; 4] = ["sun", "sky", "intensity", "periodic"];
+
+/// For an unknown key or value: the nearest known one, and all of them.
+fn known_names(problem: &str) -> Option<String> {
+    let what = match problem {
+        _ if problem.starts_with("unknown field") => "keys",
+        _ if problem.starts_with("unknown variant") => "values",
+        _ => return None,
+    };
+    // the unknown name may hold quotes itself: the known ones stand after the last "expected"
+    let (unknown, known) = problem.rsplit_once(", expected ")?;
+    let name = unknown.split_once('`')?.1.strip_suffix('`')?;
+    let known: Vec<&str> =
+        known.split('`').skip(1).step_by(2).filter(|name| !name.starts_with('$')).collect();
+    let all = format!("{what} here: {}", known.join(", "));
+    Some(match nearest(name, known.iter().copied()) {
+        _ if RESERVED.contains(&name) => format!("it is kept for a later version ({all})"),
+        // a value of few letters is near to every other
+        Some(name) if what == "keys" => format!("did you mean `{name}`? ({all})"),
+        _ => all,
+    })
+}
+
+fn missing_key(problem: &str) -> Option<String> {
+    problem.starts_with("missing field").then(|| "add it".into())
+}
+
+/// A value that is read to the letter: only an object makes a struct (serde takes an array, too, as
+/// its fields in order), and only a string a name.
+struct Json(Value);
+
+impl<'de> de::IntoDeserializer<'de, serde_json::Error> for Json {
+    type Deserializer = Self;
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+impl<'de> de::Deserializer<'de> for Json {
+    type Error = serde_json::Error;
+
+    fn deserialize_any<V: de::Visitor<'de>>(
+        self,
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        match self.0 {
+            Value::Array(values) => {
+                let mut values = SeqDeserializer::new(values.into_iter().map(Json));
+                let read = visitor.visit_seq(&mut values)?;
+                values.end().map(|()| read)
+            }
+            Value::Object(map) => {
+                let entries = map.into_iter().map(|(key, value)| (key, Json(value)));
+                visitor.visit_map(MapDeserializer::new(entries))
+            }
+            plain => plain.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_option<V: de::Visitor<'de>>(
+        self,
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        if self.0.is_null() { visitor.visit_none() } else { visitor.visit_some(self) }
+    }
+
+    fn deserialize_struct<V: de::Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        // of an array, this makes an error
+        if self.0.is_array() {
+            self.0.deserialize_map(visitor)
+        } else {
+            self.deserialize_any(visitor)
+        }
+    }
+
+    fn deserialize_enum<V: de::Visitor<'de>>(
+        self,
+        _: &'static str,
+        names: &'static [&'static str],
+        visitor: V,
+    ) -> std::result::Result<V::Value, Self::Error> {
+        let found = match &self.0 {
+            Value::String(name) => return visitor.visit_enum(name.as_str().into_deserializer()),
+            Value::Null => de::Unexpected::Other("null"),
+            Value::Bool(value) => de::Unexpected::Bool(*value),
+            Value::Number(_) => de::Unexpected::Other("a number"),
+            Value::Array(_) => de::Unexpected::Seq,
+            Value::Object(_) => de::Unexpected::Map,
+        };
+        let expected = format!("one of {}", names.join(", "));
+        Err(de::Error::invalid_type(found, &expected.as_str()))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        unit unit_struct newtype_struct seq tuple tuple_struct map identifier ignored_any
+    }
+}
+
+/// A JSON value in which no object has a key twice.
+struct Strict(Value);
+
+impl<'de> Deserialize<'de> for Strict {
+    fn deserialize<D: de::Deserializer<'de>>(
+        deserializer: D,
+    ) -> std::result::Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = Value;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("JSON")
+            }
+            fn visit_unit<E>(self) -> std::result::Result<Value, E> {
+                Ok(Value::Null)
+            }
+            fn visit_bool<E>(self, v: bool) -> std::result::Result<Value, E> {
+                Ok(v.into())
+            }
+            fn visit_u64<E>(self, v: u64) -> std::result::Result<Value, E> {
+                Ok(v.into())
+            }
+            fn visit_i64<E>(self, v: i64) -> std::result::Result<Value, E> {
+                Ok(v.into())
+            }
+            fn visit_f64<E>(self, v: f64) -> std::result::Result<Value, E> {
+                Ok(v.into())
+            }
+            fn visit_str<E>(self, v: &str) -> std::result::Result<Value, E> {
+                Ok(v.into())
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(
+                self,
+                mut seq: A,
+            ) -> std::result::Result<Value, A::Error> {
+                let mut values = Vec::new();
+                while let Some(Strict(value)) = seq.next_element()? {
+                    values.push(value);
+                }
+                Ok(Value::Array(values))
+            }
+            fn visit_map<A: de::MapAccess<'de>>(
+                self,
+                mut access: A,
+            ) -> std::result::Result<Value, A::Error> {
+                let mut map = Map::new();
+                while let Some(key) = access.next_key::<String>()? {
+                    let Strict(value) = access.next_value()?;
+                    if map.contains_key(&key) {
+                        return Err(de::Error::custom(format!("the key `{key}` {TWICE}")));
+                    }
+                    map.insert(key, value);
+                }
+                Ok(Value::Object(map))
+            }
+        }
+        deserializer.deserialize_any(Visitor).map(Strict)
+    }
+}

@@ -1,0 +1,15 @@
+//! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
+//! [`captor_csv`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
+//! the disk; an error names the file and the place in it.
+
+pub mod captor_csv;
+pub mod input;
+pub mod json;
+pub mod obj;
+pub mod output;
+pub mod result_file;
+pub mod scene_file;
+pub mod share_file;
+#[cfg(test)]
+pub mod spoil;
+pub mod sweep_file;

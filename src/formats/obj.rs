@@ -1,0 +1,418 @@
+//! OBJ and MTL files as they stand: groups, triangles, raw material entries; no unit, no transform.
+//!
+//! tobj reads the geometry. It knows no line numbers, lets NaN pass and panics on some files, so
+//! every line is checked first, and tobj sees only sound `v` and `f` lines, one model per part.
+
+mod lines;
+mod mtl;
+mod scan;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+use crate::math::geometry::{is_tangled, triangulate};
+use lines::{Lines, decode};
+use scan::Scan;
+
+pub use mtl::{MtlEntry, MtlLibrary};
+
+/// What an OBJ file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjFile {
+    /// The groups that have faces, in order of their first face.
+    pub groups: Vec<ObjGroup>,
+    /// Runs of faces in file order; at least one.
+    pub parts: Vec<ObjPart>,
+    /// The material entries of its MTL files.
+    pub mtl: MtlLibrary,
+}
+
+/// The faces under one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ObjGroup {
+    /// What the last `o` or `g` line named (`default` where it gave no name); none for the faces
+    /// before any such line.
+    pub name: Option<String>,
+}
+
+/// One run of faces with one group and one material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjPart {
+    /// Index into [`ObjFile::groups`].
+    pub group: usize,
+    /// The name after `usemtl`, as written.
+    pub material: Option<String>,
+    /// Line of its first face, from 1.
+    pub line: usize,
+    /// Corners in the file's unit, all finite, counter-clockwise seen from the front; at least one
+    /// triangle, possibly without area.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// How many of its faces have an outline that crosses itself, so that it is unclear what they
+    /// cover.
+    pub tangled: usize,
+}
+
+impl ObjFile {
+    /// From the `bytes` of the OBJ file at `path`; `load_mtl` fetches the bytes of an MTL file, whose
+    /// path is relative to it, or says why it cannot.
+    ///
+    /// # Errors
+    /// A file that is no OBJ text or that holds no face; at `path:LINE`, a line that means nothing: a
+    /// coordinate that is no finite number, a corner without its vertex, ...
+    pub fn parse(
+        bytes: &[u8],
+        path: &Path,
+        load_mtl: impl FnMut(&Path) -> std::result::Result<Vec<u8>, String>,
+    ) -> Result<Self> {
+        let text = decode(bytes).map_err(|why| {
+            Error::input(path.display(), why).remedy("an OBJ file is plain text in UTF-8")
+        })?;
+        let mut scan = Scan::new(path.display().to_string());
+        for line in Lines::new(&text) {
+            scan.line(&line)?;
+        }
+        if scan.parts.is_empty() {
+            let found = match scan.vertices {
+                0 if text.trim().is_empty() => "is empty".into(),
+                n => format!("holds no face ({n} vertices)"),
+            };
+            return Err(Error::input(scan.path, found).remedy("a face is a line `f 1 2 3`"));
+        }
+        let mtl = MtlLibrary::load(&scan.mtllibs, path, load_mtl);
+        let mut parts = scan.parts;
+        load_triangles(&scan.sound, &mut parts)
+            .map_err(|e| Error::input(&scan.path, format!("tobj cannot read it: {e}")))?;
+        Ok(Self { groups: scan.groups, parts, mtl })
+    }
+
+    /// How many triangles it has.
+    pub fn triangles(&self) -> usize {
+        self.parts.iter().map(|part| part.triangles.len()).sum()
+    }
+}
+
+/// Lets tobj read the checked text and fills in the triangles, one model per part.
+fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(), tobj::LoadError> {
+    // polygons whole (tobj would cut fans, wrong for concave ones)
+    let options = tobj::LoadOptions::default();
+    let no_mtl = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+    let (models, _) = tobj::load_obj_buf(&mut sound.as_bytes(), &options, no_mtl)?;
+    debug_assert_eq!(models.len(), parts.len());
+    for (part, model) in parts.iter_mut().zip(models) {
+        let mesh = model.mesh;
+        let positions = mesh.positions.as_chunks::<3>().0;
+        let corner = |i: &u32| DVec3::from_array(positions[*i as usize]);
+        if mesh.face_arities.is_empty() {
+            let faces = mesh.indices.as_chunks::<3>().0;
+            part.triangles = faces.iter().map(|f| f.each_ref().map(corner)).collect();
+            continue;
+        }
+        let mut indices = mesh.indices.iter();
+        let mut polygon = Vec::new();
+        for arity in mesh.face_arities {
+            polygon.clear();
+            polygon.extend(indices.by_ref().take(arity as usize).map(corner));
+            let mut cut = triangulate(&polygon);
+            if cut.is_empty() {
+                // no ear found in a tangled outline; a face must not vanish
+                cut = (2..polygon.len()).map(|i| [0, i - 1, i]).collect();
+            }
+            part.tangled += usize::from(is_tangled(&polygon, &cut));
+            part.triangles.extend(cut.iter().map(|t| t.map(|i| polygon[i])));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::{Display, Write as _};
+
+    use proptest::prelude::*;
+
+    use super::scan::MAX_CORNERS;
+    use super::*;
+    use crate::formats::spoil::spoiled;
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    fn parse(text: impl AsRef<[u8]>) -> Result<ObjFile> {
+        ObjFile::parse(text.as_ref(), Path::new("dir/a.obj"), |_| {
+            Err("there is no such file".into())
+        })
+    }
+
+    fn parse_square(rest: impl Display) -> ObjFile {
+        parse(format!("{SQUARE}{rest}")).unwrap()
+    }
+
+    fn area(triangles: &[[DVec3; 3]]) -> f64 {
+        triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
+    }
+
+    /// Group name, material, line and number of triangles of each part.
+    fn outline<'a>(file: &'a ObjFile) -> Vec<(Option<&'a str>, Option<&'a str>, usize, usize)> {
+        let name = |p: &ObjPart| file.groups[p.group].name.as_deref();
+        let row = |p: &'a ObjPart| (name(p), p.material.as_deref(), p.line, p.triangles.len());
+        file.parts.iter().map(row).collect()
+    }
+
+    #[test]
+    fn faces_are_read_however_they_are_written() {
+        let (a, b, c) = (DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0));
+        for face in [
+            "f 1 2 3",
+            "  f\t1   2\t3  ",
+            "f 1 2 3\r",
+            "f -4 -3 -2",
+            "f 1/1 2/2 3/3",
+            "f 1//1 2//9 3//-7",
+            "f 1/2/3 2//5 3",
+            "f 1/ 2// 3",
+            "f 1 \\\n2 \\\r\n 3",
+            "f 1 2 3 # front",
+            "f 1 2 3 \\",
+            "\\\nf 1 2 3",
+            "f 1 2 3 # C:\\dir\\\nf 1 2 3",
+            "fo 1 2 3",
+            "f +1 2 3",
+            "# C:\\dir\\\nf 1 2 3",
+            "# \u{fc}\ns off\nvn 0 0 nan\nvt\np 1\nl 1 2\nf 1 2 3",
+        ] {
+            let file = parse_square(face);
+            assert_eq!(file.parts[0].triangles[0], [a, b, c], "{face:?}");
+            assert_eq!(file.parts[0].triangles.len(), face.matches("f 1 2").count().max(1));
+        }
+        let latin1 = parse([SQUARE.as_bytes(), b"# gr\xfcn\nf 1 2 3"].concat()).unwrap();
+        assert_eq!(latin1.parts[0].triangles, [[a, b, c]]);
+        let bom = parse(format!("\u{feff}{SQUARE}f 1 2 3")).unwrap();
+        assert_eq!(bom.parts[0].triangles, [[a, b, c]]);
+    }
+
+    #[test]
+    fn vertices_keep_double_precision_and_drop_weights_and_colours() {
+        for tail in ["", " 2", " .1 .2 .3", " .1 .2 .3 1", " # far", " nan"] {
+            let file =
+                parse(format!("v 10000.00000001 -1e-3 +2.5{tail}\nv 1 0 0\nv 0 1 0\nf 1 2 3"))
+                    .unwrap();
+            let expected = DVec3::new(10000.00000001, -1e-3, 2.5);
+            assert_eq!(file.parts[0].triangles[0][0], expected, "{tail}");
+        }
+    }
+
+    #[test]
+    fn concave_polygons_keep_their_area_and_side() {
+        let ell = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n";
+        // every corner takes its turn at the head of a would-be fan
+        for first in 0..6 {
+            let corners: Vec<String> = (0..6).map(|i| ((first + i) % 6 + 1).to_string()).collect();
+            let file = parse(format!("{ell}f 1 2 3\nf {}", corners.join(" "))).unwrap();
+            let cut = &file.parts[0].triangles[1..];
+            assert_eq!((cut.len(), area(cut)), (4, 3.0));
+            assert!(cut.iter().all(|[a, b, c]| (b - a).cross(c - a).z >= 0.0));
+        }
+    }
+
+    #[test]
+    fn faces_without_area_are_kept() {
+        for (face, n) in [("f 1 1 2", 1), ("f 1 1 1 1", 2), ("f 1 3 2 4 1", 3), ("f 1 2 1 2", 2)] {
+            assert_eq!(parse_square(face).parts[0].triangles.len(), n, "{face}");
+        }
+    }
+
+    #[test]
+    fn groups_and_materials_make_parts() {
+        type Rows<'a> = &'a [(Option<&'a str>, Option<&'a str>, usize, usize)];
+        let rows: [(&str, Rows); 9] = [
+            ("f 1 2 3", &[(None, None, 5, 1)]),
+            ("f 1 2 3\no a\nf 1 2 3", &[(None, None, 5, 1), (Some("a"), None, 7, 1)]),
+            ("g a b\to \nf 1 2 3", &[(Some("a b\to"), None, 6, 1)]),
+            ("o a\ng b\nf 1 2 3", &[(Some("b"), None, 7, 1)]),
+            ("g b\no a\nf 1 2 3", &[(Some("a"), None, 7, 1)]),
+            ("o a\ng\nf 1 2 3", &[(Some("default"), None, 7, 1)]),
+            (
+                "g a\nf 1 2 3\ng b\nf 1 2 3\ng a\nf 1 2 3 4",
+                &[(Some("a"), None, 6, 1), (Some("b"), None, 8, 1), (Some("a"), None, 10, 2)],
+            ),
+            (
+                "usemtl my leaf #2\nf 1 2 3\nusemtl my leaf #2\nf 1 2 3\nusemtl\nf 1 2 3",
+                &[(None, Some("my leaf #2"), 6, 2), (None, None, 10, 1)],
+            ),
+            ("usemtl a\ng x\nusemtl b\ng x\nf 1 2 3", &[(Some("x"), Some("b"), 9, 1)]),
+        ];
+        for (text, expected) in rows {
+            assert_eq!(outline(&parse_square(text)), expected, "{text}");
+        }
+        // groups without faces do not count; a name that comes again continues its group
+        let file = parse_square("g empty\ng a\nf 1 2 3\ng b\nf 1 2 3\ng a\nf 1 2 3");
+        let names: Vec<_> = file.groups.iter().map(|g| g.name.as_deref()).collect();
+        assert_eq!(names, [Some("a"), Some("b")]);
+    }
+
+    #[test]
+    fn errors_name_the_line_and_the_cure() {
+        let square = |rest: &str| format!("{SQUARE}{rest}").into_bytes();
+        let many = format!("f{}", " 1".repeat(MAX_CORNERS + 1));
+        let rows: [(Vec<u8>, &str); 34] = [
+            (b"".into(), "dir/a.obj: is empty; a face is a line `f 1 2 3`"),
+            (b" \n\n".into(), "dir/a.obj: is empty"),
+            (square("p 1\nl 1 2"), "dir/a.obj: holds no face (4 vertices)"),
+            (square("# f 1 2 3"), "dir/a.obj: holds no face"),
+            (b"\x7fELF\0\0".into(), "dir/a.obj: is not UTF-8 text but binary"),
+            (b"\xff\xfev\0 \0".into(), "dir/a.obj: is not UTF-8 text but binary, or UTF-16"),
+            (b"\x80\x81 1".into(), "dir/a.obj:1: unknown word `\u{fffd}\u{fffd}`; is it an OBJ"),
+            (b"g gr\xfcn".into(), "dir/a.obj:1: the name `gr\u{fffd}n` is not valid UTF-8; save"),
+            (b"usemtl \xfc".into(), "dir/a.obj:1: the name `\u{fffd}` is not valid UTF-8"),
+            (b"v 1 2".into(), "dir/a.obj:1: vertex of 2 numbers; write `v x y z`"),
+            (b"v".into(), "dir/a.obj:1: vertex of 0 numbers"),
+            (b"v 1 2 3 4 5".into(), "dir/a.obj:1: vertex of 5 numbers"),
+            (b"v 1 2 3 4 5 6 7 8".into(), "dir/a.obj:1: vertex of 8 numbers"),
+            (b"v 1 2 3 v 1 2 3".into(), "dir/a.obj:1: `v` is not a finite number"),
+            (b"\n\nv 0 NaN 0".into(), "dir/a.obj:3: `NaN` is not a finite number; a vertex is"),
+            (b"v 0 0 -inf".into(), "dir/a.obj:1: `-inf` is not a finite number"),
+            (b"v 1e999 0 0".into(), "dir/a.obj:1: `1e999` is not a finite number"),
+            (b"v 1,5 0 0".into(), "dir/a.obj:1: `1,5` is not a finite number"),
+            (b"f 1 2 3".into(), "dir/a.obj:1: corner 1, but no vertex stands before this face"),
+            (square("f 1 2 5\nv 2 2 2"), "dir/a.obj:5: corner 5, but only 4 vertices stand before"),
+            (
+                square("f 0 1 2"),
+                "dir/a.obj:5: corner 0 does not exist; vertices are counted from 1",
+            ),
+            (square("f 1 2 -5"), "dir/a.obj:5: corner -5, but only 4 vertices"),
+            (square("f 1 2 4000000000"), "dir/a.obj:5: corner 4000000000, but only"),
+            (square("f 1 2 -9223372036854775808"), "dir/a.obj:5: corner -9223372036854775808"),
+            (square("f 1 2 99999999999999999999"), "dir/a.obj:5: `99999999999999999999` is not a"),
+            (square("f 1 2 4e9"), "dir/a.obj:5: `4e9` is not a corner; write vertex,"),
+            (square("f 1 2 3/4/5/6"), "dir/a.obj:5: `3/4/5/6` is not a corner"),
+            (square("f 1 2 3/x"), "dir/a.obj:5: `3/x` is not a corner"),
+            (square("f 1 2 //3"), "dir/a.obj:5: `//3` is not a corner"),
+            (square("f 1 \\\n2"), "dir/a.obj:5: face of 2 corners, must have at least 3; delete"),
+            (square("f"), "dir/a.obj:5: face of 0 corners"),
+            (square(&many), "dir/a.obj:5: face of more than 10000 corners; cut it"),
+            (square("usemlt a"), "dir/a.obj:5: unknown word `usemlt`; did you mean `usemtl`?"),
+            (square("F 1 2 3"), "dir/a.obj:5: unknown word `F`; did you mean `f`?"),
+        ];
+        for (text, start) in rows {
+            let error = parse(&text).unwrap_err().to_string();
+            assert!(error.starts_with(start), "{error}\n{start}");
+        }
+        let error = parse("surf 0 1 0 1").unwrap_err().to_string();
+        assert!(error.starts_with("dir/a.obj:1: free-form surfaces (`surf`) are not supported"));
+        let error = parse("solid ascii-stl").unwrap_err().to_string();
+        assert!(error.ends_with("is it an OBJ file? comments begin with #"), "{error}");
+    }
+
+    #[test]
+    fn long_lines_do_no_harm() {
+        let long = "1 ".repeat(5_000_000);
+        for start in ["# ", "g ", "vt ", "mtllib ", "usemtl "] {
+            assert!(parse(format!("{SQUARE}{start}{long}\nf 1 2 3")).is_ok());
+        }
+        for start in ["f ", "v ", "\u{e9}", "f \\\n"] {
+            assert!(parse(format!("{SQUARE}{start}{long}")).unwrap_err().to_string().len() < 200);
+        }
+        let joined = "\\\n".repeat(5_000_000);
+        assert!(parse(format!("{SQUARE}f 1 2 {joined} 3")).is_ok());
+        assert!(parse(long.trim().replace(' ', "")).unwrap_err().to_string().len() < 200);
+    }
+
+    const FILES: &[&str] = &[
+        "mtllib a.mtl\no bench\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl wood\nf 1 2 3 4\nf 1 3 4\n",
+        "v 0 0 0 1 0 0\r\nv 2 0 0 1 0 0\r\nv 2 1 0 1 0 0\r\nv 1 1 0\r\nv 1 2 0\r\nv 0 2 0\r\n\
+         g ell\r\nf 1/1/1 2//1 3 4 5 6\r\nf -1 -2 -3\r\n",
+        "v 0 0 0\nv 1 0 0\nv 1 1 1\nvn 0 0 1\nvt 0 0\nf 1 2 \\\n 3\ng a b\nusemtl my leaf\nf 1//1 2//1 3//1\n\
+         g\nl 1 2\np 1\nf 3 2 1 # back\ng a b\nf 2 1 3\ns off\n",
+    ];
+    const WORDS: &[&str] =
+        &["v", "f", "g", "o", "usemtl", "mtllib", "a.mtl", "surf", "s", "l", "vt", "fo"];
+
+    /// What holds of every result, whatever the text.
+    fn check(bytes: &[u8], result: &Result<ObjFile>) {
+        match result {
+            Err(error) => assert!(error.to_string().starts_with("dir/a.obj:")),
+            Ok(file) => {
+                let text = String::from_utf8_lossy(bytes);
+                let mut used = 0;
+                let mut last = 0;
+                for part in &file.parts {
+                    assert!(part.group <= used, "groups in order of first face");
+                    used = used.max(part.group + 1);
+                    assert!(part.line > last && !part.triangles.is_empty());
+                    last = part.line;
+                    let line = text.lines().nth(last - 1).unwrap();
+                    assert!(
+                        line.trim_start_matches('\u{feff}').trim_start().starts_with(['f', '\\'])
+                    );
+                    assert!(part.triangles.iter().flatten().all(|p| p.is_finite()));
+                }
+                assert_eq!(used, file.groups.len());
+            }
+        }
+    }
+
+    /// How many cases: PROPTEST_CASES.
+    fn config() -> ProptestConfig {
+        ProptestConfig { failure_persistence: None, ..ProptestConfig::default() }
+    }
+
+    proptest! {
+        #![proptest_config(config())]
+
+        #[test]
+        fn no_spoiled_file_panics(bytes in spoiled(FILES, WORDS)) {
+            check(&bytes, &parse(&bytes));
+        }
+
+        #[test]
+        fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            check(&bytes, &parse(&bytes));
+        }
+
+        /// Triangles written in one of many ways come back to the bit, in their groups.
+        #[test]
+        fn what_is_written_is_read(
+            faces in proptest::collection::vec(
+                (any::<[[f32; 3]; 3]>(), 0..4u8, 0..3u8, 0..6u8), 1..20),
+        ) {
+            let mut text = String::new();
+            let mut expected: Vec<(Option<String>, Option<String>, [DVec3; 3])> = Vec::new();
+            let mut name = None;
+            let mut material = None;
+            for (corners, g, m, style) in faces {
+                prop_assume!(corners.iter().flatten().all(|x| x.is_finite()));
+                let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+                let n = 3 * expected.len();
+                for p in corners {
+                    writeln!(text, "v {:e} {} {:?}", p.x, p.y, p.z).unwrap();
+                }
+                if g > 0 {
+                    name = Some(format!("leaf {g}"));
+                    writeln!(text, "{} leaf {g}", if g > 1 { 'o' } else { 'g' }).unwrap();
+                }
+                if m > 0 {
+                    material = Some(format!("m{m}"));
+                    writeln!(text, "usemtl m{m}").unwrap();
+                }
+                let (i, j, k) = (n + 1, n + 2, n + 3);
+                match style {
+                    0 => writeln!(text, "f {i} {j} {k}"),
+                    1 => writeln!(text, "f -3 -2 -1\r"),
+                    2 => writeln!(text, "f {i}/7/8 {j}//8 {k}"),
+                    3 => writeln!(text, "\tf {i} \\\n{j}\t{k} # x"),
+                    4 => writeln!(text, "f -3/1 {j}/2 -1/3\n# end \\"),
+                    _ => writeln!(text, "vn 0 0 1\nvt 0 0\nf {i}/-1/-1 {j}/-1/-1 {k}/-1/-1"),
+                }
+                .unwrap();
+                expected.push((name.clone(), material.clone(), corners));
+            }
+            let file = parse(&text).unwrap();
+            let found: Vec<_> = file.parts.iter().flat_map(|p| {
+                let name = &file.groups[p.group].name;
+                p.triangles.iter().map(|t| (name.clone(), p.material.clone(), *t))
+            }).collect();
+            prop_assert_eq!(found, expected);
+        }
+    }
+}

@@ -1,0 +1,499 @@
+//! The scene file as it is written: the types that its JSON is read into and its schema made of.
+
+use std::{collections::BTreeMap, fmt};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, de};
+
+use crate::{
+    formats::json::tagged,
+    math::units::{LengthUnit, Quantity},
+    transport::settings::Estimator,
+};
+
+/// A phylux scene.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Where an editor finds the schema; not read.
+    #[serde(rename = "$schema")]
+    pub _schema: Option<String>,
+    /// Title (default: the file's name).
+    pub name: Option<String>,
+    /// Unit of every length in the scene, its OBJ and its captor files (default m).
+    #[serde(default)]
+    pub unit: LengthUnit,
+    /// What power and flux are measured in (default W).
+    #[serde(default)]
+    pub quantity: Quantity,
+    /// Wavelength intervals, all traced in one pass (default: one named `all`).
+    pub bands: Option<Vec<BandFile>>,
+    /// Totals over bands, reported like bands: name -> names of bands.
+    #[serde(default)]
+    pub sums: BTreeMap<String, Vec<String>>,
+    /// Materials by name.
+    #[serde(default)]
+    pub materials: BTreeMap<String, MaterialFile>,
+    /// Surfaces.
+    #[serde(default)]
+    pub objects: Vec<ObjectFile>,
+    /// Lights; at least one.
+    #[serde(default)]
+    #[schemars(length(min = 1))]
+    pub lights: Vec<LightFile>,
+    /// Sensors that do not disturb light.
+    #[serde(default)]
+    pub captors: Vec<CaptorFile>,
+    /// Defaults of the run, which the command line overrides.
+    #[serde(default)]
+    pub settings: SettingsFile,
+    /// The view to render.
+    pub camera: Option<CameraFile>,
+}
+
+/// A wavelength interval.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BandFile {
+    /// Unique name.
+    pub name: String,
+    /// Shortest wavelength, nm.
+    pub from_nm: Option<f64>,
+    /// Longest wavelength, nm.
+    pub to_nm: Option<f64>,
+}
+
+/// One number for all bands, or an array with one number per band.
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum PerBand {
+    /// The same for all.
+    All(#[schemars(range(min = 0))] f64),
+    /// One for each.
+    Each(#[schemars(inner(range(min = 0)))] Vec<f64>),
+}
+
+impl<'de> Deserialize<'de> for PerBand {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = PerBand;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, or an array with one number per band")
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<PerBand, E> {
+                Ok(PerBand::All(v))
+            }
+            fn visit_u64<E>(self, v: u64) -> Result<PerBand, E> {
+                Ok(PerBand::All(v as f64))
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<PerBand, E> {
+                Ok(PerBand::All(v as f64))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<PerBand, A::Error> {
+                let mut values = Vec::new();
+                while let Some(value) = seq.next_element()? {
+                    values.push(value);
+                }
+                Ok(PerBand::Each(values))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// A whole number, which may be written 1e8.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
+#[schemars(transparent)]
+pub struct Count(#[schemars(range(min = 0))] pub u64);
+
+impl<'de> Deserialize<'de> for Count {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = Count;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a whole number, at least 0")
+            }
+            fn visit_u64<E>(self, v: u64) -> Result<Count, E> {
+                Ok(Count(v))
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Count, E> {
+                // beyond 2^53 a float no longer tells whole numbers apart
+                if v >= 0.0 && v.fract() == 0.0 && v <= 9e15 {
+                    return Ok(Count(v as u64));
+                }
+                if v > 9e15 {
+                    return Err(E::custom(format_args!("{v:?}, must be at most 9e15")));
+                }
+                Err(E::invalid_value(de::Unexpected::Float(v), &self))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+tagged! {
+    /// What a surface does with light; every interaction conserves energy.
+    pub enum MaterialFile {
+        /// Opaque, Lambertian, alike on both faces.
+        "lambert" => Lambert(LambertFile),
+        /// Smooth dielectric: the interface of a closed solid, normals out, or a thin pane.
+        "transparent" => Transparent(TransparentFile),
+        /// A leaf: a thin sheet, or a closed solid.
+        "leaf" => Leaf(LeafFile),
+        /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
+        "phong" => Phong(PhongFile),
+        /// A mirror, alike at every angle.
+        "mirror" => Mirror(MirrorFile),
+    }
+}
+
+/// Material `lambert`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LambertFile {
+    /// In [0, 1].
+    pub reflectance: PerBand,
+}
+
+/// Material `mirror`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MirrorFile {
+    /// In [0, 1].
+    pub reflectance: PerBand,
+}
+
+/// Material `transparent`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TransparentFile {
+    /// Index of refraction, at least 1.
+    #[schemars(range(min = 1, max = 1000))]
+    pub ior: f64,
+    /// In [0, 1]: multiplies what is transmitted at each crossing (default 1).
+    pub tint: Option<PerBand>,
+    /// Whether the polygon stands for a pane with two parallel faces (default false).
+    #[serde(default)]
+    pub thin: bool,
+}
+
+/// Material `leaf`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeafFile {
+    /// Index of refraction of the cuticle, at least 1 (default 1.425).
+    #[schemars(range(min = 1, max = 1000))]
+    pub ior: Option<f64>,
+    /// Hemispherical reflectance near normal incidence; of the upper (front) face.
+    pub reflectance: Option<PerBand>,
+    /// Hemispherical transmittance near normal incidence; of light entering the front face.
+    pub transmittance: Option<PerBand>,
+    /// The lower (back) face; what it lacks is that of the front.
+    pub back: Option<LeafBackFile>,
+    /// A thin sheet (default true), or a closed solid with a dielectric interface.
+    #[serde(default = "yes")]
+    pub thin: bool,
+    /// Of a solid leaf only: multiplies what is transmitted at each crossing (default 1).
+    pub tint: Option<PerBand>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// The lower face of a leaf.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeafBackFile {
+    /// Hemispherical reflectance near normal incidence.
+    pub reflectance: Option<PerBand>,
+    /// Hemispherical transmittance of light entering this face.
+    pub transmittance: Option<PerBand>,
+}
+
+/// Material `phong`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PhongFile {
+    /// Lambertian reflectance (default 0).
+    pub reflectance: Option<PerBand>,
+    /// Specular reflectance (default 0).
+    pub specular: Option<PerBand>,
+    /// Lambertian transmittance (default 0).
+    pub transmittance: Option<PerBand>,
+    /// Exponent of the glossy lobe, at least 0; without it the lobe is a mirror.
+    #[schemars(range(min = 0))]
+    pub exponent: Option<f64>,
+}
+
+/// Scale, then rotation about x, then y, then z, then translation.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TransformFile {
+    /// Positive (default 1).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub scale: Option<f64>,
+    /// Angles about x, y and z, degrees (default 0).
+    pub rotate_deg: Option<[f64; 3]>,
+    /// Shift, in the scene's unit (default 0).
+    pub translate: Option<[f64; 3]>,
+}
+
+/// Surfaces from an OBJ file.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectFile {
+    /// Name (default: the OBJ file's).
+    pub name: Option<String>,
+    /// OBJ file, relative to the scene file.
+    pub obj: String,
+    /// Material of all its faces, in place of the file's own.
+    pub material: Option<String>,
+    /// Where it stands.
+    pub transform: Option<TransformFile>,
+    /// Copies, each placed after `transform`.
+    pub instances: Option<Vec<TransformFile>>,
+    /// Whether its surfaces count light: true (one captor per OBJ group) or "triangle".
+    #[serde(default)]
+    pub captor: SurfaceCaptorFile,
+    /// One more group that its captors belong to.
+    pub group: Option<String>,
+}
+
+/// Whether, and how finely, the surfaces of an object count light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SurfaceCaptorFile {
+    /// Not at all.
+    #[default]
+    Off,
+    /// One captor per OBJ group and instance.
+    Groups,
+    /// One captor per triangle.
+    Triangles,
+}
+
+impl JsonSchema for SurfaceCaptorFile {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SurfaceCaptor".into()
+    }
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "enum": [true, false, "triangle"] })
+    }
+}
+
+impl<'de> Deserialize<'de> for SurfaceCaptorFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = SurfaceCaptorFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("true, false or \"triangle\"")
+            }
+            fn visit_bool<E>(self, v: bool) -> Result<Self::Value, E> {
+                Ok(if v { SurfaceCaptorFile::Groups } else { SurfaceCaptorFile::Off })
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<Self::Value, E> {
+                match v {
+                    "triangle" => Ok(SurfaceCaptorFile::Triangles),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+tagged! {
+    /// Where photons start. `power` is the total emitted flux, per band.
+    pub enum LightFile {
+        /// A point, alike in all directions.
+        "point" => Point(PointFile),
+        /// A point with uniform intensity inside a cone.
+        "spot" => Spot(SpotFile),
+        /// Lateral surface of a cylinder, Lambertian; or a line.
+        "tube" => Tube(TubeFile),
+        /// Polygon or OBJ file, Lambertian.
+        "area" => Area(AreaFile),
+    }
+}
+
+/// Light `point`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointFile {
+    /// Unique name (default light0, light1, ...).
+    pub name: Option<String>,
+    /// Where it is.
+    pub position: [f64; 3],
+    /// Total emitted flux.
+    pub power: PerBand,
+}
+
+/// Light `spot`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpotFile {
+    /// Unique name (default light0, light1, ...).
+    pub name: Option<String>,
+    /// Where it is.
+    pub position: [f64; 3],
+    /// Axis of the cone; not zero.
+    pub direction: [f64; 3],
+    /// Half angle of the cone, degrees, in (0, 180].
+    #[schemars(range(max = 180), extend("exclusiveMinimum" = 0))]
+    pub half_angle_deg: f64,
+    /// Total emitted flux.
+    pub power: PerBand,
+}
+
+/// Light `tube`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TubeFile {
+    /// Unique name (default light0, light1, ...).
+    pub name: Option<String>,
+    /// One end of its axis.
+    pub from: [f64; 3],
+    /// The other end.
+    pub to: [f64; 3],
+    /// At least 0; 0 is a line.
+    #[schemars(range(min = 0))]
+    pub radius: f64,
+    /// Pattern of a line (default lambert).
+    #[serde(default)]
+    pub emission: EmissionFile,
+    /// Total emitted flux.
+    pub power: PerBand,
+    /// Makes the tube an obstacle of this material, with black ends.
+    pub material: Option<String>,
+}
+
+/// How a tube emits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum EmissionFile {
+    /// Lambertian.
+    #[default]
+    Lambert,
+    /// Alike in all directions (radius 0 only).
+    Isotropic,
+}
+
+/// Light `area`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AreaFile {
+    /// Unique name (default light0, light1, ...).
+    pub name: Option<String>,
+    /// Corners of a polygon, counter-clockwise seen from its front; or `obj`.
+    pub vertices: Option<Vec<[f64; 3]>>,
+    /// OBJ file; or `vertices`.
+    pub obj: Option<String>,
+    /// Where the OBJ stands.
+    pub transform: Option<TransformFile>,
+    /// Copies of the OBJ, each placed after `transform`.
+    pub instances: Option<Vec<TransformFile>>,
+    /// Total emitted flux; or `radiance`.
+    pub power: Option<PerBand>,
+    /// Radiance of each emitting side; or `power`.
+    pub radiance: Option<PerBand>,
+    /// Whether the back emits too (default false).
+    #[serde(default)]
+    pub two_sided: bool,
+    /// Makes the light an obstacle of this material.
+    pub material: Option<String>,
+}
+
+/// Captors: one of `csv`, `obj` and `disc`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["csv"]}, {"required": ["obj"]}, {"required": ["disc"]}]))]
+pub struct CaptorFile {
+    /// First part of its captors' ids (default: the file's name; a disc needs one).
+    pub name: Option<String>,
+    /// Table of discs: x,y,z,radius,nx,ny,nz and optional id.
+    pub csv: Option<String>,
+    /// OBJ file, one captor per group.
+    pub obj: Option<String>,
+    /// A single disc.
+    pub disc: Option<DiscFile>,
+    /// Which faces count (default front).
+    #[serde(default)]
+    pub sides: SidesFile,
+    /// One more group that its captors belong to.
+    pub group: Option<String>,
+}
+
+/// Which faces of a virtual captor count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SidesFile {
+    /// Light against the normal.
+    #[default]
+    Front,
+    /// Both faces, apart.
+    Both,
+}
+
+/// A disc.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiscFile {
+    /// Its middle.
+    pub center: [f64; 3],
+    /// Where its front looks; not zero.
+    pub normal: [f64; 3],
+    /// Positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: f64,
+}
+
+/// Defaults of a run.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SettingsFile {
+    /// Photons to trace, or paths over all captors, at least 1 (default 1e6).
+    #[schemars(extend("minimum" = 1))]
+    pub photons: Option<Count>,
+    /// Seed of the random numbers (default 1).
+    pub seed: Option<u64>,
+    /// Photons of a k-nearest estimate, 0 for none (default: the number of those on the face to the
+    /// power 2/3, at least 50).
+    pub k: Option<Count>,
+    /// The most arrivals in the photon map (default 2e6).
+    pub map_photons: Option<Count>,
+    /// Flights that a photon is split into, for virtual captors (default 1).
+    #[schemars(extend("minimum" = 1, "maximum" = 1000))]
+    pub splitting: Option<Count>,
+    /// Largest relative standard error to stop at.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub tolerance: Option<f64>,
+    /// Time to stop at, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_time: Option<f64>,
+    /// How to read the captors (default photons).
+    #[serde(default)]
+    pub estimator: Estimator,
+    /// Threads, 0 for all processors (default 0).
+    pub threads: Option<Count>,
+}
+
+/// The view to render.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraFile {
+    /// Where the eye is.
+    pub position: [f64; 3],
+    /// The point in the middle of the picture.
+    pub look_at: [f64; 3],
+    /// The way that is up in the picture (default z).
+    pub up: Option<[f64; 3]>,
+    /// Angle of view across the picture, from left to right, degrees, in (0, 180) (default 45).
+    pub fov_deg: Option<f64>,
+    /// Pixels across (default 800).
+    pub width: Option<Count>,
+    /// Pixels down (default 600).
+    pub height: Option<Count>,
+}

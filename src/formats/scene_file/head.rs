@@ -1,0 +1,139 @@
+//! Bands, sums, settings and camera.
+
+use glam::DVec3;
+
+use super::{Band, BandSum, Count, Loader, Result, format::*, unknown};
+use crate::{
+    formats::json,
+    math::spectrum::MAX_BANDS,
+    scene::camera::View,
+    transport::settings::{Checked, Settings},
+};
+
+impl Loader<'_> {
+    pub(super) fn load_bands(&mut self, file: &SceneFile) -> Result<()> {
+        let Some(bands) = &file.bands else {
+            self.bands = 1;
+            self.parts.bands = vec![Band { name: "all".into(), from_nm: None, to_nm: None }];
+            return self.load_sums(file);
+        };
+        if bands.is_empty() || bands.len() > MAX_BANDS {
+            let problem = format!("{} bands, must be 1 to {MAX_BANDS}", bands.len());
+            return Err(self.error("/bands", problem).remedy("leave it out for a single band"));
+        }
+        for (i, band) in bands.iter().enumerate() {
+            let pointer = format!("/bands/{i}");
+            if bands[..i].iter().any(|other| other.name == band.name) {
+                return Err(self
+                    .error(pointer, format!("a second band named `{}`", band.name))
+                    .remedy("give each band a name of its own"));
+            }
+            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm)
+                && from >= to
+            {
+                return Err(self
+                    .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
+                    .remedy("swap or correct them"));
+            }
+            for (key, nm) in [("from_nm", band.from_nm), ("to_nm", band.to_nm)] {
+                if let Some(nm) = nm {
+                    self.in_range(&format!("{pointer}/{key}"), nm, 0.0, f64::MAX)?;
+                }
+            }
+            self.parts.bands.push(Band {
+                name: band.name.clone(),
+                from_nm: band.from_nm,
+                to_nm: band.to_nm,
+            });
+        }
+        self.bands = bands.len();
+        self.load_sums(file)
+    }
+
+    fn load_sums(&mut self, file: &SceneFile) -> Result<()> {
+        for (name, members) in &file.sums {
+            let pointer = format!("/sums/{}", json::escaped(name));
+            if self.parts.bands.iter().any(|band| band.name == *name) {
+                return Err(self
+                    .error(pointer, "a band has this name too")
+                    .remedy("give the sum another name"));
+            }
+            let mut bands = Vec::new();
+            for (i, member) in members.iter().enumerate() {
+                let names = || self.parts.bands.iter().map(|band| band.name.as_str());
+                let Some(band) = names().position(|name| name == member) else {
+                    return Err(unknown(
+                        self.error(format!("{pointer}/{i}"), format!("no band `{member}`")),
+                        member,
+                        names(),
+                    ));
+                };
+                if bands.contains(&band) {
+                    let problem = format!("`{member}` stands here twice");
+                    return Err(self.error(pointer, problem).remedy("name each band once"));
+                }
+                bands.push(band);
+            }
+            if bands.is_empty() {
+                return Err(self.error(pointer, "adds up no band").remedy("name its bands"));
+            }
+            self.parts.sums.push(BandSum { name: name.clone(), bands });
+        }
+        Ok(())
+    }
+
+    pub(super) fn settings(&self, file: &SettingsFile) -> Result<Settings> {
+        let default = Settings::default();
+        let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
+        let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
+            count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
+        };
+        Ok(Settings {
+            estimator: file.estimator,
+            photons: file
+                .photons
+                .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))
+                .transpose()?,
+            seed: file.seed.unwrap_or(default.seed),
+            k: count("k", file.k, Settings::check_k)?,
+            map_photons: count("map_photons", file.map_photons, Settings::check_map_photons)?
+                .unwrap_or(default.map_photons),
+            splitting: count("splitting", file.splitting, Settings::check_splitting)?
+                .unwrap_or(default.splitting),
+            tolerance: file
+                .tolerance
+                .map(|t| Settings::check_tolerance(t).map_err(|why| wrong("tolerance", why)))
+                .transpose()?,
+            tolerance_limit: None,
+            max_time: file
+                .max_time
+                .map(|t| Settings::check_max_time(t).map_err(|why| wrong("max_time", why)))
+                .transpose()?,
+            by_light: false,
+            threads: count("threads", file.threads, Settings::check_threads)?.unwrap_or(0),
+        })
+    }
+
+    pub(super) fn view(&self, camera: &CameraFile) -> Result<View> {
+        let point = |p: [f64; 3]| DVec3::from(p) * self.metres;
+        let pixels = |key: &str, count: Option<Count>, usual: usize| {
+            let Some(count) = count else { return Ok(usual) };
+            let most = View::MOST_PIXELS as f64;
+            self.in_range(&format!("/camera/{key}"), count.0 as f64, 1.0, most)?;
+            Ok(count.0 as usize)
+        };
+        let view = View {
+            position: point(camera.position),
+            look_at: point(camera.look_at),
+            up: camera.up.map_or(DVec3::Z, DVec3::from),
+            fov_deg: camera.fov_deg.unwrap_or(View::FOV_DEG),
+            width: pixels("width", camera.width, View::SIZE.0)?,
+            height: pixels("height", camera.height, View::SIZE.1)?,
+        };
+        view.check_directions()
+            .map_err(|why| self.error("/camera", why).remedy("move one of them"))?;
+        View::check_fov(view.fov_deg)
+            .map_err(|why| self.error("/camera/fov_deg", why).remedy("45 is usual"))?;
+        Ok(view)
+    }
+}

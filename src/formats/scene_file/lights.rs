@@ -1,0 +1,272 @@
+//! Lights.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::{Loader, MAX_LIGHTS, Result, format::*, objects::area};
+use crate::{
+    error::number,
+    math::geometry::{triangulate, unit_vector},
+    scene::{
+        light::LightShape,
+        world::{LightPart, SurfacePart},
+    },
+};
+
+/// Powers that single precision can carry, W or umol/s.
+const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+/// Sides of the prism that a tube with a material is.
+const TUBE_SIDES: usize = 64;
+
+impl Loader<'_> {
+    pub(super) fn load_lights(&mut self, lights: &[LightFile]) -> Result<()> {
+        for (i, file) in lights.iter().enumerate() {
+            let pointer = format!("/lights/{i}");
+            let (name, light) = match file {
+                LightFile::Point(light) => (&light.name, self.point_light(&pointer, light)?),
+                LightFile::Spot(light) => (&light.name, self.spot_light(&pointer, light)?),
+                LightFile::Tube(light) => (&light.name, self.tube_light(&pointer, light)?),
+                LightFile::Area(light) => (&light.name, self.area_light(&pointer, light)?),
+            };
+            let name = name.clone().unwrap_or(format!("light{i}"));
+            self.make_solid(&name, &light);
+            let Glowing { power, shape, .. } = light;
+            self.add_light(&pointer, LightPart { name, power, shape })?;
+        }
+        Ok(())
+    }
+
+    /// Adds a light; its name must be new, and its power one that single precision can carry.
+    pub(super) fn add_light(&mut self, pointer: &str, light: LightPart) -> Result<()> {
+        if !self.light_names.insert(light.name.clone()) {
+            return Err(self
+                .error(pointer, format!("a second light named `{}`", light.name))
+                .remedy("give it a `name` of its own"));
+        }
+        if self.light_names.len() > MAX_LIGHTS {
+            return Err(self
+                .error(pointer, format!("more than {MAX_LIGHTS} lights"))
+                .remedy("make one area light of many small ones"));
+        }
+        if let Some(power) = light.power.iter().find(|p| **p != 0.0 && !POWERS.contains(*p)) {
+            let problem = format!("emits {} W or umol/s in a band", number(*power));
+            return Err(self.error(pointer, problem).remedy("it must be 0, or from 1e-30 to 1e30"));
+        }
+        self.parts.lights.push(light);
+        Ok(())
+    }
+
+    /// Makes a light with a material part of the scene.
+    fn make_solid(&mut self, name: &str, light: &Glowing) {
+        let Some(material) = light.material else { return };
+        let object = Some(self.parts.objects.len());
+        self.parts.objects.push(name.to_string());
+        if let LightShape::Area { triangles, .. } = &light.shape {
+            let triangles = triangles.clone();
+            self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
+        }
+        if !light.caps.is_empty() {
+            let material = self.black(format!("caps of {name}"));
+            let triangles = light.caps.clone();
+            self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
+        }
+    }
+
+    fn light_power(&self, pointer: &str, power: &PerBand) -> Result<Vec<f64>> {
+        self.per_band(&format!("{pointer}/power"), power, f64::MAX)
+    }
+
+    fn point_light(&self, pointer: &str, light: &PointFile) -> Result<Glowing> {
+        let shape = LightShape::Point { position: self.point(light.position) };
+        Ok(Glowing::new(self.light_power(pointer, &light.power)?, shape))
+    }
+
+    fn spot_light(&self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
+        let Some(direction) = unit_vector(light.direction.into()) else {
+            return Err(self
+                .error(format!("{pointer}/direction"), "a direction of length 0")
+                .remedy("say where the spot points: [0, 0, -1] is down"));
+        };
+        let half_angle = light.half_angle_deg;
+        if !(half_angle > 0.0 && half_angle <= 180.0) {
+            let problem = format!("{half_angle}, must be above 0 and at most 180");
+            return Err(self
+                .error(format!("{pointer}/half_angle_deg"), problem)
+                .remedy("it is the angle between the axis and the rim, in degrees"));
+        }
+        let shape = LightShape::Spot {
+            position: self.point(light.position),
+            direction,
+            half_angle: half_angle.to_radians(),
+        };
+        Ok(Glowing::new(self.light_power(pointer, &light.power)?, shape))
+    }
+
+    fn tube_light(&mut self, pointer: &str, light: &TubeFile) -> Result<Glowing> {
+        let (from, to) = (self.point(light.from), self.point(light.to));
+        let radius = light.radius * self.metres;
+        let Some(axis) = unit_vector(to - from) else {
+            return Err(self
+                .error(pointer, "a tube of length 0: `from` is `to`")
+                .remedy("move one end, or take a point light"));
+        };
+        self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
+        let power = self.light_power(pointer, &light.power)?;
+        if light.emission == EmissionFile::Isotropic {
+            if radius > 0.0 || light.material.is_some() {
+                return Err(self
+                    .error(format!("{pointer}/emission"), "only a line (radius 0) is isotropic")
+                    .remedy("set `radius` to 0, or leave `emission` out"));
+            }
+            return Ok(Glowing::new(power, LightShape::IsotropicLine { from, to }));
+        }
+        let Some(material) = &light.material else {
+            return Ok(Glowing::new(power, LightShape::Tube { from, to, radius }));
+        };
+        if radius == 0.0 {
+            return Err(self
+                .error(format!("{pointer}/material"), "a line (radius 0) has no surface")
+                .remedy("give the tube a radius, or leave `material` out"));
+        }
+        let material = Some(self.named_material(&format!("{pointer}/material"), material)?);
+        let Prism { sides, caps } = prism(from, to, axis, radius);
+        let shape = LightShape::Area { triangles: sides, two_sided: false };
+        Ok(Glowing { power, shape, material, caps })
+    }
+
+    fn area_light(&mut self, pointer: &str, light: &AreaFile) -> Result<Glowing> {
+        let triangles = self.area_triangles(pointer, light)?;
+        let area: f64 = triangles.iter().map(area).sum();
+        if area <= 0.0 {
+            return Err(self
+                .error(pointer, "an area light without area")
+                .remedy("its corners must not lie on one line"));
+        }
+        let sides = if light.two_sided { 2.0 } else { 1.0 };
+        let power = match (&light.power, &light.radiance) {
+            (Some(power), None) => self.light_power(pointer, power)?,
+            (None, Some(radiance)) => {
+                let radiance = self.per_band(&format!("{pointer}/radiance"), radiance, f64::MAX)?;
+                radiance.iter().map(|l| sides * PI * l * area).collect()
+            }
+            (given, _) => {
+                let problem = match given {
+                    Some(_) => "both `power` and `radiance`",
+                    None => "neither `power` nor `radiance`",
+                };
+                return Err(self.error(pointer, problem).remedy("give exactly one of them"));
+            }
+        };
+        let material = match &light.material {
+            Some(name) => Some(self.named_material(&format!("{pointer}/material"), name)?),
+            None => None,
+        };
+        let shape = LightShape::Area { triangles, two_sided: light.two_sided };
+        Ok(Glowing { power, shape, material, caps: Vec::new() })
+    }
+
+    fn area_triangles(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<[DVec3; 3]>> {
+        match (&light.vertices, &light.obj) {
+            (Some(vertices), None) => {
+                for (key, given) in [
+                    ("transform", light.transform.is_some()),
+                    ("instances", light.instances.is_some()),
+                ] {
+                    if given {
+                        return Err(self
+                            .error(format!("{pointer}/{key}"), "goes with `obj` only")
+                            .remedy("place the `vertices` where they belong"));
+                    }
+                }
+                if !(3..=10_000).contains(&vertices.len()) {
+                    let problem = format!("{} corners, must be 3 to 10000", vertices.len());
+                    return Err(self
+                        .error(format!("{pointer}/vertices"), problem)
+                        .remedy("use an `obj` for a larger shape"));
+                }
+                self.count_triangles(vertices.len() - 2)?;
+                let polygon: Vec<DVec3> = vertices.iter().map(|&v| self.point(v)).collect();
+                Ok(triangulate(&polygon).into_iter().map(|t| t.map(|i| polygon[i])).collect())
+            }
+            (None, Some(file)) => {
+                let obj = self.obj(&format!("{pointer}/obj"), file)?;
+                let mut triangles = Vec::new();
+                let instances = light.instances.as_deref();
+                for transform in self.placements(pointer, light.transform, instances)? {
+                    for part in &obj.parts {
+                        triangles.extend(self.placed(&part.triangles, &transform)?);
+                    }
+                }
+                Ok(triangles)
+            }
+            (given, _) => {
+                let problem = match given {
+                    Some(_) => "both `vertices` and `obj`",
+                    None => "neither `vertices` nor `obj`",
+                };
+                Err(self.error(pointer, problem).remedy("give exactly one of them"))
+            }
+        }
+    }
+}
+
+/// A light and, where it has a material, what it adds to the surfaces.
+struct Glowing {
+    power: Vec<f64>,
+    shape: LightShape,
+    material: Option<usize>,
+    caps: Vec<[DVec3; 3]>,
+}
+
+impl Glowing {
+    fn new(power: Vec<f64>, shape: LightShape) -> Self {
+        Self { power, shape, material: None, caps: Vec::new() }
+    }
+}
+
+struct Prism {
+    sides: Vec<[DVec3; 3]>,
+    caps: Vec<[DVec3; 3]>,
+}
+
+/// A closed prism of the same lateral area as the cylinder, normals out.
+fn prism(from: DVec3, to: DVec3, axis: DVec3, radius: f64) -> Prism {
+    let (x, y) = axis.any_orthonormal_pair();
+    let half_side = PI / TUBE_SIDES as f64;
+    let rim = radius * half_side / half_side.sin();
+    let corner = |i: usize| {
+        let (sin, cos) = (TAU * (i % TUBE_SIDES) as f64 / TUBE_SIDES as f64).sin_cos();
+        rim * (cos * x + sin * y)
+    };
+    let mut prism = Prism { sides: Vec::new(), caps: Vec::new() };
+    // any_orthonormal_pair is right-handed with the axis: corners run counter-clockwise around it
+    for i in 0..TUBE_SIDES {
+        let (p, q) = (corner(i), corner(i + 1));
+        prism.sides.push([from + p, from + q, to + q]);
+        prism.sides.push([from + p, to + q, to + p]);
+        prism.caps.push([to, to + p, to + q]);
+        prism.caps.push([from, from + q, from + p]);
+    }
+    prism
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prism_is_closed_and_has_the_cylinder_s_lateral_area() {
+        let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 4.0, 1.0));
+        let Prism { sides, caps } = prism(from, to, (to - from).normalize(), 0.1);
+        let lateral: f64 = sides.iter().map(area).sum();
+        assert!((lateral - TAU * 0.1 * 3.0).abs() < 1e-12);
+        let vector: DVec3 = sides.iter().chain(&caps).map(|[a, b, c]| (b - a).cross(c - a)).sum();
+        assert!(vector.length() < 1e-12, "closed: {vector}");
+        let middle = 0.5 * (from + to);
+        for [a, b, c] in sides.iter().chain(&caps) {
+            assert!((b - a).cross(c - a).dot(*a - middle) > 0.0, "normals point out");
+        }
+    }
+}

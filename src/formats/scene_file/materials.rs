@@ -1,0 +1,438 @@
+//! Materials: of the scene file, and of MTL entries.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::{Loader, NamedMaterial, Result, format::*, json, unknown};
+use crate::{
+    error::Error,
+    formats::obj::{MtlEntry, MtlLibrary},
+    scene::material::{
+        Dielectric, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,
+        normal_fresnel,
+    },
+};
+
+/// Index of refraction of a leaf's cuticle (Jacquemoud and Baret 1990; Bousquet et al. 2005).
+const LEAF_IOR: f64 = 1.425;
+
+/// Rounding that a sum of fractions may exceed 1 by.
+const ROUNDING: f64 = 1e-9;
+
+/// The materials of a scene: all of its file's, and the MTL entries that are used.
+#[derive(Default)]
+pub(super) struct Library {
+    entries: Vec<Entry>,
+    by_name: BTreeMap<String, usize>,
+    by_mtl_place: BTreeMap<String, usize>,
+    names: HashSet<String>,
+    used: usize,
+}
+
+struct Entry {
+    named: NamedMaterial,
+    /// Index among the materials that surfaces have.
+    used: Option<usize>,
+    reciprocal: bool,
+}
+
+impl Library {
+    fn add(&mut self, name: String, material: Material, reciprocal: bool) -> usize {
+        self.names.insert(name.clone());
+        let named = NamedMaterial { name, material };
+        self.entries.push(Entry { named, used: None, reciprocal });
+        self.entries.len() - 1
+    }
+
+    /// The index that a material has in the scene, now that a surface has it.
+    fn use_entry(&mut self, entry: usize) -> usize {
+        *self.entries[entry].used.get_or_insert_with(|| {
+            self.used += 1;
+            self.used - 1
+        })
+    }
+
+    pub(super) fn unused(&self) -> Vec<String> {
+        let unused = self.entries.iter().filter(|entry| entry.used.is_none());
+        unused.map(|entry| entry.named.name.clone()).collect()
+    }
+
+    pub(super) fn non_reciprocal(&self) -> Vec<String> {
+        let found = self.entries.iter().filter(|e| e.used.is_some() && !e.reciprocal);
+        found.map(|entry| entry.named.name.clone()).collect()
+    }
+
+    pub(super) fn into_used(self) -> Vec<NamedMaterial> {
+        let mut used: Vec<(usize, NamedMaterial)> =
+            self.entries.into_iter().filter_map(|e| Some((e.used?, e.named))).collect();
+        used.sort_by_key(|(index, _)| *index);
+        used.into_iter().map(|(_, named)| named).collect()
+    }
+}
+
+impl Loader<'_> {
+    pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialFile>) -> Result<()> {
+        for (name, file) in files {
+            let pointer = format!("/materials/{}", json::escaped(name));
+            let material = self.material(&pointer, file)?;
+            let reciprocal = match file {
+                MaterialFile::Leaf(LeafFile { transmittance, back: Some(back), .. }) => {
+                    back.transmittance.is_none()
+                        || self.checked(back.transmittance.as_ref())
+                            == self.checked(transmittance.as_ref())
+                }
+                _ => true,
+            };
+            let index = self.materials.add(name.clone(), material, reciprocal);
+            self.materials.by_name.insert(name.clone(), index);
+        }
+        Ok(())
+    }
+
+    /// The scene's index of the material that the scene file calls `name`.
+    pub(super) fn named_material(&mut self, pointer: &str, name: &str) -> Result<usize> {
+        match self.materials.by_name.get(name) {
+            Some(&entry) => Ok(self.materials.use_entry(entry)),
+            None => Err(unknown(
+                self.error(pointer, format!("no material `{name}` in the scene")),
+                name,
+                self.materials.by_name.keys().map(String::as_str),
+            )),
+        }
+    }
+
+    /// A perfectly black material of the program's own.
+    pub(super) fn black(&mut self, name: String) -> usize {
+        let material = Material::Lambert(Lambert::new(&self.lanes(&vec![0.0; self.bands])));
+        let entry = self.materials.add(name, material, true);
+        self.materials.use_entry(entry)
+    }
+
+    /// The scene's index of the material that an OBJ file calls `name` at `place`: of the scene
+    /// file, else of its MTL files. For the latter also the radiance that it emits, if it does.
+    pub(super) fn obj_material(
+        &mut self,
+        place: &str,
+        name: &str,
+        mtl: &MtlLibrary,
+    ) -> Result<(usize, Option<Vec<f64>>)> {
+        if let Some(&entry) = self.materials.by_name.get(name) {
+            return Ok((self.materials.use_entry(entry), None));
+        }
+        let Some(entry) = mtl.entry(name)? else {
+            let mut error = Error::input(place, format!("no material `{name}`"));
+            if let Some(missing) = mtl.missing().first() {
+                error = Error::input(
+                    place,
+                    format!("no material `{name}` ({}: {})", missing.file, missing.why),
+                );
+            }
+            let scene = self.materials.by_name.keys().map(String::as_str);
+            let known: Vec<&str> = scene.chain(mtl.names()).collect();
+            return Err(unknown(error, name, known.iter().copied()));
+        };
+        let radiance = self.emission(entry)?;
+        if let Some(&index) = self.materials.by_mtl_place.get(&entry.place) {
+            return Ok((self.materials.use_entry(index), radiance));
+        }
+        let material = self.mtl_material(entry)?;
+        let taken = self.materials.names.contains(name);
+        let shown = if taken { format!("{name} ({})", entry.place) } else { name.into() };
+        let index = self.materials.add(shown, material, true);
+        self.materials.by_mtl_place.insert(entry.place.clone(), index);
+        Ok((self.materials.use_entry(index), radiance))
+    }
+
+    fn emission(&self, entry: &MtlEntry) -> Result<Option<Vec<f64>>> {
+        match entry.ke {
+            Some(ke) if ke.iter().any(|&v| v > 0.0) => {
+                self.rgb_bands(entry, "Ke", ke, f64::MAX).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// r, g, b as bands: in order for three, their mean for one.
+    fn rgb_bands(&self, entry: &MtlEntry, key: &str, rgb: [f64; 3], high: f64) -> Result<Vec<f64>> {
+        if let Some(bad) = rgb.iter().find(|v| !(0.0..=high).contains(*v)) {
+            let range = if high == 1.0 { "from 0 to 1" } else { "at least 0" };
+            let problem = format!("{key} = {bad} of material {}, must be {range}", entry.name);
+            return Err(Error::input(&entry.place, problem)
+                .remedy("mend it, or give the scene a material of this name"));
+        }
+        match self.bands {
+            1 => Ok(vec![rgb.iter().sum::<f64>() / 3.0]),
+            3 => Ok(rgb.to_vec()),
+            n => Err(Error::input(
+                &entry.place,
+                format!("material {} has r, g, b, the scene has {n} bands", entry.name),
+            )
+            .remedy(format!("give the scene a material `{}` in /materials", entry.name))),
+        }
+    }
+
+    fn mtl_material(&mut self, entry: &MtlEntry) -> Result<Material> {
+        let place = format!("{}: material {}", entry.place, entry.name);
+        if entry.map_kd.is_some() {
+            self.warn(&place, "its texture map_Kd is not read: Kd is its colour everywhere");
+        }
+        let (key, colour) =
+            if entry.illum == Some(5) { ("Ks", entry.ks) } else { ("Kd", entry.kd) };
+        if colour.is_none() && entry.illum != Some(7) {
+            self.warn(&place, format!("no {key}: it reflects nothing"));
+        }
+        let fraction = |key: &str, rgb: Option<[f64; 3]>| {
+            self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
+        };
+        let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&self.lanes(&fraction)));
+        let specular = entry.ks.is_some_and(|ks| ks.iter().any(|&v| v > 0.0));
+        match entry.illum {
+            Some(1 | 3) => Ok(lambert(fraction("Kd", entry.kd)?)),
+            Some(2) if specular => {
+                let phong = PhongFile {
+                    reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),
+                    specular: Some(PerBand::Each(fraction("Ks", entry.ks)?)),
+                    transmittance: None,
+                    exponent: Some(entry.ns.unwrap_or(0.0)),
+                };
+                let material = self.phong(&phong).map_err(|why| why.of_mtl(&place))?;
+                self.warn(
+                    place,
+                    "illum 2 with Ks: read as phong (many modelling programs write \
+                    this by default); give the scene a material of this name if that is not meant",
+                );
+                Ok(material)
+            }
+            Some(2) => Ok(lambert(fraction("Kd", entry.kd)?)),
+            Some(5) => Ok(Material::Mirror(Mirror::new(&self.lanes(&fraction("Ks", entry.ks)?)))),
+            Some(6) => {
+                let given = entry.tf.filter(|tf| *tf != [1.0; 3]);
+                let leaf = LeafFile {
+                    ior: Some(LEAF_IOR),
+                    reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),
+                    transmittance: Some(PerBand::Each(fraction("Tf", given)?)),
+                    back: None,
+                    thin: true,
+                    tint: None,
+                };
+                let (material, warning) =
+                    self.thin_leaf(&leaf).map_err(|why| why.of_mtl(&place))?;
+                if let Some(warning) = warning {
+                    self.warn(place, warning);
+                }
+                Ok(material)
+            }
+            Some(7) => {
+                let ior = entry.ni.unwrap_or(1.0);
+                check_ior(ior).map_err(|why| why.error(&place))?;
+                let tint = self.lanes(&fraction("Kd", entry.kd.or(Some([1.0; 3])))?);
+                Ok(Material::Dielectric(Dielectric::new(ior as f32, &tint)))
+            }
+            other => {
+                let material = lambert(fraction("Kd", entry.kd)?);
+                let illum = other.map_or("no illum".into(), |illum| format!("illum {illum}"));
+                self.warn(place, format!("{illum}: read as lambert with Kd"));
+                Ok(material)
+            }
+        }
+    }
+
+    fn material(&mut self, pointer: &str, file: &MaterialFile) -> Result<Material> {
+        let place = json::place(&self.path.display().to_string(), pointer);
+        match file {
+            MaterialFile::Lambert(m) => {
+                let reflectance =
+                    self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
+                Ok(Material::Lambert(Lambert::new(&self.lanes(&reflectance))))
+            }
+            MaterialFile::Mirror(m) => {
+                let reflectance =
+                    self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
+                Ok(Material::Mirror(Mirror::new(&self.lanes(&reflectance))))
+            }
+            MaterialFile::Transparent(m) => {
+                check_ior(m.ior).map_err(|why| why.error(&place))?;
+                let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
+                let (ior, tint) = (m.ior as f32, self.lanes(&tint));
+                Ok(match m.thin {
+                    true => Material::Pane(Pane::new(ior, &tint)),
+                    false => Material::Dielectric(Dielectric::new(ior, &tint)),
+                })
+            }
+            MaterialFile::Phong(m) => {
+                for (key, values) in [
+                    ("reflectance", &m.reflectance),
+                    ("specular", &m.specular),
+                    ("transmittance", &m.transmittance),
+                ] {
+                    self.fraction(pointer, key, values.as_ref(), 0.0)?;
+                }
+                if let Some(exponent) = m.exponent {
+                    self.in_range(&format!("{pointer}/exponent"), exponent, 0.0, 1e9)?;
+                }
+                self.phong(m).map_err(|why| why.error(&place))
+            }
+            MaterialFile::Leaf(m) if m.thin => {
+                self.check_leaf_ranges(pointer, m)?;
+                let (material, warning) = self.thin_leaf(m).map_err(|why| why.error(&place))?;
+                if let Some(warning) = warning {
+                    self.warn(place, warning);
+                }
+                Ok(material)
+            }
+            MaterialFile::Leaf(m) => {
+                for (key, given) in [
+                    ("reflectance", m.reflectance.is_some()),
+                    ("transmittance", m.transmittance.is_some()),
+                    ("back", m.back.is_some()),
+                ] {
+                    if given {
+                        let pointer = format!("{pointer}/{key}");
+                        return Err(self
+                            .error(pointer, "a solid leaf (thin: false) is a dielectric interface")
+                            .remedy("leave it out, or drop `thin`"));
+                    }
+                }
+                let ior = m.ior.unwrap_or(LEAF_IOR);
+                check_ior(ior).map_err(|why| why.error(&place))?;
+                let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
+                Ok(Material::Dielectric(Dielectric::new(ior as f32, &self.lanes(&tint))))
+            }
+        }
+    }
+
+    /// A fraction per band that may be left out.
+    fn fraction(
+        &self,
+        pointer: &str,
+        key: &str,
+        values: Option<&PerBand>,
+        default: f64,
+    ) -> Result<Vec<f64>> {
+        let values = values.unwrap_or(&PerBand::All(default)).clone();
+        self.per_band(&format!("{pointer}/{key}"), &values, 1.0)
+    }
+
+    fn check_leaf_ranges(&self, pointer: &str, leaf: &LeafFile) -> Result<()> {
+        if leaf.tint.is_some() {
+            return Err(self
+                .error(format!("{pointer}/tint"), "only a solid leaf (thin: false) has a tint")
+                .remedy("leave it out"));
+        }
+        for (key, values) in
+            [("reflectance", &leaf.reflectance), ("transmittance", &leaf.transmittance)]
+        {
+            if values.is_none() {
+                return Err(self
+                    .error(pointer, format!("a thin leaf has no `{key}`"))
+                    .remedy("give it as an integrating sphere measures it"));
+            }
+            self.fraction(pointer, key, values.as_ref(), 0.0)?;
+        }
+        if let Some(back) = &leaf.back {
+            let pointer = format!("{pointer}/back");
+            self.fraction(&pointer, "reflectance", back.reflectance.as_ref(), 0.0)?;
+            self.fraction(&pointer, "transmittance", back.transmittance.as_ref(), 0.0)?;
+        }
+        Ok(())
+    }
+
+    /// Fractions that have been checked one by one.
+    fn checked(&self, values: Option<&PerBand>) -> Vec<f64> {
+        match values {
+            None => vec![0.0; self.bands],
+            Some(PerBand::All(value)) => vec![*value; self.bands],
+            Some(PerBand::Each(values)) => values.clone(),
+        }
+    }
+
+    fn phong(&self, file: &PhongFile) -> std::result::Result<Material, Nonsense> {
+        let [reflectance, specular, transmittance] =
+            [&file.reflectance, &file.specular, &file.transmittance]
+                .map(|values| self.checked(values.as_ref()));
+        for b in 0..self.bands {
+            let sum = reflectance[b] + specular[b] + transmittance[b];
+            if sum > 1.0 + ROUNDING {
+                return Err(Nonsense::new(
+                    format!("reflectance + specular + transmittance = {sum:.4}, must be at most 1"),
+                    "lower one of them",
+                ));
+            }
+        }
+        Ok(Material::Phong(Phong::new(
+            PhongFractions {
+                reflectance: &self.lanes(&reflectance),
+                specular: &self.lanes(&specular),
+                transmittance: &self.lanes(&transmittance),
+            },
+            file.exponent.map(|n| n as f32),
+        )))
+    }
+
+    /// The leaf, and a warning where its cuticle alone reflects more than was measured.
+    fn thin_leaf(
+        &self,
+        file: &LeafFile,
+    ) -> std::result::Result<(Material, Option<String>), Nonsense> {
+        let ior = file.ior.unwrap_or(LEAF_IOR);
+        check_ior(ior)?;
+        let f0 = normal_fresnel(ior);
+        let [r, t] = [&file.reflectance, &file.transmittance].map(|v| self.checked(v.as_ref()));
+        let back = file.back.as_ref();
+        let of_back = |values: Option<&PerBand>, front: &[f64]| match values {
+            Some(values) => self.checked(Some(values)),
+            None => front.to_vec(),
+        };
+        let back_r = of_back(back.and_then(|b| b.reflectance.as_ref()), &r);
+        let back_t = of_back(back.and_then(|b| b.transmittance.as_ref()), &t);
+        for (face, r, t) in [("", &r, &t), ("back: ", &back_r, &back_t)] {
+            for b in 0..self.bands {
+                let sum = r[b].max(f0) + t[b];
+                if sum > 1.0 + ROUNDING {
+                    let shown = if r[b] < f0 { " (of the cuticle alone)" } else { "" };
+                    let problem = format!(
+                        "{face}reflectance{shown} + transmittance = {sum:.4}, must be at most 1"
+                    );
+                    return Err(Nonsense::new(problem, "lower one of them"));
+                }
+            }
+        }
+        let low = r.iter().chain(&back_r).any(|&r| r < f0);
+        let warning = low.then(|| {
+            format!(
+                "a reflectance below that of the cuticle: with ior {ior} the leaf shows {f0:.4} there"
+            )
+        });
+        let [r, t, back_r, back_t] = [r, t, back_r, back_t].map(|v| self.lanes(&v));
+        let front = LeafFace { reflectance: &r, transmittance: &t };
+        let back = LeafFace { reflectance: &back_r, transmittance: &back_t };
+        Ok((Material::Leaf(Leaf::new(ior as f32, front, back)), warning))
+    }
+}
+
+fn check_ior(ior: f64) -> std::result::Result<(), Nonsense> {
+    if (1.0..=1000.0).contains(&ior) {
+        return Ok(());
+    }
+    Err(Nonsense::new(format!("ior = {ior}, must be from 1 to 1000"), "water has 1.33, glass 1.5"))
+}
+
+/// What is wrong with a material, before it is said where.
+struct Nonsense {
+    problem: String,
+    remedy: &'static str,
+}
+
+impl Nonsense {
+    fn new(problem: String, remedy: &'static str) -> Self {
+        Self { problem, remedy }
+    }
+
+    fn error(self, place: &str) -> Error {
+        Error::input(place, self.problem).remedy(self.remedy)
+    }
+
+    fn of_mtl(self, place: &str) -> Error {
+        let remedy = format!("{}, or give the scene a material of this name", self.remedy);
+        Error::input(place, self.problem).remedy(remedy)
+    }
+}

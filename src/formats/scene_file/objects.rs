@@ -1,0 +1,198 @@
+//! Objects: placed OBJ files, with their materials, captors and glowing surfaces.
+
+use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
+
+use glam::DVec3;
+
+use super::{Loader, Result, format::*, stem};
+use crate::{
+    error::Error,
+    formats::obj::{ObjFile, ObjPart},
+    math::geometry::Transform,
+    scene::{
+        captor::CaptorKind,
+        light::LightShape,
+        world::{CaptorPart, LightPart, SurfacePart},
+    },
+};
+
+/// An object whose file is read and whose materials are found.
+struct Object<'a> {
+    pointer: &'a str,
+    name: String,
+    file: &'a ObjectFile,
+    obj: Arc<ObjFile>,
+    /// Name of the OBJ's faces outside any group.
+    stem: String,
+    /// Material of each part.
+    materials: Vec<usize>,
+    /// What the MTL entries that emit make glow, by entry.
+    glows: BTreeMap<String, Glow>,
+}
+
+struct Glow {
+    radiance: Vec<f64>,
+    triangles: Vec<[DVec3; 3]>,
+}
+
+impl Loader<'_> {
+    pub(super) fn load_objects(&mut self, objects: &[ObjectFile]) -> Result<()> {
+        for (i, file) in objects.iter().enumerate() {
+            self.load_object(&format!("/objects/{i}"), file)?;
+        }
+        Ok(())
+    }
+
+    fn load_object(&mut self, pointer: &str, file: &ObjectFile) -> Result<()> {
+        let obj = self.obj(&format!("{pointer}/obj"), &file.obj)?;
+        let stem = stem(&self.sibling(&file.obj));
+        let name = file.name.clone().unwrap_or_else(|| stem.clone());
+        let (materials, glows) = (Vec::new(), BTreeMap::new());
+        let mut object = Object { pointer, name, file, obj, stem, materials, glows };
+        for part in &object.obj.clone().parts {
+            let material = match &file.material {
+                Some(material) => self.named_material(&format!("{pointer}/material"), material)?,
+                None => self.part_material(&mut object, part)?,
+            };
+            object.materials.push(material);
+        }
+
+        if file.captor != SurfaceCaptorFile::Off {
+            self.claim_group(pointer, &object.name)?;
+        }
+        self.parts.objects.push(object.name.clone());
+        let placements = self.placements(pointer, file.transform, file.instances.as_deref())?;
+        for (i, transform) in placements.iter().enumerate() {
+            let instance = file.instances.as_ref().map(|_| i);
+            self.place_object(&mut object, instance, transform)?;
+        }
+
+        for (material, glow) in object.glows {
+            let area: f64 = glow.triangles.iter().map(area).sum();
+            let power = glow.radiance.iter().map(|l| PI * l * area).collect();
+            let shape = LightShape::Area { triangles: glow.triangles, two_sided: false };
+            let name = format!("{}/{material}", object.name);
+            self.add_light(pointer, LightPart { name, power, shape })?;
+        }
+        Ok(())
+    }
+
+    /// The material of a part that the object does not override.
+    fn part_material(&mut self, object: &mut Object, part: &ObjPart) -> Result<usize> {
+        let place = format!("{}:{}", self.sibling(&object.file.obj).display(), part.line);
+        let Some(name) = &part.material else {
+            return Err(Error::input(place, "a face without `usemtl`")
+                .remedy("name its material there, or give the object a `material`"));
+        };
+        let (index, radiance) = self.obj_material(&place, name, &object.obj.mtl)?;
+        if let Some(radiance) = radiance {
+            let glow = Glow { radiance, triangles: Vec::new() };
+            object.glows.entry(name.clone()).or_insert(glow);
+        }
+        Ok(index)
+    }
+
+    /// Adds one copy of an object to the scene.
+    fn place_object(
+        &mut self,
+        object: &mut Object,
+        instance: Option<usize>,
+        transform: &Transform,
+    ) -> Result<()> {
+        let object_index = self.parts.objects.len().checked_sub(1);
+        let copy = instance.map_or(String::new(), |i| format!("#{i}"));
+        let mut captors = match object.file.captor {
+            SurfaceCaptorFile::Off => None,
+            _ => {
+                let mut groups = vec![self.group(&object.name)];
+                if instance.is_some() {
+                    groups.push(self.group(&format!("{}{copy}", object.name)));
+                }
+                groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
+                groups.sort_unstable();
+                groups.dedup();
+                Some(SurfaceCaptors {
+                    groups,
+                    of_group: vec![Seen::default(); object.obj.groups.len()],
+                })
+            }
+        };
+        for (part, &material) in object.obj.clone().parts.iter().zip(&object.materials) {
+            let triangles = self.placed(&part.triangles, transform)?;
+            if let Some(glow) = part.material.as_ref().and_then(|name| object.glows.get_mut(name)) {
+                glow.triangles.extend_from_slice(&triangles);
+            }
+            let Some(captors) = &mut captors else {
+                self.parts.surfaces.push(SurfacePart {
+                    object: object_index,
+                    material,
+                    captor: None,
+                    triangles,
+                });
+                continue;
+            };
+            let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
+            let id = format!("{}/{group}{copy}", object.name);
+            let seen = &mut captors.of_group[part.group];
+            if object.file.captor == SurfaceCaptorFile::Triangles {
+                for triangle in triangles {
+                    let id = format!("{id}/{}", seen.triangles);
+                    seen.triangles += 1;
+                    if area(&triangle) == 0.0 {
+                        self.warn(
+                            object.pointer,
+                            format!("triangle `{id}` has no area: no captor"),
+                        );
+                        continue;
+                    }
+                    let captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
+                    let triangles = vec![triangle];
+                    self.parts.surfaces.push(SurfacePart {
+                        object: object_index,
+                        material,
+                        captor,
+                        triangles,
+                    });
+                }
+            } else {
+                if seen.captor.is_none() {
+                    seen.captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
+                }
+                let captor = seen.captor;
+                self.parts.surfaces.push(SurfacePart {
+                    object: object_index,
+                    material,
+                    captor,
+                    triangles,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn surface_captor(&mut self, pointer: &str, id: String, groups: &[usize]) -> Result<usize> {
+        self.claim_id(pointer, &id)?;
+        let (kind, groups) = (CaptorKind::Surface, groups.to_vec());
+        self.parts.captors.push(CaptorPart { id, kind, triangles: Vec::new(), groups });
+        Ok(self.parts.captors.len() - 1)
+    }
+}
+
+/// The surface captors of one copy of an object.
+struct SurfaceCaptors {
+    /// The groups of captors that they belong to.
+    groups: Vec<usize>,
+    /// What has been made of each group of the OBJ file so far.
+    of_group: Vec<Seen>,
+}
+
+#[derive(Clone, Default)]
+struct Seen {
+    captor: Option<usize>,
+    triangles: usize,
+}
+
+/// Area of a triangle, m2.
+pub(super) fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
+}

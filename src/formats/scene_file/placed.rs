@@ -1,0 +1,87 @@
+//! OBJ files, and where their copies stand.
+
+use std::{path::Path, sync::Arc};
+
+use glam::DVec3;
+
+use super::{Loader, Result, format::*};
+use crate::{formats::obj::ObjFile, math::geometry::Transform};
+
+impl Loader<'_> {
+    /// An OBJ file, read once.
+    pub(super) fn obj(&mut self, pointer: &str, file: &str) -> Result<Arc<ObjFile>> {
+        let path = self.sibling(file);
+        if let Some(obj) = self.obj_files.get(&path) {
+            return Ok(obj.clone());
+        }
+        if file.is_empty() {
+            return Err(self.error(pointer, "no file name").remedy("name an OBJ file"));
+        }
+        let bytes = self.bytes(pointer, &path)?;
+        let fetch = |path: &Path| self.fetch(path);
+        let obj = match self.kept {
+            Some(kept) => kept.obj(&bytes, &path, &fetch)?,
+            None => Arc::new(ObjFile::parse(&bytes, &path, fetch)?),
+        };
+        for part in obj.parts.iter().filter(|part| part.tangled > 0) {
+            self.warn(
+                format!("{}:{}", path.display(), part.line),
+                format!(
+                    "{} of the faces from here on have an outline that crosses itself, so it is \
+                    unclear what they cover; cut them into triangles in the modelling program",
+                    part.tangled
+                ),
+            );
+        }
+        self.obj_files.insert(path, obj.clone());
+        Ok(obj)
+    }
+
+    /// Placements of an object: `transform` alone, or each instance after it.
+    pub(super) fn placements(
+        &self,
+        pointer: &str,
+        transform: Option<TransformFile>,
+        instances: Option<&[TransformFile]>,
+    ) -> Result<Vec<Transform>> {
+        let base =
+            self.transform(&format!("{pointer}/transform"), transform.unwrap_or_default())?;
+        let Some(instances) = instances else { return Ok(vec![base]) };
+        if instances.is_empty() {
+            return Err(self
+                .error(format!("{pointer}/instances"), "an empty list")
+                .remedy("leave it out for one copy"));
+        }
+        instances
+            .iter()
+            .enumerate()
+            .map(|(i, instance)| {
+                let pointer = format!("{pointer}/instances/{i}");
+                Ok(self.transform(&pointer, *instance)?.after(&base))
+            })
+            .collect()
+    }
+
+    fn transform(&self, pointer: &str, file: TransformFile) -> Result<Transform> {
+        let scale = file.scale.unwrap_or(1.0);
+        if scale <= 0.0 {
+            return Err(self
+                .error(format!("{pointer}/scale"), format!("{scale}, must be above 0"))
+                .remedy("a mirrored copy needs an OBJ file of its own"));
+        }
+        let rotate = DVec3::from(file.rotate_deg.unwrap_or_default());
+        let translate = DVec3::from(file.translate.unwrap_or_default()) * self.metres;
+        Ok(Transform::new(scale, rotate, translate))
+    }
+
+    /// Triangles in metres, placed.
+    pub(super) fn placed(
+        &mut self,
+        triangles: &[[DVec3; 3]],
+        transform: &Transform,
+    ) -> Result<Vec<[DVec3; 3]>> {
+        self.count_triangles(triangles.len())?;
+        let metres = self.metres;
+        Ok(triangles.iter().map(|t| t.map(|p| transform.point(p * metres))).collect())
+    }
+}

@@ -1,0 +1,206 @@
+//! What a share of a run found, as a file: JSON, a line for the head, one for each block and each piece of
+//! the photon map, and one for the end, so that it is read in little memory however large it is.
+
+use std::{
+    fmt::Display,
+    fs::File,
+    io::{self, BufRead, BufReader, Read, Write},
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::{
+    error::{Error, Result},
+    formats::input::hex,
+    transport::{
+        photon_map::PieceKey,
+        settings::{Estimator, Settings},
+        shard::Shard,
+        simulate::Share,
+        tally::Sums,
+    },
+};
+
+/// The longest line that is read, bytes.
+const LONGEST: u64 = 1 << 30;
+/// The version that wrote it.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What a share is of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShareHead {
+    /// Which one: `3/16`.
+    pub phylux_part: String,
+    /// Version of phylux.
+    pub phylux: String,
+    /// The scene file, as it was named.
+    pub scene: String,
+    /// SHA-256 of it and of all files that it names.
+    pub inputs: String,
+    /// How it is run.
+    pub settings: ShareSettings,
+}
+
+/// Settings that the results of a run depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShareSettings {
+    estimator: Estimator,
+    photons: u64,
+    seed: u64,
+    k: Option<usize>,
+    map_photons: usize,
+    splitting: usize,
+    by_light: bool,
+}
+
+impl ShareSettings {
+    /// Those of a run.
+    pub fn new(settings: &Settings) -> Self {
+        let Settings { estimator, photons, seed, k, map_photons, splitting, by_light, .. } =
+            *settings;
+        let photons = photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        Self { estimator, photons, seed, k, map_photons, splitting, by_light }
+    }
+
+    /// A run with them, on so many threads; none where a number is none that a run may have.
+    pub fn settings(&self, threads: usize) -> Option<Settings> {
+        let Self { estimator, photons, seed, k, map_photons, splitting, by_light } = *self;
+        let photons = Some(Settings::check_photons(photons).ok()?);
+        let k = k.map(|k| Settings::check_k(k as u64)).transpose().ok()?;
+        let map_photons = Settings::check_map_photons(map_photons as u64).ok()?;
+        let splitting = Settings::check_splitting(splitting as u64).ok()?;
+        let own = Settings {
+            estimator,
+            photons,
+            seed,
+            k,
+            map_photons,
+            splitting,
+            by_light,
+            threads,
+            ..Settings::default()
+        };
+        Some(own)
+    }
+}
+
+/// A line behind the head.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Line {
+    /// The sums of a block.
+    Block {
+        /// Its index.
+        index: u64,
+        /// What was counted.
+        sums: Sums,
+    },
+    /// Arrivals on captors.
+    Piece {
+        /// Which.
+        key: PieceKey,
+        /// They.
+        words: Vec<u32>,
+    },
+    /// The first piece whose arrivals no longer fit into the map.
+    Full {
+        /// Which.
+        key: PieceKey,
+    },
+    /// Nothing comes after it.
+    End {
+        /// Of all before this line.
+        sha256: String,
+    },
+}
+
+/// Writes a share.
+pub fn write_share(head: &ShareHead, share: Share, writer: &mut dyn Write) -> io::Result<()> {
+    let mut hash = Sha256::new();
+    let mut line = |value: Vec<u8>| {
+        hash.update(&value);
+        hash.update(b"\n");
+        writer.write_all(&value)?;
+        writer.write_all(b"\n")
+    };
+    line(serde_json::to_vec(head)?)?;
+    for (index, sums) in share.blocks {
+        line(serde_json::to_vec(&Line::Block { index, sums })?)?;
+    }
+    for (key, piece) in share.pieces {
+        line(serde_json::to_vec(&Line::Piece { key, words: piece.words() })?)?;
+    }
+    if let Some(key) = share.end {
+        line(serde_json::to_vec(&Line::Full { key })?)?;
+    }
+    let end = Line::End { sha256: hex(hash) };
+    serde_json::to_writer(&mut *writer, &end)?;
+    writer.write_all(b"\n")
+}
+
+/// A file of a share, read line by line.
+pub struct ShareReader {
+    path: PathBuf,
+    reader: BufReader<File>,
+    hash: Sha256,
+    /// What it is of.
+    pub head: ShareHead,
+    /// Which share it is.
+    pub shard: Shard,
+}
+
+impl ShareReader {
+    /// Opens the file at `path`. Errors: it cannot be read, or is no part of a run.
+    pub fn open(path: &Path) -> Result<Self> {
+        let fail = |why: &dyn Display| Error::input(path.display(), why);
+        let none = |why: &dyn Display| {
+            fail(&format!("is no part of a run: {why}"))
+                .remedy("name files that `phylux run --shard` has written")
+        };
+        let unreadable = |e: io::Error| fail(&format!("cannot be read: {}", e.kind()));
+        if !path.is_file() {
+            return Err(none(&"it is not a file"));
+        }
+        let mut reader = BufReader::new(File::open(path).map_err(unreadable)?);
+        let mut hash = Sha256::new();
+        let line = line(&mut reader, &mut hash).map_err(unreadable)?;
+        let head: ShareHead = serde_json::from_slice(&line).map_err(|e| none(&e))?;
+        let shard = Shard::parse(&head.phylux_part).map_err(|why| none(&why))?;
+        Ok(Self { path: path.to_path_buf(), reader, hash, head, shard })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The next line; the end comes once, and only if all before it is as it was written.
+    pub fn next(&mut self) -> Result<Line> {
+        let spoiled = || {
+            Error::input(self.path.display(), "was cut short or changed since it was written")
+                .remedy("trace this part again")
+        };
+        let before = self.hash.clone();
+        let line = line(&mut self.reader, &mut self.hash).map_err(|_| spoiled())?;
+        let line = serde_json::from_slice(&line).map_err(|_| spoiled())?;
+        match &line {
+            Line::End { sha256 } if *sha256 != hex(before) => Err(spoiled()),
+            _ => Ok(line),
+        }
+    }
+
+    /// An error in it that no reader of lines can see.
+    pub fn does_not_fit(&self) -> Error {
+        Error::input(self.path.display(), "does not fit its own scene and settings")
+            .remedy("trace this part again")
+    }
+}
+
+fn line(reader: &mut BufReader<File>, hash: &mut Sha256) -> io::Result<Vec<u8>> {
+    let mut line = Vec::new();
+    reader.take(LONGEST).read_until(b'\n', &mut line)?;
+    hash.update(&line);
+    Ok(line)
+}

@@ -1,0 +1,302 @@
+//! Sweep files: which scene, what varies, what goes together -> [`Sweep`], with all checking.
+
+mod design;
+mod format;
+mod reader;
+
+use std::{
+    collections::HashMap,
+    fmt::Display,
+    path::{Path, PathBuf},
+};
+
+use serde_json::{Map, Value};
+use sha2::{Digest, Sha256};
+
+use format::CombineFile;
+pub use format::SweepFile;
+
+use crate::{
+    error::{Error, Result},
+    formats::{
+        input::{RELATIVE, hex, quoted, read_bytes},
+        json,
+    },
+    transport::settings::Settings,
+};
+use design::Points;
+use reader::Reader;
+
+/// Columns that the tables have besides the parameters.
+pub const COLUMNS: [&str; 19] = [
+    "min",
+    "max",
+    "run",
+    "file",
+    "seed",
+    "photons",
+    "error",
+    "captor",
+    "group",
+    "captors",
+    "face",
+    "band",
+    "seconds",
+    "irradiance",
+    "irradiance_se",
+    "absorbed",
+    "absorbed_se",
+    "few_paths",
+    "threads",
+];
+
+/// How columns of the energy balance begin.
+pub const BALANCE: [&str; 5] = ["power_", "emitted_", "absorbed_", "escaped_", "lost_"];
+
+/// One number of the scene that varies, or several at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name: in the tables, a column.
+    pub name: String,
+    /// Where its value goes: JSON pointers into the scene.
+    pub at: Vec<String>,
+    /// Its values.
+    pub values: Vec<Value>,
+}
+
+/// A scene and all that it is to be run with.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// The folder that the paths are relative to.
+    folder: PathBuf,
+    /// The scene's path in it.
+    scene_path: String,
+    /// The sweep file, as written.
+    file: Value,
+    /// The scene file, as written.
+    scene: Value,
+    parameters: Vec<Parameter>,
+    points: Points,
+    /// Whether the points are a sample.
+    sampled: bool,
+    seeds: u64,
+}
+
+/// One run of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run<'a> {
+    /// From 1, in the order of the design.
+    pub number: usize,
+    /// The index of each parameter's value.
+    pub choices: Vec<usize>,
+    /// The value of each parameter.
+    pub values: Vec<(&'a Parameter, &'a Value)>,
+    /// Seed of its random streams.
+    pub seed: u64,
+}
+
+impl Sweep {
+    /// Reads the sweep file at `path` and its scene. Errors name the file and the place in it.
+    pub fn load(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        let bytes = read_bytes(path)
+            .map_err(|why| Error::input(&name, why).remedy("name a sweep file (JSON)"))?;
+        let value = json::parse(&name, &bytes)?;
+        let file: SweepFile = json::read(&name, value.clone())?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let bytes = read_bytes(&folder.join(&file.scene)).map_err(|why| {
+            let problem = format!("{}: {why}", file.scene);
+            Error::input(json::place(&name, "/scene"), problem).remedy(RELATIVE)
+        })?;
+        let scene = json::parse(&file.scene, &bytes)?;
+        Self::new(&name, value, scene, folder)
+    }
+
+    /// From the content of the sweep file `name` and of its scene; files that the scene names are
+    /// relative to `folder`. Errors name the place in the sweep file.
+    pub fn new(name: &str, file: Value, scene: Value, folder: PathBuf) -> Result<Self> {
+        let sweep_file: SweepFile = json::read(name, file.clone())?;
+        let reader = Reader { name, scene: &scene };
+        let seeds = sweep_file.seeds.map_or(1, |seeds| seeds.0);
+        let (parameters, points) = reader.design(&sweep_file, seeds)?;
+        let sampled = matches!(sweep_file.combine, CombineFile::Sample(_));
+        let scene_path = sweep_file.scene;
+        let sweep = Self { folder, scene_path, file, scene, parameters, points, sampled, seeds };
+        sweep.check_runs(name)?;
+        Ok(sweep)
+    }
+
+    /// The sweep file, as written.
+    pub fn file(&self) -> &Value {
+        &self.file
+    }
+
+    /// The scene file, as written.
+    pub fn scene(&self) -> &Value {
+        &self.scene
+    }
+
+    /// The scene's path, relative to the sweep file.
+    pub fn scene_path(&self) -> &str {
+        &self.scene_path
+    }
+
+    /// The folder that the scene's path and those in it are relative to.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What varies.
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// Whether all parameters vary at once, so that neighbouring values do not belong together.
+    pub fn is_scattered(&self) -> bool {
+        self.sampled && self.parameters.len() > 1
+    }
+
+    /// All runs, in the order of the design: the seeds of each point one after the other.
+    pub fn runs(&self) -> impl ExactSizeIterator<Item = Run<'_>> {
+        (0..self.points.len() * self.seeds as usize).map(|index| self.run(index))
+    }
+
+    /// The run with this index in the order of the design.
+    pub fn run(&self, index: usize) -> Run<'_> {
+        let (point, seed) = (index / self.seeds as usize, index as u64 % self.seeds);
+        let choices: Vec<usize> = self.points[point].iter().map(|i| *i as usize).collect();
+        let values = self.parameters.iter().zip(&choices);
+        let values = values.map(|(p, &i)| (p, &p.values[i])).collect();
+        Run { number: index + 1, choices, values, seed: self.first_seed().wrapping_add(seed) }
+    }
+
+    fn first_seed(&self) -> u64 {
+        let seed = self.scene.pointer("/settings/seed").and_then(Value::as_u64);
+        seed.unwrap_or(Settings::default().seed)
+    }
+
+    /// The scene of a run: with its values and its seed.
+    pub fn document(&self, run: &Run) -> Value {
+        let mut document = self.scene.clone();
+        for (parameter, value) in &run.values {
+            for place in &parameter.at {
+                if let Some(place) = document.pointer_mut(place) {
+                    *place = (*value).clone();
+                }
+            }
+        }
+        if let Value::Object(scene) = &mut document
+            && let Value::Object(settings) =
+                scene.entry("settings").or_insert_with(|| Map::new().into())
+        {
+            settings.insert("seed".into(), run.seed.into());
+        }
+        document
+    }
+
+    /// The name that a run keeps while others come and go: a hash of the scene's path, its values and
+    /// its seed.
+    pub fn key(&self, run: &Run) -> String {
+        let values = run.values.iter().map(|(p, value)| (&p.name, &p.at, value));
+        let text = serde_json::json!([self.scene_path, values.collect::<Vec<_>>(), run.seed]);
+        hash(text.to_string().as_bytes())[..16].to_string()
+    }
+
+    /// No two runs may be the same.
+    fn check_runs(&self, name: &str) -> Result<()> {
+        let mut known = HashMap::new();
+        for run in self.runs() {
+            if let Some(first) = known.insert(self.key(&run), run.number) {
+                let problem = format!("runs {first} and {} are the same ({run})", run.number);
+                return Err(Error::input(json::place(name, "/vary"), problem)
+                    .remedy("name each value once; `seeds` repeats runs"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Display for Run<'_> {
+    /// Its values and its seed.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (parameter, value) in &self.values {
+            write!(f, "{} = {}, ", parameter.name, quoted_value(value))?;
+        }
+        write!(f, "seed {}", self.seed)
+    }
+}
+
+/// A value for a sentence.
+fn quoted_value(value: &Value) -> String {
+    match value {
+        Value::Number(number) => number.to_string(),
+        Value::String(text) => quoted(text),
+        other => quoted(&other.to_string()),
+    }
+}
+
+/// SHA-256 in hexadecimal digits.
+pub fn hash(bytes: &[u8]) -> String {
+    hex(Sha256::new_with_prefix(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::formats::spoil::spoiled;
+
+    const SCENE: &str = r#"{"lights": [{"power": 1}, {"power": [2, 3]}], "settings": {"seed": 3}}"#;
+    const FILES: &[&str] = &[
+        r#"{ "scene": "s.json",
+             "vary": { "/lights/0/power": [ 1, 2.5, "x" ], "b": { "at": [ "/lights/1/power/0" ],
+                "from": 1, "to": 2, "steps": 3 } }, "combine": "grid", "seeds": 3 }"#,
+        r#"{ "scene": "s.json", "vary": { "/lights/0/power": { "from": 1, "to": 20 } },
+             "combine": { "sample": "sobol", "count": 9, "seed": 4 } }"#,
+        r#"{ "scene": "s.json", "vary": { "/lights/0/power": [ 1, 2 ],
+             "/lights/1/power/1": { "values": [ [ 1 ], true ] } }, "combine": "zip" }"#,
+    ];
+    const WORDS: &[&str] = &[
+        "\"grid\"",
+        "\"zip\"",
+        "\"latin-hypercube\"",
+        "\"steps\":",
+        "\"at\":",
+        "[",
+        "]",
+        "{",
+        "}",
+        "null",
+        "\"/lights/0\"",
+        "\"/settings/seed\"",
+        "\"\"",
+        "40.0",
+        "1e6",
+        "100000",
+    ];
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the text: runs that differ, or one sentence.
+        #[test]
+        fn no_spoiled_file_panics(bytes in spoiled(FILES, WORDS)) {
+            let scene: Value = serde_json::from_str(SCENE).expect("JSON");
+            let sweep = json::parse("s", &bytes)
+                .and_then(|file| Sweep::new("s", file, scene.clone(), PathBuf::new()));
+            match sweep {
+                Ok(sweep) => {
+                    let last = sweep.runs().last().expect("a run");
+                    assert_eq!(last.number, sweep.runs().len());
+                    assert_eq!(sweep.document(&last)["settings"]["seed"], last.seed);
+                }
+                Err(error) => {
+                    let sentence = error.to_string();
+                    assert!(sentence.starts_with('s'), "{sentence}");
+                    assert!(!sentence.contains(char::is_control), "{sentence:?}");
+                }
+            }
+        }
+    }
+}

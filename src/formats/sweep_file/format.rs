@@ -1,0 +1,151 @@
+//! The sweep file as it is written: the types that its JSON is read into and its schema made of.
+
+use std::fmt;
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{
+    Deserialize, Deserializer,
+    de::{
+        self, IntoDeserializer,
+        value::{MapAccessDeserializer, SeqAccessDeserializer},
+    },
+};
+use serde_json::Value;
+
+use crate::formats::scene_file::Count;
+
+/// A phylux sweep: one scene, run with many values of some of its numbers.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepFile {
+    /// Where an editor finds the schema; not read.
+    #[serde(rename = "$schema")]
+    pub _schema: Option<String>,
+    /// The scene file, relative to this one.
+    pub scene: String,
+    /// What varies: a JSON pointer into the scene (`/lights/0/power`), or a name with `at` -> its
+    /// values.
+    #[schemars(extend("minProperties" = 1))]
+    pub vary: IndexMap<String, VaryFile>,
+    /// How the values of several parameters come together (default grid).
+    #[serde(default)]
+    pub combine: CombineFile,
+    /// Runs of each combination, with the scene's seed and the numbers after it (default 1).
+    #[schemars(range(min = 1))]
+    pub seeds: Option<Count>,
+}
+
+/// The values of one parameter.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum VaryFile {
+    /// One after the other: numbers, texts, arrays, ...
+    List(Vec<Value>),
+    /// With all that can be said.
+    Full(FullFile),
+}
+
+/// The values of one parameter: `values`, or `from` and `to`.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FullFile {
+    /// JSON pointers to all the places in the scene that take the value.
+    pub at: Option<Vec<String>>,
+    /// The values.
+    pub values: Option<Vec<Value>>,
+    /// The first value.
+    pub from: Option<f64>,
+    /// The last value.
+    pub to: Option<f64>,
+    /// How many values, at equal distances; a sample does without and takes any between.
+    #[schemars(range(min = 2))]
+    pub steps: Option<Count>,
+}
+
+impl<'de> Deserialize<'de> for VaryFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = VaryFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an array of values, or an object with `values` or `from` and `to`")
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<VaryFile, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(VaryFile::List)
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<VaryFile, A::Error> {
+                FullFile::deserialize(MapAccessDeserializer::new(map)).map(VaryFile::Full)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// How the values of several parameters come together.
+#[derive(Clone, Copy, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum CombineFile {
+    /// `grid` or `zip`.
+    Whole(Whole),
+    /// Points spread over all parameters at once.
+    Sample(SampleFile),
+}
+
+impl Default for CombineFile {
+    fn default() -> Self {
+        Self::Whole(Whole::Grid)
+    }
+}
+
+/// All values are used.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Whole {
+    /// Each value with each of the others.
+    Grid,
+    /// The first values together, the second ones, ...
+    Zip,
+}
+
+/// Points spread over all parameters at once.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SampleFile {
+    /// How they are spread.
+    pub sample: SampleKind,
+    /// How many.
+    #[schemars(range(min = 1))]
+    pub count: Count,
+    /// Seed of the random numbers in it (default 1).
+    pub seed: Option<u32>,
+}
+
+/// How the points of a sample are spread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SampleKind {
+    /// A scrambled Sobol sequence; best with a power of 2.
+    Sobol,
+    /// Each parameter's range is cut into `count` parts, and each part is used once.
+    LatinHypercube,
+}
+
+impl<'de> Deserialize<'de> for CombineFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = CombineFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("grid, zip, or an object with `sample` and `count`")
+            }
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<CombineFile, E> {
+                Whole::deserialize(word.into_deserializer()).map(CombineFile::Whole)
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<CombineFile, A::Error> {
+                SampleFile::deserialize(MapAccessDeserializer::new(map)).map(CombineFile::Sample)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}

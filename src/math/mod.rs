@@ -1,0 +1,15 @@
+//! Mathematics that knows nothing of light: vectors and frames ([`geometry`]), random streams ([`rng`]),
+//! samplers with their densities ([`sampling`]), numbers per band ([`spectrum`]), means with standard
+//! errors ([`stats`]) and units ([`units`]).
+//!
+//! Read `rng` and `sampling` first: every estimator draws from them. What knows a light, a surface or a
+//! photon belongs to a later module.
+
+pub mod geometry;
+#[cfg(test)]
+pub mod odds;
+pub mod rng;
+pub mod sampling;
+pub mod spectrum;
+pub mod stats;
+pub mod units;

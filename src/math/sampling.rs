@@ -1,0 +1,253 @@
+//! From the unit square to disk, hemisphere, cone, sphere and triangle. A local frame has the
+//! normal, or the axis, along z.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+/// A direction around the z axis from its versine 1 - cos(theta), exact for the narrowest cone,
+/// and a uniform number for its turn.
+#[inline]
+fn around_z(versine: f32, u: f32) -> Vec3 {
+    let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
+    let turn = uniform_circle(u);
+    Vec3::new(sin * turn.x, sin * turn.y, 1.0 - versine)
+}
+
+/// Hemisphere with density cos(theta) / pi; the cosine is never zero (Malley's method).
+#[inline]
+pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
+    let turn = u.x.sqrt() * uniform_circle(u.y);
+    Vec3::new(turn.x, turn.y, (1.0 - u.x).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`], 1/sr.
+#[inline]
+pub fn cosine_hemisphere_density(cos: f32) -> f32 {
+    cos.max(0.0) / PI
+}
+
+/// Directions uniform in the cone whose half angle has this versine, in (0, 2]; the whole
+/// sphere at 2.
+#[inline]
+pub fn uniform_cone(versine: f32, u: Vec2) -> Vec3 {
+    around_z(u.x * versine, u.y)
+}
+
+/// Density (n+1) / (2 pi) cos^n(alpha) around z (Lafortune and Willems, 1994).
+#[inline]
+pub fn cosine_power(exponent: f32, u: Vec2) -> Vec3 {
+    around_z(-((-u.x).ln_1p() / (exponent + 1.0)).exp_m1(), u.y)
+}
+
+/// Density of [`cosine_power`], 1/sr, from the versine 1 - cos(alpha): a cosine is too coarse for
+/// narrow lobes. Zero from a right angle on, for every exponent.
+#[inline]
+pub fn cosine_power_density(exponent: f32, versine: f32) -> f32 {
+    if versine >= 1.0 {
+        return 0.0;
+    }
+    (exponent + 1.0) / (2.0 * PI) * (exponent * (-versine).ln_1p()).exp()
+}
+
+/// Barycentric weights of the second and third corner, uniform over a triangle's area.
+#[inline]
+pub fn uniform_triangle(u: Vec2) -> Vec2 {
+    let root = (1.0 - u.x).sqrt();
+    Vec2::new((1.0 - u.y) * root, u.y * root)
+}
+
+/// A point uniform on the unit circle, right to 1.5e-7: cosine and sine of 2 pi `u`, `u` in [0, 1].
+///
+/// By their series about the nearest quarter of a turn: the system's functions take longer, and give
+/// other bits on other systems.
+#[inline]
+pub fn uniform_circle(u: f32) -> Vec2 {
+    // the sum has no place for fractions: its last bits count the quarters
+    let shift = (3 << 22) as f32;
+    let shifted = 4.0 * u + shift;
+    let quarter = shifted.to_bits();
+    let rest = 4.0 * u - (shifted - shift);
+    let square = rest * rest;
+    let fourth = square * square;
+    let series =
+        |[a, b, c, d, e]: [f32; 5]| (a + b * square) + fourth * ((c + d * square) + e * fourth);
+    let (cos, sin) = (series(COSINE), rest * series(SINE));
+    let (x, y) = if quarter & 1 == 0 { (cos, sin) } else { (sin, cos) };
+    let sign = |bit: u32| if bit & 2 == 0 { 1.0 } else { -1.0 };
+    Vec2::new(sign(quarter + 1) * x, sign(quarter) * y)
+}
+
+/// Of the sine or cosine of x quarters of a turn, what x^n is multiplied with.
+const fn series_term(n: u32) -> f32 {
+    let (mut term, mut i) = (1.0, 1);
+    while i <= n {
+        term *= std::f64::consts::FRAC_PI_2 / i as f64;
+        i += 1;
+    }
+    if n & 2 == 0 { term as f32 } else { -term as f32 }
+}
+
+const SINE: [f32; 5] =
+    [series_term(1), series_term(3), series_term(5), series_term(7), series_term(9)];
+const COSINE: [f32; 5] =
+    [series_term(0), series_term(2), series_term(4), series_term(6), series_term(8)];
+
+/// A choice among some, and what is left of the number that made it.
+pub struct Chosen {
+    /// Which one.
+    pub index: usize,
+    /// Uniform in [0, 1), whichever was chosen.
+    pub rest: f32,
+}
+
+/// What `u` in [0, 1) chooses in proportion to weights that are given by their running sums (at least
+/// one, the last above 0).
+#[inline]
+pub fn weighted_choice(running_sums: &[f64], u: f64) -> Chosen {
+    let last = running_sums.len() - 1;
+    let target = u * running_sums[last];
+    let index = running_sums.partition_point(|&sum| sum <= target).min(last);
+    let first = if index == 0 { 0.0 } else { running_sums[index - 1] };
+    let rest = (target - first) / (running_sums[index] - first);
+    Chosen { index, rest: (rest as f32).min(1.0 - f32::EPSILON / 2.0) }
+}
+
+/// Every chi-square: 4e5 samples, seed 1, odds of a false alarm 1e-6.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{
+        odds::{SphereBins, assert_counts},
+        rng::Stream,
+    };
+
+    const SAMPLES: u64 = 400_000;
+
+    fn assert_density(
+        what: &str,
+        bins: &SphereBins,
+        sample: impl Fn(Vec2) -> Vec3,
+        density: impl Fn(Vec3) -> f64,
+    ) {
+        let mut rng = Stream::new(1, 0, 0);
+        let mut counts = vec![0; bins.len()];
+        for _ in 0..SAMPLES {
+            let direction = sample(rng.square());
+            assert!((direction.length() - 1.0).abs() < 1e-6, "{what}: {direction}");
+            counts[bins.index(direction)] += 1;
+        }
+        let chances = bins.integrals(|d| [density(d)]);
+        let total: f64 = chances.iter().map(|[p]| p).sum();
+        assert!((total - 1.0).abs() < 2e-3, "{what}: the density integrates to {total}");
+        let expected: Vec<f64> = chances.iter().map(|[p]| p / total * SAMPLES as f64).collect();
+        assert_counts(what, &counts, &expected);
+    }
+
+    /// 240 bins, the 120 below the horizon expected empty.
+    #[test]
+    fn cosine_hemisphere_has_its_density() {
+        let density = |d: Vec3| cosine_hemisphere_density(d.z).into();
+        assert_density("cosine", &SphereBins::even(Vec3::Z), cosine_hemisphere, density);
+        let grazing = cosine_hemisphere(Vec2::new(1.0 - 2f32.powi(-24), 0.3));
+        assert!(grazing.z > 0.0 && grazing.z < 3e-4);
+    }
+
+    /// 240 bins each; the cones' borders are borders of bins, so that the density is exact.
+    #[test]
+    fn cones_are_uniform() {
+        for versine in [2.0, 1.5, 1.0, 0.1] {
+            let inside = 1.0 / (2.0 * std::f64::consts::PI * f64::from(versine));
+            let density = |d: Vec3| if 1.0 - d.z < versine { inside } else { 0.0 };
+            let bins = SphereBins::even(Vec3::Z);
+            assert_density("cone", &bins, |u| uniform_cone(versine, u), density);
+        }
+    }
+
+    /// Versines of narrow cones: 20 bins each. No direction is outside by more than rounding.
+    #[test]
+    fn narrow_cones_are_uniform() {
+        for half_angle in [1e-3f64, 1e-2, 1.0].map(f64::to_radians) {
+            let versine = 2.0 * (half_angle / 2.0).sin().powi(2);
+            let mut rng = Stream::new(1, 0, 1);
+            let mut counts = [0; 20];
+            for _ in 0..SAMPLES {
+                let d = uniform_cone(versine as f32, rng.square()).as_dvec3();
+                let fraction = 0.5 * (d - glam::DVec3::Z).length_squared() / versine;
+                assert!(fraction < 1.0 + 1e-6, "{fraction} of the versine of {half_angle}");
+                counts[((20.0 * fraction) as usize).min(19)] += 1;
+            }
+            assert_counts("narrow cone", &counts, &[SAMPLES as f64 / 20.0; 20]);
+        }
+    }
+
+    /// Up to 396 bins that resolve the lobe.
+    #[test]
+    fn cosine_powers_have_their_density() {
+        for exponent in [0.0, 0.3, 1.0, 10.0, 1e3, 1e6] {
+            let bins = SphereBins::lobe(Vec3::Z, f64::from(exponent));
+            let versine = |d: Vec3| 0.5 * d.distance_squared(Vec3::Z);
+            let density = |d: Vec3| cosine_power_density(exponent, versine(d)).into();
+            let what = format!("cosine to the power {exponent}");
+            assert_density(&what, &bins, |u| cosine_power(exponent, u), density);
+        }
+    }
+
+    /// The density in single precision is that in double precision.
+    #[test]
+    fn cosine_power_density_is_exact() {
+        for exponent in [0.0, 0.3, 1.0, 10.0, 1e3, 1e6, 1e9] {
+            for versine in [0.0, 1e-9, 1e-7, 1e-4, 0.01, 0.5, 0.99, 1.0, 2.0f32] {
+                let density = f64::from(cosine_power_density(exponent, versine));
+                let (n, v) = (f64::from(exponent), f64::from(versine));
+                let power = if v < 1.0 { (n * (-v).ln_1p()).exp() } else { 0.0 };
+                let exact = (n + 1.0) / (2.0 * std::f64::consts::PI) * power;
+                let tolerance = 1e-5 * exact + 1e-30;
+                assert!((density - exact).abs() <= tolerance, "{exponent} {versine}");
+            }
+        }
+    }
+
+    /// 100 cells of equal area of the triangle's unit square (the first weight's complement squared).
+    #[test]
+    fn triangle_is_uniform() {
+        let mut rng = Stream::new(1, 0, 2);
+        let mut counts = [0; 100];
+        for _ in 0..SAMPLES {
+            let weights = uniform_triangle(rng.square());
+            let rest = 1.0 - weights.x - weights.y;
+            assert!(weights.min_element() >= 0.0 && rest >= -1e-6, "{weights}");
+            // lines through the first corner and across it cut cells of equal area
+            let across = weights.x + weights.y;
+            let along = if across > 0.0 { weights.y / across } else { 0.0 };
+            let [row, column] = [across * across, along].map(|u| ((10.0 * u) as usize).min(9));
+            counts[10 * row + column] += 1;
+        }
+        assert_counts("triangle", &counts, &[SAMPLES as f64 / 100.0; 100]);
+    }
+
+    /// For every number that a stream gives, and 1.
+    #[test]
+    fn circle_is_round() {
+        for i in 0..=1 << 24 {
+            let u = i as f32 / (1 << 24) as f32;
+            let (sin, cos) = (2.0 * std::f64::consts::PI * f64::from(u)).sin_cos();
+            let error = uniform_circle(u).as_dvec2() - glam::DVec2::new(cos, sin);
+            assert!(error.abs().max_element() < 1.5e-7, "{u}: {error}");
+        }
+    }
+
+    /// 36 bins.
+    #[test]
+    fn circle_is_uniform() {
+        let mut rng = Stream::new(1, 0, 3);
+        let mut counts = [0; 36];
+        for _ in 0..SAMPLES {
+            let p = uniform_circle(rng.uniform());
+            assert!((p.length() - 1.0).abs() < 1e-6);
+            let turn = p.y.atan2(p.x).rem_euclid(2.0 * PI) / (2.0 * PI);
+            counts[((36.0 * turn) as usize).min(35)] += 1;
+        }
+        assert_counts("circle", &counts, &[SAMPLES as f64 / 36.0; 36]);
+    }
+}

@@ -1,0 +1,143 @@
+//! Two results, captor by captor: do they differ by more than chance?
+
+use std::collections::{HashMap, HashSet};
+
+use serde::Serialize;
+
+use crate::{
+    error::{Error, Result},
+    results::saved::ResultsFile,
+};
+
+/// Odds of a false alarm over all values of a comparison.
+pub const ODDS: f64 = 1e-3;
+
+impl ResultsFile {
+    /// Every value with what it belongs to, in the order of the file.
+    fn values(&self) -> Vec<(Key<'_>, Value)> {
+        let mut all = Vec::new();
+        for captor in &self.captors {
+            let mut add = |what, values: &[f64], errors: &[Option<f64>], few_paths| {
+                for ((band, &mean), &error) in self.bands.iter().zip(values).zip(errors) {
+                    all.push((
+                        (captor.id.as_str(), what, band.name.as_str()),
+                        Value { mean, error, few_paths },
+                    ));
+                }
+            };
+            let mut few_paths = false;
+            for (what, face) in [("front", Some(&captor.front)), ("back", captor.back.as_ref())] {
+                if let Some(face) = face {
+                    add(what, &face.irradiance, &face.irradiance_se, face.few_paths);
+                    few_paths |= face.few_paths;
+                }
+            }
+            if let (Some(values), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) {
+                add("absorbed", values, errors, few_paths);
+            }
+        }
+        all
+    }
+}
+
+/// Captor; `front`, `back` (irradiance) or `absorbed` (power); band.
+type Key<'a> = (&'a str, &'static str, &'a str);
+
+#[derive(Clone, Copy, Debug)]
+struct Value {
+    mean: f64,
+    error: Option<f64>,
+    few_paths: bool,
+}
+
+/// One value in both results.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Id of the captor.
+    pub captor: String,
+    /// `front` or `back`: irradiance of that face; `absorbed`: power.
+    pub what: &'static str,
+    /// Name of the band or sum.
+    pub band: String,
+    /// In the first results.
+    pub a: f64,
+    /// In the second.
+    pub b: f64,
+    /// b - a over the standard error of the difference; none where no error is known.
+    pub z: Option<f64>,
+}
+
+/// All that two results have in common, and what only one has.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Worst first: by |z|, before them those that differ without a known error.
+    pub differences: Vec<Difference>,
+    /// How many more there are whose error says little, as it rests on few paths in one of them.
+    pub few_paths: usize,
+    /// Captors, faces and bands of only one of the two.
+    pub unmatched: Vec<String>,
+    /// The |z| that chance exceeds anywhere among them with odds below 1/1000.
+    pub limit: f64,
+    /// Whether both are of one estimator and seed, so that they share random numbers and differ by
+    /// less than independent ones.
+    pub dependent: bool,
+}
+
+impl Comparison {
+    /// Compares the values that both have. Errors: nothing in common; different units.
+    pub fn new(a: &ResultsFile, b: &ResultsFile) -> Result<Self> {
+        if a.unit != b.unit {
+            let problem = format!("one is in {}, the other in {}", a.unit.flux, b.unit.flux);
+            return Err(Error::input("results", problem).remedy("compare results of one unit"));
+        }
+        let (ours, theirs) = (a.values(), b.values());
+        let known: HashMap<Key, Value> = theirs.iter().copied().collect();
+        let mine: HashSet<Key> = ours.iter().map(|(key, _)| *key).collect();
+        let only_ours = ours.iter().filter(|(key, _)| !known.contains_key(key));
+        let only_theirs = theirs.iter().filter(|(key, _)| !mine.contains(key));
+        let name = |((captor, what, band), _): &(Key, Value)| format!("{captor} {what} {band}");
+        let unmatched = only_ours.chain(only_theirs).map(name).collect();
+
+        let common: Vec<(Key, Value, Value)> =
+            ours.iter().filter_map(|&(key, value)| Some((key, value, *known.get(&key)?))).collect();
+        if common.is_empty() {
+            return Err(Error::input("results", "they have no captor and band in common")
+                .remedy("compare results of one scene"));
+        }
+        let sure = common.iter().filter(|(_, a, b)| !a.few_paths && !b.few_paths);
+        let mut differences: Vec<_> = sure.map(|&(key, a, b)| difference(key, a, b)).collect();
+        let few_paths = common.len() - differences.len();
+        // by Gauss's tail, P(|z| > x) <= exp(-x^2 / 2), for all of them together
+        let limit = (2.0 * (differences.len().max(1) as f64 / ODDS).ln()).sqrt();
+        differences.sort_by(|p, q| q.weight().total_cmp(&p.weight()));
+        let dependent = (&a.estimator, a.seed) == (&b.estimator, b.seed);
+        Ok(Self { differences, few_paths, unmatched, limit, dependent })
+    }
+
+    /// Those that differ by more than chance.
+    pub fn beyond_chance(&self) -> usize {
+        self.differences.iter().filter(|d| d.weight() > self.limit).count()
+    }
+
+    /// Root mean square of z, where errors are known: about 1 for two runs of one scene.
+    pub fn rms(&self) -> Option<f64> {
+        let z: Vec<f64> = self.differences.iter().filter_map(|d| d.z).collect();
+        (!z.is_empty()).then(|| (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt())
+    }
+}
+
+impl Difference {
+    /// How much it matters: |z|, and without an error all or nothing.
+    fn weight(&self) -> f64 {
+        self.z.map_or(if self.a == self.b { 0.0 } else { f64::INFINITY }, f64::abs)
+    }
+}
+
+fn difference((captor, what, band): Key, a: Value, b: Value) -> Difference {
+    // a value that nothing has reached has no error: then the other's is all that is known
+    let variance = |value: Value| value.error.map(|error| error * error);
+    let known = [variance(a), variance(b)].into_iter().flatten();
+    let error = known.sum::<f64>().sqrt();
+    let z = (error > 0.0).then(|| (b.mean - a.mean) / error);
+    Difference { captor: captor.into(), what, band: band.into(), a: a.mean, b: b.mean, z }
+}

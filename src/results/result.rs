@@ -1,0 +1,292 @@
+//! What a run found: plain data, in the form of the results file. Lengths are metres; fluxes W or
+//! umol/s; errors are standard errors (1 sigma).
+
+mod found;
+mod mix;
+mod warnings;
+mod whole;
+
+use std::borrow::Cow;
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::{math::units::UnitNames, transport::settings::Estimator};
+
+pub use warnings::Warning;
+
+/// What each light brings, by its name, in the order of the scene.
+pub type ByLight<T> = IndexMap<String, T>;
+
+/// What a run found.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct RunResult {
+    /// Version of phylux that wrote it.
+    pub phylux: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Photons traced, or paths from all faces.
+    pub photons: u64,
+    /// Blocks that the standard errors come from.
+    pub blocks: u64,
+    /// How the numbers were estimated.
+    pub estimator: Estimator,
+    /// Flights that photons were split into for virtual captors; absent where they were not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splitting: Option<usize>,
+    /// Why, where it was left to a trial.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<String>,
+    /// In a mix: factors on the powers that the lights had in the run; 1 for those that are not named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mixed: Option<ByLight<f64>>,
+    /// Names of the units.
+    pub unit: UnitNames,
+    /// What the entries of every array stand for: the bands, then the sums over bands.
+    pub bands: Vec<BandResult>,
+    /// The energy balance.
+    pub energy: Energy,
+    /// In a run of paths: about which share of the flux on all captors together they cannot find
+    /// (light of points and lines by way of mirrors or refraction), per band, in [0, 1]; absent
+    /// where there can be none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unseen: Option<Vec<f64>>,
+    /// In a run of paths: the share of them that the length limits cut off, in [0, 1]; light that
+    /// they could still have found is missing. Absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut_off: Option<f64>,
+    /// What the k-nearest estimates were made from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<MapResult>,
+    /// One entry per captor.
+    pub captors: Vec<CaptorResult>,
+    /// One entry per group of captors.
+    pub groups: Vec<GroupResult>,
+}
+
+/// A band, or a sum over bands.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct BandResult {
+    /// Its name.
+    pub name: String,
+    /// Wavelength, nm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_nm: Option<f64>,
+    /// Wavelength, nm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_nm: Option<f64>,
+    /// For a sum: the bands that it adds up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sum_of: Option<Vec<String>>,
+}
+
+/// The energy balance per band: emitted = absorbed + escaped + lost. Paths from the captors know
+/// `power` alone: the rest is empty or none, and null in the file.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Energy {
+    /// Nominal power of all lights.
+    pub power: Vec<f64>,
+    /// What the photons carried.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(with = "or_null")]
+    pub emitted: Vec<f64>,
+    /// What surfaces absorbed.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(with = "or_null")]
+    pub absorbed: Vec<f64>,
+    /// What left the scene.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(with = "or_null")]
+    pub escaped: Vec<f64>,
+    /// What was on paths cut off by the length limits.
+    #[schemars(with = "Option<Vec<f64>>")]
+    #[serde(with = "or_null")]
+    pub lost: Vec<f64>,
+    /// What the surfaces of each material absorbed.
+    pub absorbed_by: Option<IndexMap<String, Vec<f64>>>,
+    /// The same for each light, where results are split by light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_light: Option<ByLight<Energy>>,
+}
+
+/// Nothing as null.
+mod or_null {
+    use super::*;
+
+    pub fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+        (!values.is_empty()).then_some(values).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or_default())
+    }
+}
+
+/// The photon map that k-nearest estimates were made from.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct MapResult {
+    /// Arrivals stored.
+    pub arrivals: u64,
+    /// The first so many histories: those whose arrivals are all in it.
+    pub photons: u64,
+}
+
+/// What one captor received.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct CaptorResult {
+    /// Its unique name.
+    pub id: String,
+    /// `virtual` or `surface`.
+    pub kind: Cow<'static, str>,
+    /// One-sided area, m2.
+    pub area: f64,
+    /// Area centroid, m.
+    pub center: [f64; 3],
+    /// Area-weighted mean normal; zeros where it cancels.
+    pub normal: [f64; 3],
+    /// Light against the normal.
+    pub front: FaceResult,
+    /// Light along the normal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub back: Option<FaceResult>,
+    /// Power absorbed by a surface, per band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed: Option<Vec<f64>>,
+    /// Its standard error; null where nothing arrived.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed_se: Option<Vec<Option<f64>>>,
+    /// What was absorbed of each light, where results are split by light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_light: Option<ByLight<Absorbed>>,
+    /// Names of the groups that it belongs to, where results are split by light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub groups: Option<Vec<String>>,
+}
+
+/// What a group of captors received together.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct GroupResult {
+    /// Its name.
+    pub id: String,
+    /// Number of captors.
+    pub captors: usize,
+    /// Their one-sided area together, m2.
+    pub area: f64,
+    /// Light against the normals; irradiance is the mean over the area.
+    pub front: FaceResult,
+    /// Light along the normals, of those captors that count it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub back: Option<FaceResult>,
+    /// Power absorbed by the surfaces, per band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed: Option<Vec<f64>>,
+    /// Its standard error; null where nothing arrived.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed_se: Option<Vec<Option<f64>>>,
+    /// What was absorbed of each light, where results are split by light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_light: Option<ByLight<Absorbed>>,
+}
+
+/// What was absorbed of the light of one lamp.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Absorbed {
+    /// Power, per band.
+    pub absorbed: Vec<f64>,
+    /// Its standard error; null where nothing arrived.
+    pub absorbed_se: Vec<Option<f64>>,
+}
+
+impl CaptorResult {
+    /// Its front and, where it counts, its back.
+    pub fn faces(&self) -> impl Iterator<Item = &FaceResult> {
+        std::iter::once(&self.front).chain(&self.back)
+    }
+}
+
+/// What arrived on one face.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct FaceResult {
+    /// Photons counted; paths that started here.
+    pub photons: u64,
+    /// Power that arrived, per band.
+    pub flux: Vec<f64>,
+    /// Its standard error; null where nothing arrived.
+    pub flux_se: Vec<Option<f64>>,
+    /// Flux per area.
+    pub irradiance: Vec<f64>,
+    /// Its standard error; null where nothing arrived.
+    pub irradiance_se: Vec<Option<f64>>,
+    /// In a run of paths: whether the error rests on what few paths found, so that it and the value
+    /// may be far too small.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub few_paths: bool,
+    /// Of a group of several: the least irradiance of its captors, per band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<Vec<f64>>,
+    /// The greatest one; noise drives both apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<Vec<f64>>,
+    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
+    /// null in a run of paths and in a mix.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "maybe_null")]
+    pub knn: Option<Option<NearestResult>>,
+    /// The same of each light, where results are split by light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_light: Option<ByLight<FaceResult>>,
+}
+
+/// Null is something.
+fn maybe_null<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Option<T>>, D::Error> {
+    Option::deserialize(deserializer).map(Some)
+}
+
+/// The k-nearest estimate at the middle of a captor.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct NearestResult {
+    /// Photons gathered.
+    pub k: usize,
+    /// Radius of the gather ball, m.
+    pub radius: f64,
+    /// Share of the captor's area that it is a mean over, in (0, 1]: near 1 it says nothing of the
+    /// middle that the summed flux does not say better.
+    pub coverage: f64,
+    /// Per band.
+    pub irradiance: Vec<f64>,
+    /// Its standard error: the noise alone, not the bias of a mean over the disc; null for fewer than
+    /// two photons and where nothing arrived.
+    pub irradiance_se: Vec<Option<f64>>,
+    /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
+    pub radiance: Option<Vec<f64>>,
+    /// Its standard error, likewise.
+    pub radiance_se: Option<Vec<Option<f64>>>,
+}
+
+/// What a captor or group absorbed, of all light and of each.
+#[derive(Default)]
+struct AllAbsorbed {
+    absorbed: Option<Vec<f64>>,
+    absorbed_se: Option<Vec<Option<f64>>>,
+    by_light: Option<ByLight<Absorbed>>,
+}
+
+/// The least and the greatest irradiance of some captors, per band.
+#[derive(Clone, Default)]
+struct Range {
+    min: Option<Vec<f64>>,
+    max: Option<Vec<f64>>,
+}
+
+impl Range {
+    fn add(&mut self, face: &FaceResult) {
+        let least = self.min.get_or_insert_with(|| face.irradiance.clone());
+        least.iter_mut().zip(&face.irradiance).for_each(|(min, v)| *min = min.min(*v));
+        let greatest = self.max.get_or_insert_with(|| face.irradiance.clone());
+        greatest.iter_mut().zip(&face.irradiance).for_each(|(max, v)| *max = max.max(*v));
+    }
+}

@@ -1,0 +1,313 @@
+//! From sums to results.
+
+use super::{
+    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
+    MapResult, NearestResult, Range, RunResult,
+};
+use crate::{
+    math::stats::{Estimate, Running},
+    scene::{
+        captor::{CHANNELS, Captor, CaptorKind, Channel},
+        light::Light,
+        world::Scene,
+    },
+    transport::{
+        nearest::{self, NearestEstimate},
+        paths::Unseen,
+        settings::{Estimator, Settings},
+        simulate::Simulation,
+        tally::{Ledger, Totals},
+    },
+};
+
+/// Part of the squared deviations in one block above which few paths have made them; the odds that
+/// one of 128 normal blocks exceeds it are 1e-7.
+const CONCENTRATED: f64 = 0.25;
+
+impl RunResult {
+    /// From what `simulate` found in `scene` with `settings`.
+    pub fn new(scene: &Scene, settings: &Settings, simulation: &Simulation) -> Self {
+        let Simulation { totals, map, .. } = simulation;
+        let powers: Vec<f64> = (0..scene.bands.len())
+            .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
+            .collect();
+        let of_paths = simulation.estimator == Estimator::Paths;
+        let energy = match of_paths {
+            false => Energy {
+                by_light: by_light(scene, totals, |light, part| {
+                    balance(scene, &light.power, part.ledger())
+                }),
+                ..balance(scene, &powers, totals.ledger())
+            },
+            true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
+        };
+        let estimates = map.as_ref().map(|map| (map, settings.k));
+        let captors: Vec<CaptorResult> = scene
+            .captors
+            .iter()
+            .map(|captor| {
+                let nearest = match of_paths {
+                    false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                    true => Some([None, None]),
+                };
+                captor_result(scene, simulation, captor, nearest)
+            })
+            .collect();
+        let flights = scene.flights(settings.splitting);
+        Self {
+            phylux: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.name.clone(),
+            seed: settings.seed,
+            photons: totals.histories,
+            blocks: totals.blocks,
+            estimator: simulation.estimator,
+            splitting: (flights > 1 && !of_paths).then_some(flights),
+            chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
+            mixed: None,
+            unit: scene.quantity.unit_names(),
+            bands: band_results(scene),
+            energy,
+            unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
+            cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
+            map: map.as_ref().map(|map| MapResult {
+                arrivals: map.photons.len() as u64,
+                photons: map.histories,
+            }),
+            groups: group_results(scene, simulation, &captors),
+            captors,
+        }
+    }
+}
+
+/// What each light did, where that was kept apart.
+fn by_light<T>(
+    scene: &Scene,
+    totals: &Totals,
+    of: impl Fn(&Light, &Totals) -> T,
+) -> Option<ByLight<T>> {
+    let parts = totals.parts();
+    let lights = scene.lights.iter().zip(parts);
+    let each = lights.map(|(light, part)| (light.name.clone(), of(light, part)));
+    (!parts.is_empty()).then(|| each.collect())
+}
+
+/// The share per band, then per sum, that paths cannot find.
+fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
+    let (hidden, all) = (scene.with_sums(&unseen.hidden), scene.with_sums(&unseen.all));
+    let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
+    hidden.into_iter().zip(all).map(share).collect()
+}
+
+/// The energy balance of a photon run.
+fn balance(scene: &Scene, power: &[f64], ledger: Ledger) -> Energy {
+    let Ledger { emitted, absorbed, escaped, lost } = ledger;
+    let bands = scene.bands.len();
+    let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
+    let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
+    let named = scene.materials.iter().zip(&by_material);
+    Energy {
+        power: scene.with_sums(power),
+        emitted: scene.with_sums(&emitted),
+        absorbed: scene.with_sums(&total),
+        escaped: scene.with_sums(&escaped),
+        lost: scene.with_sums(&lost),
+        absorbed_by: Some(
+            named.map(|(m, values)| (m.name.clone(), scene.with_sums(values))).collect(),
+        ),
+        by_light: None,
+    }
+}
+
+fn band_results(scene: &Scene) -> Vec<BandResult> {
+    let bands = scene.bands.iter().map(|band| BandResult {
+        name: band.name.clone(),
+        from_nm: band.from_nm,
+        to_nm: band.to_nm,
+        sum_of: None,
+    });
+    let sums = scene.sums.iter().map(|sum| BandResult {
+        name: sum.name.clone(),
+        from_nm: None,
+        to_nm: None,
+        sum_of: Some(sum.bands.iter().map(|&b| scene.bands[b].name.clone()).collect()),
+    });
+    bands.chain(sums).collect()
+}
+
+fn captor_result(
+    scene: &Scene,
+    simulation: &Simulation,
+    captor: &Captor,
+    nearest: Option<[Option<NearestEstimate>; 2]>,
+) -> CaptorResult {
+    let channel = |channel: Channel| captor.first_channel + channel as usize;
+    let [nearest_front, nearest_back] = match nearest {
+        Some(faces) => faces.map(|face| Some(face.map(nearest_result))),
+        None => [None, None],
+    };
+    let face = |c: Channel, knn| {
+        let face = face(scene, simulation, channel(c), captor.area);
+        FaceResult { knn, ..face }
+    };
+    let counts = captor.kind == CaptorKind::Surface;
+    let absorbed =
+        counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
+    let AllAbsorbed { absorbed, absorbed_se, by_light } = absorbed.unwrap_or_default();
+    let groups = captor.groups.iter().map(|&group| scene.groups[group].clone());
+    CaptorResult {
+        id: captor.id.clone(),
+        kind: match captor.kind {
+            CaptorKind::Virtual { .. } => "virtual",
+            CaptorKind::Surface => "surface",
+        }
+        .into(),
+        area: captor.area,
+        center: captor.center.to_array(),
+        normal: captor.normal.to_array(),
+        front: face(Channel::Front, nearest_front),
+        back: captor.kind.has_back().then(|| face(Channel::Back, nearest_back)),
+        absorbed,
+        absorbed_se,
+        by_light,
+        groups: (!simulation.totals.parts().is_empty()).then(|| groups.collect()),
+    }
+}
+
+fn nearest_result(estimate: NearestEstimate) -> NearestResult {
+    let columns = |of: Vec<Estimate>| of.into_iter().map(|e| (e.mean, e.standard_error)).unzip();
+    let (irradiance, irradiance_se) = columns(estimate.irradiance);
+    let (radiance, radiance_se) = estimate.radiance.map(columns).unzip();
+    NearestResult {
+        k: estimate.k,
+        radius: estimate.radius,
+        coverage: estimate.coverage,
+        irradiance,
+        irradiance_se,
+        radiance,
+        radiance_se,
+    }
+}
+
+/// What the captors of a group are together.
+#[derive(Clone, Default)]
+struct Members {
+    captors: usize,
+    area: f64,
+    back_area: f64,
+    surfaces: usize,
+    front: Range,
+    back: Range,
+}
+
+fn group_results(
+    scene: &Scene,
+    simulation: &Simulation,
+    captors: &[CaptorResult],
+) -> Vec<GroupResult> {
+    let mut members = vec![Members::default(); scene.groups.len()];
+    for (captor, found) in scene.captors.iter().zip(captors) {
+        for &group in &captor.groups {
+            let members = &mut members[group];
+            members.captors += 1;
+            members.area += captor.area;
+            members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
+            members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
+            members.front.add(&found.front);
+            found.back.iter().for_each(|back| members.back.add(back));
+        }
+    }
+    let groups = scene.groups.iter().zip(members).enumerate();
+    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, members)).collect()
+}
+
+fn group_result(
+    scene: &Scene,
+    simulation: &Simulation,
+    group: usize,
+    name: &str,
+    members: Members,
+) -> GroupResult {
+    let channel = |c: Channel| scene.channels() + group * CHANNELS.len() + c as usize;
+    let counts = members.surfaces > 0;
+    let absorbed =
+        counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
+    let AllAbsorbed { absorbed, absorbed_se, by_light } = absorbed.unwrap_or_default();
+    let several = members.captors > 1;
+    let face = |c: Channel, area, range: Range| {
+        let Range { min, max } = range;
+        let (min, max) = (min.filter(|_| several), max.filter(|_| several));
+        FaceResult { min, max, ..face(scene, simulation, channel(c), area) }
+    };
+    GroupResult {
+        id: name.to_string(),
+        captors: members.captors,
+        area: members.area,
+        front: face(Channel::Front, members.area, members.front),
+        back: (members.back_area > 0.0)
+            .then(|| face(Channel::Back, members.back_area, members.back)),
+        absorbed,
+        absorbed_se,
+        by_light,
+    }
+}
+
+/// Means and standard errors of one channel, per band and sum.
+struct Sums {
+    mean: Vec<f64>,
+    standard_error: Vec<Option<f64>>,
+}
+
+impl Sums {
+    fn of(totals: &Totals, channel: usize) -> Self {
+        let estimates: Vec<_> =
+            totals.running(channel).iter().map(|r: &Running| r.estimate(totals.blocks)).collect();
+        let arrived = |mean: f64| mean != 0.0;
+        Self {
+            mean: estimates.iter().map(|e| e.mean).collect(),
+            standard_error: estimates
+                .iter()
+                .map(|e| e.standard_error.filter(|_| arrived(e.mean)))
+                .collect(),
+        }
+    }
+}
+
+fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
+    let totals = &simulation.totals;
+    let concentrated = |r: &Running| r.concentration(totals.blocks) > CONCENTRATED;
+    let of_paths = simulation.estimator == Estimator::Paths;
+    FaceResult {
+        few_paths: of_paths && totals.running(channel).iter().any(concentrated),
+        by_light: by_light(scene, totals, |_, part| flux(part, channel, area)),
+        ..flux(totals, channel, area)
+    }
+}
+
+fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
+    let flux = Sums::of(totals, channel);
+    FaceResult {
+        photons: totals.photons(channel),
+        irradiance: flux.mean.iter().map(|f| f / area).collect(),
+        irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
+        flux: flux.mean,
+        flux_se: flux.standard_error,
+        few_paths: false,
+        min: None,
+        max: None,
+        knn: None,
+        by_light: None,
+    }
+}
+
+fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
+    let of = |totals: &Totals| {
+        let Sums { mean, standard_error } = Sums::of(totals, channel);
+        Absorbed { absorbed: mean, absorbed_se: standard_error }
+    };
+    let Absorbed { absorbed, absorbed_se } = of(totals);
+    AllAbsorbed {
+        absorbed: Some(absorbed),
+        absorbed_se: Some(absorbed_se),
+        by_light: by_light(scene, totals, |_, part| of(part)),
+    }
+}

@@ -1,0 +1,135 @@
+//! What a user should know before trusting a result.
+
+use super::{CaptorResult, FaceResult, RunResult};
+use crate::transport::settings::Estimator;
+
+/// Share of the emitted power above which lost power is warned of.
+const MUCH_LOST: f64 = 1e-3;
+/// Blocks below which standard errors are off by more than a fifth: their own relative error is
+/// 1 / sqrt(2 (blocks - 1)).
+const FEW_BLOCKS: u64 = 16;
+/// Photons below which a value and its error are not reliable.
+const FEW_PHOTONS: u64 = 30;
+/// One thing that a user should know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// What it is about, alike in all runs.
+    pub kind: &'static str,
+    /// What there is to say of this run.
+    pub text: String,
+}
+
+impl RunResult {
+    /// What a user should know before trusting it.
+    pub fn warnings(&self) -> Vec<Warning> {
+        warnings(self)
+    }
+}
+
+fn warnings(result: &RunResult) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |kind, text| warnings.push(Warning { kind, text });
+    let energy = &result.energy;
+    let lost =
+        energy.lost.iter().zip(&energy.emitted).map(|(l, e)| if *e > 0.0 { l / e } else { 0.0 });
+    let lost = lost.fold(0.0, f64::max);
+    if lost > MUCH_LOST {
+        warn(
+            "power was lost at the length limits",
+            format!(
+                "{:.2} % of the power was on paths cut off at the length limits (lost)",
+                100.0 * lost
+            ),
+        );
+    }
+    let cut_off = result.cut_off.unwrap_or(0.0);
+    if cut_off > MUCH_LOST {
+        warn(
+            "paths were cut off at the length limits",
+            format!(
+                "{:.2} % of the paths were cut off at the length limits: light that they could still \
+             have found is missing",
+                100.0 * cut_off
+            ),
+        );
+    }
+    match result.blocks {
+        1 => warn(
+            "one block: no standard error is known",
+            "one block: no standard error is known; trace more".into(),
+        ),
+        blocks if blocks < FEW_BLOCKS => warn(
+            "standard errors come from few blocks",
+            format!(
+                "the standard errors come from {blocks} blocks only and are rough themselves; trace more"
+            ),
+        ),
+        _ => {}
+    }
+    let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
+    if unseen > 0.0 {
+        warn(
+            "paths cannot find some of the light",
+            format!(
+                "paths cannot find light of a point, spot or line that comes by way of mirrors or \
+             refraction: about {:.2} % of the flux on the captors is missing; \
+             --estimator photons finds it",
+                100.0 * unseen
+            ),
+        );
+    }
+    let lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
+    let reached =
+        |captor: &CaptorResult| lit(&captor.front) || captor.back.as_ref().is_some_and(lit);
+    let dark: Vec<&str> =
+        result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
+    if !dark.is_empty() {
+        let nothing = match result.estimator {
+            Estimator::Paths => "no path found light from",
+            _ => "no photon reached",
+        };
+        warn("a captor that no light reached", format!("{nothing} {}", some(&dark)));
+    }
+    let faces = || result.captors.iter().flat_map(CaptorResult::faces);
+    let few = faces().filter(|face| face.few_paths).count();
+    if few > 0 {
+        warn(
+            "errors that rest on few paths",
+            format!(
+                "the errors at {few} of {} faces of captors rest on few paths that found much light, as \
+             by way of a mirror: values and errors may be far too small, and where no \
+             path found any; trace more, or --estimator photons",
+                faces().count()
+            ),
+        );
+    }
+    let faint = |face: &FaceResult| lit(face) && face.photons < FEW_PHOTONS;
+    let rough: Vec<&str> = match result.estimator {
+        Estimator::Paths => Vec::new(),
+        _ => {
+            let rough = |c: &&CaptorResult| faint(&c.front) || c.back.as_ref().is_some_and(faint);
+            result.captors.iter().filter(rough).map(|c| c.id.as_str()).collect()
+        }
+    };
+    if !rough.is_empty() {
+        warn(
+            "few photons on a face of a captor",
+            format!(
+                "fewer than {FEW_PHOTONS} photons on a face of {}: neither their values nor their \
+             errors are reliable; trace more, or try --estimator paths",
+                some(&rough)
+            ),
+        );
+    }
+    warnings
+}
+
+/// The first few names, and how many more.
+fn some(names: &[&str]) -> String {
+    const LISTED: usize = 5;
+    let more = match names.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    names[..names.len().min(LISTED)].join(", ") + &more
+}

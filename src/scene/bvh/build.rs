@@ -1,0 +1,61 @@
+//! From triangles to the tree.
+
+use glam::Vec3;
+
+use super::Bvh;
+use super::binary::binary_tree;
+use super::pages::in_large_pages;
+use super::walk::STACK;
+use super::wide::{Branch, widen};
+use crate::math::geometry::Triangle;
+
+pub(super) fn build(triangles: &[Triangle], root_nodes: usize) -> Bvh {
+    let solid: Vec<u32> =
+        (0..).zip(triangles).filter(|(_, t)| has_area(t)).map(|(i, _)| i).collect();
+    if solid.is_empty() {
+        return Bvh::default();
+    }
+    let binary = binary_tree(triangles, &solid);
+    let mut wide = widen(&binary, triangles, root_nodes);
+    if wide.waiting > STACK {
+        wide = widen(&balanced(&binary), triangles, root_nodes);
+    }
+    let reach = solid.iter().map(|&i| reach(&triangles[i as usize])).fold(Vec3::ZERO, Vec3::max);
+    Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes, reach }
+}
+
+/// Exactly, but for the rounding of doubles: whether the corners do not lie on one line.
+fn has_area(t: &Triangle) -> bool {
+    let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
+    (b - a).cross(c - a) != glam::DVec3::ZERO
+}
+
+fn reach(t: &Triangle) -> Vec3 {
+    t.a.abs().max(t.b.abs()).max(t.c.abs())
+}
+
+/// The same triangles in the same order in a tree without long branches, where a chain of nested triangles
+/// has made some.
+pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
+    let mut order = Vec::new();
+    let mut waiting = vec![0];
+    while let Some(i) = waiting.pop() {
+        match binary[i] {
+            Branch::Fork([l, r]) => waiting.extend([r, l]),
+            Branch::Triangle(index) => order.push(index),
+        }
+    }
+    let mut tree = Vec::with_capacity(binary.len());
+    let mut ranges = vec![(0, order.len())];
+    // the two halves of a range come last in the list, to be halved in their turn
+    while let Some(&(start, end)) = ranges.get(tree.len()) {
+        tree.push(if end - start == 1 {
+            Branch::Triangle(order[start])
+        } else {
+            let (middle, next) = (start.midpoint(end), ranges.len());
+            ranges.extend([(start, middle), (middle, end)]);
+            Branch::Fork([next, next + 1])
+        });
+    }
+    tree
+}

@@ -1,0 +1,202 @@
+//! What can be asked of the structure, compiled twice: for any processor and for those with AVX2.
+
+use std::sync::LazyLock;
+
+use super::walk::Probe;
+use super::{Bvh, Hit};
+use crate::math::geometry::Ray;
+
+/// Gathers one bit of each of eight numbers, which are all ones or all zeros.
+pub(super) trait Gather: Fn([u32; 8]) -> u32 + Copy {}
+
+impl<F: Fn([u32; 8]) -> u32 + Copy> Gather for F {}
+
+/// A question and all that it needs. Its answer must be inlined: what it calls is then compiled
+/// for the processor too, and the ray stays in registers.
+pub(super) trait Query {
+    type Answer;
+    fn answer(self, gather: impl Gather) -> Self::Answer;
+}
+
+/// The code that traces rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// For x86-64 processors with AVX2, BMI and LZCNT.
+    Avx2,
+    /// For any processor.
+    Plain,
+}
+
+impl Kernel {
+    /// The fastest that this processor runs; the plain one where the environment variable `PHYLUX_KERNEL`
+    /// is `plain`. They give the same bits.
+    pub fn used() -> Self {
+        static USED: LazyLock<Kernel> = LazyLock::new(|| {
+            #[cfg(target_arch = "x86_64")]
+            let able = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt");
+            #[cfg(not(target_arch = "x86_64"))]
+            let able = false;
+            let plain = std::env::var_os("PHYLUX_KERNEL").is_some_and(|kernel| kernel == "plain");
+            if able && !plain { Kernel::Avx2 } else { Kernel::Plain }
+        });
+        *USED
+    }
+
+    /// As `phylux --version` names it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Avx2 => "AVX2",
+            Self::Plain => "plain",
+        }
+    }
+}
+
+/// The answer, by the fastest code there is.
+#[inline]
+pub(super) fn ask<Q: Query>(query: Q) -> Q::Answer {
+    #[cfg(target_arch = "x86_64")]
+    if Kernel::used() == Kernel::Avx2 {
+        #[allow(unsafe_code)]
+        // SAFETY: the processor has what it needs, as was just asked.
+        return unsafe { ask_avx2(query) };
+    }
+    ask_plain(query)
+}
+
+/// Never inlined, so that the answer goes straight to who asked.
+#[inline(never)]
+pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
+    query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
+}
+
+/// The same bits: Rust never contracts a * b + c.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
+fn ask_avx2<Q: Query>(query: Q) -> Q::Answer {
+    query.answer(|lanes| gather_avx2(lanes))
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+#[inline]
+fn gather_avx2([a, b, c, d, e, f, g, h]: [u32; 8]) -> u32 {
+    use std::arch::x86_64::{_mm256_castsi256_ps, _mm256_movemask_ps, _mm256_setr_epi32};
+    let [a, b, c, d, e, f, g, h] = [a, b, c, d, e, f, g, h].map(u32::cast_signed);
+    _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_setr_epi32(a, b, c, d, e, f, g, h))) as u32
+}
+
+/// See [`Bvh::closest`].
+pub(super) struct Closest<'a> {
+    pub bvh: &'a Bvh,
+    pub ray: &'a Ray,
+    pub t_max: f32,
+}
+
+impl Query for Closest<'_> {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) -> Option<Hit> {
+        self.bvh.closest_of(&Probe::new(self.ray, self.bvh.reach), self.t_max, gather)
+    }
+}
+
+/// See [`Bvh::occluded`].
+pub(super) struct Occluded<'a, F> {
+    pub bvh: &'a Bvh,
+    pub ray: &'a Ray,
+    pub t_max: f32,
+    pub stops: F,
+}
+
+impl<F: FnMut(Hit) -> bool> Query for Occluded<'_, F> {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) -> bool {
+        let Self { bvh, ray, t_max, mut stops } = self;
+        let mut found = false;
+        bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit| {
+            found = found || (hit.t < t_max && stops(hit));
+            if found { -1.0 } else { t_max }
+        });
+        found
+    }
+}
+
+/// See [`Bvh::crossings`].
+pub(super) struct Crossings<'a, F> {
+    pub bvh: &'a Bvh,
+    pub ray: &'a Ray,
+    pub t_max: f32,
+    pub visit: F,
+}
+
+impl<F: FnMut(Hit)> Query for Crossings<'_, F> {
+    type Answer = ();
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) {
+        let probe = Probe::new(self.ray, self.bvh.reach);
+        self.bvh.crossings_of(&probe, self.t_max, gather, self.visit);
+    }
+}
+
+/// See [`Bvh::meet`].
+pub(super) struct Meet<'a, F> {
+    pub surfaces: &'a Bvh,
+    pub crossed: &'a Bvh,
+    pub ray: &'a Ray,
+    pub visit: F,
+}
+
+impl<F: FnMut(Hit)> Query for Meet<'_, F> {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) -> Option<Hit> {
+        let Self { surfaces, crossed, ray, visit } = self;
+        let probe = Probe::new(ray, surfaces.reach.max(crossed.reach));
+        let hit = surfaces.closest_of(&probe, f32::INFINITY, gather);
+        let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+        crossed.crossings_of(&probe, t_max, gather, visit);
+        hit
+    }
+}
+
+impl Bvh {
+    #[inline(always)]
+    fn closest_of(&self, probe: &Probe, t_max: f32, gather: impl Gather) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        self.walk(probe, t_max, gather, |hit| {
+            let nearer = match nearest {
+                None => hit.t < t_max,
+                Some(n) => hit.t < n.t || (hit.t == n.t && hit.triangle < n.triangle),
+            };
+            if nearer {
+                nearest = Some(hit);
+            }
+            nearest.map_or(t_max, |nearest| nearest.t)
+        });
+        nearest
+    }
+
+    #[inline(always)]
+    fn crossings_of(
+        &self,
+        probe: &Probe,
+        t_max: f32,
+        gather: impl Gather,
+        mut visit: impl FnMut(Hit),
+    ) {
+        self.walk(probe, t_max, gather, |hit| {
+            if hit.t < t_max && hit.owned {
+                visit(hit);
+            }
+            t_max
+        });
+    }
+}

@@ -1,0 +1,226 @@
+//! From a tree with two children a node to one with eight, or 32 at the root, and eight triangles a leaf.
+
+use arrayvec::ArrayVec;
+
+use super::Row;
+use super::triangle::{INDICES, Leaf};
+use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, ROOT_NODES};
+use crate::math::geometry::{Extent, Triangle};
+
+/// A node of a tree with two children a node and one triangle a leaf; the root comes first.
+#[derive(Clone, Copy)]
+pub(super) enum Branch {
+    Fork([usize; 2]),
+    Triangle(u32),
+}
+
+/// Places for the children of a node, and for the triangles of a leaf.
+const WIDTH: usize = 8;
+
+/// The wide tree.
+pub(super) struct Wide {
+    /// Each node, then its leaves, then what is below it.
+    pub rows: Vec<Row>,
+    /// How many nodes, the first ones, are the root.
+    pub root_nodes: usize,
+    /// How many children can wait at a time in a walk.
+    pub waiting: usize,
+}
+
+/// Makes a tree wide, its root of at most so many nodes.
+pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize) -> Wide {
+    struct Place {
+        branch: usize,
+        /// The row, and the place in it, that says where the branch is; nothing does for the root.
+        named: Option<(usize, usize)>,
+        /// Children that wait above.
+        above: usize,
+    }
+    let parts = parts(binary, triangles);
+    let mut wide = Wide { rows: Vec::new(), root_nodes: 1, waiting: 0 };
+    let mut todo = vec![Place { branch: 0, named: None, above: 0 }];
+    while let Some(Place { branch, named, above }) = todo.pop() {
+        let most = if named.is_none() { root_nodes } else { 1 };
+        let members = members(binary, &parts, branch, most * WIDTH);
+        let nodes = members.len().div_ceil(WIDTH);
+        let Wide { rows, root_nodes, waiting } = &mut wide;
+        let first = rows.len();
+        for _ in 0..nodes {
+            rows.extend(CHILDLESS);
+        }
+        match named {
+            Some((row, place)) => rows[row].0[place] = Child::node(first).as_float(),
+            None => *root_nodes = nodes,
+        }
+        let above = above + members.len() - 1;
+        *waiting = above.max(*waiting);
+        let place = |i: usize| (first + NODE_ROWS * (i / WIDTH), i % WIDTH);
+        for (i, &member) in members.iter().enumerate() {
+            let (node, place) = place(i);
+            let part = &parts[member];
+            for axis in 0..3 {
+                rows[node + 2 * axis].0[place] = part.extent.min[axis];
+                rows[node + 2 * axis + 1].0[place] = part.extent.max[axis];
+            }
+            if part.leaf {
+                rows[node + CHILDREN].0[place] = Child::leaf(rows.len()).as_float();
+                rows.extend(leaf(binary, member, triangles));
+            }
+        }
+        for (i, &member) in members.iter().enumerate().rev() {
+            if !parts[member].leaf {
+                let (node, place) = place(i);
+                todo.push(Place { branch: member, named: Some((node + CHILDREN, place)), above });
+            }
+        }
+    }
+    wide
+}
+
+/// What the children of a node are: the branches that share eight places best, the largest of them opened
+/// into those of its own as long as there is `room`.
+fn members(
+    binary: &[Branch],
+    parts: &[Part],
+    branch: usize,
+    room: usize,
+) -> ArrayVec<usize, { WIDTH * ROOT_NODES }> {
+    let shared = |branch| {
+        let mut members = ArrayVec::<usize, WIDTH>::new();
+        share(binary, parts, branch, WIDTH, &mut members);
+        members
+    };
+    let mut members: ArrayVec<_, _> = shared(branch).into_iter().collect();
+    while members.len() < room {
+        let nodes = (0..members.len()).filter(|&i| !parts[members[i]].leaf);
+        let area = |i: usize| parts[members[i]].extent.half_area();
+        let Some(largest) = nodes.max_by(|&i, &j| area(i).total_cmp(&area(j))) else { break };
+        let own = shared(members[largest]);
+        if members.len() - 1 + own.len() > room {
+            break;
+        }
+        members.swap_remove(largest);
+        members.extend(own);
+    }
+    members
+}
+
+/// The branches that share some places of a node, all below `branch`.
+fn share(
+    binary: &[Branch],
+    parts: &[Part],
+    branch: usize,
+    places: usize,
+    members: &mut ArrayVec<usize, WIDTH>,
+) {
+    let part = &parts[branch];
+    // the root is a node, even where a leaf would do
+    let whole = if places == WIDTH { part.leaf } else { part.costs[places] == part.costs[1] };
+    match binary[branch] {
+        Branch::Fork([l, r]) if !whole => {
+            let (own, _) = parts[l].shared(&parts[r], places);
+            share(binary, parts, l, own, members);
+            share(binary, parts, r, places - own, members);
+        }
+        _ => members.push(branch),
+    }
+}
+
+fn leaf(binary: &[Branch], branch: usize, triangles: &[Triangle]) -> Leaf {
+    let mut rows = [Row([f32::NAN; WIDTH]); 10];
+    fill(&mut rows, &mut 0, binary, branch, triangles);
+    rows
+}
+
+/// Puts a branch's triangles into the lanes from `lane` on.
+fn fill(
+    leaf: &mut Leaf,
+    lane: &mut usize,
+    binary: &[Branch],
+    branch: usize,
+    triangles: &[Triangle],
+) {
+    match binary[branch] {
+        Branch::Fork([l, r]) => {
+            fill(leaf, lane, binary, l, triangles);
+            fill(leaf, lane, binary, r, triangles);
+        }
+        Branch::Triangle(index) => {
+            let Triangle { a, b, c } = triangles[index as usize];
+            for axis in 0..3 {
+                for (corner, point) in [a, b, c].iter().enumerate() {
+                    leaf[3 * axis + corner].0[*lane] = point[axis];
+                }
+            }
+            leaf[INDICES].0[*lane] = f32::from_bits(index);
+            *lane += 1;
+        }
+    }
+}
+
+/// What the wide tree must know of a branch.
+#[derive(Clone, Copy)]
+struct Part {
+    /// The box of its triangles.
+    extent: Extent,
+    /// How many there are.
+    count: usize,
+    /// What a random ray pays, in nodes and leaves that it meets, if the branch takes 1, up to 2, ... up to
+    /// 7 places of a node (the first entry is not used).
+    costs: [f32; WIDTH],
+    /// Whether in one place it is best a leaf.
+    leaf: bool,
+}
+
+/// By dynamic programming from the leaves up: Ylitie, Karras and Laine, "Efficient Incoherent Ray
+/// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A leaf costs as much as a node, since its
+/// triangles are tested at once.
+fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
+    let empty = Part { extent: Extent::EMPTY, count: 0, costs: [0.0; WIDTH], leaf: true };
+    let mut parts = vec![empty; binary.len()];
+    for &i in downward(binary).iter().rev() {
+        parts[i] = match binary[i] {
+            Branch::Triangle(index) => {
+                let extent = Extent::of_triangles([&triangles[index as usize]]);
+                Part { extent, count: 1, costs: [extent.half_area(); WIDTH], leaf: true }
+            }
+            Branch::Fork([l, r]) => {
+                let (l, r) = (&parts[l], &parts[r]);
+                let (extent, count) = (l.extent.join(r.extent), l.count + r.count);
+                let area = extent.half_area();
+                let as_node = area + l.shared(r, WIDTH).1;
+                let leaf = count <= WIDTH && area <= as_node;
+                let mut costs = [if leaf { area } else { as_node }; WIDTH];
+                for places in 2..WIDTH {
+                    costs[places] = costs[places - 1].min(l.shared(r, places).1);
+                }
+                Part { extent, count, costs, leaf }
+            }
+        };
+    }
+    parts
+}
+
+impl Part {
+    /// How many of some places to take for this child of a fork, the other child getting the rest, and what
+    /// both cost then.
+    fn shared(&self, other: &Self, places: usize) -> (usize, f32) {
+        let cost = |own: usize| (own, self.costs[own] + other.costs[places - own]);
+        let cheaper = |a: (usize, f32), b: (usize, f32)| if b.1 < a.1 { b } else { a };
+        (2..places).map(cost).fold(cost(1), cheaper)
+    }
+}
+
+/// All branches, each before those that it forks into.
+fn downward(binary: &[Branch]) -> Vec<usize> {
+    let mut order = Vec::with_capacity(binary.len());
+    order.push(0);
+    let mut next = 0;
+    while let Some(&branch) = order.get(next) {
+        if let Branch::Fork(children) = binary[branch] {
+            order.extend(children);
+        }
+        next += 1;
+    }
+    order
+}

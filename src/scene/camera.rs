@@ -1,0 +1,174 @@
+//! The camera: from pixels to rays.
+
+use glam::{DVec3, Vec3};
+
+use crate::math::geometry::{Extent, Ray, unit_vector};
+
+/// A view as it is asked for, in metres from the user's origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where the eye is.
+    pub position: DVec3,
+    /// The point in the middle of the picture, another one.
+    pub look_at: DVec3,
+    /// The way that is up in the picture, not along the view.
+    pub up: DVec3,
+    /// Angle of view across the picture, degrees, in (0, 180).
+    pub fov_deg: f64,
+    /// Pixels across, at least 1.
+    pub width: usize,
+    /// Pixels down, at least 1.
+    pub height: usize,
+}
+
+impl View {
+    /// Angle of view where none is given, degrees.
+    pub const FOV_DEG: f64 = 45.0;
+    /// Pixels across and down where they are not given.
+    pub const SIZE: (usize, usize) = (800, 600);
+    /// The most pixels across or down.
+    pub const MOST_PIXELS: u64 = 65_536;
+
+    /// A view of all that is inside `extent`, m from `center`, from in front, the left and above.
+    pub fn of(extent: &Extent, center: DVec3, (width, height): (usize, usize)) -> Self {
+        let radius = f64::from(0.5 * extent.size().length()).max(1e-6);
+        let half_across = (Self::FOV_DEG / 2.0).to_radians();
+        let aspect = height as f64 / width as f64;
+        let half = half_across.min((half_across.tan() * aspect).atan());
+        let look_at = center + extent.center().as_dvec3();
+        let distance = radius / half.sin();
+        let position = look_at + distance * DVec3::new(-0.45, -0.75, 0.5).normalize();
+        Self { position, look_at, up: DVec3::Z, fov_deg: Self::FOV_DEG, width, height }
+    }
+
+    /// Says what is wrong with its directions.
+    pub fn check_directions(&self) -> Result<(), String> {
+        let look = unit_vector(self.look_at - self.position);
+        if look.zip(unit_vector(self.up)).is_none_or(|(l, up)| l.cross(up).length() < 1e-9) {
+            return Err("`look_at` is the position itself, or straight along `up`".into());
+        }
+        Ok(())
+    }
+
+    /// An angle of view, degrees.
+    pub fn check_fov(fov: f64) -> Result<f64, String> {
+        if fov > 0.0 && fov < 180.0 {
+            return Ok(fov);
+        }
+        Err(format!("{}, must be between 0 and 180", crate::error::number(fov)))
+    }
+}
+
+/// A view made ready for rays, relative to the centre of a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    /// Where the eye is, m.
+    pub eye: Vec3,
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    forward: Vec3,
+    /// From one pixel to the next, at distance 1.
+    right: Vec3,
+    down: Vec3,
+}
+
+impl Camera {
+    /// Of a view whose directions are sound, relative to `center`.
+    pub fn new(view: &View, center: DVec3) -> Self {
+        let forward = unit_vector(view.look_at - view.position).unwrap_or(DVec3::Y);
+        let right = unit_vector(forward.cross(view.up)).unwrap_or(DVec3::X);
+        let pixel = 2.0 * (view.fov_deg.to_radians() / 2.0).tan() / view.width as f64;
+        Self {
+            eye: (view.position - center).as_vec3(),
+            width: view.width,
+            height: view.height,
+            forward: forward.as_vec3(),
+            right: (pixel * right).as_vec3(),
+            down: (pixel * forward.cross(right)).as_vec3(),
+        }
+    }
+
+    /// The ray through a point of the picture, pixels from its upper left corner.
+    pub fn ray(&self, x: f32, y: f32) -> Ray {
+        let (x, y) = (x - 0.5 * self.width as f32, y - 0.5 * self.height as f32);
+        let direction = (self.forward + x * self.right + y * self.down).normalize();
+        Ray { origin: self.eye, direction }
+    }
+
+    /// Where a point is in the picture, pixels from its upper left corner; none behind the eye.
+    pub fn project(&self, point: Vec3) -> Option<[f32; 2]> {
+        let from = point - self.eye;
+        let depth = from.dot(self.forward);
+        (depth > 0.0).then(|| {
+            let along = |axis: Vec3| from.dot(axis) / (depth * axis.length_squared());
+            [
+                along(self.right) + 0.5 * self.width as f32,
+                along(self.down) + 0.5 * self.height as f32,
+            ]
+        })
+    }
+
+    /// The way that it looks.
+    pub fn forward(&self) -> Vec3 {
+        self.forward
+    }
+
+    /// Angle across a pixel in the middle, rad.
+    pub fn pixel(&self) -> f32 {
+        self.right.length()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const VIEW: View = View {
+        position: DVec3::new(1.0, 2.0, 3.0),
+        look_at: DVec3::new(1.0, 5.0, 3.0),
+        up: DVec3::Z,
+        fov_deg: 90.0,
+        width: 400,
+        height: 200,
+    };
+
+    /// North of the eye is the middle, east is right, up is up; the angle of view is that across.
+    #[test]
+    fn rays_go_where_the_view_says() {
+        let camera = Camera::new(&VIEW, DVec3::new(1.0, 0.0, 0.0));
+        assert_eq!(camera.eye, Vec3::new(0.0, 2.0, 3.0));
+        let near = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} {b}");
+        near(camera.ray(200.0, 100.0).direction, Vec3::Y);
+        near(camera.ray(400.0, 100.0).direction, Vec3::new(1.0, 1.0, 0.0).normalize());
+        near(camera.ray(200.0, 0.0).direction, Vec3::new(0.0, 1.0, 0.5).normalize());
+    }
+
+    #[test]
+    fn a_point_is_where_its_ray_goes() {
+        let camera = Camera::new(&VIEW, DVec3::ZERO);
+        let ray = camera.ray(37.25, 150.5);
+        let [x, y] = camera.project(ray.at(2.5)).expect("in front");
+        assert!((x - 37.25).abs() < 1e-3 && (y - 150.5).abs() < 1e-3, "{x} {y}");
+        assert_eq!(camera.project(ray.at(-1.0)), None);
+    }
+
+    /// All of a box is in a view chosen for it, in wide pictures and in tall ones.
+    #[test]
+    fn a_chosen_view_shows_all() {
+        for size in [(800, 600), (300, 900), (900, 100)] {
+            let extent = Extent { min: Vec3::new(-1.0, -2.0, 0.0), max: Vec3::new(3.0, 1.0, 0.5) };
+            let view = View::of(&extent, DVec3::splat(7.0), size);
+            assert_eq!(view.check_directions(), Ok(()));
+            let camera = Camera::new(&view, DVec3::splat(7.0));
+            for corner in 0..8 {
+                let pick = |axis: usize| [extent.min, extent.max][corner >> axis & 1][axis];
+                let point = Vec3::new(pick(0), pick(1), pick(2));
+                let [x, y] = camera.project(point).expect("in front");
+                assert!(x > 0.0 && x < size.0 as f32, "{x} of {size:?}");
+                assert!(y > 0.0 && y < size.1 as f32, "{y} of {size:?}");
+            }
+        }
+    }
+}

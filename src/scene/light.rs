@@ -1,0 +1,364 @@
+//! Where photons start: point, spot, tube and area lights.
+
+use std::collections::BinaryHeap;
+
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::math::{
+    geometry::{Extent, Frame, Ray, Triangle, unit_vector},
+    rng::Stream,
+    sampling::{
+        Chosen, cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle, weighted_choice,
+    },
+    spectrum::Spectrum,
+};
+
+mod illuminate;
+#[cfg(test)]
+mod tests;
+
+pub use illuminate::{LightSample, Shine, TubeHit};
+
+/// Shape and direction pattern of a light, in metres from the user's origin.
+#[derive(Clone, Debug)]
+pub enum LightShape {
+    /// A point, alike in all directions.
+    Point {
+        /// Where it is.
+        position: DVec3,
+    },
+    /// A point with uniform intensity inside a cone.
+    Spot {
+        /// Where it is.
+        position: DVec3,
+        /// Axis of the cone; not zero.
+        direction: DVec3,
+        /// Half angle of the cone, rad, in (0, pi].
+        half_angle: f64,
+    },
+    /// Lateral surface of a cylinder, Lambertian.
+    Tube {
+        /// One end of the axis.
+        from: DVec3,
+        /// The other end, not the same.
+        to: DVec3,
+        /// Radius, m; 0 is the line (intensity ~ sine of the angle to the axis).
+        radius: f64,
+    },
+    /// Points uniform on a line, directions uniform on the sphere.
+    IsotropicLine {
+        /// One end.
+        from: DVec3,
+        /// The other end.
+        to: DVec3,
+    },
+    /// Triangles, Lambertian from the front, or from both sides.
+    Area {
+        /// Corners, counter-clockwise seen from the front; total area above zero.
+        triangles: Vec<[DVec3; 3]>,
+        /// Whether the back emits too.
+        two_sided: bool,
+    },
+}
+
+/// A light: power per band and a way to emit it.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Unique name.
+    pub name: String,
+    /// Total emitted flux per band, W or umol/s, at least 0.
+    pub power: Vec<f64>,
+    emitter: Emitter,
+    /// A ball around it: middle and radius, m.
+    ball: (Vec3, f32),
+}
+
+#[derive(Clone, Debug)]
+enum Emitter {
+    Cone { position: Vec3, frame: Frame, versine: f32 },
+    Tube { line: Line, frame: Frame, radius: f32 },
+    IsotropicLine(Line),
+    Area { surface: EmittingSurface, two_sided: bool },
+}
+
+/// The axis of a tube, or a line that shines.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    /// Its start, m.
+    from: Vec3,
+    /// From its start to its end, m.
+    whole: Vec3,
+    /// m.
+    length: f32,
+}
+
+impl Line {
+    fn new(from: Vec3, whole: Vec3) -> Self {
+        Self { from, whole, length: whole.length() }
+    }
+
+    fn middle(&self) -> Vec3 {
+        self.from + 0.5 * self.whole
+    }
+
+    /// A point uniform on it, `offset` from its ends.
+    #[inline]
+    fn choose(&self, offset: f32, rng: &mut Stream) -> Vec3 {
+        let margin = (offset / self.length).min(0.5);
+        self.from + rng.uniform().clamp(margin, 1.0 - margin) * self.whole
+    }
+}
+
+/// The triangles of an area light, and what of them each photon needs.
+#[derive(Clone, Debug, Default)]
+struct EmittingSurface {
+    triangles: Vec<Triangle>,
+    normals: Vec<Vec3>,
+    slopes: Vec<Vec3>,
+    cumulative_area: Vec<f64>,
+}
+
+impl EmittingSurface {
+    fn new(triangles: &[[DVec3; 3]], local: impl Fn(DVec3) -> Vec3) -> Self {
+        let mut surface = Self::default();
+        let mut area = 0.0;
+        for corners in triangles {
+            let triangle = Triangle::from(corners.map(&local));
+            // a sliver that rounding has left without a front emits nothing
+            if triangle.normal() != Vec3::ZERO {
+                let [a, b, c] = corners;
+                area += 0.5 * (*b - *a).cross(*c - *a).length();
+                surface.cumulative_area.push(area);
+                surface.normals.push(triangle.normal());
+                surface.slopes.push(triangle.slopes());
+                surface.triangles.push(triangle);
+            }
+        }
+        surface
+    }
+
+    /// m2.
+    fn area(&self) -> f64 {
+        self.cumulative_area[self.cumulative_area.len() - 1]
+    }
+
+    /// A point uniform on it, as far as `offset` from the edges of its triangles, and the normal there.
+    #[inline]
+    fn choose(&self, offset: f32, rng: &mut Stream) -> (Vec3, Vec3) {
+        let Chosen { index, rest } = weighted_choice(&self.cumulative_area, rng.uniform_fine());
+        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
+        let margins = Triangle::margins(self.slopes[index], offset);
+        let point = self.triangles[index].point_within(weights.x, weights.y, margins);
+        (point, self.normals[index])
+    }
+}
+
+impl Light {
+    /// From its shape, with coordinates taken relative to `center`.
+    pub fn new(name: String, power: Vec<f64>, shape: &LightShape, center: DVec3) -> Self {
+        let local = |p: DVec3| (p - center).as_vec3();
+        let along = |v: DVec3| Frame::new(unit_vector(v).unwrap_or(DVec3::Z).as_vec3().normalize());
+        let emitter = match shape {
+            LightShape::Point { position } => Emitter::Cone {
+                position: local(*position),
+                frame: Frame::new(Vec3::Z),
+                versine: 2.0,
+            },
+            LightShape::Spot { position, direction, half_angle } => Emitter::Cone {
+                position: local(*position),
+                frame: along(*direction),
+                versine: (2.0 * (half_angle / 2.0).sin().powi(2)) as f32,
+            },
+            LightShape::Tube { from, to, radius } => Emitter::Tube {
+                line: Line::new(local(*from), (*to - *from).as_vec3()),
+                frame: along(*to - *from),
+                radius: *radius as f32,
+            },
+            LightShape::IsotropicLine { from, to } => {
+                Emitter::IsotropicLine(Line::new(local(*from), (*to - *from).as_vec3()))
+            }
+            LightShape::Area { triangles, two_sided } => {
+                let surface = EmittingSurface::new(triangles, local);
+                Emitter::Area { surface, two_sided: *two_sided }
+            }
+        };
+        let ball = emitter.ball();
+        Self { name, power, emitter, ball }
+    }
+
+    /// A box around it, m from the centre of the scene.
+    pub fn extent(&self) -> Extent {
+        match &self.emitter {
+            Emitter::Cone { position, .. } => Extent::of([*position]),
+            Emitter::Tube { line, radius, .. } => {
+                let r = Vec3::splat(*radius);
+                let ends = [line.from, line.from + line.whole];
+                Extent::of(ends.into_iter().flat_map(|p| [p - r, p + r]))
+            }
+            Emitter::IsotropicLine(line) => Extent::of([line.from, line.from + line.whole]),
+            Emitter::Area { surface, .. } => Extent::of_triangles(&surface.triangles),
+        }
+    }
+
+    /// The ray of one photon. It starts `offset` metres off a light that has a surface, and as far
+    /// from the edges of a polygon and the ends of a line: a light that reaches from wall to wall
+    /// must not shine behind them by rounding.
+    #[inline]
+    pub fn emit(&self, offset: f32, rng: &mut Stream) -> Ray {
+        match &self.emitter {
+            Emitter::Cone { position, frame, versine } => Ray {
+                origin: *position,
+                direction: frame.to_world(uniform_cone(*versine, rng.square())),
+            },
+            Emitter::Tube { line, frame, radius } => {
+                let turn = uniform_circle(rng.uniform());
+                let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
+                let on_axis = line.choose(offset, rng);
+                leave(on_axis + *radius * normal, normal, offset, rng)
+            }
+            Emitter::IsotropicLine(line) => {
+                Ray { origin: line.choose(offset, rng), direction: uniform_cone(2.0, rng.square()) }
+            }
+            Emitter::Area { surface, two_sided } => {
+                let (point, normal) = surface.choose(offset, rng);
+                let front = !*two_sided || rng.uniform() < 0.5;
+                leave(point, if front { normal } else { -normal }, offset, rng)
+            }
+        }
+    }
+}
+
+/// A ray with Lambertian direction from a surface.
+#[inline]
+fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
+    Ray {
+        origin: point + offset * normal,
+        direction: Frame::new(normal).to_world(cosine_hemisphere(rng.square())),
+    }
+}
+
+/// A photon as it leaves its light.
+pub struct Emission<'a> {
+    /// Index of the light.
+    pub light: usize,
+    /// Power of the photon per lane, times the histories of the piece, W or umol/s.
+    pub weights: &'a [f64],
+    /// Where it starts.
+    pub ray: Ray,
+}
+
+impl Emission<'_> {
+    /// What the photon starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit.
+    #[inline]
+    pub fn power<const N: usize>(&self) -> Spectrum<N> {
+        Spectrum(std::array::from_fn(|b| f32::from(self.weights[b] > 0.0)))
+    }
+}
+
+/// How the histories of one piece are shared among the lights: which history belongs to which
+/// light, and the power that each carries.
+#[derive(Clone, Debug)]
+pub struct Strata {
+    /// First rank of each light, and the number of histories at the end.
+    first: Vec<u64>,
+    stride: u64,
+    /// Per light and lane: power of a photon x histories of the piece.
+    weights: Vec<f64>,
+    lanes: usize,
+}
+
+impl Strata {
+    /// Shares `histories` (at least one for each light) in proportion to the lights' largest band
+    /// power, but at least 1 % / number of lights each.
+    pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
+        let counts = apportion(lights, histories);
+        let mut first = vec![0];
+        let mut weights = vec![0.0; lights.len() * lanes];
+        for (l, light) in lights.iter().enumerate() {
+            first.push(first[l] + counts[l]);
+            for (b, power) in light.power.iter().enumerate() {
+                weights[l * lanes + b] = power * (histories as f64 / counts[l] as f64);
+            }
+        }
+        Self { first, stride: golden_stride(histories), weights, lanes }
+    }
+
+    /// Number of histories.
+    pub fn histories(&self) -> u64 {
+        self.first[self.first.len() - 1]
+    }
+
+    /// The light of history `index`. Ranks follow a golden-ratio sequence, so that any run of
+    /// neighbouring histories has nearly each light's share.
+    #[inline]
+    pub fn light(&self, index: u64) -> usize {
+        // a piece has far fewer than 2^32 histories
+        let rank = index * self.stride % self.histories();
+        self.first.partition_point(|&first| first <= rank) - 1
+    }
+
+    /// Emits history `index`, from `offset` metres off its light.
+    #[inline]
+    pub fn emit(
+        &self,
+        lights: &[Light],
+        index: u64,
+        offset: f32,
+        rng: &mut Stream,
+    ) -> Emission<'_> {
+        let light = self.light(index);
+        Emission { light, weights: self.weights(light), ray: lights[light].emit(offset, rng) }
+    }
+
+    /// Power of a photon of `light` per lane, times the histories of the piece, W or umol/s.
+    #[inline]
+    pub fn weights(&self, light: usize) -> &[f64] {
+        &self.weights[light * self.lanes..][..self.lanes]
+    }
+}
+
+/// Whole numbers of histories: largest remainders, at least one each.
+fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
+    let largest: Vec<f64> =
+        lights.iter().map(|light| light.power.iter().copied().fold(0.0, f64::max)).collect();
+    let total: f64 = largest.iter().sum();
+    let least = 0.01 / lights.len() as f64;
+    let shares: Vec<f64> = largest
+        .iter()
+        .map(|power| if total > 0.0 { (power / total).max(least) } else { 1.0 })
+        .collect();
+    let scale = histories as f64 / shares.iter().sum::<f64>();
+    let mut counts: Vec<u64> =
+        shares.iter().map(|share| ((share * scale).floor() as u64).max(1)).collect();
+    let remainder = |counts: &[u64], l: usize| shares[l] * scale - counts[l] as f64;
+    let mut rest = histories as i64 - counts.iter().sum::<u64>() as i64;
+    let mut order: Vec<usize> = (0..lights.len()).collect();
+    order.sort_by(|&a, &b| remainder(&counts, b).total_cmp(&remainder(&counts, a)));
+    for &l in order.iter().cycle() {
+        if rest <= 0 {
+            break;
+        }
+        counts[l] += 1;
+        rest -= 1;
+    }
+    // the minimum of one may have handed out too many: the largest give back
+    let mut largest: BinaryHeap<(u64, usize)> =
+        counts.iter().enumerate().map(|(l, &count)| (count, l)).collect();
+    for _ in rest..0 {
+        let mut top = largest.peek_mut().expect("there is a light");
+        top.0 -= 1;
+        counts[top.1] -= 1;
+    }
+    counts
+}
+
+/// The first number from the golden section of `n` up that has no common divisor with it.
+fn golden_stride(n: u64) -> u64 {
+    let golden = (n as f64 * 0.618_033_988_749_895) as u64;
+    let coprime = |&k: &u64| gcd(k, n) == 1;
+    (golden.max(1)..=n.max(1)).find(coprime).unwrap_or(1)
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}

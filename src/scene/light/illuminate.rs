@@ -1,0 +1,206 @@
+//! Lights as a point of the scene sees them.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{Emitter, Light};
+use crate::math::{
+    geometry::{Ray, Triangle},
+    rng::Stream,
+    sampling::uniform_circle,
+};
+
+/// A point of a light as seen from a point of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Where on the light, a little off its surface.
+    pub point: Vec3,
+    /// Irradiance across the line of sight, divided by the density of the choice, per W of the
+    /// light's power, 1/m2.
+    pub irradiance: f32,
+    /// Density of the choice, 1/sr; none for a light that no direction can hit (a point, a line).
+    pub density: Option<f32>,
+}
+
+/// How bright a light's surface is, per W of its power.
+#[derive(Clone, Copy, Debug)]
+pub struct Shine {
+    /// Radiance, 1/(m2 sr).
+    pub radiance: f32,
+    /// Area that emits, m2.
+    pub area: f32,
+}
+
+/// Where a ray meets a tube.
+#[derive(Clone, Copy, Debug)]
+pub struct TubeHit {
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Cosine to the tube's normal.
+    pub cos: f32,
+    /// How bright it is there.
+    pub shine: Shine,
+}
+
+impl Light {
+    /// Whether it is a point or a line, which no ray can hit.
+    pub fn is_delta(&self) -> bool {
+        match self.emitter {
+            Emitter::Cone { .. } | Emitter::IsotropicLine { .. } => true,
+            Emitter::Tube { radius, .. } => radius == 0.0,
+            Emitter::Area { .. } => false,
+        }
+    }
+
+    /// The triangles that emit, for an area light.
+    pub fn triangles(&self) -> &[Triangle] {
+        match &self.emitter {
+            Emitter::Area { surface, .. } => &surface.triangles,
+            _ => &[],
+        }
+    }
+
+    /// About the irradiance at `point` per W of its power, 1/m2, for choosing among lights; zero only
+    /// where it sheds no light directly. `normal`: of a face that light from behind does not reach.
+    pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
+        let (middle, radius) = self.ball;
+        let towards = middle - point;
+        if normal.is_some_and(|normal| towards.dot(normal) < -radius) {
+            return 0.0;
+        }
+        let near = 1.0 / towards.length_squared().max(radius * radius).max(f32::MIN_POSITIVE);
+        match &self.emitter {
+            Emitter::Cone { frame, versine, .. } => {
+                // a little more than the cone, for rounding
+                let inside = 1.0 + frame.normal.dot(towards.normalize_or_zero()) <= versine + 1e-5;
+                if inside { near / versine } else { 0.0 }
+            }
+            Emitter::Area { surface, two_sided: false } if surface.triangles.len() <= 2 => {
+                let seen = |t: &Triangle| (point - t.a).dot(t.cross()) > 0.0;
+                if surface.triangles.iter().any(seen) { near } else { 0.0 }
+            }
+            _ => near,
+        }
+    }
+
+    /// Chooses a point of the light, as seen from `point`, and as far from its edges as
+    /// [`emit`](Self::emit) does; none where it sheds no light this way.
+    pub fn illuminate(&self, point: Vec3, offset: f32, rng: &mut Stream) -> Option<LightSample> {
+        match &self.emitter {
+            Emitter::Cone { position, frame, versine } => {
+                let away = point - *position;
+                let d2 = away.length_squared();
+                let irradiance = 1.0 / (2.0 * PI * versine * d2);
+                let inside = versine_between(frame.normal, away / d2.sqrt()) <= *versine;
+                inside.then_some(LightSample { point: *position, irradiance, density: None })
+            }
+            Emitter::IsotropicLine(line) => {
+                let on_axis = line.choose(offset, rng);
+                let irradiance = 1.0 / (4.0 * PI * point.distance_squared(on_axis));
+                Some(LightSample { point: on_axis, irradiance, density: None })
+            }
+            Emitter::Tube { line, frame, radius } => {
+                let on_axis = line.choose(offset, rng);
+                if *radius == 0.0 {
+                    let away = point - on_axis;
+                    let d2 = away.length_squared();
+                    let sin = away.reject_from_normalized(frame.normal).length() / d2.sqrt();
+                    let irradiance = sin / (PI * PI * d2);
+                    return Some(LightSample { point: on_axis, irradiance, density: None });
+                }
+                let turn = uniform_circle(rng.uniform());
+                let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
+                let area = 2.0 * PI * radius * line.length;
+                seen(point, on_axis + *radius * normal, normal, area, 1.0, offset)
+            }
+            Emitter::Area { surface, two_sided } => {
+                let (on_light, normal) = surface.choose(offset, rng);
+                let (normal, sides) = match two_sided {
+                    true if (point - on_light).dot(normal) < 0.0 => (-normal, 2.0),
+                    true => (normal, 2.0),
+                    false => (normal, 1.0),
+                };
+                seen(point, on_light, normal, surface.area() as f32, sides, offset)
+            }
+        }
+    }
+
+    /// Radiance per W of power, 1/(m2 sr), of an area light's triangle for a ray that meets it from
+    /// its front or back, and the area that emits, m2; none where that side is dark.
+    pub fn shine(&self, front: bool) -> Option<Shine> {
+        match &self.emitter {
+            Emitter::Area { surface, two_sided } if front || *two_sided => {
+                let area = surface.area() as f32;
+                let sides = if *two_sided { 2.0 } else { 1.0 };
+                Some(Shine { radiance: 1.0 / (PI * area * sides), area })
+            }
+            _ => None,
+        }
+    }
+
+    /// Where a ray enters a tube from outside, and the cosine there.
+    pub fn tube_hit(&self, ray: &Ray) -> Option<TubeHit> {
+        let Emitter::Tube { line, frame, radius } = &self.emitter else { return None };
+        if *radius == 0.0 {
+            return None;
+        }
+        let across = |v: Vec3| Vec2::new(v.dot(frame.tangent), v.dot(frame.bitangent));
+        let (o, d) = (across(ray.origin - line.from), across(ray.direction));
+        let (a, b, c) = (d.length_squared(), o.dot(d), o.length_squared() - radius * radius);
+        let discriminant = b * b - a * c;
+        if a == 0.0 || discriminant <= 0.0 || c <= 0.0 {
+            return None;
+        }
+        let t = (-b - discriminant.sqrt()) / a;
+        let height = (ray.at(t) - line.from).dot(frame.normal);
+        if t <= 0.0 || !(0.0..=line.length).contains(&height) {
+            return None;
+        }
+        let area = 2.0 * PI * radius * line.length;
+        let cos = -(o + t * d).dot(d) / radius;
+        Some(TubeHit { t, cos, shine: Shine { radiance: 1.0 / (PI * area), area } })
+    }
+}
+
+impl Emitter {
+    /// Middle and radius of a ball around it.
+    pub(super) fn ball(&self) -> (Vec3, f32) {
+        match self {
+            Self::Cone { position, .. } => (*position, 0.0),
+            Self::IsotropicLine(line) => (line.middle(), 0.5 * line.length),
+            Self::Tube { line, radius, .. } => (line.middle(), 0.5 * line.length + radius),
+            Self::Area { surface, .. } => {
+                let corners = || surface.triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+                let min = corners().fold(Vec3::INFINITY, Vec3::min);
+                let max = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+                (0.5 * (min + max), 0.5 * min.distance(max))
+            }
+        }
+    }
+}
+
+/// 1 - cos of the angle between two unit vectors, exact where they are nearly the same.
+fn versine_between(a: Vec3, b: Vec3) -> f32 {
+    let cos = a.dot(b);
+    if cos > 0.0 { a.cross(b).length_squared() / (1.0 + cos) } else { 1.0 - cos }
+}
+
+/// A point chosen uniformly from a Lambertian surface of `area` with so many `sides`.
+fn seen(
+    point: Vec3,
+    on_light: Vec3,
+    normal: Vec3,
+    area: f32,
+    sides: f32,
+    offset: f32,
+) -> Option<LightSample> {
+    let away = point - on_light;
+    let d2 = away.length_squared();
+    let cos = away.dot(normal) / d2.sqrt();
+    (cos > 0.0).then(|| LightSample {
+        point: on_light + offset * normal,
+        irradiance: cos / (PI * sides * d2),
+        density: Some(d2 / (area * cos)),
+    })
+}

@@ -1,0 +1,301 @@
+//! Emission against closed forms, and the sharing of histories among lights. Every chi-square:
+//! 4e5 photons, odds of a false alarm 1e-6.
+
+use std::f64::consts::PI;
+
+use super::*;
+use crate::math::odds::{SphereBins, assert_counts, assert_share};
+
+const PHOTONS: u64 = 400_000;
+const CENTER: DVec3 = DVec3::new(3.0, -2.0, 1.0);
+const OFFSET: f32 = 1e-3;
+
+fn light(power: &[f64], shape: &LightShape) -> Light {
+    Light::new("lamp".into(), power.to_vec(), shape, CENTER)
+}
+
+/// Each photon of a light: its place in the user's coordinates, and its direction.
+fn photons(seed: u64, shape: &LightShape, mut visit: impl FnMut(DVec3, Vec3)) {
+    let (light, mut rng) = (light(&[1.0], shape), Stream::new(seed, 0, 0));
+    for _ in 0..PHOTONS {
+        let ray = light.emit(OFFSET, &mut rng);
+        assert!((ray.direction.length() - 1.0).abs() < 1e-6, "{ray:?}");
+        visit(ray.origin.as_dvec3() + CENTER, ray.direction);
+    }
+}
+
+#[track_caller]
+fn assert_uniform(what: &str, counts: &[u64]) {
+    assert_counts(what, counts, &vec![PHOTONS as f64 / counts.len() as f64; counts.len()]);
+}
+
+/// The cell, of `n` equal ones, of a number in [0, 1].
+fn cell(u: f64, n: usize) -> usize {
+    ((u * n as f64) as usize).min(n - 1)
+}
+
+fn turn_around(axis: DVec3, v: DVec3) -> f64 {
+    let (x, y) = axis.any_orthonormal_pair();
+    v.dot(y).atan2(v.dot(x)).rem_euclid(2.0 * PI) / (2.0 * PI)
+}
+
+/// The cell of a Lambertian direction about `normal`, of 4 x 4 equally likely ones.
+fn lambertian_cell(normal: DVec3, direction: Vec3) -> usize {
+    let d = direction.as_dvec3();
+    let cos = d.dot(normal);
+    assert!(cos > 0.0, "a direction into the lamp");
+    4 * cell(cos * cos, 4) + cell(turn_around(normal, d), 4)
+}
+
+/// Seed 1; 240 bins.
+#[test]
+fn point_and_isotropic_line_fill_the_sphere() {
+    let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-0.5, 2.5, 4.0));
+    let bins = SphereBins::even(Vec3::new(0.48, -0.6, 0.64));
+    let mut counts = vec![0; bins.len()];
+    photons(1, &LightShape::Point { position: from }, |p, d| {
+        assert!(p.distance(from) < 1e-6);
+        counts[bins.index(d)] += 1;
+    });
+    assert_uniform("point", &counts);
+
+    let mut counts = vec![0; 5 * bins.len()];
+    photons(1, &LightShape::IsotropicLine { from, to }, |p, d| {
+        let along = (p - from).dot(to - from) / from.distance_squared(to);
+        assert!(p.distance(from.lerp(to, along)) < 1e-6 && (-1e-6..1.0 + 1e-6).contains(&along));
+        counts[5 * bins.index(d) + cell(along, 5)] += 1;
+    });
+    assert_uniform("isotropic line", &counts);
+}
+
+/// Seed 2; 20 x 12 bins of each cone. No direction is outside by more than its own rounding, 1e-7.
+#[test]
+fn spot_is_uniform_in_its_cone() {
+    let (position, direction) = (DVec3::ONE, DVec3::new(1.0, 2.0, -3.0));
+    let axis = direction.normalize();
+    for degrees in [1e-3, 0.5, 30.0, 90.0, 120.0, 180.0] {
+        let half_angle = f64::to_radians(degrees);
+        let whole = 2.0 * (half_angle / 2.0).sin().powi(2);
+        let mut counts = vec![0; 240];
+        let spot = LightShape::Spot { position, direction, half_angle };
+        // a direction is known to 1e-7: coarser than the rings of the narrowest cone
+        let rings = if degrees < 0.01 { 4 } else { 20 };
+        photons(2, &spot, |_, d| {
+            let d = d.as_dvec3();
+            let off_axis = 2.0 * (0.5 * d.distance(axis)).min(1.0).asin();
+            assert!(off_axis < half_angle + 2e-7, "{off_axis} of {half_angle}");
+            let ring = cell(0.5 * d.distance_squared(axis) / whole, rings);
+            counts[12 * ring + cell(turn_around(axis, d), 12)] += 1;
+        });
+        let expected: Vec<f64> = (0..240)
+            .map(|i| if i < 12 * rings { PHOTONS as f64 / (12 * rings) as f64 } else { 0.0 })
+            .collect();
+        if degrees < 0.01 {
+            // its mean versine, within 1 %: rounding to a grid moves photons between cells
+            let inner: u64 = counts[..12 * rings / 2].iter().sum();
+            assert!((inner as f64 / PHOTONS as f64 - 0.5).abs() < 0.01);
+        } else {
+            assert_counts(&format!("spot of {degrees}"), &counts, &expected);
+        }
+    }
+}
+
+/// Seed 3. Together: 5 places along, 8 around (none for a line), 4 x 4 Lambertian directions; and
+/// apart: intensity ~ sine of the angle to the axis in 240 bins, density sin / pi^2.
+#[test]
+fn tube_is_lambertian() {
+    let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-0.5, 2.5, 4.0));
+    let axis = (to - from).normalize();
+    for radius in [0.4, 0.0] {
+        let bins = SphereBins::even(axis.as_vec3());
+        let mut intensity = vec![0; bins.len()];
+        let mut cells = vec![0; 5 * 8 * 16];
+        photons(3, &LightShape::Tube { from, to, radius }, |p, d| {
+            intensity[bins.index(d)] += 1;
+            let along = (p - from).dot(axis) / from.distance(to);
+            assert!((-1e-6..1.0 + 1e-6).contains(&along));
+            let outward = p - from.lerp(to, along);
+            assert!((outward.length() - radius - f64::from(OFFSET)).abs() < 2e-6);
+            let normal = outward.normalize();
+            // the offset of a line is too short to tell the normal well
+            let direction = if radius > 0.0 { lambertian_cell(normal, d) } else { 0 };
+            let around = cell(turn_around(axis, outward), 8);
+            cells[(5 * around + cell(along, 5)) * 16 + direction] += 1;
+        });
+        if radius > 0.0 {
+            assert_uniform("tube", &cells);
+        } else {
+            let places: Vec<u64> = cells.iter().copied().step_by(16).collect();
+            assert_uniform("line", &places);
+        }
+        let axis = axis.as_vec3();
+        let sine = |d: Vec3| [f64::from(d.cross(axis).length()) / (PI * PI)];
+        let chances = bins.integrals(sine);
+        let total: f64 = chances.iter().map(|[p]| p).sum();
+        assert!((total - 1.0).abs() < 1e-3);
+        let expected: Vec<f64> = chances.iter().map(|[p]| p / total * PHOTONS as f64).collect();
+        assert_counts("sine", &intensity, &expected);
+    }
+}
+
+/// Seed 4. Triangles of areas 3 to 0.03 and one of none, either face: together 4 cells of each
+/// triangle and 4 x 4 Lambertian directions.
+#[test]
+fn area_light_is_uniform_and_lambertian() {
+    let triangles = vec![
+        [DVec3::ZERO, DVec3::new(3.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)],
+        [DVec3::ONE, DVec3::ONE, DVec3::new(2.0, 2.0, 2.0)],
+        [DVec3::new(5.0, 0.0, 1.0), DVec3::new(5.0, 1.0, 1.0), DVec3::new(5.0, 0.0, 1.2)],
+        [DVec3::new(-4.0, 1.0, 0.0), DVec3::new(-4.0, 1.0, 1.0), DVec3::new(-3.0, 1.9, 0.0)],
+        [DVec3::new(0.0, 6.0, 0.0), DVec3::new(0.2, 6.0, 0.3), DVec3::new(0.0, 6.2, 0.0)],
+    ];
+    let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+    let total: f64 = triangles.iter().map(area).sum();
+    for two_sided in [false, true] {
+        let mut counts = vec![0; 2 * 5 * 4 * 16];
+        let shape = LightShape::Area { triangles: triangles.clone(), two_sided };
+        photons(4, &shape, |p, d| {
+            // the triangle that the photon comes from
+            let (index, weights, height) = (0..5)
+                .filter(|&i| area(&triangles[i]) > 0.0)
+                .map(|i| {
+                    let [a, b, c] = triangles[i];
+                    let normal = (b - a).cross(c - a);
+                    let weight =
+                        |u: DVec3, v: DVec3| u.cross(v).dot(normal) / normal.length_squared();
+                    let weights = [weight(p - a, c - a), weight(b - a, p - a)];
+                    (i, weights, (p - a).dot(normal.normalize()))
+                })
+                .find(|(_, [u, v], height)| {
+                    let inside = u.min(*v).min(1.0 - u - v) > -1e-4;
+                    inside && (height.abs() - f64::from(OFFSET)).abs() < 2e-6
+                })
+                .expect("the photon starts off a triangle");
+            let [a, b, c] = triangles[index];
+            let front = height > 0.0;
+            assert!(front || two_sided);
+            let normal = (b - a).cross(c - a).normalize() * if front { 1.0 } else { -1.0 };
+            let across = weights[0] + weights[1];
+            let place = 2 * cell(across * across, 2) + cell(weights[1] / across, 2);
+            let direction = lambertian_cell(normal, d);
+            counts[((usize::from(front) * 5 + index) * 4 + place) * 16 + direction] += 1;
+        });
+        let share = |face: usize| match (two_sided, face) {
+            (true, _) => 0.5,
+            (false, 1) => 1.0,
+            (false, _) => 0.0,
+        };
+        let expected: Vec<f64> = (0..counts.len())
+            .map(|i| {
+                let (face, triangle) = (i / (5 * 64), i / 64 % 5);
+                share(face) * area(&triangles[triangle]) / total / 64.0 * PHOTONS as f64
+            })
+            .collect();
+        assert_counts("area light", &counts, &expected);
+        let back: u64 = counts[..5 * 64].iter().sum();
+        assert_share("back", back, PHOTONS, share(0));
+    }
+}
+
+// --- strata -------------------------------------------------------------------------------------
+
+fn lights(powers: &[f64]) -> Vec<Light> {
+    let point = LightShape::Point { position: DVec3::ZERO };
+    // the largest band decides: two bands, the other one smaller
+    powers.iter().map(|&p| light(&[0.3 * p, p], &point)).collect()
+}
+
+/// Powers that are alike, very unlike, zero, and many.
+fn mixtures() -> Vec<Vec<f64>> {
+    let mut rng = Stream::new(5, 0, 0);
+    let mut mixtures = vec![
+        vec![1.0],
+        vec![1.0; 7],
+        vec![1.0, 1e-8],
+        vec![100.0, 1e-6, 0.0, 50.0],
+        vec![0.0, 0.0, 0.0],
+        vec![1e8, 1.0, 1.0, 1e-8],
+    ];
+    for n in [2, 5, 40, 300] {
+        let power = |_| 10f64.powf(4.0 * f64::from(rng.uniform()));
+        mixtures.push((0..n).map(power).collect());
+    }
+    mixtures
+}
+
+/// For any mixture of lights and number of histories: counts that sum up, at least one each, in
+/// proportion to the powers to one history, and not below 1 % / lights (of which all the raised ones
+/// take at most 1 % of the rest); each count appears exactly; the weights add up to the powers.
+#[test]
+fn strata_are_exact() {
+    for powers in mixtures() {
+        let (n, total) = (powers.len() as u64, powers.iter().sum::<f64>());
+        for histories in [n, n + 1, 2 * n + 3, 100, 997, 1 << 12, 7_813, 78_125] {
+            if histories < n {
+                continue;
+            }
+            let strata = Strata::new(&lights(&powers), histories, 4);
+            assert_eq!(strata.histories(), histories);
+            let mut counts = vec![0u64; powers.len()];
+            for index in 0..histories {
+                counts[strata.light(index)] += 1;
+            }
+            let least = 0.01 / n as f64;
+            for (l, &count) in counts.iter().enumerate() {
+                let what = format!("light {l} of {powers:?}: {count} of {histories}");
+                assert_eq!(count, strata.first[l + 1] - strata.first[l], "{what}");
+                assert!(count >= 1, "{what}");
+                let exact = [0.3 * powers[l], powers[l], 0.0, 0.0];
+                for (weight, power) in strata.weights(l).iter().zip(exact) {
+                    let emitted = count as f64 * weight / histories as f64;
+                    assert!((emitted - power).abs() <= 1e-12 * power, "{what}: {emitted}");
+                }
+                // with few histories the minimum of one each takes from the others
+                if histories >= 200 * n {
+                    let share = if total > 0.0 { powers[l] / total } else { 1.0 / n as f64 };
+                    let due = share.max(least) * histories as f64;
+                    assert!((due / 1.01 - 1.0..=due + 1.0).contains(&(count as f64)), "{what}");
+                }
+            }
+        }
+    }
+}
+
+/// In any run of neighbouring histories each light has its share to within 8 histories (a golden
+/// sequence's discrepancy grows with the logarithm), the first of a piece or not.
+#[test]
+fn neighbouring_histories_have_each_lights_share() {
+    for powers in mixtures() {
+        for histories in [500, 997, 1 << 12, 7_813, 78_125] {
+            let strata = Strata::new(&lights(&powers), histories, 2);
+            let share =
+                |l: usize| (strata.first[l + 1] - strata.first[l]) as f64 / histories as f64;
+            let mut ahead = vec![0.0f64; powers.len()];
+            let mut range = vec![[0.0f64; 2]; powers.len()];
+            let shares: Vec<f64> = (0..powers.len()).map(share).collect();
+            for index in 0..histories {
+                ahead[strata.light(index)] += 1.0;
+                // how far ahead of its share each light is after so many histories
+                if powers.len() <= 7 || index % 64 == 0 {
+                    for l in 0..powers.len() {
+                        let lead = ahead[l] - shares[l] * (index + 1) as f64;
+                        range[l] = [range[l][0].min(lead), range[l][1].max(lead)];
+                    }
+                }
+            }
+            for [low, high] in range {
+                assert!(high - low < 8.0, "{powers:?}, {histories}: {low} to {high}");
+            }
+        }
+    }
+}
+
+#[test]
+fn golden_stride_visits_every_rank() {
+    for n in 1..=5_000 {
+        let stride = golden_stride(n);
+        assert_eq!(gcd(stride, n), 1, "{n}");
+        let golden = 0.618 * n as f64;
+        assert!((stride as f64) > golden - 1.0 && (stride as f64) < golden + 12.0, "{n}: {stride}");
+    }
+}

@@ -1,0 +1,380 @@
+//! What a surface does with light: scatter it or absorb it. A closed set; every one conserves energy.
+
+mod dielectric;
+mod fresnel;
+mod leaf;
+mod phong;
+#[cfg(test)]
+mod tests;
+
+pub use dielectric::{Dielectric, Pane};
+pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};
+pub use leaf::{Leaf, LeafFace};
+pub use phong::{Phong, PhongFractions};
+
+use glam::Vec3;
+
+use crate::math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
+
+/// Which way a path is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Photons, from the lights: they end by chance, and what goes on carries all.
+    Light,
+    /// Paths from a captor: what they carry is importance (Veach 1997, ch. 5). They go on wherever something
+    /// does, with what is left; when to end them is for whoever follows them.
+    Importance,
+}
+
+impl Transport {
+    /// What a path that goes on is multiplied with where the largest fractions of its ways sum to
+    /// `total`.
+    #[inline]
+    fn weight(self, total: f32) -> f32 {
+        match self {
+            Self::Light => total.max(1.0),
+            Self::Importance => total.max(f32::MIN_POSITIVE),
+        }
+    }
+}
+
+/// A path meeting a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Encounter {
+    /// The way the path travels, unit vector.
+    pub direction: Vec3,
+    /// Unit normal on the side that the path comes from.
+    pub normal: Vec3,
+    /// Cosine of the angle of incidence, in (0, 1].
+    pub cos: f32,
+    /// Whether that side is the surface's front.
+    pub front: bool,
+}
+
+impl Encounter {
+    /// A path along `direction` at a surface with unit normal `front_normal`.
+    #[inline]
+    pub fn new(direction: Vec3, front_normal: Vec3) -> Self {
+        let dot = direction.dot(front_normal);
+        let front = dot < 0.0;
+        let normal = if front { front_normal } else { -front_normal };
+        Self { direction, normal, cos: dot.abs().clamp(1e-7, 1.0), front }
+    }
+
+    /// The mirror direction.
+    #[inline]
+    fn mirrored(&self) -> Vec3 {
+        (self.direction + 2.0 * self.cos * self.normal).normalize()
+    }
+}
+
+/// How a path goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter<const N: usize> {
+    /// The new direction, unit vector.
+    pub direction: Vec3,
+    /// What each band's power is multiplied with.
+    pub factor: Spectrum<N>,
+    /// Whether the path goes on at the other side of the surface.
+    pub crosses: bool,
+    /// What its direction has to do with the old one.
+    pub onward: Onward,
+    /// Whether this was a total internal reflection.
+    pub total_reflection: bool,
+}
+
+impl<const N: usize> Scatter<N> {
+    #[inline]
+    fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
+        Self { direction, factor, crosses, onward: Onward::Diffuse, total_reflection: false }
+    }
+
+    #[inline]
+    fn specular(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
+        Self { onward: Onward::Specular, ..Self::new(direction, factor, crosses) }
+    }
+}
+
+/// How a path leaves a surface.
+///
+/// Not a byte, which would be read together with others that were just written: a stall at each bounce.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Onward {
+    /// Straight on, through a thin pane.
+    Straight,
+    /// Mirrored or refracted: the new direction follows from the old one.
+    Specular,
+    /// In a random direction, with a density.
+    Diffuse,
+}
+
+/// One way to scatter: the fraction of the incident power per band, as its largest value and
+/// the bands relative to that.
+#[derive(Clone, Debug, PartialEq)]
+struct Lobe {
+    largest: f32,
+    relative: Vec<f32>,
+}
+
+impl Lobe {
+    fn new(fractions: &[f32]) -> Self {
+        let largest = fractions.iter().copied().fold(0.0, f32::max);
+        let divisor = if largest > 0.0 { largest } else { 1.0 };
+        Self { largest, relative: fractions.iter().map(|f| f / divisor).collect() }
+    }
+
+    #[inline]
+    fn relative<const N: usize>(&self) -> Spectrum<N> {
+        Spectrum::load(&self.relative)
+    }
+
+    #[inline]
+    fn fraction<const N: usize>(&self) -> Spectrum<N> {
+        self.relative().scaled(self.largest)
+    }
+}
+
+/// The lobe that a path takes, by the largest band fraction of each; `None` ends the path. What
+/// a lobe's relative bands are then multiplied with is `weight`: for a photon 1 unless the fractions
+/// sum to more than 1.
+struct Choice {
+    lobe: usize,
+    weight: f32,
+}
+
+#[inline]
+fn choose<const K: usize>(
+    fractions: [f32; K],
+    transport: Transport,
+    rng: &mut Stream,
+) -> Option<Choice> {
+    let weight = transport.weight(fractions.iter().sum());
+    let certain = K == 1 && transport == Transport::Importance;
+    let u = if certain { 0.0 } else { rng.uniform() };
+    let mut rest = u * weight;
+    for (lobe, fraction) in fractions.into_iter().enumerate() {
+        if rest < fraction {
+            return Some(Choice { lobe, weight });
+        }
+        rest -= fraction;
+    }
+    None
+}
+
+/// The diffuse direction about `normal`.
+#[inline]
+fn diffuse(normal: Vec3, rng: &mut Stream) -> Vec3 {
+    Frame::new(normal).to_world(cosine_hemisphere(rng.square()))
+}
+
+/// A surface's optical behaviour. Per-band values are padded with zeros to the scene's lanes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Material {
+    /// Opaque and Lambertian, alike on both faces.
+    Lambert(Lambert),
+    /// Smooth interface of a closed solid: glass, water, the solid leaf.
+    Dielectric(Dielectric),
+    /// Thin pane with two parallel faces.
+    Pane(Pane),
+    /// Thin leaf with a cuticle.
+    Leaf(Leaf),
+    /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
+    Phong(Phong),
+    /// Perfect mirror of some reflectance.
+    Mirror(Mirror),
+}
+
+impl Material {
+    /// Follows a path one interaction further; `None` where it ends. Inlined
+    /// for the walls, which are met most; the longer ones are called.
+    #[inline(always)]
+    pub fn sample<const N: usize>(
+        &self,
+        encounter: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        match self {
+            Self::Lambert(m) => m.sample(encounter, transport, rng),
+            Self::Dielectric(m) => m.sample(encounter, transport, rng),
+            Self::Pane(m) => m.sample(encounter, transport, rng),
+            Self::Leaf(m) => m.sample(encounter, transport, rng),
+            Self::Phong(m) => m.sample(encounter, transport, rng),
+            Self::Mirror(m) => m.sample(encounter, transport, rng),
+        }
+    }
+
+    /// Scattering function f per band, 1/sr, for light that meets the surface at `encounter` and
+    /// leaves along `outgoing`, without the lobes that are mirrors.
+    #[inline]
+    pub fn evaluate<const N: usize>(&self, encounter: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        match self {
+            Self::Lambert(m) => m.evaluate(encounter, outgoing),
+            Self::Leaf(m) => m.evaluate(encounter, outgoing),
+            Self::Phong(m) => m.evaluate(encounter, outgoing),
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => Spectrum::ZERO,
+        }
+    }
+
+    /// The ways in which light goes on mirrored, refracted or straight: together with
+    /// [`evaluate`](Self::evaluate) all that is scattered. Each has as factor what it carries per band.
+    pub fn smooth_ways<const N: usize>(
+        &self,
+        encounter: &Encounter,
+        transport: Transport,
+    ) -> [Option<Scatter<N>>; 2] {
+        let mirrored = |factor: Spectrum<N>| {
+            let way = Scatter::specular(encounter.mirrored(), factor, false);
+            [(!factor.is_zero()).then_some(way), None]
+        };
+        match self {
+            Self::Lambert(_) => [None, None],
+            Self::Dielectric(m) => m.ways(encounter, transport),
+            Self::Pane(m) => m.ways(encounter),
+            Self::Leaf(m) => mirrored(Spectrum::ONE.scaled(m.mirrored(encounter))),
+            Self::Phong(m) => mirrored(m.mirrored()),
+            Self::Mirror(m) => mirrored(m.lobe.fraction()),
+        }
+    }
+
+    /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
+    /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
+    #[inline]
+    pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+        match self {
+            Self::Lambert(m) => m.density(encounter, transport, outgoing),
+            Self::Leaf(m) => m.density(encounter, transport, outgoing),
+            Self::Phong(m) => m.density(encounter, transport, outgoing),
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => 0.0,
+        }
+    }
+
+    /// Fraction of the incident power that is absorbed, per band; `None` where no closed form is
+    /// known (the Phong lobe).
+    #[inline]
+    pub fn absorptance<const N: usize>(&self, encounter: &Encounter) -> Option<Spectrum<N>> {
+        match self {
+            Self::Lambert(m) => Some(complement(m.lobe.fraction())),
+            Self::Dielectric(m) => Some(m.absorptance(encounter)),
+            Self::Pane(m) => Some(m.absorptance(encounter)),
+            Self::Leaf(m) => Some(m.absorptance(encounter)),
+            Self::Phong(m) => m.absorptance(),
+            Self::Mirror(m) => Some(complement(m.lobe.fraction())),
+        }
+    }
+
+    /// Whether light leaves it by other ways than mirrors, so that it has a radiance to estimate.
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
+    }
+
+    /// Whether some light leaves it by other ways than mirrors at the far side.
+    pub fn transmits_diffusely(&self) -> bool {
+        match self {
+            Self::Lambert(_) | Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => false,
+            Self::Leaf(_) => true,
+            Self::Phong(m) => m.transmits(),
+        }
+    }
+
+    /// Whether some light leaves it mirrored or refracted.
+    pub fn has_mirror(&self) -> bool {
+        match self {
+            Self::Lambert(_) => false,
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => true,
+            Self::Leaf(m) => m.has_cuticle(),
+            Self::Phong(m) => m.has_mirror(),
+        }
+    }
+
+    /// Fraction of the light that leaves it in a lobe around the mirror direction; 0 where there is none
+    /// or it is a mirror.
+    pub fn glossy(&self) -> f32 {
+        match self {
+            Self::Phong(m) => m.glossy(),
+            _ => 0.0,
+        }
+    }
+
+    /// Whether it can be seen through: glass and water.
+    pub fn is_clear(&self) -> bool {
+        matches!(self, Self::Dielectric(_) | Self::Pane(_))
+    }
+
+    /// Whether it is the interface of a closed solid.
+    pub fn is_solid(&self) -> bool {
+        matches!(self, Self::Dielectric(_))
+    }
+}
+
+fn complement<const N: usize>(scattered: Spectrum<N>) -> Spectrum<N> {
+    Spectrum(scattered.0.map(|s| (1.0 - s).max(0.0)))
+}
+
+/// Opaque Lambertian surface: f = reflectance / pi on both faces (Lambert 1760).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lambert {
+    lobe: Lobe,
+}
+
+impl Lambert {
+    /// From the reflectance per lane, in [0, 1].
+    pub fn new(reflectance: &[f32]) -> Self {
+        Self { lobe: Lobe::new(reflectance) }
+    }
+
+    /// Its reflectance per lane.
+    pub fn reflectance(&self) -> impl Iterator<Item = f32> {
+        self.lobe.relative.iter().map(|r| r * self.lobe.largest)
+    }
+
+    #[inline]
+    fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
+        let factor = self.lobe.relative().scaled(weight);
+        Some(Scatter::new(diffuse(at.normal, rng), factor, false))
+    }
+
+    #[inline]
+    fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        let above = outgoing.dot(at.normal) > 0.0;
+        if above { self.lobe.fraction().scaled(1.0 / std::f32::consts::PI) } else { Spectrum::ZERO }
+    }
+
+    #[inline]
+    fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+        use crate::math::sampling::cosine_hemisphere_density;
+        let largest = self.lobe.largest;
+        largest / transport.weight(largest) * cosine_hemisphere_density(outgoing.dot(at.normal))
+    }
+}
+
+/// Mirror that reflects the same fraction at every angle, on both faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    lobe: Lobe,
+}
+
+impl Mirror {
+    /// From the reflectance per lane, in [0, 1].
+    pub fn new(reflectance: &[f32]) -> Self {
+        Self { lobe: Lobe::new(reflectance) }
+    }
+
+    #[inline]
+    fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
+        Some(Scatter::specular(at.mirrored(), self.lobe.relative().scaled(weight), false))
+    }
+}

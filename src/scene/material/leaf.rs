@@ -1,0 +1,142 @@
+//! The leaf: a thin scattering sheet under a smooth cuticle.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::{
+    Encounter, Fresnel, Lobe, Scatter, Transport, choose, complement, diffuse_fresnel,
+    normal_fresnel,
+};
+use crate::math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
+
+/// A leaf of index n: at the angle theta the cuticle mirrors F(theta); of what enters, r comes
+/// back out of the same face, t out of the other, Lambertian inside and refracted out:
+/// f = a (1-F_i) (1-F_o) / (pi (1-Fbar)), a = r or t of the face that the light enters.
+/// After Govaerts et al. (1996) and Bousquet et al. (2005): cuticle and diffuse mesophyll.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaf {
+    ior: f32,
+    /// 1 - Fbar.
+    diffuse_transmittance: f32,
+    front: Face,
+    back: Face,
+}
+
+/// What happens, per lane, to light that has entered through one face.
+#[derive(Clone, Debug, PartialEq)]
+struct Face {
+    reflected: Lobe,
+    transmitted: Lobe,
+}
+
+/// Reflectance and transmittance per lane of one face of a leaf, in [0, 1], as an integrating
+/// sphere measures them near normal incidence.
+#[derive(Clone, Copy, Debug)]
+pub struct LeafFace<'a> {
+    /// Reflectance R, cuticle included; below F0 it counts as F0.
+    pub reflectance: &'a [f32],
+    /// Transmittance T; max(R, F0) + T is at most 1.
+    pub transmittance: &'a [f32],
+}
+
+impl Leaf {
+    /// From the index of refraction (at least 1; 1 is a bi-Lambertian sheet) and both faces.
+    pub fn new(ior: f32, front: LeafFace, back: LeafFace) -> Self {
+        let f0 = normal_fresnel(f64::from(ior)) as f32;
+        let face = |face: LeafFace| {
+            let inside = |a: f32| (a / (1.0 - f0)).clamp(0.0, 1.0);
+            let reflected: Vec<f32> = face.reflectance.iter().map(|&r| inside(r - f0)).collect();
+            let transmitted: Vec<f32> = face.transmittance.iter().map(|&t| inside(t)).collect();
+            Face { reflected: Lobe::new(&reflected), transmitted: Lobe::new(&transmitted) }
+        };
+        let diffuse_transmittance = 1.0 - diffuse_fresnel(f64::from(ior)) as f32;
+        Self { ior, diffuse_transmittance, front: face(front), back: face(back) }
+    }
+
+    /// Whether it mirrors: all but the plain bi-Lambertian sheet.
+    pub(super) fn has_cuticle(&self) -> bool {
+        self.ior > 1.0
+    }
+
+    /// Fraction that the cuticle mirrors.
+    pub(super) fn mirrored(&self, at: &Encounter) -> f32 {
+        if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 }
+    }
+
+    #[inline]
+    fn cuticle(&self, cos: f32) -> f32 {
+        Fresnel::new(cos, self.ior).unpolarised()
+    }
+
+    #[inline]
+    fn face(&self, front: bool) -> &Face {
+        if front { &self.front } else { &self.back }
+    }
+
+    /// The lobe of light that crosses the sheet, for a path at `at`: it belongs to the face that
+    /// the light enters, which for importance is the other one.
+    #[inline]
+    fn transmitted(&self, at: &Encounter, transport: Transport) -> &Lobe {
+        &self.face(at.front == (transport == Transport::Light)).transmitted
+    }
+
+    #[inline(never)]
+    pub(super) fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let mirrored = self.cuticle(at.cos);
+        let entered = 1.0 - mirrored;
+        let reflected = &self.face(at.front).reflected;
+        let transmitted = self.transmitted(at, transport);
+        let fractions = [mirrored, entered * reflected.largest, entered * transmitted.largest];
+        let choice = choose(fractions, transport, rng)?;
+        let scale = |s: Spectrum<N>| s.scaled(choice.weight);
+        Some(match choice.lobe {
+            0 => Scatter::specular(at.mirrored(), scale(Spectrum::ONE), false),
+            1 => Scatter::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
+            _ => Scatter::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
+        })
+    }
+
+    /// A direction out of the sheet, with density (1-F) cos / (pi (1-Fbar)) about `normal`.
+    #[inline]
+    fn leave(&self, normal: Vec3, rng: &mut Stream) -> Vec3 {
+        loop {
+            let local = cosine_hemisphere(rng.square());
+            if rng.uniform() >= self.cuticle(local.z) {
+                return Frame::new(normal).to_world(local);
+            }
+        }
+    }
+
+    pub(super) fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        let cos = outgoing.dot(at.normal);
+        let face = self.face(at.front);
+        let lobe = if cos > 0.0 { &face.reflected } else { &face.transmitted };
+        let through = (1.0 - self.cuticle(at.cos)) * (1.0 - self.cuticle(cos.abs()));
+        lobe.fraction().scaled(through / (PI * self.diffuse_transmittance))
+    }
+
+    pub(super) fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+        let cos = outgoing.dot(at.normal);
+        let mirrored = self.cuticle(at.cos);
+        let reflected = self.face(at.front).reflected.largest;
+        let transmitted = self.transmitted(at, transport).largest;
+        let total = mirrored + (1.0 - mirrored) * (reflected + transmitted);
+        let lobe = if cos > 0.0 { reflected } else { transmitted };
+        let chance = lobe * (1.0 - mirrored) / transport.weight(total);
+        let leaves = (1.0 - self.cuticle(cos.abs())) * cos.abs();
+        chance * leaves / (PI * self.diffuse_transmittance)
+    }
+
+    #[inline]
+    pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+        let face = self.face(at.front);
+        let scattered = face.reflected.fraction().zip(face.transmitted.fraction(), |r, t| r + t);
+        complement(scattered).scaled(1.0 - self.cuticle(at.cos))
+    }
+}

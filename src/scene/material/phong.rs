@@ -1,0 +1,136 @@
+//! Lambertian reflection and transmission with a Phong or mirror lobe.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::{Encounter, Lobe, Scatter, Transport, choose, complement, diffuse};
+use crate::math::{
+    geometry::Frame,
+    rng::Stream,
+    sampling::{cosine_hemisphere_density, cosine_power, cosine_power_density},
+    spectrum::Spectrum,
+};
+
+/// Modified Phong model, alike on both faces: above the surface f is the sum of reflectance / pi
+/// and specular (n+2) / (2 pi) cos^n(alpha), below it transmittance / pi (Lafortune and Willems,
+/// 1994). Without exponent the lobe is a mirror at every angle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phong {
+    reflected: Lobe,
+    specular: Lobe,
+    transmitted: Lobe,
+    exponent: Option<f32>,
+}
+
+/// Fractions per lane of a [`Phong`] material; each in [0, 1], their sum at most 1.
+#[derive(Clone, Copy, Debug)]
+pub struct PhongFractions<'a> {
+    /// Lambertian reflectance.
+    pub reflectance: &'a [f32],
+    /// Specular reflectance, at normal incidence.
+    pub specular: &'a [f32],
+    /// Lambertian transmittance.
+    pub transmittance: &'a [f32],
+}
+
+impl Phong {
+    /// From its fractions and the exponent of the lobe (at least 0), if it is not a mirror.
+    pub fn new(fractions: PhongFractions, exponent: Option<f32>) -> Self {
+        Self {
+            reflected: Lobe::new(fractions.reflectance),
+            specular: Lobe::new(fractions.specular),
+            transmitted: Lobe::new(fractions.transmittance),
+            exponent,
+        }
+    }
+
+    /// Whether its specular lobe is a mirror.
+    pub(super) fn has_mirror(&self) -> bool {
+        self.exponent.is_none() && self.specular.largest > 0.0
+    }
+
+    /// The largest specular fraction, unless the lobe is a mirror.
+    pub(super) fn glossy(&self) -> f32 {
+        if self.exponent.is_some() { self.specular.largest } else { 0.0 }
+    }
+
+    /// Fraction per band that is mirrored.
+    pub(super) fn mirrored<const N: usize>(&self) -> Spectrum<N> {
+        if self.has_mirror() { self.specular.fraction() } else { Spectrum::ZERO }
+    }
+
+    /// Whether some light crosses it.
+    pub(super) fn transmits(&self) -> bool {
+        self.transmitted.largest > 0.0
+    }
+
+    fn fractions(&self) -> [f32; 3] {
+        [self.reflected.largest, self.specular.largest, self.transmitted.largest]
+    }
+
+    #[inline(never)]
+    pub(super) fn sample<const N: usize>(
+        &self,
+        at: &Encounter,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<Scatter<N>> {
+        let choice = choose(self.fractions(), transport, rng)?;
+        let scale = |s: Spectrum<N>| s.scaled(choice.weight);
+        Some(match (choice.lobe, self.exponent) {
+            (0, _) => {
+                Scatter::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
+            }
+            (1, None) => Scatter::specular(at.mirrored(), scale(self.specular.relative()), false),
+            (1, Some(n)) => {
+                let around_mirror = cosine_power(n, rng.square());
+                let direction = Frame::new(at.mirrored()).to_world(around_mirror);
+                let cos = direction.dot(at.normal);
+                if cos <= 0.0 {
+                    return None;
+                }
+                let weight = (n + 2.0) / (n + 1.0) * cos;
+                Scatter::new(direction, scale(self.specular.relative()).scaled(weight), false)
+            }
+            _ => Scatter::new(diffuse(-at.normal, rng), scale(self.transmitted.relative()), true),
+        })
+    }
+
+    pub(super) fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+        if outgoing.dot(at.normal) <= 0.0 {
+            return self.transmitted.fraction().scaled(1.0 / PI);
+        }
+        let diffuse = self.reflected.fraction().scaled(1.0 / PI);
+        let Some(n) = self.exponent else { return diffuse };
+        let lobe = (n + 2.0) / (n + 1.0) * Self::lobe_density(n, at, outgoing);
+        diffuse.zip(self.specular.fraction().scaled(lobe), |d, s| d + s)
+    }
+
+    /// Density of the lobe around the mirror direction, above the surface or below.
+    fn lobe_density(exponent: f32, at: &Encounter, outgoing: Vec3) -> f32 {
+        cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
+    }
+
+    pub(super) fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+        let [reflected, specular, transmitted] = self.fractions();
+        let total = transport.weight(reflected + specular + transmitted);
+        let cos = outgoing.dot(at.normal);
+        let density = if cos <= 0.0 {
+            transmitted * cosine_hemisphere_density(-cos)
+        } else {
+            let lobe = self.exponent.map_or(0.0, |n| Self::lobe_density(n, at, outgoing));
+            reflected * cosine_hemisphere_density(cos) + specular * lobe
+        };
+        density / total
+    }
+
+    #[inline]
+    pub(super) fn absorptance<const N: usize>(&self) -> Option<Spectrum<N>> {
+        if self.exponent.is_some() && self.specular.largest > 0.0 {
+            return None;
+        }
+        let diffuse = self.reflected.fraction().zip(self.transmitted.fraction(), |r, t| r + t);
+        Some(complement(diffuse.zip(self.specular.fraction(), |d, s| d + s)))
+    }
+}

@@ -1,0 +1,294 @@
+//! The world: surfaces, lights and captors, validated and immutable.
+//!
+//! Coordinates come in double precision and are kept in single precision relative to the centre
+//! of the scene, so that a scene far from the origin works like one at the origin.
+
+mod build;
+mod parts;
+mod shapes;
+mod sight;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use crate::{
+    math::{
+        geometry::{Ray, Triangle},
+        spectrum::lanes,
+        units::Quantity,
+    },
+    scene::{
+        bvh::{Bvh, Hit},
+        captor::{Captor, CaptorKind},
+        light::Light,
+        material::Material,
+    },
+};
+use shapes::{Shapes, parallel_neighbours};
+
+pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
+pub use shapes::KeptShapes;
+pub use sight::LightHit;
+
+/// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
+/// scene: well above the rounding of single precision (2^-24), far below any geometry.
+const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
+
+/// One triangle of a surface: what the hot loop asks of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Index of the material.
+    pub material: u32,
+    captor: u32,
+    /// Barycentric weights below which a point is too near to the edge opposite each corner.
+    pub(crate) margins: Vec3,
+}
+
+const NO_CAPTOR: u32 = u32::MAX;
+
+impl Surface {
+    /// Index of its captor, if it counts.
+    #[inline]
+    pub fn captor(&self) -> Option<usize> {
+        (self.captor != NO_CAPTOR).then_some(self.captor as usize)
+    }
+}
+
+/// A validated scene.
+#[derive(Debug)]
+pub struct Scene {
+    /// Title.
+    pub name: String,
+    /// What the photons carry.
+    pub quantity: Quantity,
+    /// The bands.
+    pub bands: Vec<Band>,
+    /// Totals over bands.
+    pub sums: Vec<BandSum>,
+    /// The materials.
+    pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// The captors.
+    pub captors: Vec<Captor>,
+    /// Names of the groups.
+    pub groups: Vec<String>,
+    /// The point that single-precision coordinates are relative to, m from the user's origin.
+    pub center: DVec3,
+    /// Half the diagonal of everything, m.
+    pub radius: f32,
+    shapes: Arc<Shapes>,
+    surfaces: Vec<Surface>,
+    /// The object of each part, and the first triangle of it.
+    object_parts: Vec<(usize, Option<usize>)>,
+    light_triangles: Vec<Triangle>,
+    light_of_triangle: Vec<u32>,
+    light_bvh: Bvh,
+}
+
+/// A ray's meeting with a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Index of the triangle.
+    pub triangle: usize,
+    /// The point on the surface, kept a little inside the triangle's edges.
+    pub point: Vec3,
+}
+
+/// A ray's passage through a virtual captor.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    /// Index of the captor.
+    pub captor: usize,
+    /// Index of the triangle in the list of captor triangles.
+    pub triangle: usize,
+    /// Whether it came against the normal.
+    pub front: bool,
+    /// Where.
+    pub point: Vec3,
+}
+
+impl Scene {
+    /// Number of lanes that its bands are carried in.
+    pub fn lanes(&self) -> usize {
+        lanes(self.bands.len())
+    }
+
+    /// Channels of all captors.
+    pub fn channels(&self) -> usize {
+        self.captors.last().map_or(0, |c| c.first_channel + c.kind.channels())
+    }
+
+    /// Triangles of all surfaces.
+    #[inline]
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.shapes.triangles
+    }
+
+    /// Triangles of all virtual captors, where the user put them.
+    #[inline]
+    pub fn captor_triangles(&self) -> &[Triangle] {
+        &self.shapes.captor_triangles
+    }
+
+    /// What a triangle of a surface is.
+    #[inline]
+    pub fn surface(&self, triangle: usize) -> &Surface {
+        &self.surfaces[triangle]
+    }
+
+    /// Index of the object that a triangle of a surface is part of, if it has a name.
+    pub fn object(&self, triangle: usize) -> Option<usize> {
+        let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
+        self.object_parts[..after].last()?.1
+    }
+
+    /// The material of a triangle.
+    #[inline]
+    pub fn material(&self, surface: &Surface) -> &Material {
+        &self.materials[surface.material as usize].material
+    }
+
+    /// Names of the bands, followed by those of the sums over bands.
+    pub fn band_names(&self) -> impl Iterator<Item = &str> + Clone {
+        let bands = self.bands.iter().map(|band| band.name.as_str());
+        bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
+    }
+
+    /// Values per band, followed by those of the sums over bands.
+    pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
+        let sums = self.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());
+        values.iter().copied().chain(sums).collect()
+    }
+
+    /// The triangles of a captor.
+    pub fn triangles_of(&self, captor: &Captor) -> &[Triangle] {
+        match captor.kind {
+            CaptorKind::Surface => &self.triangles()[captor.triangles.clone()],
+            CaptorKind::Virtual { .. } => &self.captor_triangles()[captor.triangles.clone()],
+        }
+    }
+
+    /// Flights that a photon is split into: `splitting`, where there are virtual captors; nothing else sees them.
+    pub fn flights(&self, splitting: usize) -> usize {
+        if self.shapes.captor_bvh.is_empty() { 1 } else { splitting }
+    }
+
+    /// How far a captor's triangles are taken off the surface that they lie in, m.
+    pub fn lift(&self, captor: usize) -> f32 {
+        match self.shapes.in_surface.binary_search(&captor) {
+            Ok(_) => 2.0 * self.ray_offset(),
+            Err(_) => 0.0,
+        }
+    }
+
+    /// Virtual captors that lie in a surface.
+    pub fn captors_in_surfaces(&self) -> &[usize] {
+        &self.shapes.in_surface
+    }
+
+    /// Distance at which rays start off surfaces, m.
+    #[inline]
+    pub fn ray_offset(&self) -> f32 {
+        RAY_OFFSET * self.radius
+    }
+
+    /// The nearest surface that a ray meets.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
+        Some(self.surface_hit(&hit))
+    }
+
+    /// The nearest surface that a ray meets, and every virtual captor that it crosses before, in any
+    /// order.
+    #[inline]
+    pub fn meet(&self, ray: &Ray, visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        let hit = if captor_bvh.is_empty() {
+            surface_bvh.closest(ray, f32::INFINITY)
+        } else {
+            surface_bvh.meet(captor_bvh, ray, self.crossing(ray, visit))
+        };
+        hit.map(|hit| self.surface_hit(&hit))
+    }
+
+    /// Every virtual captor that a ray crosses before `t_max`, in any order.
+    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
+        self.shapes.captor_bvh.crossings(ray, t_max, self.crossing(ray, visit));
+    }
+
+    /// Every virtual captor that a ray crosses before it meets a surface, in any order. Surfaces are looked for
+    /// only as far as there are captors: less work than [`meet`](Self::meet) where few rays cross one.
+    pub fn glance(&self, ray: &Ray, visit: impl FnMut(Crossing)) {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        let mut farthest = 0.0;
+        captor_bvh.crossings(ray, f32::INFINITY, |hit| farthest = hit.t.max(farthest));
+        if farthest > 0.0 {
+            let hit = surface_bvh.closest(ray, farthest.next_up());
+            self.crossings(ray, hit.map_or(f32::INFINITY, |hit| hit.t), visit);
+        }
+    }
+
+    #[inline]
+    fn surface_hit(&self, hit: &Hit) -> SurfaceHit {
+        let triangle = hit.triangle as usize;
+        let point = self.inside(triangle, hit.point, hit.u, hit.v);
+        SurfaceHit { t: hit.t, triangle, point }
+    }
+
+    /// Visits what a hit of a captor's triangle is.
+    #[inline]
+    fn crossing(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> impl FnMut(Hit) {
+        let direction = ray.direction;
+        move |hit| {
+            let triangle = hit.triangle as usize;
+            let shape = &self.captor_triangles()[triangle];
+            visit(Crossing {
+                captor: self.shapes.captor_of_triangle[triangle] as usize,
+                triangle,
+                front: shape.cross().dot(direction) < 0.0,
+                point: hit.point,
+            });
+        }
+    }
+
+    /// Visits every triangle of a surface that may reach into the ball of `radius`, m, around `center`.
+    pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
+        self.shapes.surface_bvh.near(center, radius, |triangle| visit(triangle as usize));
+    }
+
+    /// Another triangle of a surface that lies in the plane of this one, over its middle.
+    pub fn coincident(&self, triangle: usize) -> Option<usize> {
+        let shape = &self.triangles()[triangle];
+        let (middle, normal) = (shape.centroid(), shape.normal());
+        let found = parallel_neighbours(
+            &self.shapes.surface_bvh,
+            self.triangles(),
+            middle,
+            normal,
+            self.ray_offset(),
+        );
+        found.filter(|&other| other as usize != triangle).min().map(|other| other as usize)
+    }
+
+    /// The ray that leaves a surface at `point` on the side of `normal`.
+    #[inline]
+    pub fn leave(&self, point: Vec3, normal: Vec3, direction: Vec3) -> Ray {
+        Ray { origin: point + self.ray_offset() * normal, direction }
+    }
+
+    /// A hit point, drawn in from edges nearer than a few ray offsets: a point that rounding has
+    /// put beyond the edge of a closed mesh would let light through its corner.
+    #[inline]
+    fn inside(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
+        self.triangles()[triangle].draw_in(point, u, v, self.surfaces[triangle].margins)
+    }
+}

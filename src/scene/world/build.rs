@@ -1,0 +1,245 @@
+//! From parts to a scene, with all checking.
+
+use glam::DVec3;
+
+use super::{
+    NO_CAPTOR, RAY_OFFSET, Scene, SceneParts, Surface,
+    shapes::{KeptShapes, Outlines},
+};
+use crate::{
+    error::{Error, Result, number},
+    math::{geometry::Triangle, spectrum::MAX_BANDS},
+    scene::{
+        bvh::Bvh,
+        captor::{Captor, CaptorKind, Moments},
+        light::{Light, LightShape},
+    },
+};
+
+impl Scene {
+    /// Checks the parts and builds the scene, on threads of its own. Errors: no light, no or too
+    /// many bands, numbers that are not finite, an extent that single precision cannot carry.
+    pub fn new(parts: SceneParts) -> Result<Self> {
+        Self::with_kept(parts, &KeptShapes::default())
+    }
+
+    /// Like [`new`](Self::new), with what is kept of other scenes where the triangles are the same.
+    pub fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().build();
+        pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
+    }
+
+    fn build(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+        let name = parts.name.clone();
+        let place = || format!("scene {name}");
+        if parts.lights.is_empty() {
+            return Err(Error::input(place(), "it has no light").remedy("add one to /lights"));
+        }
+        if parts.bands.is_empty() || parts.bands.len() > MAX_BANDS {
+            let problem = format!("{} bands, must be 1 to {MAX_BANDS}", parts.bands.len());
+            return Err(Error::input(place(), problem).remedy("change /bands"));
+        }
+        let bounds = Bounds::of(&parts);
+        if !bounds.finite {
+            return Err(Error::input(place(), "a coordinate is not finite once it is placed")
+                .remedy("check the unit, transforms and coordinates"));
+        }
+        let center = bounds.center();
+        let radius = bounds.radius();
+        if !(1e-6..=1e9).contains(&radius) {
+            let problem = format!(
+                "half of the diagonal of all that is in it is {} m, must be 1e-6 to 1e9 m",
+                number(f64::from(radius as f32))
+            );
+            return Err(
+                Error::input(place(), problem).remedy("check the unit, transforms and coordinates")
+            );
+        }
+        let radius = radius as f32;
+        let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+
+        for light in &parts.lights {
+            if let LightShape::Area { triangles, .. } = &light.shape {
+                check_rounding(("light", &light.name), triangles, local, radius)?;
+            }
+        }
+        let lights: Vec<Light> = parts
+            .lights
+            .into_iter()
+            .map(|light| Light::new(light.name, light.power, &light.shape, center))
+            .collect();
+
+        let mut surface_parts = parts.surfaces;
+        // a captor's triangles side by side, whatever the order of the files
+        surface_parts.sort_by_key(|part| part.captor);
+        let mut triangles = Vec::new();
+        let mut surfaces = Vec::new();
+        let mut object_parts = Vec::with_capacity(surface_parts.len());
+        let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
+            parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
+        for part in &surface_parts {
+            if let Some(captor) = part.captor {
+                let (corners, first) = &mut captor_moments[captor];
+                if corners.is_empty() {
+                    *first = triangles.len();
+                }
+                corners.extend_from_slice(&part.triangles);
+            }
+            object_parts.push((triangles.len(), part.object));
+            for corners in &part.triangles {
+                let triangle = local(corners);
+                surfaces.push(Surface {
+                    normal: triangle.normal(),
+                    material: part.material as u32,
+                    captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
+                    margins: Triangle::margins(triangle.slopes(), 4.0 * RAY_OFFSET * radius),
+                });
+                triangles.push(triangle);
+            }
+        }
+
+        let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());
+        let mut captor_triangles = Vec::new();
+        let mut captor_of_triangle = Vec::new();
+        for (index, part) in parts.captors.into_iter().enumerate() {
+            let (corners, first) = match part.kind {
+                CaptorKind::Surface => std::mem::take(&mut captor_moments[index]),
+                CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
+            };
+            if let CaptorKind::Virtual { .. } = part.kind {
+                check_rounding(("captor", &part.id), &corners, local, radius)?;
+                captor_triangles.extend(corners.iter().map(local));
+                captor_of_triangle.resize(captor_triangles.len(), index as u32);
+            }
+            let Moments { area, center, normal } = Moments::of(&corners);
+            if area <= 0.0 {
+                return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
+                    .remedy("leave it out, or correct its corners"));
+            }
+            let first_channel =
+                captors.last().map_or(0, |c: &Captor| c.first_channel + c.kind.channels());
+            captors.push(Captor {
+                id: part.id,
+                kind: part.kind,
+                area,
+                center,
+                normal,
+                triangles: first..first + corners.len(),
+                first_channel,
+                groups: part.groups,
+            });
+        }
+
+        let mut light_triangles = Vec::new();
+        let mut light_of_triangle = Vec::new();
+        for (l, light) in lights.iter().enumerate() {
+            light_triangles.extend_from_slice(light.triangles());
+            light_of_triangle.resize(light_triangles.len(), l as u32);
+        }
+        let shapes =
+            kept.shapes(Outlines { triangles, captor_triangles, captor_of_triangle, radius });
+        Ok(Self {
+            name: parts.name,
+            quantity: parts.quantity,
+            bands: parts.bands,
+            sums: parts.sums,
+            materials: parts.materials,
+            objects: parts.objects,
+            lights,
+            captors,
+            groups: parts.groups,
+            center,
+            radius,
+            shapes,
+            surfaces,
+            object_parts,
+            light_bvh: Bvh::build(&light_triangles),
+            light_triangles,
+            light_of_triangle,
+        })
+    }
+}
+
+/// Refuses a shape so small against the scene that single precision changes its area.
+fn check_rounding(
+    (what, name): (&str, &str),
+    corners: &[[DVec3; 3]],
+    local: impl Fn(&[DVec3; 3]) -> Triangle,
+    radius: f32,
+) -> Result<()> {
+    const TOLERATED: f64 = 0.02;
+    const SMALLEST: f64 = 1e-12;
+    let exact = Moments::of(corners).area;
+    let rounded = |t| {
+        let Triangle { a, b, c } = local(t);
+        [a, b, c].map(|p| p.as_dvec3())
+    };
+    let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
+    let seen = exact >= SMALLEST * f64::from(radius).powi(2);
+    if seen && (rounded - exact).abs() <= TOLERATED * exact {
+        return Ok(());
+    }
+    let problem = format!(
+        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of a scene {:.3} m across",
+        2.0 * radius
+    );
+    Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))
+}
+
+/// Extent of everything in a scene, m.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    min: DVec3,
+    max: DVec3,
+    finite: bool,
+}
+
+impl Bounds {
+    fn of(parts: &SceneParts) -> Self {
+        let mut bounds = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY, finite: true };
+        let triangles = parts.surfaces.iter().flat_map(|s| &s.triangles);
+        let captors = parts.captors.iter().flat_map(|c| &c.triangles);
+        triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
+        for light in &parts.lights {
+            match &light.shape {
+                LightShape::Point { position } | LightShape::Spot { position, .. } => {
+                    bounds.add(*position);
+                }
+                LightShape::Tube { from, to, radius } => {
+                    for end in [*from, *to] {
+                        bounds.add(end - DVec3::splat(*radius));
+                        bounds.add(end + DVec3::splat(*radius));
+                    }
+                }
+                LightShape::IsotropicLine { from, to } => {
+                    bounds.add(*from);
+                    bounds.add(*to);
+                }
+                LightShape::Area { triangles, .. } => {
+                    triangles.iter().flatten().for_each(|&p| bounds.add(p));
+                }
+            }
+        }
+        bounds
+    }
+
+    fn add(&mut self, p: DVec3) {
+        self.finite &= p.is_finite();
+        self.min = self.min.min(p);
+        self.max = self.max.max(p);
+    }
+
+    fn size(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    fn center(&self) -> DVec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Half the diagonal; 1 m for a scene that is a single point.
+    fn radius(&self) -> f64 {
+        let half = 0.5 * self.size().length();
+        if half > 0.0 { half } else { 1.0 }
+    }
+}

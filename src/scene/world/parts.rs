@@ -1,0 +1,99 @@
+//! What a scene is made of, as files or a program give it.
+
+use glam::DVec3;
+
+use crate::{
+    math::units::Quantity,
+    scene::{captor::CaptorKind, light::LightShape, material::Material},
+};
+
+/// A wavelength interval that is traced apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Band {
+    /// Unique name.
+    pub name: String,
+    /// Wavelengths, nm.
+    pub from_nm: Option<f64>,
+    /// Wavelengths, nm.
+    pub to_nm: Option<f64>,
+}
+
+/// A total over bands, reported like a band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandSum {
+    /// Unique among bands and sums.
+    pub name: String,
+    /// Indices of its bands.
+    pub bands: Vec<usize>,
+}
+
+/// A material with its name.
+#[derive(Clone, Debug)]
+pub struct NamedMaterial {
+    /// Unique name.
+    pub name: String,
+    /// What it does with light.
+    pub material: Material,
+}
+
+/// Triangles of one material, and of one captor if they count.
+#[derive(Clone, Debug)]
+pub struct SurfacePart {
+    /// Index of the object that it is part of, if it has a name.
+    pub object: Option<usize>,
+    /// Index of the material.
+    pub material: usize,
+    /// Index of the surface captor.
+    pub captor: Option<usize>,
+    /// Corners, m from the user's origin.
+    pub triangles: Vec<[DVec3; 3]>,
+}
+
+/// A light to be.
+#[derive(Clone, Debug)]
+pub struct LightPart {
+    /// Unique name.
+    pub name: String,
+    /// Emitted flux per band, finite and at least 0.
+    pub power: Vec<f64>,
+    /// Shape, m from the user's origin.
+    pub shape: LightShape,
+}
+
+/// A captor to be.
+#[derive(Clone, Debug)]
+pub struct CaptorPart {
+    /// Unique name.
+    pub id: String,
+    /// Virtual or surface.
+    pub kind: CaptorKind,
+    /// Corners of a virtual captor, m; a surface captor's are the parts that name it.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Indices of the groups that it belongs to.
+    pub groups: Vec<usize>,
+}
+
+/// What a scene is made of, as files or a program give it.
+#[derive(Clone, Debug, Default)]
+pub struct SceneParts {
+    /// Title.
+    pub name: String,
+    /// What the photons carry.
+    pub quantity: Quantity,
+    /// At least one.
+    pub bands: Vec<Band>,
+    /// Totals over bands.
+    pub sums: Vec<BandSum>,
+    /// The materials.
+    pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
+    /// The surfaces.
+    pub surfaces: Vec<SurfacePart>,
+    /// The lights, at least one.
+    pub lights: Vec<LightPart>,
+    /// The captors.
+    pub captors: Vec<CaptorPart>,
+    /// Names of the groups, unique.
+    pub groups: Vec<String>,
+}

@@ -1,0 +1,66 @@
+//! What a point of the scene sees of the lights.
+
+use glam::Vec3;
+
+use super::Scene;
+use crate::{
+    math::{geometry::Ray, spectrum::Spectrum},
+    scene::{
+        light::Shine,
+        material::{Encounter, Material},
+    },
+};
+
+/// A ray's meeting with the bright side of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightHit {
+    /// Index of the light.
+    pub light: usize,
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Cosine to the light's normal, above 0.
+    pub cos: f32,
+    /// How bright it is.
+    pub shine: Shine,
+}
+
+impl Scene {
+    /// Every light surface that a ray meets on its bright side before `t_max`, in any order.
+    pub fn lights_hit(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
+        for (light, shape) in self.lights.iter().enumerate() {
+            if let Some(hit) = shape.tube_hit(ray).filter(|hit| hit.t < t_max) {
+                visit(LightHit { light, t: hit.t, cos: hit.cos, shine: hit.shine });
+            }
+        }
+        if self.light_triangles.is_empty() {
+            return;
+        }
+        self.light_bvh.crossings(ray, t_max, |hit| {
+            let light = self.light_of_triangle[hit.triangle as usize] as usize;
+            let normal = self.light_triangles[hit.triangle as usize].normal();
+            let cos = -ray.direction.dot(normal);
+            if let Some(shine) = self.lights[light].shine(cos > 0.0) {
+                visit(LightHit { light, t: hit.t, cos: cos.abs(), shine });
+            }
+        });
+    }
+
+    /// What of the light goes straight from one point to another, per band: all, nothing, or what
+    /// thin panes let through.
+    pub fn visibility<const N: usize>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<N>> {
+        let distance = from.distance(to);
+        let ray = Ray { origin: from, direction: (to - from) / distance };
+        let mut through = Spectrum::ONE;
+        let occluded = self.shapes.surface_bvh.occluded(&ray, distance, |hit| {
+            let surface = &self.surfaces[hit.triangle as usize];
+            let Material::Pane(pane) = self.material(surface) else { return true };
+            // an edge between two triangles of a pane counts once
+            if hit.owned {
+                let encounter = Encounter::new(ray.direction, surface.normal);
+                through = through * pane.transmittance(&encounter);
+            }
+            false
+        });
+        (!occluded).then_some(through)
+    }
+}

@@ -1,0 +1,288 @@
+//! What views and exports show: surfaces and captors in tiles, with the light on them, the captors'
+//! results, and photons.
+
+use std::{
+    fmt::Display,
+    sync::atomic::{AtomicU64, Ordering},
+};
+
+use rayon::prelude::*;
+
+use crate::{
+    error::{Error, Result},
+    math::stats::Estimate,
+    results::{
+        result::RunResult,
+        saved::{CaptorValues, ResultsFile},
+    },
+    scene::{
+        captor::{CHANNELS, CaptorKind, Channel},
+        tiles::{TilePart, Tiles},
+        world::Scene,
+    },
+    transport::{
+        settings::Settings,
+        simulate::{Control, Progress, light_surfaces, simulate},
+        surface_light::SurfaceLight,
+    },
+};
+
+/// A scene with its light.
+pub struct Exhibit<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its surfaces and virtual captors.
+    pub tiles: Tiles,
+    /// Where the captors' results come from, in words.
+    pub source: String,
+    /// In the order of the scene's.
+    pub(crate) captors: Vec<CaptorValues>,
+    /// Photons on all surfaces, if any were traced.
+    pub light: Option<SurfaceLight<'a>>,
+    /// Of tile, channel and band, W/m2 or umol/m2/s: what the photons say of the tiles of surfaces.
+    local: Vec<f32>,
+}
+
+/// Where the light of an exhibit comes from.
+#[derive(Clone, Debug)]
+pub enum ExhibitPlan {
+    /// The scene is run for its captors, and photons are traced for all surfaces.
+    Run,
+    /// The captors' results are these.
+    Results {
+        /// Of this scene.
+        results: Box<ResultsFile>,
+        /// Whether photons are traced where some surface is no captor.
+        trace: bool,
+    },
+    /// Photons on all surfaces, and nothing else.
+    Photons,
+}
+
+/// Stages that progress is told of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExhibitStage {
+    /// The run that finds what captors receive.
+    Captors,
+    /// Photons for all surfaces.
+    Surfaces,
+    /// The light on each tile from them.
+    Tiles,
+}
+
+impl<'a> Exhibit<'a> {
+    /// Traces what is needed. `progress` is called now and then, from any thread. Errors: results of
+    /// another scene, those of [`simulate`].
+    pub fn new(
+        scene: &'a Scene,
+        settings: &Settings,
+        plan: ExhibitPlan,
+        control: &Control,
+        progress: &(dyn Fn(ExhibitStage, Progress) + Sync),
+    ) -> Result<Self> {
+        let numbers = scene.triangles().len() * CHANNELS.len() * scene.bands.len();
+        if numbers > MOST_NUMBERS {
+            let problem =
+                format!("{numbers} numbers for the light on all surfaces, at most {MOST_NUMBERS}");
+            return Err(Error::input("scene", problem).remedy("take fewer bands or triangles"));
+        }
+        let staged = |stage| move |p: Progress| progress(stage, p);
+        let tiles = Tiles::new(scene);
+        let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
+        let reads_tiles = !matches!(plan, ExhibitPlan::Photons);
+        let trace = !matches!(plan, ExhibitPlan::Results { trace, .. } if !(trace && unknown));
+        let (captors, source) = match plan {
+            ExhibitPlan::Results { results, .. } => {
+                results.check_scene(scene)?;
+                let source = source(results.photons, &results.estimator, results.seed);
+                (results.captors, source)
+            }
+            ExhibitPlan::Run if !scene.captors.is_empty() => {
+                let control = Control { progress: &staged(ExhibitStage::Captors), ..*control };
+                let settings = Settings { k: Some(0), ..settings.clone() };
+                let simulation = simulate(scene, &settings, &control)?;
+                let result = RunResult::new(scene, &settings, &simulation);
+                let source = source(result.photons, result.estimator, result.seed);
+                (result.captors.iter().map(CaptorValues::from).collect(), source)
+            }
+            ExhibitPlan::Run | ExhibitPlan::Photons => (Vec::new(), String::new()),
+        };
+        let mut exhibit = Self { scene, tiles, source, captors, light: None, local: Vec::new() };
+        if trace && !scene.triangles().is_empty() {
+            let k = settings.k.or(Some(NEAREST));
+            let settings = Settings { photons: None, k, ..settings.clone() };
+            let stage = Control { progress: &staged(ExhibitStage::Surfaces), ..*control };
+            let light = light_surfaces(scene, &settings, &stage)?;
+            if reads_tiles {
+                let stage = Control { progress: &staged(ExhibitStage::Tiles), ..*control };
+                exhibit.local = local(&exhibit.tiles, &light, settings.threads, &stage)?;
+            }
+            exhibit.light = Some(light);
+        }
+        Ok(exhibit)
+    }
+
+    /// Whether the light at each place is known of surfaces.
+    pub fn has_local(&self) -> bool {
+        !self.local.is_empty()
+    }
+
+    /// What the photons say of a tile, per band, W/m2 or umol/m2/s; none for a virtual captor and where
+    /// nothing was traced.
+    pub fn local(&self, tile: usize, channel: Channel) -> Option<&[f32]> {
+        let bands = self.scene.bands.len();
+        let values = self.local.get((3 * tile + channel as usize) * bands..)?;
+        values.get(..bands)
+    }
+
+    /// What a captor received per area in a band or sum, W/m2 or umol/m2/s.
+    pub fn captor(&self, captor: usize, channel: Channel, band: usize) -> Option<Estimate> {
+        self.captors.get(captor)?.value(channel, band)
+    }
+
+    /// What is shown of a tile in a band or sum: the light at its place where that is known, otherwise
+    /// what its captor received, per area.
+    pub fn value(
+        &self,
+        part: &TilePart,
+        tile: usize,
+        channel: Channel,
+        band: usize,
+    ) -> Option<f64> {
+        let Some(local) = self.local(tile, channel) else {
+            return Some(self.captor(part.captor?, channel, band)?.mean);
+        };
+        Some(match band.checked_sub(local.len()) {
+            None => f64::from(local[band]),
+            Some(sum) => self.scene.sums[sum].bands.iter().map(|&b| f64::from(local[b])).sum(),
+        })
+    }
+}
+
+fn source(photons: u64, of: impl Display, seed: u64) -> String {
+    format!("{photons} {of}, seed {seed}")
+}
+
+impl CaptorValues {
+    /// Whether some of it rests on few paths.
+    pub fn few_paths(&self) -> bool {
+        self.front.few_paths || self.back.as_ref().is_some_and(|back| back.few_paths)
+    }
+
+    /// What it received per area in a band or sum, W/m2 or umol/m2/s.
+    fn value(&self, channel: Channel, band: usize) -> Option<Estimate> {
+        let estimate = |values: &[f64], errors: &[Option<f64>], area: f64| {
+            let error = errors.get(band).copied().flatten();
+            let mean = values.get(band)? / area;
+            Some(Estimate { mean, standard_error: error.map(|error| error / area) })
+        };
+        let face = match channel {
+            Channel::Front => &self.front,
+            Channel::Back => self.back.as_ref()?,
+            Channel::Absorbed => {
+                return estimate(self.absorbed.as_ref()?, self.absorbed_se.as_ref()?, self.area);
+            }
+        };
+        estimate(&face.irradiance, &face.irradiance_se, 1.0)
+    }
+}
+
+impl ResultsFile {
+    /// Refuses results that are not of this scene.
+    pub(crate) fn check_scene(&self, scene: &Scene) -> Result<()> {
+        let refuse = |problem: String| {
+            Err(Error::input("results", format!("are of another scene: {problem}"))
+                .remedy("name the results of a run of this scene as it is, or leave them out"))
+        };
+        let mut bands = scene.band_names();
+        let mut theirs = self.bands.iter().map(|band| band.name.as_str());
+        loop {
+            match (bands.next(), theirs.next()) {
+                (None, None) => break,
+                (ours, theirs) if ours == theirs => {}
+                (ours, theirs) => {
+                    let name = |band: Option<&str>| {
+                        band.map_or("no more".into(), |name| format!("band `{name}`"))
+                    };
+                    return refuse(format!("they have {}, it has {}", name(theirs), name(ours)));
+                }
+            }
+        }
+        let unit = scene.quantity.unit_names().flux;
+        if self.unit.flux != unit {
+            return refuse(format!("they are in {}, it is in {unit}", self.unit.flux));
+        }
+        for (ours, theirs) in scene.captors.iter().zip(&self.captors) {
+            let id = &ours.id;
+            if *id != theirs.id {
+                return refuse(format!("they have captor `{}` where it has `{id}`", theirs.id));
+            }
+            // they hold both to the last digit
+            if ours.area != theirs.area
+                || theirs.center.is_some_and(|c| c != ours.center.to_array())
+            {
+                return refuse(format!("captor `{id}` has moved or changed its size"));
+            }
+            let absorbs = ours.kind == CaptorKind::Surface;
+            if ours.kind.has_back() != theirs.back.is_some() || absorbs != theirs.absorbed.is_some()
+            {
+                return refuse(format!("captor `{id}` counts other sides"));
+            }
+        }
+        let (ours, theirs) = (scene.captors.len(), self.captors.len());
+        if let Some(captor) = scene.captors.get(theirs) {
+            return refuse(format!("they have no captor `{}`", captor.id));
+        }
+        if let Some(captor) = self.captors.get(ours) {
+            return refuse(format!("they have captor `{}`, which it has not", captor.id));
+        }
+        Ok(())
+    }
+}
+
+/// Photons that the light on a tile is read from, unless the scene says: an error of 6 %, which
+/// the eye takes for even.
+const NEAREST: usize = 300;
+/// The most numbers that the light on surfaces may take, 4 GiB.
+const MOST_NUMBERS: usize = 1 << 30;
+/// Tiles between two looks at the stop flag.
+const CHUNK: usize = 256;
+
+/// The light at the middle of each tile of a surface.
+fn local(
+    tiles: &Tiles,
+    light: &SurfaceLight,
+    threads: usize,
+    control: &Control,
+) -> Result<Vec<f32>> {
+    let bands = light.scene.bands.len();
+    let surfaces = tiles.parts.iter().filter(|part| part.material.is_some());
+    let count = surfaces.map(|part| part.tiles.end).max().unwrap_or(0);
+    let mut values = vec![0.0; count * CHANNELS.len() * bands];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+    let done = AtomicU64::new(0);
+    pool.install(|| {
+        let chunks = values.par_chunks_mut(CHUNK * CHANNELS.len() * bands).enumerate();
+        chunks.for_each(|(chunk, values)| {
+            if control.stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let tiles_of_chunk = values.chunks_mut(CHANNELS.len() * bands);
+            for (tile, values) in (chunk * CHUNK..).zip(tiles_of_chunk) {
+                let triangle = tiles.triangles[tile] as usize;
+                let point = tiles.corners[tile].centroid();
+                let faces = [true, false].map(|front| light.irradiance(triangle, front, point));
+                let absorbed = light.absorbed(triangle, point);
+                let all = faces.into_iter().flatten().chain(absorbed);
+                values.iter_mut().zip(all).for_each(|(into, value)| *into = value as f32);
+            }
+            let photons = done.fetch_add(CHUNK as u64, Ordering::Relaxed);
+            (control.progress)(Progress { photons, of: Some(count as u64), worst_error: None });
+        });
+    });
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(Error::run("run", "interrupted, nothing was written"));
+    }
+    Ok(values)
+}

@@ -1,0 +1,116 @@
+//! A scene with its light, for other programs.
+
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+use crate::{
+    error::{Error, Result, nearest},
+    scene::world::Scene,
+    show::{
+        exhibit::Exhibit,
+        glb::{Shown, write_glb},
+        picture::Scale,
+        ply::write_ply,
+        vtk::{VtkKind, write_vtk},
+    },
+};
+
+/// Kinds of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// Surfaces and captors with all values, for ParaView.
+    Vtk(VtkKind),
+    /// The same coloured by one value, for Blender and browsers.
+    Glb,
+    /// Photons.
+    Ply,
+}
+
+impl ExportFormat {
+    /// By the ending of a path. Error: it is of none of them.
+    pub fn of(path: &Path) -> Result<Self> {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("vtp") => Ok(Self::Vtk(VtkKind::PolyData)),
+            Some("vtu") => Ok(Self::Vtk(VtkKind::UnstructuredGrid)),
+            Some("glb") => Ok(Self::Glb),
+            Some("ply") => Ok(Self::Ply),
+            _ => Err(Error::input(path.display(), "its ending names no format to write")
+                .remedy("end it in .vtp, .vtu, .glb or .ply")),
+        }
+    }
+}
+
+/// What colours show, as it is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Colours {
+    /// Absorbed power, or irradiance.
+    pub absorbed: Option<bool>,
+    /// Name of a band or sum; none is the first sum, or the first band.
+    pub band: Option<String>,
+    /// Values at the ends of the colour map.
+    pub range: Option<(f64, f64)>,
+    /// Whether colours go by the logarithm.
+    pub log: bool,
+}
+
+impl Colours {
+    /// Error: they are asked for in a file that has none; a range that is none.
+    pub fn check(&self, format: ExportFormat) -> Result<()> {
+        let asked =
+            self.absorbed.is_some() || self.band.is_some() || self.range.is_some() || self.log;
+        if asked && format != ExportFormat::Glb {
+            let problem = "--quantity, --band, --range and --log are for the colours of a .glb";
+            return Err(Error::input("export", problem)
+                .remedy("leave them out: other files hold every value"));
+        }
+        self.range.map_or(Ok(()), |(low, high)| Scale::new(low, high, self.log).map(drop))
+    }
+
+    /// What they show of a scene. Error: it has no such band.
+    pub fn shown(&self, scene: &Scene) -> Result<Shown> {
+        let band = match &self.band {
+            Some(name) => scene.band_names().position(|band| band == name).ok_or_else(|| {
+                let error = Error::input("--band", format!("the scene has no band `{name}`"));
+                match nearest(name, scene.band_names()) {
+                    Some(near) => error.remedy(format!("did you mean `{near}`?")),
+                    None => error.remedy("name one of /bands or /sums"),
+                }
+            })?,
+            None if scene.sums.is_empty() => 0,
+            None => scene.bands.len(),
+        };
+        let absorbed = self.absorbed.unwrap_or(false);
+        Ok(Shown { band, absorbed, range: self.range, log: self.log })
+    }
+}
+
+/// Error: a scene cannot be written so: no such band, no photons.
+pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> Result<()> {
+    colours.shown(scene)?;
+    if format == ExportFormat::Ply && scene.triangles().is_empty() {
+        return Err(Error::input("scene", "it has no surface for photons to arrive on")
+            .remedy("export its captors (.vtp)"));
+    }
+    Ok(())
+}
+
+/// Writes an exhibit in a format.
+pub fn write_export(
+    exhibit: &Exhibit,
+    format: ExportFormat,
+    colours: &Colours,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    match (format, &exhibit.light) {
+        (ExportFormat::Vtk(kind), _) => write_vtk(exhibit, kind, writer),
+        (ExportFormat::Glb, _) => {
+            let shown = colours.shown(exhibit.scene).map_err(io::Error::other)?;
+            write_glb(exhibit, &shown, writer)
+        }
+        (ExportFormat::Ply, Some(light)) => write_ply(light, writer),
+        (ExportFormat::Ply, None) => Err(io::Error::other("no photons were traced")),
+    }
+}

@@ -1,0 +1,174 @@
+//! From bands to colours that a screen can show.
+
+use glam::{Mat3, Vec3};
+
+use crate::{math::units::Quantity, scene::world::Band};
+
+/// What each band adds to linear sRGB. An even spectrum (in W) from 400 to 700 nm is white.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandColours {
+    weights: Vec<Vec3>,
+    /// Whether the bands have wavelengths and one of them is visible; if not, their sum is grey.
+    pub coloured: bool,
+}
+
+/// From XYZ to linear sRGB (IEC 61966-2-1).
+const SRGB: Mat3 = Mat3::from_cols_array(&[
+    3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570,
+]);
+
+impl BandColours {
+    /// Of the bands of a scene: by their wavelengths, where all have them and the eye sees one.
+    pub fn new(bands: &[Band], quantity: Quantity) -> Self {
+        let white = SRGB * mean_response(400.0, 700.0, quantity);
+        let weight = |band: &Band| {
+            let response = mean_response(band.from_nm?, band.to_nm?, quantity);
+            Some(SRGB * response / white)
+        };
+        let weights: Option<Vec<Vec3>> = bands.iter().map(weight).collect();
+        match weights {
+            Some(weights) if weights.iter().any(|w| w.abs().max_element() > 1e-3) => {
+                Self { weights, coloured: true }
+            }
+            _ => Self { weights: vec![Vec3::ONE; bands.len()], coloured: false },
+        }
+    }
+
+    /// One band, or some, alone as grey.
+    pub fn grey(bands: usize, chosen: &[usize]) -> Self {
+        let weight = |b| if chosen.contains(&b) { Vec3::ONE } else { Vec3::ZERO };
+        Self { weights: (0..bands).map(weight).collect(), coloured: false }
+    }
+
+    /// Linear sRGB of values per band; colours that no screen can show come as near as they can.
+    pub fn linear(&self, values: &[f32]) -> Vec3 {
+        let sum: Vec3 = self.weights.iter().zip(values).map(|(w, v)| *w * *v).sum();
+        sum.max(Vec3::ZERO)
+    }
+}
+
+/// Mean response of the standard eye, XYZ, over a band of even power; for photons, of even number.
+fn mean_response(from: f64, to: f64, quantity: Quantity) -> Vec3 {
+    const STEPS: u32 = 200;
+    let response = |step: u32| {
+        let nm = from + (to - from) * (f64::from(step) + 0.5) / f64::from(STEPS);
+        let energy = match quantity {
+            Quantity::Watt => 1.0,
+            Quantity::Micromole => 550.0 / nm,
+        };
+        energy as f32 * matching(nm as f32)
+    };
+    (0..STEPS).map(response).sum::<Vec3>() / STEPS as f32
+}
+
+/// The CIE 1931 colour matching functions, as sums of Gaussians (Wyman, Sloan and Shirley, JCGT 2 (2),
+/// 2013, eq. 4).
+fn matching(nm: f32) -> Vec3 {
+    let lobe = |height: f32, middle: f32, below: f32, above: f32| {
+        let width = if nm < middle { below } else { above };
+        height * (-0.5 * ((nm - middle) / width).powi(2)).exp()
+    };
+    Vec3::new(
+        lobe(1.056, 599.8, 37.9, 31.0)
+            + lobe(0.362, 442.0, 16.0, 26.7)
+            + lobe(-0.065, 501.1, 20.4, 26.2),
+        lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
+        lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8),
+    )
+}
+
+/// How bright a picture is: a value of 2^-stops is white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// Stops; one more is twice as bright.
+    pub stops: f64,
+}
+
+impl Exposure {
+    /// For some linear colours: all but the brightest twentieth of those that are lit are at most two
+    /// thirds of white.
+    pub fn of(colours: &[Vec3]) -> Self {
+        let mut brightest: Vec<f32> =
+            colours.iter().map(|c| c.max_element()).filter(|c| *c > 0.0).collect();
+        if brightest.is_empty() {
+            return Self { stops: 0.0 };
+        }
+        let place = (0.95 * (brightest.len() - 1) as f64) as usize;
+        let (_, white, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
+        // to a tenth, as it is said to the user
+        Self { stops: (-10.0 * f64::from(1.5 * *white).log2()).round() / 10.0 }
+    }
+
+    /// The sRGB colour of a linear one; what is brighter than white is white.
+    pub fn srgb(self, linear: Vec3) -> Vec3 {
+        let exposed = (linear.as_dvec3() * self.stops.exp2()).as_vec3();
+        Vec3::from_array(exposed.clamp(Vec3::ZERO, Vec3::ONE).to_array().map(encode))
+    }
+}
+
+/// The transfer function of sRGB (IEC 61966-2-1).
+fn encode(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn band(from: f64, to: f64) -> Band {
+        Band { name: String::new(), from_nm: Some(from), to_nm: Some(to) }
+    }
+
+    fn colour(bands: &[Band], values: &[f32]) -> Vec3 {
+        BandColours::new(bands, Quantity::Watt).linear(values)
+    }
+
+    /// Even light is white, however it is cut into bands; the parts are blue, green and red.
+    #[test]
+    fn bands_have_their_colours() {
+        let thirds = [band(400.0, 500.0), band(500.0, 600.0), band(600.0, 700.0)];
+        let white = colour(&thirds, &[1.0 / 3.0; 3]);
+        assert!(white.distance(Vec3::ONE) < 1e-4, "{white}");
+        assert_eq!(colour(&[band(400.0, 700.0)], &[2.0]), Vec3::splat(2.0));
+        for (i, brightest) in [2, 1, 0].into_iter().enumerate() {
+            let mut values = [0.0; 3];
+            values[i] = 1.0;
+            let c = colour(&thirds, &values);
+            assert_eq!(c.max_element(), c[brightest], "{c}");
+        }
+    }
+
+    /// The functions peak at 1.78 (z), 1.06 (x) and 1 (y at 555 nm), as those of 1931 do.
+    #[test]
+    fn the_eye_is_that_of_1931() {
+        for (nm, known) in [
+            (445.0, [0.348, 0.030, 1.783]),
+            (555.0, [0.512, 1.0, 0.006]),
+            (600.0, [1.062, 0.631, 0.001]),
+        ] {
+            let found = matching(nm);
+            assert!(found.distance(Vec3::from(known)) < 0.05, "{nm}: {found}");
+        }
+    }
+
+    /// What the eye does not see is black beside what it sees, and grey alone; so are bands without
+    /// wavelengths.
+    #[test]
+    fn infrared_is_dark_or_grey() {
+        let both = [band(400.0, 700.0), band(1000.0, 2000.0)];
+        assert!(colour(&both, &[0.0, 1.0]).max_element() < 1e-6);
+        assert_eq!(colour(&both[1..], &[1.0]), Vec3::ONE);
+        let unnamed = Band { name: "b0".into(), from_nm: None, to_nm: None };
+        assert_eq!(colour(&[unnamed.clone(), unnamed], &[1.0, 2.0]), Vec3::splat(3.0));
+    }
+
+    #[test]
+    fn a_stop_is_a_factor_of_two() {
+        let exposure = Exposure::of(&[Vec3::splat(3.0); 10]);
+        let white = exposure.stops.exp2() * 3.0;
+        assert!((0.6..0.75).contains(&white), "{white}");
+        assert!(Exposure { stops: 1.0 }.srgb(Vec3::splat(0.5)).x > 0.9999);
+        assert!((Exposure { stops: 0.0 }.srgb(Vec3::splat(0.2140)).x - 0.5).abs() < 1e-3);
+        assert_eq!(Exposure::of(&[Vec3::ZERO]), Exposure { stops: 0.0 });
+    }
+}

@@ -1,0 +1,270 @@
+//! Pictures before they have colours: what the rays of every pixel find in a scene.
+//!
+//! Random numbers belong to pixels and rays, so a picture does not depend on threads.
+
+mod dots;
+mod eye;
+mod radiance;
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::{
+    error::{Error, Result},
+    math::{
+        geometry::Ray,
+        rng::{Sequence, Stream},
+        spectrum::with_lanes,
+    },
+    scene::world::SurfaceHit,
+    transport::{
+        simulate::{Control, Progress},
+        surface_light::SurfaceLight,
+    },
+};
+
+pub use dots::{Dot, path_dots, photon_dots};
+pub use eye::{Eye, Sight};
+use radiance::Whitted;
+
+/// What a picture of light shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Show {
+    /// What an eye would see; `gather` directions from each surface that scatters, or none to take
+    /// the light there from the photon map alone.
+    Radiance {
+        /// Directions.
+        gather: u32,
+    },
+    /// What arrives at the side that is seen.
+    Irradiance,
+    /// What the surface absorbs from both sides.
+    Absorbed,
+}
+
+/// How pixels are made.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// Rays of each pixel, at least 1.
+    pub rays: u32,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Threads; 0 takes as many as there are processors.
+    pub threads: usize,
+}
+
+/// A value per band and pixel, row by row from the upper left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pixels {
+    /// Pixels across.
+    pub width: usize,
+    /// Bands of a pixel.
+    pub bands: usize,
+    /// Means over the rays that met what is shown, band after band.
+    pub values: Vec<f32>,
+    /// Share of such rays, per pixel.
+    pub covered: Vec<f32>,
+}
+
+/// The most memory that the values of a picture may take, bytes.
+const MAX_BYTES: usize = 2 << 30;
+/// Out of the way of the blocks of photons.
+const BLOCK: u64 = 1 << 23;
+
+impl Pixels {
+    /// The values of a pixel.
+    pub fn pixel(&self, index: usize) -> &[f32] {
+        &self.values[index * self.bands..][..self.bands]
+    }
+}
+
+/// Renders a picture of light. Errors: it would not fit into memory, stopped by `control` (whose
+/// progress counts pixels), no threads to be had.
+pub fn render(
+    light: &SurfaceLight,
+    eye: &Eye,
+    show: Show,
+    sampling: Sampling,
+    control: &Control,
+) -> Result<Pixels> {
+    let bands = light.scene.bands.len();
+    let (width, height) = (eye.camera.width, eye.camera.height);
+    check_size(eye, bands)?;
+    let mut pixels = Pixels {
+        width,
+        bands,
+        values: vec![0.0; width * height * bands],
+        covered: vec![0.0; width * height],
+    };
+    let rows =
+        pixels.values.par_chunks_mut(width * bands).zip(pixels.covered.par_chunks_mut(width));
+    with_lanes!(light.scene.lanes(), N => {
+        each_row(rows, eye, sampling, control, |mut samples, (values, covered)| {
+            let whitted = Whitted::<N> { light, eye };
+            for (x, value) in values.chunks_mut(bands).enumerate() {
+                let (mut shared, mut sum, mut met) = (Shared::default(), vec![0.0; bands], 0);
+                for (ray, mut rng) in samples.pixel(x) {
+                    let found = match show {
+                        Show::Radiance { gather } => {
+                            let found = whitted.radiance(ray, gather, &mut shared, &mut rng);
+                            met += 1;
+                            found.0[..bands].iter().zip(&mut sum).for_each(|(f, s)| *s += f64::from(*f));
+                            continue;
+                        }
+                        Show::Irradiance => flat(eye, ray, &mut shared, |triangle, front, point| {
+                            light.irradiance(triangle, front, point)
+                        }),
+                        Show::Absorbed => flat(eye, ray, &mut shared, |triangle, _, point| {
+                            light.absorbed(triangle, point)
+                        }),
+                    };
+                    if let Some(found) = found {
+                        met += 1;
+                        found.iter().zip(&mut sum).for_each(|(f, s)| *s += f);
+                    }
+                }
+                value.iter_mut().zip(sum).for_each(|(v, s)| *v = (s / f64::from(met.max(1))) as f32);
+                covered[x] = met as f32 / sampling.rays as f32;
+            }
+        })
+    })?;
+    Ok(pixels)
+}
+
+/// The mean colour of each pixel's rays. Errors: as [`render()`].
+pub fn painted(
+    eye: &Eye,
+    sampling: Sampling,
+    control: &Control,
+    colour: impl Fn(&Ray) -> Vec3 + Sync,
+) -> Result<Vec<Vec3>> {
+    let (width, height) = (eye.camera.width, eye.camera.height);
+    check_size(eye, 3)?;
+    let mut colours = vec![Vec3::ZERO; width * height];
+    each_row(colours.par_chunks_mut(width), eye, sampling, control, |mut samples, row| {
+        for (x, mean) in row.iter_mut().enumerate() {
+            let colours = samples.pixel(x).map(|(ray, _)| colour(&ray));
+            *mean = colours.sum::<Vec3>() / sampling.rays as f32;
+        }
+    })?;
+    Ok(colours)
+}
+
+/// Does `work` for every row of a picture, in parallel.
+fn each_row<T: Send>(
+    rows: impl IndexedParallelIterator<Item = T>,
+    eye: &Eye,
+    sampling: Sampling,
+    control: &Control,
+    work: impl Fn(Samples, T) + Sync + Send,
+) -> Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(sampling.threads).build();
+    let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+    let (width, height) = (eye.camera.width as u64, eye.camera.height as u64);
+    let done = AtomicU64::new(0);
+    let stopped = || control.stop.load(Ordering::Relaxed);
+    pool.install(|| {
+        rows.enumerate().for_each(|(y, row)| {
+            if !stopped() {
+                work(Samples { eye, sampling, y }, row);
+            }
+            let photons = done.fetch_add(width, Ordering::Relaxed) + width;
+            (control.progress)(Progress { photons, of: Some(width * height), worst_error: None });
+        });
+    });
+    if stopped() {
+        return Err(Error::run("render", "interrupted, nothing was written"));
+    }
+    Ok(())
+}
+
+/// The rays of the pixels of one row.
+struct Samples<'a> {
+    eye: &'a Eye<'a>,
+    sampling: Sampling,
+    y: usize,
+}
+
+impl Samples<'_> {
+    /// The rays of a pixel, spread evenly over it, each with random numbers of its own.
+    fn pixel(&mut self, x: usize) -> impl Iterator<Item = (Ray, Stream)> {
+        let Self { eye, sampling: Sampling { rays, seed, .. }, y } = *self;
+        let pixel = (y * eye.camera.width + x) as u64;
+        (0..rays).map(move |ray| {
+            let stream = Stream::new(seed, BLOCK + u64::from(ray), pixel);
+            let sequence = Sequence::new(seed, BLOCK, pixel);
+            let mut rng = stream.with_sobol(sequence, u64::from(ray), 2);
+            let within = rng.square();
+            (eye.camera.ray(x as f32 + within.x, y as f32 + within.y), rng)
+        })
+    }
+}
+
+/// What rays of one pixel have found, for others that come to the same place.
+#[derive(Default)]
+struct Shared(Vec<Found>);
+
+struct Found {
+    triangle: usize,
+    front: bool,
+    point: Vec3,
+    value: Vec<f64>,
+}
+
+impl Shared {
+    /// What was found within `reach` of a hit on the same side of its triangle, or else `find`s it.
+    fn value(
+        &mut self,
+        hit: &SurfaceHit,
+        front: bool,
+        reach: f32,
+        find: impl FnOnce() -> Vec<f64>,
+    ) -> &[f64] {
+        let near = |found: &Found| {
+            found.triangle == hit.triangle
+                && found.front == front
+                && found.point.distance_squared(hit.point) <= reach * reach
+        };
+        let index = self.0.iter().position(near).unwrap_or_else(|| {
+            let (triangle, point) = (hit.triangle, hit.point);
+            self.0.push(Found { triangle, front, point, value: find() });
+            self.0.len() - 1
+        });
+        &self.0[index].value
+    }
+}
+
+/// A value of the first surface that cannot be seen through.
+fn flat<'s>(
+    eye: &Eye,
+    ray: Ray,
+    shared: &'s mut Shared,
+    find: impl FnOnce(usize, bool, Vec3) -> Vec<f64>,
+) -> Option<&'s [f64]> {
+    let hit = eye.opaque(&ray)?;
+    let front = ray.direction.dot(eye.scene.surface(hit.triangle).normal) < 0.0;
+    let reach = PIXELS * eye.camera.pixel() * hit.t;
+    Some(shared.value(&hit, front, reach, || find(hit.triangle, front, hit.point)))
+}
+
+/// How far apart, in pixels, points may be that share an estimate.
+const PIXELS: f32 = 2.0;
+
+/// Refuses a picture that would not fit into memory.
+pub fn check_size(eye: &Eye, bands: usize) -> Result<()> {
+    let (width, height) = (eye.camera.width, eye.camera.height);
+    // the values, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
+    let bytes = width * height * (bands + 6) * size_of::<f32>();
+    if bytes <= MAX_BYTES {
+        return Ok(());
+    }
+    let problem = format!(
+        "{width} x {height} pixels of {bands} bands would take {:.0} GiB",
+        bytes as f64 / f64::from(1 << 30)
+    );
+    Err(Error::input("picture", problem).remedy("ask for a smaller one"))
+}

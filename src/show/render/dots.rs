@@ -1,0 +1,156 @@
+//! The photons themselves, as dots in a picture.
+
+use std::sync::atomic::Ordering;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::Eye;
+use crate::{
+    error::{Error, Result},
+    math::{rng::Stream, spectrum::with_lanes},
+    scene::{light::Strata, world::Scene},
+    transport::{
+        simulate::{Control, Progress},
+        surface_light::SurfaceLight,
+        trace::{Event, trace},
+    },
+};
+
+/// A dot of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dot {
+    /// Pixels from the upper left corner.
+    pub at: [f32; 2],
+    /// Distance from the eye, m.
+    pub distance: f32,
+    /// Index of the photon, or of the path.
+    pub index: usize,
+}
+
+/// The photons that are seen: nothing opaque is in front of them, and they came to the side that the
+/// eye is on. The farthest come first. Errors: stopped by `control`, no threads to be had.
+pub fn photon_dots(
+    light: &SurfaceLight,
+    eye: &Eye,
+    threads: usize,
+    control: &Control,
+) -> Result<Vec<Dot>> {
+    let positions = light.map.positions();
+    let dot = |(index, &point): (usize, &Vec3)| {
+        let photon = &light.map.photons[index];
+        let normal = light.scene.surface(photon.triangle as usize).normal;
+        let from_front = photon.direction.unpack().dot(normal) < 0.0;
+        let seen_from_front = (point - eye.camera.eye).dot(normal) < 0.0;
+        dot(eye, point, index).filter(|_| from_front == seen_from_front && eye.sees(point))
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+    let mut dots = Vec::new();
+    for (chunk, points) in positions.chunks(CHUNK).enumerate() {
+        check_stopped(control)?;
+        let first = chunk * CHUNK;
+        let found = points.par_iter().enumerate().filter_map(|(i, point)| dot((first + i, point)));
+        dots.extend(pool.install(|| found.collect::<Vec<Dot>>()));
+        let (photons, of) = ((first + points.len()) as u64, Some(positions.len() as u64));
+        (control.progress)(Progress { photons, of, worst_error: None });
+    }
+    dots.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+    Ok(dots)
+}
+
+/// Photons between two looks at `control`.
+const CHUNK: usize = 50_000;
+
+fn check_stopped(control: &Control) -> Result<()> {
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(Error::run("render", "interrupted, nothing was written"));
+    }
+    Ok(())
+}
+
+/// Dots, one a pixel, along the paths of some photons of all lights from surface to surface, as far as
+/// they are seen. Error: stopped by `control`.
+pub fn path_dots(
+    scene: &Scene,
+    eye: &Eye,
+    paths: u64,
+    seed: u64,
+    control: &Control,
+) -> Result<Vec<Dot>> {
+    let mut dots = Vec::new();
+    for (index, corners) in paths_of(scene, paths, seed).iter().enumerate() {
+        check_stopped(control)?;
+        for leg in corners.windows(2) {
+            let Some((from, to)) = in_front(eye, leg[0], leg[1]) else { continue };
+            let ends = [from, to].map(|point| eye.camera.project(point));
+            let [Some(a), Some(b)] = ends else { continue };
+            // no more steps than a picture has pixels across and down, wherever the ends are
+            let most = 2 * (eye.camera.width + eye.camera.height);
+            let steps =
+                ((a[0] - b[0]).abs().max((a[1] - b[1]).abs()).ceil() as usize).clamp(1, most);
+            for step in 0..=steps {
+                let point = along(eye, [from, to], step as f32 / steps as f32);
+                if let Some(dot) = dot(eye, point, index)
+                    && eye.sees(point)
+                {
+                    dots.push(dot);
+                }
+            }
+        }
+        let (photons, of) = (index as u64 + 1, Some(paths));
+        (control.progress)(Progress { photons, of, worst_error: None });
+    }
+    Ok(dots)
+}
+
+/// The point at a share of the way from one end to the other, as it is seen in the picture.
+fn along(eye: &Eye, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
+    let depth = |p: Vec3| (p - eye.camera.eye).dot(eye.camera.forward());
+    let (near, far) = (depth(from), depth(to));
+    // equal steps in the picture are equal steps of 1 / depth
+    let weight = share * near / (share * near + (1.0 - share) * far);
+    from.lerp(to, weight)
+}
+
+/// The part of a leg that is in front of the eye.
+fn in_front(eye: &Eye, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
+    let near = 1e-3 * eye.scene.radius;
+    let depth = |p: Vec3| (p - eye.camera.eye).dot(eye.camera.forward()) - near;
+    let (a, b) = (depth(from), depth(to));
+    let cut = || from.lerp(to, a / (a - b));
+    match (a > 0.0, b > 0.0) {
+        (true, true) => Some((from, to)),
+        (true, false) => Some((from, cut())),
+        (false, true) => Some((cut(), to)),
+        (false, false) => None,
+    }
+}
+
+fn dot(eye: &Eye, point: Vec3, index: usize) -> Option<Dot> {
+    let at = eye.camera.project(point)?;
+    let inside = |x: f32, size: usize| x >= 0.0 && x < size as f32;
+    let seen = inside(at[0], eye.camera.width) && inside(at[1], eye.camera.height);
+    seen.then(|| Dot { at, distance: point.distance(eye.camera.eye), index })
+}
+
+/// The corners of so many paths of photons, from their lights on.
+fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
+    let all = paths.max(scene.lights.len() as u64);
+    with_lanes!(scene.lanes(), N => {
+        let strata = Strata::new(&scene.lights, all, N);
+        (0..paths)
+            .map(|index| {
+                let mut rng = Stream::new(seed, 0, index);
+                let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
+                let mut corners = vec![photon.ray.origin];
+                trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
+                    if let Event::Arrival { hit, .. } = event {
+                        corners.push(hit.point);
+                    }
+                });
+                corners
+            })
+            .collect()
+    })
+}

@@ -1,0 +1,256 @@
+//! What a scene holds, and what looks wrong in it.
+
+mod mesh;
+mod solids;
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::{
+    error::{Error, Result},
+    formats::scene_file::LoadedScene,
+    math::{
+        geometry::{Extent, Triangle},
+        units::LengthUnit,
+    },
+    scene::{captor::CaptorKind, material::Material, world::Scene},
+};
+
+/// Names listed in one remark.
+const LISTED: usize = 5;
+/// The usual size of a scene, m.
+const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
+
+/// What a scene holds, and what its user should know.
+#[derive(Clone, Debug)]
+pub struct SceneSummary {
+    /// Size of surfaces, lights and captors together along x, y and z, m.
+    pub size: DVec3,
+    /// The surfaces by material.
+    pub surfaces: Vec<MaterialSummary>,
+    /// What is probably a mistake, each naming the thing and what to do.
+    pub warnings: Vec<String>,
+    /// What is as it should be, but may surprise.
+    pub notes: Vec<String>,
+}
+
+/// The surfaces of one material.
+#[derive(Clone, Debug)]
+pub struct MaterialSummary {
+    /// Name of the material.
+    pub material: String,
+    /// Number of its triangles.
+    pub triangles: usize,
+    /// Their one-sided area, m2.
+    pub area: f64,
+}
+
+/// Looks a scene over, on threads of its own. Errors: threads cannot be started.
+pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
+    let pool = rayon::ThreadPoolBuilder::new().build();
+    Ok(pool.map_err(|e| Error::run("threads", e))?.install(|| look_over(loaded)))
+}
+
+/// What looks wrong with the meshes of a scene, where light would go wrong ways: for a run to warn
+/// of. Errors: threads cannot be started.
+pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
+    let pool = rayon::ThreadPoolBuilder::new().build();
+    pool.map_err(|e| Error::run("threads", e))?.install(|| {
+        let mut remarks = Remarks::default();
+        check_coincident(scene, &mut remarks);
+        if scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
+            solids::check_solids(scene, &mesh::weld(scene.triangles()), &mut remarks);
+        }
+        Ok(remarks.warnings)
+    })
+}
+
+fn look_over(loaded: &LoadedScene) -> SceneSummary {
+    let scene = &loaded.scene;
+    let surfaces = surfaces(scene);
+    let lit = scene.lights.iter().map(|light| light.extent());
+    let lit = lit.fold(Extent::of_triangles(scene.triangles()), Extent::join);
+    let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
+
+    let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
+    check_unit(size, loaded.unit, &mut remarks);
+    check_materials(loaded, &mut remarks);
+    check_lights(scene, &mut remarks);
+    check_captors(scene, &lit, &mut remarks);
+    check_areas(scene, &mut remarks);
+    let vertices = mesh::weld(scene.triangles());
+    check_coincident(scene, &mut remarks);
+    solids::check_solids(scene, &vertices, &mut remarks);
+    solids::check_sheets(scene, &vertices, &mut remarks);
+    SceneSummary { size, surfaces, warnings: remarks.warnings, notes: remarks.notes }
+}
+
+fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
+    let materials = scene.materials.iter().map(|m| m.name.clone());
+    let mut surfaces: Vec<MaterialSummary> =
+        materials.map(|material| MaterialSummary { material, triangles: 0, area: 0.0 }).collect();
+    for (i, triangle) in scene.triangles().iter().enumerate() {
+        let summary = &mut surfaces[scene.surface(i).material as usize];
+        summary.triangles += 1;
+        summary.area += 0.5 * cross(triangle).length();
+    }
+    surfaces
+}
+
+fn check_unit(size: DVec3, unit: LengthUnit, remarks: &mut Remarks) {
+    let [least, most] = USUAL_SIZE;
+    let largest = size.max_element();
+    if largest > 0.0 && !(least..=most).contains(&largest) {
+        let adjective = if largest < least { "small" } else { "large" };
+        let (size, unit) = (length(largest), unit.name());
+        remarks.warnings.push(format!(
+            "the scene is very {adjective}: {size} across, with lengths in {unit}; check `unit` \
+            and the coordinates"
+        ));
+    }
+}
+
+fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
+    remarks.warn_of(&quoted(&loaded.unused_materials), |list| {
+        format!("materials on no surface: {list}; check `usemtl` and `material`, or remove them")
+    });
+    remarks.warn_of(&quoted(&loaded.non_reciprocal_leaves), |list| {
+        format!(
+            "leaves whose faces differ in transmittance, which no real sheet does (reciprocity): \
+            {list}; give both faces the same, unless it was measured so"
+        )
+    });
+}
+
+fn check_lights(scene: &Scene, remarks: &mut Remarks) {
+    let dark = scene.lights.iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
+    remarks.warn_of(&quoted(dark.map(|light| &light.name)), |list| {
+        format!("lights without power in any band: {list}; give them power or remove them")
+    });
+}
+
+fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
+    let outside = scene.captors.iter().filter(|captor| {
+        matches!(captor.kind, CaptorKind::Virtual { .. })
+            && !scene.triangles().is_empty()
+            && Extent::of_triangles(scene.triangles_of(captor)).is_clear_of(lit, scene.ray_offset())
+    });
+    remarks.warn_of(&quoted(outside.map(|captor| &captor.id)), |list| {
+        format!(
+            "captors outside the box around all surfaces and lights: {list}; check their position \
+            and `unit`"
+        )
+    });
+    let in_surface = scene.captors_in_surfaces().iter().map(|&c| &scene.captors[c].id);
+    remarks.note_of(&quoted(in_surface), |list| {
+        format!(
+            "captors in the plane of a surface: {list}; they count as lying just off it, on the \
+            side that their normals point to"
+        )
+    });
+}
+
+fn check_areas(scene: &Scene, remarks: &mut Remarks) {
+    let flat = |t: &Triangle| cross(t) == DVec3::ZERO;
+    let mut by_material: BTreeMap<u32, usize> = BTreeMap::new();
+    for i in (0..scene.triangles().len()).filter(|&i| flat(&scene.triangles()[i])) {
+        *by_material.entry(scene.surface(i).material).or_default() += 1;
+    }
+    let on_surfaces = by_material
+        .iter()
+        .map(|(&m, count)| format!("{count} of `{}`", scene.materials[m as usize].name));
+    let on_captors = scene.captors.iter().filter_map(|captor| {
+        let CaptorKind::Virtual { .. } = captor.kind else { return None };
+        let count = scene.triangles_of(captor).iter().filter(|t| flat(t)).count();
+        (count > 0).then(|| format!("{count} of captor `{}`", captor.id))
+    });
+    remarks.warn_of(&on_surfaces.chain(on_captors).collect::<Vec<_>>(), |list| {
+        format!("triangles without area, which light never meets: {list}; remove them")
+    });
+}
+
+/// Faces that lie in one place, as each has its middle in the other, however they are cut: light meets
+/// one of them. Those of two solids are a matter of `solids`; a small face on a large one is a thing
+/// that stands there.
+fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
+    let twin = |i: usize| {
+        let other = scene.coincident(i)?;
+        let material = |i: usize| scene.surface(i).material;
+        let mutual = scene.coincident(other).is_some_and(|j| material(j) == material(i));
+        let solid = [i, other].iter().all(|&i| scene.material(scene.surface(i)).is_solid());
+        (mutual && other < i && !solid).then(|| [material(other), material(i)])
+    };
+    let twins: Vec<[u32; 2]> =
+        (0..scene.triangles().len()).into_par_iter().filter_map(twin).collect();
+    let mut counts: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    twins.into_iter().for_each(|pair| *counts.entry(pair).or_default() += 1);
+    let name = |m: u32| &scene.materials[m as usize].name;
+    let pairs = counts.iter().map(|(&[p, q], n)| format!("{n} of `{}` on `{}`", name(q), name(p)));
+    remarks.warn_of(&pairs.collect::<Vec<_>>(), |list| {
+        format!(
+            "triangles in the same place as others, front to front or back to back, of which light \
+            meets only one: {list}; remove one of the two"
+        )
+    });
+}
+
+/// What there is to say, collected.
+#[derive(Default)]
+struct Remarks {
+    warnings: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl Remarks {
+    /// Warns of `things`, where there are any, in the sentence that `say` makes of their list.
+    fn warn_of(&mut self, things: &[String], say: impl FnOnce(&str) -> String) {
+        self.warnings.extend(some(things).map(|list| say(&list)));
+    }
+
+    fn note_of(&mut self, things: &[String], say: impl FnOnce(&str) -> String) {
+        self.notes.extend(some(things).map(|list| say(&list)));
+    }
+}
+
+/// The first few, and how many more.
+fn some(things: &[String]) -> Option<String> {
+    let more = match things.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let first = &things[..things.len().min(LISTED)];
+    (!first.is_empty()).then(|| first.join(", ") + &more)
+}
+
+fn quoted<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
+    names.into_iter().map(|name| format!("`{name}`")).collect()
+}
+
+/// Twice the area along the normal, m2.
+fn cross(t: &Triangle) -> DVec3 {
+    let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// A length in m or mm, two digits.
+fn length(metres: f64) -> String {
+    let (value, unit) = if metres >= 0.1 { (metres, "m") } else { (1e3 * metres, "mm") };
+    format!("{value:.*} {unit}", decimals(value, 2))
+}
+
+/// A point in the user's coordinates, to a thousandth of the scene.
+fn place(scene: &Scene, point: Vec3) -> String {
+    let decimals = decimals(scene.radius.into(), 4);
+    let p = (scene.center + point.as_dvec3()).to_array();
+    // no minus before zero
+    let scale = 10f64.powi(decimals as i32);
+    let [x, y, z] = p.map(|v| format!("{:.decimals$}", (v * scale).round() / scale + 0.0));
+    format!("({x}, {y}, {z}) m")
+}
+
+/// Decimals that show so many digits of `value`.
+pub(crate) fn decimals(value: f64, digits: i32) -> usize {
+    if value > 0.0 { (digits - 1 - value.log10().floor() as i32).clamp(0, 12) as usize } else { 0 }
+}

@@ -1,0 +1,189 @@
+//! Which triangles hang together, and whether they close.
+
+use rayon::prelude::*;
+
+use crate::{
+    math::geometry::{Extent, Triangle},
+    scene::world::Scene,
+};
+
+/// For each triangle its three vertices, numbered; corners with equal coordinates are one vertex.
+pub(super) fn weld(triangles: &[Triangle]) -> Vec<[u32; 3]> {
+    // + 0.0 makes one zero of two
+    let bits = |p: glam::Vec3| (p + 0.0).to_array().map(f32::to_bits);
+    let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+    let mut corners: Vec<([u32; 3], u32)> = corners.map(bits).zip(0..).collect();
+    corners.par_sort_unstable();
+    let mut vertices = vec![[0; 3]; triangles.len()];
+    for (same, vertex) in corners.chunk_by(|p, q| p.0 == q.0).zip(0..) {
+        for &(_, corner) in same {
+            vertices[corner as usize / 3][corner as usize % 3] = vertex;
+        }
+    }
+    vertices
+}
+
+/// Triangles that hang together by their edges.
+pub(super) struct Piece {
+    /// Their indices in the scene.
+    pub triangles: Vec<usize>,
+    /// Edges that do not join two triangles.
+    pub open_edges: usize,
+    /// Edges whose two triangles face opposite ways.
+    pub turned_edges: usize,
+    /// One-sided area, m2.
+    pub area: f64,
+    /// Volume of a closed piece, m3; below zero where the normals point in.
+    pub volume: f64,
+    /// Box around it, m from the centre of the scene.
+    pub extent: Extent,
+}
+
+impl Piece {
+    pub fn is_closed(&self) -> bool {
+        self.open_edges == 0 && self.turned_edges == 0
+    }
+
+    /// Thickness of a closed piece that is flat or has thin walls, m.
+    pub fn thickness(&self) -> f64 {
+        2.0 * self.volume.abs() / self.area
+    }
+
+    fn add(&mut self, triangle: usize, shape: &Triangle, anchor: &Triangle) {
+        let corners = [shape.a, shape.b, shape.c];
+        let [a, b, c] = corners.map(|p| (p - anchor.a).as_dvec3());
+        self.triangles.push(triangle);
+        self.area += 0.5 * (b - a).cross(c - a).length();
+        self.volume += a.dot(b.cross(c)) / 6.0;
+        self.extent = self.extent.join(Extent::of(corners));
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Pieces {
+    pub list: Vec<Piece>,
+    /// Pieces that have an edge in common; with itself, a piece of which four triangles or more
+    /// meet in an edge.
+    pub meeting: Vec<[usize; 2]>,
+}
+
+/// One side of a triangle, ordered so that the same edge of the same kind is found side by side.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Edge {
+    kind: u32,
+    ends: [u32; 2],
+    triangle: u32,
+    forward: bool,
+}
+
+/// The pieces of the triangles that have a `kind`; a piece is of one kind.
+pub(super) fn pieces(
+    scene: &Scene,
+    vertices: &[[u32; 3]],
+    kind: impl Fn(usize) -> Option<u32>,
+) -> Pieces {
+    let mut edges = Vec::new();
+    let mut members = Vec::new();
+    for (triangle, &[a, b, c]) in vertices.iter().enumerate() {
+        let Some(kind) = kind(triangle) else { continue };
+        if a == b || b == c || c == a {
+            continue;
+        }
+        members.push(triangle);
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            let ends = [p.min(q), p.max(q)];
+            edges.push(Edge { kind, ends, triangle: triangle as u32, forward: p < q });
+        }
+    }
+    if edges.is_empty() {
+        return Pieces::default();
+    }
+    edges.par_sort_unstable();
+
+    let mut joined = Joined::new(vertices.len());
+    let mut open = Vec::new();
+    let mut turned = Vec::new();
+    let mut crowded = Vec::new();
+    for edge in edges.chunk_by(|e, f| (e.kind, e.ends) == (f.kind, f.ends)) {
+        match edge {
+            [e, f] => {
+                joined.join(e.triangle, f.triangle);
+                if e.forward == f.forward {
+                    turned.push(e.triangle);
+                }
+            }
+            _ => {
+                // solids listed one after the other that share an edge: each gets its own two
+                let mut waiting: Vec<&Edge> = Vec::new();
+                for e in edge {
+                    match waiting.pop_if(|f| f.forward != e.forward) {
+                        Some(f) => joined.join(e.triangle, f.triangle),
+                        None => waiting.push(e),
+                    }
+                }
+                open.extend(waiting.iter().map(|e| e.triangle));
+                if edge.len() > 2 {
+                    crowded.push(edge.iter().map(|e| e.triangle).collect::<Vec<u32>>());
+                }
+            }
+        }
+    }
+
+    let mut list: Vec<Piece> = Vec::new();
+    let mut piece_of_root = vec![usize::MAX; vertices.len()];
+    for triangle in members {
+        let root = joined.root(triangle as u32) as usize;
+        if piece_of_root[root] == usize::MAX {
+            piece_of_root[root] = list.len();
+            list.push(Piece {
+                triangles: Vec::new(),
+                open_edges: 0,
+                turned_edges: 0,
+                area: 0.0,
+                volume: 0.0,
+                extent: Extent::EMPTY,
+            });
+        }
+        let piece = &mut list[piece_of_root[root]];
+        let first = piece.triangles.first().copied().unwrap_or(triangle);
+        piece.add(triangle, &scene.triangles()[triangle], &scene.triangles()[first]);
+    }
+    let mut piece_of = |triangle: u32| piece_of_root[joined.root(triangle) as usize];
+    open.iter().for_each(|&t| list[piece_of(t)].open_edges += 1);
+    turned.iter().for_each(|&t| list[piece_of(t)].turned_edges += 1);
+    let mut meeting = Vec::new();
+    for triangles in &crowded {
+        let mut owners: Vec<usize> = triangles.iter().map(|&t| piece_of(t)).collect();
+        owners.sort_unstable();
+        owners.dedup();
+        match owners[..] {
+            [only] if list[only].is_closed() => meeting.push([only, only]),
+            _ => meeting.extend(owners.windows(2).map(|pair| [pair[0], pair[1]])),
+        }
+    }
+    meeting.sort_unstable();
+    meeting.dedup();
+    Pieces { list, meeting }
+}
+
+/// Sets of triangles that grow together (union-find).
+struct Joined(Vec<u32>);
+
+impl Joined {
+    fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn root(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            self.0[i as usize] = self.0[self.0[i as usize] as usize];
+            i = self.0[i as usize];
+        }
+        i
+    }
+
+    fn join(&mut self, i: u32, j: u32) {
+        let (i, j) = (self.root(i), self.root(j));
+        self.0[i.max(j) as usize] = i.min(j);
+    }
+}

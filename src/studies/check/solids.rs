@@ -1,0 +1,288 @@
+//! Closed solids: the program knows only air outside them.
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{
+    Remarks, length,
+    mesh::{Piece, Pieces, pieces},
+    place,
+};
+use crate::{
+    math::{
+        geometry::{Ray, Triangle},
+        rng::Stream,
+    },
+    scene::{bvh::Bvh, material::Material, world::Scene},
+};
+
+/// Solids closer to each other than this touch, in ray offsets.
+const TOUCH: f32 = 10.0;
+/// Solids thinner than this cannot be traced, in ray offsets.
+const THIN: f32 = 4.0;
+/// A closed sheet is a flat box below this thickness, relative to the square root of its area.
+const FLAT: f64 = 0.02;
+/// A direction in which no two points of a model are likely to lie.
+const SKEW: Vec3 = Vec3::new(0.601_3, 0.235_7, 0.763_5);
+
+/// Remarks on the interfaces of solids.
+pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
+    let solids = Solids::new(scene, vertices);
+    if !solids.pieces.is_empty() {
+        check_shapes(&solids, remarks);
+        check_neighbours(&solids, vertices, remarks);
+        note_lights(&solids, remarks);
+    }
+}
+
+/// Each solid by itself.
+fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
+    let pieces = &solids.pieces;
+    let with = |of: fn(&Piece) -> usize, what: &str| -> Vec<String> {
+        let found = (0..pieces.len()).filter(|&p| of(&pieces[p]) > 0);
+        found.map(|p| format!("{} ({} {what})", solids.name(p), of(&pieces[p]))).collect()
+    };
+    remarks.warn_of(&with(|p| p.open_edges, "open edges"), |list| {
+        format!(
+            "solids that are not closed: {list}; close the mesh, with equal coordinates where \
+            faces meet, or set `\"thin\": true` if it stands for a sheet"
+        )
+    });
+    remarks.warn_of(&with(|p| p.turned_edges, "edges"), |list| {
+        format!(
+            "solids whose neighbouring faces turn opposite sides out: {list}; turn all normals out"
+        )
+    });
+    let least = f64::from(THIN * solids.scene.ray_offset());
+    let thin = |p: usize| pieces[p].is_closed() && pieces[p].thickness() < least;
+    remarks.warn_of(&solids.names(thin), |list| {
+        let least = length(least);
+        format!(
+            "solids thinner than can be traced in a scene of this size ({least}): {list}; use a \
+            sheet (`\"thin\": true`)"
+        )
+    });
+}
+
+/// Solids among each other.
+fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remarks) {
+    let reach = TOUCH * solids.scene.ray_offset();
+    let touching = solids.touching(vertices, reach);
+    let pairs: Vec<String> = touching.iter().map(|pair| solids.pair(pair, "and")).collect();
+    remarks.warn_of(&pairs, |list| {
+        let gap = length(reach.into());
+        format!(
+            "solids that touch or cut each other: {list}; between solids there is only air here: \
+            join them to one, or leave a gap above {gap}"
+        )
+    });
+    let surroundings = solids.surroundings(&touching);
+    remarks.warn_of(&solids.names(|p| surroundings[p] == Around::InsideOut), |list| {
+        format!("solids inside out: {list}; turn their normals out")
+    });
+    let nested = surroundings.iter().enumerate().filter_map(|(p, around)| match around {
+        Around::Solid(outer) => Some(solids.pair(&[p, *outer], "in")),
+        _ => None,
+    });
+    remarks.warn_of(&nested.collect::<Vec<_>>(), |list| {
+        format!(
+            "solids inside another: {list}; outside a solid there is only air here: cut a cavity \
+            around it (faces of the outer material, normals towards the cavity)"
+        )
+    });
+}
+
+fn note_lights(solids: &Solids, remarks: &mut Remarks) {
+    let scene = solids.scene;
+    let inside = scene.lights.iter().filter_map(|light| {
+        let start = light.emit(scene.ray_offset(), &mut Stream::new(0, 0, 0)).origin;
+        let outer = solids.innermost(&solids.windings(start))?;
+        Some(format!("`{}` in {}", light.name, solids.name(outer)))
+    });
+    remarks.note_of(&inside.collect::<Vec<_>>(), |list| {
+        format!("lights inside a solid: {list}; their power is that which they emit in there")
+    });
+}
+
+/// Remarks on panes and thin leaves that are modelled with both faces.
+pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
+    let Pieces { list, .. } = pieces(scene, vertices, |triangle| {
+        let surface = scene.surface(triangle);
+        let thin = matches!(scene.material(surface), Material::Pane(_) | Material::Leaf(_));
+        thin.then_some(surface.material)
+    });
+    let boxes = list
+        .iter()
+        .filter(|p| p.is_closed() && p.area > 0.0 && p.thickness() < FLAT * (0.5 * p.area).sqrt());
+    let names = boxes.map(|p| format!("{} ({} thick)", name(scene, p), length(p.thickness())));
+    remarks.warn_of(&names.collect::<Vec<_>>(), |list| {
+        format!(
+            "flat closed boxes of a thin material, so that light passes two sheets: {list}; keep one \
+            face, or set `\"thin\": false`"
+        )
+    });
+}
+
+/// What it is and where.
+fn name(scene: &Scene, piece: &Piece) -> String {
+    let surface = scene.surface(piece.triangles[0]);
+    let what = match surface.captor() {
+        Some(captor) => &scene.captors[captor].id,
+        None => &scene.materials[surface.material as usize].name,
+    };
+    format!("`{what}` at {}", place(scene, piece.extent.center()))
+}
+
+/// What lies outside the normals of a solid.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Around {
+    Air,
+    Solid(usize),
+    InsideOut,
+}
+
+/// All solids of a scene.
+struct Solids<'a> {
+    scene: &'a Scene,
+    pieces: Vec<Piece>,
+    /// Pieces that share an edge.
+    meeting: Vec<[usize; 2]>,
+    triangles: Vec<Triangle>,
+    /// The piece of each of `triangles`.
+    owners: Vec<u32>,
+    bvh: Bvh,
+}
+
+impl<'a> Solids<'a> {
+    fn new(scene: &'a Scene, vertices: &[[u32; 3]]) -> Self {
+        // materials of one index may share a solid: they differ in tint only
+        let Pieces { list, meeting } =
+            pieces(scene, vertices, |triangle| match scene.material(scene.surface(triangle)) {
+                Material::Dielectric(solid) => Some(solid.ior().to_bits()),
+                _ => None,
+            });
+        let members =
+            || list.iter().zip(0..).flat_map(|(p, i)| p.triangles.iter().map(move |t| (*t, i)));
+        let triangles: Vec<Triangle> = members().map(|(t, _)| scene.triangles()[t]).collect();
+        let owners = members().map(|(_, piece)| piece).collect();
+        let bvh = Bvh::build(&triangles);
+        Self { scene, pieces: list, meeting, triangles, owners, bvh }
+    }
+
+    fn name(&self, piece: usize) -> String {
+        name(self.scene, &self.pieces[piece])
+    }
+
+    fn names(&self, wanted: impl Fn(usize) -> bool) -> Vec<String> {
+        (0..self.pieces.len()).filter(|&p| wanted(p)).map(|p| self.name(p)).collect()
+    }
+
+    fn pair(&self, &[p, q]: &[usize; 2], word: &str) -> String {
+        match p == q {
+            true => format!("{} {word} itself", self.name(p)),
+            false => format!("{} {word} {}", self.name(p), self.name(q)),
+        }
+    }
+
+    /// Pairs of closed pieces that share a vertex, cut each other or come nearer than `reach`.
+    fn touching(&self, vertices: &[[u32; 3]], reach: f32) -> Vec<[usize; 2]> {
+        let mut pairs = self.meeting.clone();
+        let mut owner_of_vertex = vec![usize::MAX; 3 * vertices.len()];
+        for (p, piece) in self.pieces.iter().enumerate() {
+            for vertex in piece.triangles.iter().flat_map(|&t| vertices[t]) {
+                let owner = &mut owner_of_vertex[vertex as usize];
+                if *owner != usize::MAX && *owner != p {
+                    pairs.push([*owner, p]);
+                }
+                *owner = p;
+            }
+        }
+        // the edges of each triangle, moved out by the reach, must cross no other piece, nor
+        // must the way out of its middle
+        pairs.par_extend((0..self.triangles.len()).into_par_iter().flat_map_iter(|i| {
+            let t = &self.triangles[i];
+            let out = reach * t.normal();
+            let (a, b, c, m) = (t.a + out, t.b + out, t.c + out, t.centroid());
+            let own = self.owners[i] as usize;
+            let mut found = Vec::new();
+            for (from, to) in [(a, b), (b, c), (c, a), (m - out, m + out)] {
+                let way = to - from;
+                if way != Vec3::ZERO {
+                    let ray = Ray { origin: from, direction: way.normalize() };
+                    self.bvh.crossings(&ray, way.length(), |hit| {
+                        let other = self.owners[hit.triangle as usize] as usize;
+                        if other != own {
+                            found.push([own.min(other), own.max(other)]);
+                        }
+                    });
+                }
+            }
+            found.sort_unstable();
+            found.dedup();
+            found
+        }));
+        // an open one has its own warning
+        pairs.retain(|pair| pair.iter().all(|&p| self.pieces[p].is_closed()));
+        pairs.par_sort_unstable();
+        pairs.dedup();
+        pairs
+    }
+
+    /// What is around each piece, leaving out those that it touches.
+    fn surroundings(&self, touching: &[[usize; 2]]) -> Vec<Around> {
+        let touch = |p: usize, q: usize| touching.binary_search(&[p.min(q), p.max(q)]).is_ok();
+        let around = |p: usize| {
+            let piece = &self.pieces[p];
+            if !piece.is_closed() || piece.volume == 0.0 {
+                return Around::Air;
+            }
+            let mut windings = self.windings(self.scene.triangles()[piece.triangles[0]].a);
+            windings.retain(|&q, _| q != p && !touch(p, q));
+            let depth: i32 = windings.values().sum();
+            let outer = self.innermost(&windings);
+            match (piece.volume > 0.0, outer) {
+                (true, Some(outer)) if depth > 0 => Around::Solid(outer),
+                (true, _) => Around::Air,
+                // a cavity
+                (false, Some(outer)) if depth == 1 && self.ior(outer) == self.ior(p) => Around::Air,
+                (false, Some(outer)) if depth > 0 => Around::Solid(outer),
+                (false, _) => Around::InsideOut,
+            }
+        };
+        (0..self.pieces.len()).into_par_iter().map(around).collect()
+    }
+
+    /// How often each closed piece winds around a point.
+    fn windings(&self, point: Vec3) -> BTreeMap<usize, i32> {
+        let ray = Ray { origin: point, direction: SKEW.normalize() };
+        let mut windings = BTreeMap::new();
+        self.bvh.crossings(&ray, f32::INFINITY, |hit| {
+            let owner = self.owners[hit.triangle as usize] as usize;
+            if self.pieces[owner].is_closed() {
+                let leaves = self.triangles[hit.triangle as usize].cross().dot(ray.direction) > 0.0;
+                *windings.entry(owner).or_default() += if leaves { 1 } else { -1 };
+            }
+        });
+        windings.retain(|_, winding| *winding != 0);
+        windings
+    }
+
+    /// The smallest piece that winds around, where solid more often than cavity.
+    fn innermost(&self, windings: &BTreeMap<usize, i32>) -> Option<usize> {
+        if windings.values().sum::<i32>() <= 0 {
+            return None;
+        }
+        let solid = windings.iter().filter(|(_, winding)| **winding > 0).map(|(piece, _)| *piece);
+        solid.min_by(|&p, &q| self.pieces[p].volume.total_cmp(&self.pieces[q].volume))
+    }
+
+    fn ior(&self, piece: usize) -> u32 {
+        let surface = self.scene.surface(self.pieces[piece].triangles[0]);
+        match self.scene.material(surface) {
+            Material::Dielectric(solid) => solid.ior().to_bits(),
+            _ => 0,
+        }
+    }
+}

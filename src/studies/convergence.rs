@@ -1,0 +1,310 @@
+//! Accuracy against cost: every estimator over a ladder of budgets, several seeds each.
+
+mod bounces;
+mod figures;
+mod truth;
+
+use std::cell::Cell;
+
+use cpu_time::ProcessTime;
+use serde::Serialize;
+
+use crate::{
+    error::{Error, Result},
+    results::result::{CaptorResult, FaceResult, RunResult},
+    scene::world::Scene,
+    transport::{
+        settings::{Estimator, Settings},
+        simulate::{Control, Progress, Simulation, least_paths, simulate},
+    },
+};
+
+pub use bounces::{Bounces, Within};
+pub use truth::{Reference, TrueValue};
+
+/// How far a rung of the ladder is below the next: half a decade.
+const RUNG: f64 = 3.162_277_660_168_379_5;
+/// Rungs of the ladder.
+const RUNGS: i32 = 7;
+/// The run that stands in for the truth has so many times the largest budget.
+const LONG_RUN: u64 = 16;
+/// Photons that show the shares of bounces well enough.
+const MOST_FOR_BOUNCES: u64 = 1_000_000;
+/// The long run's seed: not one of the ladder's.
+const LONG_RUN_SEED: u64 = 1_000_003;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct StudyPlan {
+    /// The largest budget, in photons.
+    pub photons: u64,
+    /// Runs of each budget, with the seeds 1, 2, ...; at least 2.
+    pub seeds: u64,
+    /// The k of the k-nearest estimates.
+    pub k: Vec<usize>,
+    /// Threads; 0 takes all processors. Times are CPU seconds of all of them together.
+    pub threads: usize,
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// How it estimates.
+    pub estimator: String,
+    /// Photons traced, or paths from all faces together.
+    pub photons: u64,
+    /// Arrivals in the photon map, where it has one.
+    pub arrivals: Option<u64>,
+    /// Seed of its random streams.
+    pub seed: u64,
+    /// CPU seconds of tracing and estimating, without loading.
+    pub cpu_seconds: f64,
+    /// Relative root mean square difference from the reference, over captors, faces and bands.
+    pub error: f64,
+}
+
+/// The runs of one estimator and budget together.
+#[derive(Clone, Debug, Serialize)]
+pub struct Rung {
+    /// How they estimate.
+    pub estimator: String,
+    /// Photons or paths of each run.
+    pub photons: u64,
+    /// Mean number of arrivals in the photon map, where there is one.
+    pub arrivals: Option<f64>,
+    /// Mean CPU seconds.
+    pub cpu_seconds: f64,
+    /// Root mean square of the runs' errors.
+    pub error: f64,
+    /// What is left of it in the mean over the seeds, cleared of noise; 0 where that is all.
+    pub bias: f64,
+    /// Relative standard deviation between the seeds.
+    pub spread: f64,
+    /// Figure of merit 1 / (spread^2 x time), 1/s.
+    pub merit: f64,
+    /// Median over captors, faces and bands of the relative standard deviation between the seeds.
+    pub median_spread: f64,
+}
+
+/// What a study found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// Name of the scene.
+    pub scene: String,
+    /// What the errors are measured against.
+    pub reference: String,
+    /// Relative root mean square standard error of the reference: no error below it means anything.
+    pub floor: f64,
+    /// Captors, faces and bands that were compared.
+    pub compared: usize,
+    /// Those that light reaches but the reference does not know to 5 %.
+    pub left_out: usize,
+    /// Each run.
+    pub rows: Vec<Row>,
+    /// Each estimator and budget.
+    pub rungs: Vec<Rung>,
+    /// How the light on the captors came there.
+    pub bounces: Bounces,
+}
+
+/// Runs the ladder on `scene` and compares with `truth`, or with a long run of its own. Errors: those
+/// of [`simulate`]; fewer than 2 seeds; no captor that the reference knows.
+pub fn study(
+    scene: &Scene,
+    plan: &StudyPlan,
+    truth: Option<Reference>,
+    control: &Control,
+) -> Result<Study> {
+    if plan.seeds < 2 {
+        let problem = format!("{} seeds, must be at least 2", plan.seeds);
+        return Err(Error::input("seeds", problem).remedy("a spread needs several runs"));
+    }
+    let budgets: Vec<u64> = (1 - RUNGS..=0)
+        .map(|i| {
+            ((plan.photons as f64 * RUNG.powi(i)).round() as u64).max(scene.lights.len() as u64)
+        })
+        .collect();
+    let all = 3 * plan.seeds * budgets.iter().sum::<u64>()
+        + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
+    let ladder = Ladder { scene, plan, control, all, done: Cell::new(0) };
+
+    let reference = match truth {
+        Some(reference) => reference,
+        None => {
+            let long = LONG_RUN * plan.photons;
+            let settings = ladder.settings(Estimator::Auto, long, LONG_RUN_SEED, 0);
+            let simulation = ladder.simulate(&settings)?;
+            Reference::of_run(&RunResult::new(scene, &settings, &simulation), scene)
+        }
+    };
+    if reference.compared() == 0 {
+        let problem = format!("{} knows the irradiance of no captor to 5 %", reference.name);
+        return Err(Error::input(format!("scene {}", scene.name), problem)
+            .remedy("give more photons, or a table of true values"));
+    }
+    let (mut rows, mut rungs) = (Vec::new(), Vec::new());
+    for &photons in &budgets {
+        let mut runs = Vec::new();
+        for seed in 1..=plan.seeds {
+            runs.extend(ladder.runs(photons, seed)?);
+        }
+        rows.extend(runs.iter().map(|run| run.row(&reference)));
+        // each seed gives the same estimators in the same order
+        let estimators = runs.len() / plan.seeds as usize;
+        for e in 0..estimators {
+            let same: Vec<&Run> = runs.iter().skip(e).step_by(estimators).collect();
+            rungs.push(Rung::of(&same, &reference));
+        }
+    }
+    let enough = MOST_FOR_BOUNCES.max(scene.lights.len() as u64);
+    let bounces = Bounces::count(scene, budgets[budgets.len() - 3].min(enough), control)?;
+    Ok(Study {
+        scene: scene.name.clone(),
+        reference: reference.name.clone(),
+        floor: reference.floor(),
+        compared: reference.compared(),
+        left_out: reference.left_out,
+        rows,
+        rungs,
+        bounces,
+    })
+}
+
+/// What all runs of a study share.
+struct Ladder<'a> {
+    scene: &'a Scene,
+    plan: &'a StudyPlan,
+    control: &'a Control<'a>,
+    /// Photons of all runs together, and of those that are done.
+    all: u64,
+    done: Cell<u64>,
+}
+
+impl Ladder<'_> {
+    fn settings(&self, estimator: Estimator, photons: u64, seed: u64, k: usize) -> Settings {
+        let (photons, threads) = (Some(photons), self.plan.threads);
+        Settings { estimator, photons, seed, k: Some(k), threads, ..Settings::default() }
+    }
+
+    fn simulate(&self, settings: &Settings) -> Result<Simulation> {
+        let before = self.done.get();
+        let (all, report) = (self.all, self.control.progress);
+        let progress = |progress: Progress| {
+            let photons = before + progress.photons;
+            report(Progress { photons, of: Some(all), worst_error: None });
+        };
+        let control = Control { stop: self.control.stop, progress: &progress };
+        let simulation = simulate(self.scene, settings, &control)?;
+        self.done.set(before + settings.photons.unwrap_or(0));
+        Ok(simulation)
+    }
+
+    /// All estimators with one budget and seed. Each pays for all that it needs.
+    fn runs(&self, photons: u64, seed: u64) -> Result<Vec<Run>> {
+        let mut runs = vec![self.summed(Estimator::Photons, photons, seed)?];
+        // smaller budgets than the least for paths are all the same to them
+        if photons >= least_paths(self.scene) || photons == self.plan.photons {
+            runs.push(self.summed(Estimator::Paths, photons, seed)?);
+        }
+        let Some(&most) = self.plan.k.iter().max() else { return Ok(runs) };
+
+        let settings = |k| self.settings(Estimator::Photons, photons, seed, k);
+        let started = ProcessTime::now();
+        let simulation = self.simulate(&settings(most))?;
+        let tracing = started.elapsed().as_secs_f64();
+        for &k in &self.plan.k {
+            let started = ProcessTime::now();
+            let result = RunResult::new(self.scene, &settings(k), &simulation);
+            let cpu_seconds = tracing + started.elapsed().as_secs_f64();
+            let values = irradiances(self.scene, &result, |face| {
+                face.knn.as_ref()?.as_ref().map(|knn| &knn.irradiance)
+            });
+            let arrivals = result.map.map(|map| map.arrivals);
+            let estimator = format!("{k} nearest photons");
+            runs.push(Run { estimator, photons, arrivals, seed, cpu_seconds, values });
+        }
+        Ok(runs)
+    }
+
+    /// The flux of photons or paths.
+    fn summed(&self, estimator: Estimator, photons: u64, seed: u64) -> Result<Run> {
+        let started = ProcessTime::now();
+        let settings = self.settings(estimator, photons, seed, 0);
+        let result = RunResult::new(self.scene, &settings, &self.simulate(&settings)?);
+        let cpu_seconds = started.elapsed().as_secs_f64();
+        let values = irradiances(self.scene, &result, |face| Some(&face.irradiance));
+        let (estimator, photons) = (estimator.to_string(), result.photons);
+        Ok(Run { estimator, photons, arrivals: None, seed, cpu_seconds, values })
+    }
+}
+
+/// The irradiances of all captors, faces and bands, in order; 0 where there is none.
+fn irradiances(
+    scene: &Scene,
+    result: &RunResult,
+    of: impl Fn(&FaceResult) -> Option<&Vec<f64>>,
+) -> Vec<f64> {
+    let bands = scene.bands.len();
+    let faces = result.captors.iter().flat_map(CaptorResult::faces);
+    faces
+        .flat_map(|face| of(face).map_or_else(|| vec![0.0; bands], |v| v[..bands].to_vec()))
+        .collect()
+}
+
+/// One run and all that it found.
+struct Run {
+    estimator: String,
+    photons: u64,
+    arrivals: Option<u64>,
+    seed: u64,
+    cpu_seconds: f64,
+    values: Vec<f64>,
+}
+
+impl Run {
+    fn row(&self, reference: &Reference) -> Row {
+        Row {
+            estimator: self.estimator.clone(),
+            photons: self.photons,
+            arrivals: self.arrivals,
+            seed: self.seed,
+            cpu_seconds: self.cpu_seconds,
+            error: reference.rms(|i, truth| self.values[i] / truth.value - 1.0),
+        }
+    }
+}
+
+impl Rung {
+    /// Of runs that differ in nothing but the seed.
+    fn of(runs: &[&Run], reference: &Reference) -> Self {
+        let n = runs.len() as f64;
+        let average = |of: &dyn Fn(&Run) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / n;
+        let mean = |i: usize| average(&|run| run.values[i]);
+        // of a single run, relative to the truth
+        let variance = |i: usize, truth: f64| {
+            let mean = mean(i);
+            average(&|run| ((run.values[i] - mean) / truth).powi(2)) * n / (n - 1.0)
+        };
+        // the square of the mean's difference holds the noise of the mean and of the reference too
+        let bias2 = reference.mean(|i, truth| {
+            let noise = variance(i, truth.value) / n + (truth.standard_error / truth.value).powi(2);
+            (mean(i) / truth.value - 1.0).powi(2) - noise
+        });
+        let spread2 = reference.mean(|i, truth| variance(i, truth.value));
+        let cpu_seconds = average(&|run| run.cpu_seconds);
+        let mut spreads = reference.map(|i, truth| variance(i, truth.value).sqrt());
+        spreads.sort_by(f64::total_cmp);
+        let arrivals = runs.iter().map(|run| run.arrivals.map(|a| a as f64));
+        Self {
+            estimator: runs[0].estimator.clone(),
+            photons: runs[0].photons,
+            arrivals: arrivals.sum::<Option<f64>>().map(|sum| sum / n),
+            cpu_seconds,
+            error: average(&|run| run.row(reference).error.powi(2)).sqrt(),
+            bias: bias2.max(0.0).sqrt(),
+            spread: spread2.sqrt(),
+            merit: 1.0 / (spread2 * cpu_seconds),
+            median_spread: spreads[spreads.len() / 2],
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! How often light has been scattered before it arrives.
+
+use std::sync::atomic::Ordering;
+
+use serde::Serialize;
+
+use crate::{
+    error::{Error, Result},
+    math::{rng::Stream, spectrum::with_lanes},
+    scene::{light::Strata, world::Scene},
+    transport::{
+        settings::Settings,
+        simulate::Control,
+        trace::{Event, trace},
+    },
+};
+
+/// Numbers of bounces up to which light is added up.
+const LIMITS: [u32; 24] =
+    [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 25, 30, 40, 50, 70, 100, 200, 500, 1000, 10_000];
+
+/// The light that arrives on captors within a number of bounces.
+#[derive(Clone, Debug, Serialize)]
+pub struct Bounces {
+    /// Photons traced for it.
+    pub photons: u64,
+    /// In order of bounces, to the first number that all light has arrived within.
+    pub rows: Vec<Within>,
+}
+
+/// What arrives within a number of bounces.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Within {
+    /// Interactions with surfaces on the way; 0 is light straight from a lamp.
+    pub bounces: u32,
+    /// Share of all light on captors, over all bands, in [0, 1].
+    pub share: f64,
+    /// Relative root mean square of what is missing, over captors, faces and bands.
+    pub error: f64,
+}
+
+impl Bounces {
+    /// Traces `photons` of `scene`. Error: stopped by `control`.
+    pub fn count(scene: &Scene, photons: u64, control: &Control) -> Result<Self> {
+        with_lanes!(scene.lanes(), N => count::<N>(scene, photons, control))
+    }
+
+    /// The first number of bounces within which a share of the light arrives.
+    pub fn within(&self, share: f64) -> Option<u32> {
+        self.rows.iter().find(|row| row.share >= share).map(|row| row.bounces)
+    }
+}
+
+fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Result<Bounces> {
+    let bands = scene.bands.len();
+    let width = scene.channels() * bands;
+    let mut sums = vec![vec![0.0; width]; LIMITS.len()];
+    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    for index in 0..photons {
+        if control.stop.load(Ordering::Relaxed) {
+            return Err(Error::run("chart", "interrupted, nothing was written"));
+        }
+        let mut rng = Stream::new(Settings::default().seed, 0, index);
+        let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let mut bounces = 0;
+        trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
+            if let Some(counted) = event.counted(scene) {
+                let first = counted.channel() * bands;
+                let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];
+                for b in 0..bands {
+                    row[first + b] += f64::from(counted.power.0[b]) * photon.weights[b];
+                }
+            }
+            bounces += u32::from(matches!(event, Event::Arrival { .. }));
+        });
+    }
+    Ok(Bounces { photons, rows: cumulated(&sums) })
+}
+
+/// From sums for each number of bounces.
+fn cumulated(sums: &[Vec<f64>]) -> Vec<Within> {
+    let width = sums[0].len();
+    let whole: Vec<f64> = (0..width).map(|i| sums.iter().map(|row| row[i]).sum()).collect();
+    let lit = whole.iter().filter(|sum| **sum > 0.0).count().max(1) as f64;
+    let all: f64 = whole.iter().sum();
+    let mut so_far = vec![0.0; width];
+    let mut rows = Vec::new();
+    for (row, bounces) in sums.iter().zip(LIMITS) {
+        so_far.iter_mut().zip(row).for_each(|(sum, new)| *sum += new);
+        let missing = so_far.iter().zip(&whole).filter(|(_, whole)| **whole > 0.0);
+        let squares: f64 = missing.map(|(sum, whole)| (1.0 - sum / whole).powi(2)).sum();
+        let share = if all > 0.0 { so_far.iter().sum::<f64>() / all } else { 1.0 };
+        rows.push(Within { bounces, share, error: (squares / lit).sqrt() });
+        if share >= 1.0 - 1e-9 {
+            break;
+        }
+    }
+    rows
+}

@@ -1,0 +1,196 @@
+//! What the errors of a study are measured against: a table, or a long run.
+
+use std::{collections::BTreeMap, path::Path};
+
+use crate::{
+    error::{Error, Result, nearest},
+    formats::input::{RELATIVE, quoted, read_bytes},
+    results::result::{CaptorResult, RunResult},
+    scene::world::Scene,
+};
+
+/// Relative standard error up to which a run stands in for the truth.
+const KNOWN: f64 = 0.05;
+
+/// Irradiances to compare with, one for each captor, face and band that has one.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// What it is.
+    pub name: String,
+    /// Lit captors, faces and bands that it does not know well enough to compare with.
+    pub left_out: usize,
+    /// By index: captors in order, their faces, their bands.
+    values: Vec<(usize, TrueValue)>,
+}
+
+/// An irradiance that is known.
+#[derive(Clone, Copy, Debug)]
+pub struct TrueValue {
+    /// W/m2 or umol/m2/s, > 0.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+}
+
+impl Reference {
+    /// What a run found on the faces that light has reached, where it knows that to 5 %.
+    pub fn of_run(result: &RunResult, scene: &Scene) -> Self {
+        let bands = scene.bands.len();
+        let faces = result.captors.iter().flat_map(CaptorResult::faces);
+        let each = faces.flat_map(|face| {
+            (0..bands).map(|b| TrueValue {
+                value: face.irradiance[b],
+                standard_error: face.irradiance_se[b].unwrap_or(0.0),
+            })
+        });
+        let lit = each.enumerate().filter(|(_, truth)| truth.value > 0.0);
+        let (values, rough): (Vec<_>, Vec<_>) =
+            lit.partition(|(_, truth)| truth.standard_error <= KNOWN * truth.value);
+        let name = format!("a run of {:.1e} {}", result.photons as f64, result.estimator);
+        Self { name, left_out: rough.len(), values }
+    }
+
+    /// A table with the columns `captor`, `band`, one that begins with `irradiance` and, if wanted,
+    /// `face` (front or back) and `stderr` or `standard_error`. A captor is named by its id, or by
+    /// what follows the last slash of it; an unnamed band by b0, b1, ... Errors, at `path:LINE`: a
+    /// column, captor or band that is not there, a value that is no positive number.
+    pub fn read(path: &Path, scene: &Scene) -> Result<Self> {
+        let bytes =
+            read_bytes(path).map_err(|why| Error::input(path.display(), why).remedy(RELATIVE))?;
+        let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
+        let bad = |e: csv::Error| Error::input(path.display(), format!("is no CSV table: {e}"));
+        let columns = Columns::of(table.headers().map_err(bad)?, path)?;
+        let places = Places::of(scene);
+        let mut values = Vec::new();
+        for record in table.records() {
+            let record = record.map_err(bad)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let place = format!("{}:{line}", path.display());
+            let number = |column: usize| {
+                let cell = &record[column];
+                let number = cell.parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0);
+                let problem = || format!("{} must be a number, at least 0", quoted(cell));
+                number.ok_or_else(|| Error::input(&place, problem()).remedy("mend it"))
+            };
+            let face = columns.face.map_or("front", |face| &record[face]);
+            let index =
+                places.find(&place, &record[columns.captor], face, &record[columns.band])?;
+            let value = number(columns.irradiance)?;
+            let standard_error = columns.standard_error.map_or(Ok(0.0), number)?;
+            if value > 0.0 {
+                values.push((index, TrueValue { value, standard_error }));
+            }
+        }
+        if values.is_empty() {
+            return Err(Error::input(path.display(), "holds no value above 0")
+                .remedy("one row for each captor and band"));
+        }
+        Ok(Self { name: path.display().to_string(), left_out: 0, values })
+    }
+
+    /// Values that can be compared with.
+    pub fn compared(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Something of each value and its index.
+    pub(super) fn map(&self, of: impl Fn(usize, &TrueValue) -> f64) -> Vec<f64> {
+        self.values.iter().map(|(i, truth)| of(*i, truth)).collect()
+    }
+
+    pub(super) fn mean(&self, of: impl Fn(usize, &TrueValue) -> f64) -> f64 {
+        self.map(of).iter().sum::<f64>() / self.values.len() as f64
+    }
+
+    pub(super) fn rms(&self, of: impl Fn(usize, &TrueValue) -> f64) -> f64 {
+        self.mean(|i, truth| of(i, truth).powi(2)).sqrt()
+    }
+
+    /// Its own relative root mean square standard error.
+    pub fn floor(&self) -> f64 {
+        self.rms(|_, truth| truth.standard_error / truth.value)
+    }
+}
+
+/// Indices of the columns of a table.
+struct Columns {
+    captor: usize,
+    band: usize,
+    irradiance: usize,
+    face: Option<usize>,
+    standard_error: Option<usize>,
+}
+
+impl Columns {
+    fn of(header: &csv::StringRecord, path: &Path) -> Result<Self> {
+        let find = |fits: &dyn Fn(&str) -> bool| header.iter().position(fits);
+        let need = |name: &str, found: Option<usize>| {
+            let problem = || format!("has no column `{name}`");
+            found.ok_or_else(|| {
+                Error::input(format!("{}:1", path.display()), problem()).remedy(
+                    "the first line names the columns: captor,band,irradiance and, if wanted, \
+                    face,standard_error",
+                )
+            })
+        };
+        Ok(Self {
+            captor: need("captor", find(&|name| name == "captor"))?,
+            band: need("band", find(&|name| name == "band"))?,
+            irradiance: need("irradiance", find(&|name| name.starts_with("irradiance")))?,
+            face: find(&|name| name == "face"),
+            standard_error: find(&|name| ["stderr", "standard_error"].contains(&name)),
+        })
+    }
+}
+
+/// Where the value of a captor, face and band stands.
+struct Places<'a> {
+    scene: &'a Scene,
+    /// Index of each captor's first value.
+    first: Vec<usize>,
+    /// Captors by id, and by what follows its last slash: none where that fits several.
+    captors: BTreeMap<&'a str, Option<usize>>,
+}
+
+impl<'a> Places<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let (mut first, mut next) = (Vec::new(), 0);
+        let mut captors = BTreeMap::new();
+        for (c, captor) in scene.captors.iter().enumerate() {
+            first.push(next);
+            next += captor.kind.faces().len() * scene.bands.len();
+            let short = captor.id.rsplit('/').next().unwrap_or_default();
+            captors.entry(short).and_modify(|found| *found = None).or_insert(Some(c));
+        }
+        captors.extend(scene.captors.iter().enumerate().map(|(c, captor)| (&*captor.id, Some(c))));
+        Self { scene, first, captors }
+    }
+
+    fn find(&self, place: &str, captor: &str, face: &str, band: &str) -> Result<usize> {
+        let unknown = |what: &str, name: &str, known: Vec<&str>| {
+            let problem = format!("no {what} {} in the scene", quoted(name));
+            Error::input(place, problem).remedy(match nearest(name, known) {
+                Some(known) => format!("did you mean `{known}`?"),
+                None => format!("name a {what} of the scene"),
+            })
+        };
+        let captor = match self.captors.get(captor) {
+            Some(Some(captor)) => *captor,
+            Some(None) => {
+                let problem = format!("{} is the end of several captors' ids", quoted(captor));
+                return Err(Error::input(place, problem).remedy("write the whole id"));
+            }
+            None => return Err(unknown("captor", captor, self.captors.keys().copied().collect())),
+        };
+        let faces = &["front", "back"][..self.scene.captors[captor].kind.faces().len()];
+        let found = faces.iter().position(|name| *name == face);
+        let face = found.ok_or_else(|| unknown("face", face, faces.to_vec()))?;
+        let bands = &self.scene.bands;
+        let number = || band.strip_prefix('b')?.parse().ok().filter(|b: &usize| *b < bands.len());
+        let named = bands.iter().position(|b| b.name == band);
+        let band = named.or_else(number).ok_or_else(|| {
+            unknown("band", band, bands.iter().map(|b| b.name.as_str()).collect())
+        })?;
+        Ok(self.first[captor] + face * bands.len() + band)
+    }
+}

@@ -1,0 +1,137 @@
+//! The parts of one run, traced on several machines, joined to what one would have found.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::Ordering,
+};
+
+use crate::{
+    error::{Error, Result},
+    formats::{
+        scene_file::load_with_digest,
+        share_file::{Line, ShareHead, ShareReader, VERSION},
+    },
+    results::result::RunResult,
+    scene::world::Scene,
+    transport::{
+        settings::Settings,
+        simulate::{Control, Joined, Progress},
+    },
+};
+
+/// Joins the files `parts`; `scene` is where the scene is, if not where the parts say. Errors: they are of
+/// other runs, some are missing or twice, the scene has changed, stopped by `control`.
+pub fn join(parts: &[PathBuf], scene: Option<&Path>, control: &Control) -> Result<RunResult> {
+    let mut readers =
+        parts.iter().map(|path| ShareReader::open(path)).collect::<Result<Vec<_>>>()?;
+    let Some(first) = readers.first() else {
+        return Err(Error::input("merge", "no files").remedy("name those of all parts"));
+    };
+    check_version(first)?;
+    readers[1..].iter().try_for_each(|part| check_same(first, part))?;
+    let (head, of) = (first.head.clone(), first.shard.of());
+    readers.sort_by_key(|part| part.shard.index());
+    check_complete(&readers, of)?;
+    let (loaded, settings) = scene_of(&head, scene)?;
+    let mut joined = Joined::new(&loaded, &settings, control)?;
+    let mut blocks = 0;
+    for part in &mut readers {
+        let mut left = joined.range(part.shard);
+        loop {
+            if control.stop.load(Ordering::Relaxed) {
+                return Err(Error::run("merge", "interrupted, nothing was written"));
+            }
+            let fits = match part.next()? {
+                Line::Block { index, sums } => {
+                    blocks += 1;
+                    (control.progress)(Progress { photons: blocks, of: None, worst_error: None });
+                    (left.next() == Some(index)).then(|| joined.add_block(index, sums)).flatten()
+                }
+                Line::Piece { key, words } => joined.add_piece(key, &words),
+                Line::Full { key } => {
+                    joined.end_at(key);
+                    Some(())
+                }
+                Line::End { .. } => {
+                    if left.next().is_some() {
+                        return Err(part.does_not_fit());
+                    }
+                    break;
+                }
+            };
+            fits.ok_or_else(|| part.does_not_fit())?;
+        }
+    }
+    Ok(RunResult::new(&loaded, &settings, &joined.finish()?))
+}
+
+fn check_version(part: &ShareReader) -> Result<()> {
+    let ShareHead { phylux, .. } = &part.head;
+    if phylux == VERSION {
+        return Ok(());
+    }
+    let problem = format!("is of phylux {phylux}, this is {VERSION}");
+    Err(Error::input(part.path().display(), problem).remedy("merge with the version that ran"))
+}
+
+fn check_same(first: &ShareReader, part: &ShareReader) -> Result<()> {
+    let (a, b) = (&first.head, &part.head);
+    let what = match () {
+        () if a.phylux != b.phylux => "another version of phylux",
+        () if a.inputs != b.inputs => "another scene, or of other contents of its files,",
+        () if a.settings != b.settings => "other settings",
+        () if first.shard.of() != part.shard.of() => "another number of parts",
+        () => return Ok(()),
+    };
+    let problem = format!("is of {what} than {}", first.path().display());
+    Err(Error::input(part.path().display(), problem).remedy("merge the parts of one run"))
+}
+
+/// That sorted parts are all of so many, each once.
+fn check_complete(parts: &[ShareReader], of: usize) -> Result<()> {
+    for pair in parts.windows(2) {
+        if pair[0].shard == pair[1].shard {
+            let problem =
+                format!("is part {}, and so is {}", pair[1].shard, pair[0].path().display());
+            return Err(Error::input(pair[1].path().display(), problem).remedy("name each once"));
+        }
+    }
+    let there: Vec<usize> = parts.iter().map(|part| part.shard.index()).collect();
+    let missing: Vec<String> = (0..of)
+        .filter(|index| there.binary_search(index).is_err())
+        .map(|index| format!("{}/{of}", index + 1))
+        .take(6)
+        .collect();
+    let more = of - there.len();
+    let listed = missing.len();
+    match more {
+        0 => Ok(()),
+        _ => {
+            let rest =
+                if more > listed { format!(" and {} more", more - listed) } else { String::new() };
+            let s = if more == 1 { " is" } else { "s are" };
+            let problem = format!("part{s} missing: {}{rest}", missing.join(", "));
+            Err(Error::input("merge", problem).remedy("name the files of all parts"))
+        }
+    }
+}
+
+/// The scene that the parts are of, and its settings.
+fn scene_of(head: &ShareHead, path: Option<&Path>) -> Result<(Scene, Settings)> {
+    let path = path.unwrap_or(Path::new(&head.scene));
+    if !path.is_file() {
+        let problem = "the scene of the parts is not there";
+        return Err(Error::input(path.display(), problem).remedy("say where it is with --scene"));
+    }
+    let (loaded, digest) = load_with_digest(path)?;
+    if digest != head.inputs {
+        let problem = "it, or a file that it names, is not what the parts were traced in";
+        return Err(Error::input(path.display(), problem)
+            .remedy("merge with the files that the parts were traced with"));
+    }
+    let settings = head.settings.settings(loaded.settings.threads);
+    let settings = settings.ok_or_else(|| {
+        Error::input("merge", "the parts have settings that no run has").remedy("trace them again")
+    })?;
+    Ok((loaded.scene, settings))
+}

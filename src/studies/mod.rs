@@ -1,0 +1,7 @@
+//! What takes more than one run, or none: many runs as tables ([`sweep`]), error against cost
+//! ([`convergence`]), what looks wrong in a scene ([`check`]), the parts of a run joined ([`join`]).
+
+pub mod check;
+pub mod convergence;
+pub mod join;
+pub mod sweep;

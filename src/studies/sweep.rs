@@ -1,0 +1,217 @@
+//! Many runs of one scene: each is done once, whatever comes between.
+//!
+//! What is finished stands in a file of its own, put there whole; tables are made from these files
+//! alone. So it does not matter when a sweep was stopped, in how many parts it ran, or on how many
+//! threads.
+
+mod folder;
+mod forecast;
+mod linear;
+mod merge;
+mod origin;
+mod response;
+mod table;
+mod tables;
+mod work;
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    num::NonZero,
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+};
+
+use crate::{
+    error::{Error, Result},
+    formats::{
+        scene_file::LoadedScene,
+        sweep_file::{Run, Sweep},
+    },
+    transport::shard::Shard,
+};
+use folder::{SweepFolder, Times};
+use linear::Jobs;
+use origin::Inputs;
+use work::Work;
+
+pub use folder::State;
+pub use forecast::{Forecast, from_simulations};
+pub use merge::merge;
+
+/// How a sweep is to be done.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepPlan {
+    /// Which runs.
+    pub shard: Shard,
+    /// Threads; 0 takes all processors. The results do not depend on it.
+    pub threads: usize,
+    /// The most runs at a time; 0 takes as many as there are threads.
+    pub jobs: usize,
+}
+
+impl SweepPlan {
+    fn threads(&self) -> usize {
+        match self.threads {
+            0 => thread::available_parallelism().map_or(1, NonZero::get),
+            threads => threads,
+        }
+    }
+}
+
+/// What a sweep is watched and stopped by.
+pub struct SweepControl<'a> {
+    /// Set it to end the sweep with an error; what is finished stays.
+    pub stop: &'a AtomicBool,
+    /// Called now and then, from any thread.
+    pub progress: &'a (dyn Fn(SweepProgress) + Sync),
+}
+
+impl SweepControl<'_> {
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// How far a sweep has come.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepProgress {
+    /// What it is at.
+    pub step: Step,
+    /// Runs behind it, with the parts of those that are under way.
+    pub runs: f64,
+    /// Runs in this step.
+    pub of: usize,
+}
+
+/// What a sweep is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// It looks what is there already.
+    Looking,
+    /// It runs.
+    Running,
+    /// It writes tables.
+    Writing,
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Looking => "looking what is done",
+            Self::Running => "running",
+            Self::Writing => "writing tables",
+        })
+    }
+}
+
+/// What has become of a sweep.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Runs of the shard.
+    pub runs: usize,
+    /// How many of them were there already.
+    pub kept: usize,
+    /// Simulations that they come from, where those are fewer: light is linear in the powers.
+    pub simulations: Option<usize>,
+    /// Those that failed: number and values, and the error.
+    pub failed: Vec<(String, String)>,
+    /// Runs of the whole sweep that are not in the folder, so that there are no tables.
+    pub missing: usize,
+    /// How many runs of the whole sweep have warnings, by kind; empty where runs are missing.
+    pub warned: BTreeMap<String, usize>,
+}
+
+/// The scene of a sweep with its own values, as a run would load it.
+pub fn load_base(sweep: &Sweep) -> Result<LoadedScene> {
+    let loaded = Inputs::new(sweep.folder()).load(sweep, sweep.scene().clone())?;
+    loaded.check_captors()?;
+    Ok(loaded)
+}
+
+/// The runs of a shard, in order.
+fn runs_of<'a>(
+    sweep: &'a Sweep,
+    jobs: &'a Jobs,
+    shard: Shard,
+) -> impl Iterator<Item = Run<'a>> + 'a {
+    sweep.runs().filter(move |run| shard.holds(jobs.of(run)))
+}
+
+/// How many simulations the runs of a shard come from, where those are fewer.
+fn simulations(jobs: &Jobs, shard: Shard) -> Option<usize> {
+    let held = jobs.jobs.iter().enumerate().filter(|(index, _)| shard.holds(*index));
+    let (mut simulations, mut runs) = (0, 0);
+    held.for_each(|(_, job)| (simulations, runs) = (simulations + 1, runs + job.runs.len()));
+    (simulations < runs).then_some(simulations)
+}
+
+/// How far each run is in the folder at `path`.
+fn look(
+    path: &Path,
+    sweep: &Sweep,
+    jobs: &Jobs,
+    inputs: &Inputs,
+    control: &SweepControl,
+) -> Result<Vec<State>> {
+    let runs = sweep.runs();
+    let of = runs.len();
+    let mut states = Vec::with_capacity(of);
+    for run in runs {
+        if control.stopped() {
+            return Err(Error::run("sweep", "interrupted"));
+        }
+        (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
+        states.push(folder::state(path, sweep, &run, jobs.base(&run), inputs));
+    }
+    Ok(states)
+}
+
+/// Does what is missing of `sweep` in the folder at `path`; once every run is there, writes the tables.
+/// Errors: another process is at work there, it holds something else, nothing can be written (disk
+/// full), stopped by `control`. A run that fails is none: it is in the outcome.
+pub fn sweep(
+    sweep: &Sweep,
+    path: &Path,
+    plan: &SweepPlan,
+    control: &SweepControl,
+) -> Result<Outcome> {
+    let folder = SweepFolder::open(path)?;
+    folder.write_manifest(sweep)?;
+    let inputs = Inputs::new(sweep.folder());
+    let jobs = Jobs::new(sweep);
+    let mut states = look(path, sweep, &jobs, &inputs, control)?;
+    let mine: Vec<usize> = runs_of(sweep, &jobs, plan.shard).map(|run| run.number - 1).collect();
+    let kept = mine.iter().filter(|&&run| states[run] == State::Done).count();
+    folder.remove(&tables::names())?;
+    let work = Work::new(sweep, &folder, &inputs, control, plan);
+    let held = jobs.jobs.iter().enumerate().filter(|(index, _)| plan.shard.holds(*index));
+    let found = work.go(held.map(|(_, job)| job), &states)?;
+    for (number, state) in found {
+        states[number - 1] = state;
+    }
+    let ended = mine.iter().filter(|&&run| states[run] != State::Missing).count();
+    if control.stopped() {
+        let problem = format!("interrupted, {ended} of {} runs are done", mine.len());
+        return Err(Error::run("sweep", problem).remedy("the same command goes on from there"));
+    }
+    let missing = states.iter().filter(|state| **state == State::Missing).count();
+    let mut warned = BTreeMap::new();
+    if missing == 0 {
+        Times::tidy(&folder, sweep, &Times::read(path))?;
+        warned = tables::write(&folder, sweep, &states, control)?;
+    }
+    let failed = failures(runs_of(sweep, &jobs, plan.shard), &states);
+    let simulations = simulations(&jobs, plan.shard);
+    Ok(Outcome { runs: mine.len(), kept, simulations, failed, missing, warned })
+}
+
+/// Those that failed: number and values, and the error.
+fn failures<'a>(runs: impl Iterator<Item = Run<'a>>, states: &[State]) -> Vec<(String, String)> {
+    let failed = runs.filter_map(|run| match &states[run.number - 1] {
+        State::Failed(error) => Some((format!("run {} ({run})", run.number), error.clone())),
+        _ => None,
+    });
+    failed.collect()
+}

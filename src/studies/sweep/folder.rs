@@ -1,0 +1,345 @@
+//! The folder of a sweep: what it is of, one file for each run, how long each took.
+
+use std::{
+    collections::HashMap,
+    ffi::OsStr,
+    fs::{self, File, TryLockError},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::origin::{Inputs, Origin};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        input::read_bytes,
+        json,
+        output::{OutputFile, TEMPORARY},
+        result_file::write_lines,
+        sweep_file::{Run, Sweep},
+    },
+    results::result::RunResult,
+};
+
+/// What the folder is of.
+const MANIFEST: &str = "sweep.json";
+/// The results.
+const RUNS: &str = "runs";
+/// What groups receive against each parameter.
+const PICTURES: &str = "plots";
+/// How long each run took: what differs each time, kept apart from all else.
+const TIMES: &str = "times.csv";
+/// Held by the one who works in it.
+const LOCK: &str = ".lock";
+/// The version whose results these are.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What the folder is of: enough to make the same sweep again.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of phylux.
+    pub phylux: String,
+    /// The sweep file.
+    pub sweep: Value,
+    /// The scene file.
+    pub scene: Value,
+}
+
+impl Manifest {
+    /// Of a sweep.
+    pub fn new(sweep: &Sweep) -> Self {
+        let (file, scene) = (sweep.file().clone(), sweep.scene().clone());
+        Self { phylux: VERSION.into(), sweep: file, scene }
+    }
+
+    /// Of the sweep in the folder `path`.
+    pub fn read(path: &Path) -> Result<Self> {
+        let path = path.join(MANIFEST);
+        let name = path.display().to_string();
+        let none = |why| {
+            Error::input(&name, why).remedy("name a folder that `phylux sweep -o` has written")
+        };
+        let bytes = read_bytes(&path).map_err(none)?;
+        let value = json::parse(&name, &bytes)?;
+        serde_json::from_value(value).map_err(|e| none(format!("is of no sweep: {e}")))
+    }
+}
+
+/// A folder in which one sweep is at work.
+#[derive(Debug)]
+pub struct SweepFolder {
+    path: PathBuf,
+    /// Gone with the process, however it ends.
+    _lock: File,
+}
+
+/// How far a run is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Its results are there.
+    Done,
+    /// It ended with this error.
+    Failed(String),
+    /// Neither.
+    Missing,
+}
+
+/// What the file of a run begins with.
+#[derive(Deserialize)]
+struct Head {
+    sweep: Origin,
+    phylux: String,
+    error: Option<String>,
+}
+
+/// The results of a run with what they came from.
+#[derive(Serialize)]
+struct Finished<'a> {
+    sweep: &'a Origin,
+    /// What kinds of warnings it has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<&'static str>,
+    #[serde(flatten)]
+    result: &'a RunResult,
+}
+
+/// The error of a run with what it came from.
+#[derive(Serialize)]
+struct Failed<'a> {
+    sweep: &'a Origin,
+    phylux: &'a str,
+    error: &'a str,
+}
+
+impl SweepFolder {
+    /// Takes the folder at `path` for a sweep, and makes it if it is not there. Errors: it holds
+    /// something else; another process is at work in it.
+    pub fn open(path: &Path) -> Result<Self> {
+        let fail =
+            |problem: String| Error::input(path.display(), problem).remedy("write elsewhere");
+        if path.exists() && !path.is_dir() {
+            return Err(fail("is a file, not a folder".into()));
+        }
+        if !path.exists() {
+            fs::create_dir(path).map_err(|e| fail(format!("cannot be created: {}", e.kind())))?;
+        }
+        let unreadable = |e: io::Error| fail(format!("cannot be read: {}", e.kind()));
+        let strange = |name: &OsStr| {
+            name != LOCK && name != RUNS && !name.to_string_lossy().starts_with(TEMPORARY)
+        };
+        if Manifest::read(path).is_err() {
+            for entry in fs::read_dir(path).map_err(unreadable)? {
+                let name = entry.map_err(unreadable)?.file_name();
+                if strange(&name) {
+                    let what = name.to_string_lossy();
+                    let problem = format!("holds {what} and is not the folder of a sweep");
+                    return Err(Error::input(path.display(), problem).remedy("name a new folder"));
+                }
+            }
+        }
+        let unwritable = |e: io::Error| fail(format!("cannot be written: {}", e.kind()));
+        let lock = File::options().create(true).truncate(false).write(true).open(path.join(LOCK));
+        let lock = lock.map_err(unwritable)?;
+        // some file systems have no locks
+        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            return Err(Error::run(path.display(), "another phylux is at work in this folder")
+                .remedy("wait for its end; shards need a folder each"));
+        }
+        fs::create_dir_all(path.join(RUNS)).map_err(unwritable)?;
+        let folder = Self { path: path.to_path_buf(), _lock: lock };
+        folder.sweep_up();
+        Ok(folder)
+    }
+
+    /// Removes what a process that was killed has left behind.
+    fn sweep_up(&self) {
+        for folder in [self.path.clone(), self.path.join(RUNS), self.path.join(PICTURES)] {
+            let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+            for entry in entries {
+                if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+                    let _ = fs::remove_file(entry.path());
+                }
+            }
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Says what the folder is of.
+    pub fn write_manifest(&self, sweep: &Sweep) -> Result<()> {
+        let manifest = Manifest::new(sweep);
+        if Manifest::read(&self.path).is_ok_and(|there| there == manifest) {
+            return Ok(());
+        }
+        let file = OutputFile::create(&self.path.join(MANIFEST))?;
+        file.write(|writer| write_lines(&manifest, writer))
+    }
+
+    /// Keeps the results of a run.
+    pub fn write_result(&self, key: &str, origin: &Origin, result: &RunResult) -> Result<()> {
+        let file = OutputFile::create(&result_path(&self.path, key))?;
+        let warnings = result.warnings().iter().map(|warning| warning.kind).collect();
+        file.write(|writer| write_lines(&Finished { sweep: origin, warnings, result }, writer))?;
+        let _ = fs::remove_file(failure_path(&self.path, key));
+        Ok(())
+    }
+
+    /// Keeps the error of a run, in place of results that no longer stand.
+    pub fn write_failure(&self, key: &str, origin: &Origin, error: &str) -> Result<()> {
+        let file = OutputFile::create(&failure_path(&self.path, key))?;
+        file.write(|writer| {
+            write_lines(&Failed { sweep: origin, phylux: VERSION, error }, writer)
+        })?;
+        let _ = fs::remove_file(result_path(&self.path, key));
+        Ok(())
+    }
+
+    /// Takes the file of a run over from another folder.
+    pub fn copy(&self, from: &Path) -> Result<()> {
+        let name = from.file_name().unwrap_or_default();
+        let bytes = read_bytes(from).map_err(|why| Error::run(from.display(), why))?;
+        let file = OutputFile::create(&self.path.join(RUNS).join(name))?;
+        file.write(|writer| writer.write_all(&bytes))
+    }
+
+    /// Times of finished runs, to be added to.
+    pub fn times(&self) -> Result<Times> {
+        Times::open(self.path.join(TIMES))
+    }
+
+    /// The folder of the pictures.
+    pub fn pictures(&self) -> Result<PathBuf> {
+        let path = self.path.join(PICTURES);
+        let made = fs::create_dir_all(&path);
+        made.map_err(|e| Error::run(path.display(), format!("cannot be created: {}", e.kind())))?;
+        Ok(path)
+    }
+
+    /// Removes these tables and the pictures, which no longer say what is there.
+    pub fn remove(&self, tables: &[String]) -> Result<()> {
+        let pictures = fs::read_dir(self.path.join(PICTURES)).into_iter().flatten().flatten();
+        let pictures = pictures.map(|entry| entry.path());
+        for path in tables.iter().map(|name| self.path.join(name)).chain(pictures) {
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                    return Err(Error::run(path.display(), format!("cannot be removed: {e}")));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The place of a run's results in the folder of a sweep.
+pub fn result_path(folder: &Path, key: &str) -> PathBuf {
+    folder.join(RUNS).join(format!("{key}.json"))
+}
+
+/// The place of a run's error.
+fn failure_path(folder: &Path, key: &str) -> PathBuf {
+    folder.join(RUNS).join(format!("{key}.failed.json"))
+}
+
+/// What a folder has of a run.
+#[derive(Debug)]
+pub struct RunFile {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says.
+    pub state: State,
+    /// What it came from.
+    pub origin: Origin,
+}
+
+/// What the folder at `path` has of `run`, by this version and from the same scene and `base`: its
+/// results, or else its error.
+pub fn run_file(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>) -> Option<RunFile> {
+    let key = sweep.key(run);
+    [result_path(path, &key), failure_path(path, &key)].into_iter().find_map(|path| {
+        let head: Head = serde_json::from_slice(&read_bytes(&path).ok()?).ok()?;
+        let state = head.error.map_or(State::Done, State::Failed);
+        let same = head.phylux == VERSION && head.sweep.is_of(sweep, run, base);
+        same.then_some(RunFile { path, state, origin: head.sweep })
+    })
+}
+
+/// How far `run` is in the folder at `path`: what stands there counts if it came from the same files.
+pub fn state(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>, inputs: &Inputs) -> State {
+    let file = run_file(path, sweep, run, base).filter(|file| file.origin.stands(inputs));
+    file.map_or(State::Missing, |file| file.state)
+}
+
+/// How long runs took: a table that grows by a line after each run.
+#[derive(Debug)]
+pub struct Times {
+    path: PathBuf,
+    file: File,
+}
+
+/// How long one run took.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Time {
+    /// From reading its files to having its results.
+    pub seconds: f64,
+    /// Threads that it had.
+    pub threads: usize,
+}
+
+impl Times {
+    const HEAD: &str = "run,file,seconds,threads\n";
+
+    fn open(path: PathBuf) -> Result<Self> {
+        let fail = |e: io::Error| Error::run(path.display(), format!("cannot be written: {e}"));
+        let mut file = File::options().create(true).append(true).open(&path).map_err(fail)?;
+        // a power cut may have left half a line
+        let text = fs::read(&path).map_err(fail)?;
+        let start = match text.last() {
+            None => Self::HEAD,
+            Some(b'\n') => "",
+            Some(_) => "\n",
+        };
+        file.write_all(start.as_bytes()).map_err(fail)?;
+        Ok(Self { path, file })
+    }
+
+    /// Adds a run.
+    pub fn add(&mut self, run: &Run, key: &str, time: Time) -> Result<()> {
+        let line = format!("{},{key}.json,{:.3},{}\n", run.number, time.seconds, time.threads);
+        let added = self.file.write_all(line.as_bytes());
+        added.map_err(|e| Error::run(self.path.display(), format!("cannot be written: {e}")))
+    }
+
+    /// The last time of each run that the folder at `path` knows, by the name of its file.
+    pub fn read(path: &Path) -> HashMap<String, Time> {
+        let text = fs::read_to_string(path.join(TIMES)).unwrap_or_default();
+        let line = |line: &str| {
+            let mut cells = line.split(',').skip(1);
+            let name = cells.next()?.to_string();
+            let (seconds, threads) = (cells.next()?.parse().ok()?, cells.next()?.parse().ok()?);
+            Some((name, Time { seconds, threads }))
+        };
+        text.lines().filter_map(line).collect()
+    }
+
+    /// Writes the table anew: one line for each run of the sweep that it knows, in order.
+    pub fn tidy(folder: &SweepFolder, sweep: &Sweep, known: &HashMap<String, Time>) -> Result<()> {
+        let file = OutputFile::create(&folder.path.join(TIMES))?;
+        file.write(|writer| {
+            writer.write_all(Self::HEAD.as_bytes())?;
+            for run in sweep.runs() {
+                let name = format!("{}.json", sweep.key(&run));
+                if let Some(Time { seconds, threads }) = known.get(&name) {
+                    writeln!(writer, "{},{name},{seconds:.3},{threads}", run.number)?;
+                }
+            }
+            Ok(())
+        })
+    }
+}

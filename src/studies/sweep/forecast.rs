@@ -1,0 +1,171 @@
+//! What a sweep would take of time and disk, from a short trial of its first run.
+
+use std::{
+    collections::HashSet,
+    fmt,
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use super::{
+    State, SweepControl, SweepPlan,
+    folder::{Time, Times},
+    linear::Jobs,
+    look,
+    origin::{Inputs, Origin},
+    runs_of, simulations,
+};
+use crate::{
+    error::Result,
+    formats::{
+        result_file::write_lines,
+        sweep_file::{Run, Sweep},
+    },
+    results::result::RunResult,
+    transport::{
+        settings::Settings,
+        simulate::{Control, simulate},
+    },
+};
+
+/// Photons of the trial.
+const TRIAL: u64 = 50_000;
+/// About what a row of the table of captors takes, without its parameters, bytes.
+const ROW: usize = 80;
+
+/// Which runs a sweep would do, and what that would take.
+#[derive(Clone, Debug)]
+pub struct Forecast {
+    /// Of the shard: number and values, and how far it is.
+    pub runs: Vec<(String, State)>,
+    /// Simulations that they come from, where those are fewer.
+    simulations: Option<usize>,
+    todo: usize,
+    threads: usize,
+    /// Of all runs to do, on one thread; none where it cannot be known.
+    seconds: Option<f64>,
+    /// Of all runs to do.
+    bytes: f64,
+    /// Why the trial found nothing.
+    failure: Option<String>,
+}
+
+impl Forecast {
+    /// For the runs of the shard that are not done in `folder`, where one is named; it need not be there.
+    /// The clock is in it: it is not the same twice.
+    pub fn make(
+        sweep: &Sweep,
+        folder: Option<&Path>,
+        plan: &SweepPlan,
+        control: &SweepControl,
+    ) -> Result<Self> {
+        let jobs = Jobs::new(sweep);
+        let states = match folder {
+            Some(path) => look(path, sweep, &jobs, &Inputs::new(sweep.folder()), control)?,
+            None => vec![State::Missing; sweep.runs().len()],
+        };
+        let is_todo = |run: &Run| states[run.number - 1] != State::Done;
+        let todo: Vec<Run> = runs_of(sweep, &jobs, plan.shard).filter(is_todo).collect();
+        let name =
+            |run: Run| (format!("run {}: {run}", run.number), states[run.number - 1].clone());
+        let mut forecast = Self {
+            runs: runs_of(sweep, &jobs, plan.shard).map(name).collect(),
+            simulations: simulations(&jobs, plan.shard),
+            todo: todo.len(),
+            threads: plan.threads(),
+            seconds: None,
+            bytes: 0.0,
+            failure: None,
+        };
+        let Some(first) = todo.first() else { return Ok(forecast) };
+        let simulations: HashSet<usize> = todo.iter().map(|run| jobs.of(run)).collect();
+        match trial(sweep, first, control) {
+            Ok(trial) => {
+                forecast.seconds = trial.seconds.map(|each| each * simulations.len() as f64);
+                forecast.bytes = (trial.bytes * todo.len()) as f64;
+            }
+            Err(error) => forecast.failure = Some(format!("run {}: {error}", first.number)),
+        }
+        // what runs took is better than what one would take
+        let times = folder.map(Times::read).unwrap_or_default();
+        if !times.is_empty() {
+            let all: f64 =
+                times.values().map(|Time { seconds, threads }| seconds * *threads as f64).sum();
+            forecast.seconds = Some(all / times.len() as f64 * todo.len() as f64);
+        }
+        Ok(forecast)
+    }
+}
+
+impl fmt::Display for Forecast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { runs, simulations, todo, threads, seconds, bytes, failure } = self;
+        if let Some(simulations) = simulations {
+            writeln!(f, "{}", from_simulations(runs.len(), *simulations))?;
+        }
+        write!(f, "{} runs, {todo} to do", runs.len())?;
+        if *todo == 0 {
+            return Ok(());
+        }
+        if let Some(failure) = failure {
+            return write!(f, "; the first fails: {failure}");
+        }
+        match seconds {
+            Some(seconds) => {
+                write!(f, ": about {} on {threads} threads", span(seconds / *threads as f64))?;
+            }
+            None => write!(f, ": until they are accurate, which may take any time")?,
+        }
+        write!(f, ", {:.1} MB of disk", bytes / 1e6)
+    }
+}
+
+/// Says that runs share simulations.
+pub fn from_simulations(runs: usize, simulations: usize) -> String {
+    let s = if simulations == 1 { "" } else { "s" };
+    format!("{runs} runs from {simulations} simulation{s}: light is linear in the powers")
+}
+
+/// A time for people.
+fn span(seconds: f64) -> String {
+    match seconds {
+        ..120.0 => format!("{seconds:.1} s"),
+        120.0..7200.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+struct Trial {
+    seconds: Option<f64>,
+    bytes: usize,
+}
+
+/// A short run on one thread.
+fn trial(sweep: &Sweep, run: &Run, control: &SweepControl) -> Result<Trial> {
+    let started = Instant::now();
+    let (origin, loaded) = Origin::load(sweep, run, None, &Inputs::new(sweep.folder()));
+    let loaded = loaded?;
+    loaded.check_captors()?;
+    let load = started.elapsed();
+    let asked = &loaded.settings;
+    let photons = asked.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+    let few = photons.min(TRIAL.max(loaded.scene.lights.len() as u64));
+    let (tolerance, max_time) = (None, None);
+    let settings =
+        Settings { photons: Some(few), tolerance, max_time, threads: 1, ..asked.clone() };
+    let started = Instant::now();
+    let control = Control { stop: control.stop, progress: &|_| {} };
+    let simulation = simulate(&loaded.scene, &settings, &control)?;
+    let result = RunResult::new(&loaded.scene, &settings, &simulation);
+    let each = started.elapsed().as_secs_f64() / few as f64;
+    let traced = each * photons as f64;
+    let limit = asked.max_time.unwrap_or(Duration::MAX).as_secs_f64();
+    let seconds = asked.tolerance.is_none().then(|| load.as_secs_f64() + traced.min(limit));
+
+    let mut json = Vec::new();
+    // memory takes all
+    let _ = write_lines(&result, &mut json);
+    let faces: usize = result.captors.iter().map(|captor| captor.faces().count()).sum();
+    let row = ROW + serde_json::Value::from(origin.parameters).to_string().len();
+    Ok(Trial { seconds, bytes: json.len() + faces * result.bands.len() * row })
+}

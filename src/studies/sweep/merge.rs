@@ -1,0 +1,153 @@
+//! Parts of one sweep, run apart, joined to what one machine would have written.
+
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    Outcome, Step, SweepControl, SweepProgress, failures,
+    folder::{Manifest, RunFile, State, SweepFolder, Times, run_file},
+    linear::Jobs,
+    simulations, tables,
+};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        input::read_bytes,
+        sweep_file::{Run, Sweep},
+    },
+    transport::shard::Shard,
+};
+
+/// The file of a run, and the part that has it.
+struct Found<'a> {
+    part: &'a Path,
+    file: RunFile,
+}
+
+/// Joins the folders `parts` in the folder at `path`. Errors: they are of different sweeps, scenes or
+/// versions; a run is in none of them; they read different contents of a file; two of them have
+/// different results of one run; those of [`sweep`](super::sweep).
+pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<Outcome> {
+    let Some(first) = parts.first() else {
+        return Err(Error::input("merge", "no folders").remedy("name those of all shards"));
+    };
+    let manifest = Manifest::read(first)?;
+    for part in &parts[1..] {
+        check_same(&manifest, first, &Manifest::read(part)?, part)?;
+    }
+    if manifest.phylux != env!("CARGO_PKG_VERSION") {
+        let problem =
+            format!("is of phylux {}, this is {}", manifest.phylux, env!("CARGO_PKG_VERSION"));
+        return Err(
+            Error::input(first.display(), problem).remedy("merge with the version that ran")
+        );
+    }
+    let name = first.join("sweep.json").display().to_string();
+    let sweep = Sweep::new(&name, manifest.sweep, manifest.scene, first.clone())?;
+    let jobs = Jobs::new(&sweep);
+    let found = collect(&sweep, &jobs, parts, control)?;
+
+    let folder = SweepFolder::open(path)?;
+    folder.write_manifest(&sweep)?;
+    folder.remove(&tables::names())?;
+    for found in &found {
+        if control.stopped() {
+            return Err(Error::run("merge", "interrupted").remedy("the same command does it anew"));
+        }
+        folder.copy(&found.file.path)?;
+    }
+    let mut times = HashMap::new();
+    for part in parts {
+        times.extend(Times::read(part));
+    }
+    Times::tidy(&folder, &sweep, &times)?;
+    let states: Vec<State> = found.into_iter().map(|found| found.file.state).collect();
+    let warned = tables::write(&folder, &sweep, &states, control)?;
+    let failed = failures(sweep.runs(), &states);
+    let simulations = simulations(&jobs, Shard::WHOLE);
+    Ok(Outcome { runs: states.len(), kept: 0, simulations, failed, missing: 0, warned })
+}
+
+fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<()> {
+    let what = match () {
+        () if a.phylux != b.phylux => "another version of phylux",
+        () if a.sweep != b.sweep => "another sweep file",
+        () if a.scene != b.scene => "another scene",
+        () => return Ok(()),
+    };
+    let problem = format!("is of {what} than {}", first.display());
+    Err(Error::input(part.display(), problem).remedy("merge parts of one sweep"))
+}
+
+/// The file of each run, in order.
+fn collect<'a>(
+    sweep: &Sweep,
+    jobs: &Jobs,
+    parts: &'a [PathBuf],
+    control: &SweepControl,
+) -> Result<Vec<Found<'a>>> {
+    let of = sweep.runs().len();
+    let mut found = Vec::with_capacity(of);
+    let (mut missing, mut first_missing) = (0, None);
+    // what each file of the scene held, and where that was read
+    let mut contents: HashMap<String, (Option<String>, &Path)> = HashMap::new();
+    for run in sweep.runs() {
+        if control.stopped() {
+            return Err(Error::run("merge", "interrupted"));
+        }
+        (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
+        let Some(file) = find(sweep, &run, jobs.base(&run), parts)? else {
+            missing += 1;
+            first_missing.get_or_insert(format!("run {} ({run})", run.number));
+            continue;
+        };
+        for (name, digest) in &file.file.origin.files {
+            let (known, part) =
+                contents.entry(name.clone()).or_insert_with(|| (digest.clone(), file.part));
+            if known != digest {
+                let problem = format!("read another content of {name} than {}", part.display());
+                return Err(Error::input(file.part.display(), problem)
+                    .remedy("run the older part again with the same files"));
+            }
+        }
+        found.push(file);
+    }
+    if let Some(first) = first_missing {
+        let problem =
+            format!("{missing} of {of} runs are in none of the folders, the first: {first}");
+        return Err(Error::input("merge", problem).remedy("name the folders of all shards"));
+    }
+    Ok(found)
+}
+
+/// The file of a run: of its results, or else of its error. Error: two folders differ.
+fn find<'a>(
+    sweep: &Sweep,
+    run: &Run,
+    base: Option<&str>,
+    parts: &'a [PathBuf],
+) -> Result<Option<Found<'a>>> {
+    let mut best: Option<Found> = None;
+    for part in parts {
+        let Some(file) = run_file(part, sweep, run, base) else { continue };
+        let done = file.state == State::Done;
+        match &best {
+            Some(best) if best.file.state == State::Done => {
+                if done && read_bytes(&best.file.path) != read_bytes(&file.path) {
+                    let problem = format!(
+                        "has other results of run {} than {}",
+                        run.number,
+                        best.part.display()
+                    );
+                    return Err(Error::input(part.display(), problem)
+                        .remedy("run the older part again with the same files"));
+                }
+            }
+            Some(_) if !done => {}
+            _ => best = Some(Found { part, file }),
+        }
+    }
+    Ok(best)
+}

@@ -1,0 +1,114 @@
+//! What a result came from: if none of it has changed, the result stands.
+
+use std::{
+    cell::RefCell,
+    collections::{BTreeMap, HashMap},
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
+};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::{
+    error::Result,
+    formats::{
+        input::read_bytes,
+        scene_file::{Kept, LoadedScene, load_value},
+        sweep_file::{Run, Sweep, hash},
+    },
+};
+
+/// What a result came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// The value of each parameter.
+    pub parameters: Map<String, Value>,
+    /// SHA-256 of the scene with them and with the seed.
+    pub scene: String,
+    /// SHA-256 of the scene that was run in its place, where only the powers of lights differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
+    /// SHA-256 of each file that the scene named; none for one that could not be read.
+    pub files: BTreeMap<String, Option<String>>,
+}
+
+impl Origin {
+    /// Loads the scene of `run`, and says what it came from; `base` is what is run in its place.
+    pub fn load(
+        sweep: &Sweep,
+        run: &Run,
+        base: Option<&str>,
+        inputs: &Inputs,
+    ) -> (Self, Result<LoadedScene>) {
+        let document = sweep.document(run);
+        let scene = hash(document.to_string().as_bytes());
+        let files = RefCell::new(BTreeMap::new());
+        let read = |path: &Path| {
+            let bytes = inputs.read(path);
+            let digest = bytes.as_ref().ok().map(|bytes| hash(bytes));
+            files.borrow_mut().insert(path.to_string_lossy().into_owned(), digest);
+            bytes
+        };
+        let path = Path::new(sweep.scene_path());
+        let loaded = load_value(document, path, &read, Some(&inputs.kept));
+        let (parameters, base) = (parameters(run), base.map(String::from));
+        (Self { parameters, scene, base, files: files.into_inner() }, loaded)
+    }
+
+    /// Whether the scene of `run`, and what is run in its place, are the same now.
+    pub fn is_of(&self, sweep: &Sweep, run: &Run, base: Option<&str>) -> bool {
+        self.base.as_deref() == base
+            && self.scene == hash(sweep.document(run).to_string().as_bytes())
+    }
+
+    /// Whether the files that the scene names are the same now.
+    pub fn stands(&self, inputs: &Inputs) -> bool {
+        self.files.iter().all(|(path, digest)| inputs.hash(Path::new(path)) == *digest)
+    }
+}
+
+fn parameters(run: &Run) -> Map<String, Value> {
+    run.values.iter().map(|(p, value)| (p.name.clone(), (*value).clone())).collect()
+}
+
+/// The files that scenes name, as they were when first read.
+pub struct Inputs<'a> {
+    folder: &'a Path,
+    kept: Kept,
+    known: Mutex<HashMap<PathBuf, Option<String>>>,
+}
+
+impl<'a> Inputs<'a> {
+    /// Files in `folder`.
+    pub fn new(folder: &'a Path) -> Self {
+        Self { folder, kept: Kept::default(), known: Mutex::default() }
+    }
+
+    /// Loads the scene `document` of `sweep`, as no run's own.
+    pub fn load(&self, sweep: &Sweep, document: Value) -> Result<LoadedScene> {
+        let read = |path: &Path| self.read(path);
+        load_value(document, Path::new(sweep.scene_path()), &read, Some(&self.kept))
+    }
+
+    /// The bytes of a file, which must not change while the sweep runs: tables of mixed runs would
+    /// look like any other.
+    pub fn read(&self, path: &Path) -> std::result::Result<Vec<u8>, String> {
+        let bytes = read_bytes(&self.folder.join(path));
+        let digest = bytes.as_ref().ok().map(|bytes| hash(bytes));
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if *known.entry(path.to_path_buf()).or_insert_with(|| digest.clone()) != digest {
+            return Err("has changed while the sweep ran: start it again".into());
+        }
+        bytes
+    }
+
+    /// The hash of a file; none where it cannot be read.
+    fn hash(&self, path: &Path) -> Option<String> {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if !known().contains_key(path) {
+            let _ = self.read(path);
+        }
+        known().get(path).cloned().flatten()
+    }
+}

@@ -1,0 +1,206 @@
+//! Pictures: what groups of captors receive against each parameter.
+
+use std::{cmp::Reverse, collections::BTreeMap};
+
+use crate::{
+    formats::sweep_file::{Parameter, Run, Sweep},
+    results::saved::ResultsFile,
+    show::chart::{Chart, Series, Stroke},
+};
+
+/// Groups that are drawn: as many as there are colours.
+const GROUPS: usize = 6;
+/// Values of a parameter that are drawn; more would be a blot.
+const VALUES: usize = 2000;
+/// Pictures of a sweep.
+const PICTURES: usize = 100;
+
+/// What the pictures show, gathered run by run.
+#[derive(Default)]
+pub struct Responses {
+    unit: String,
+    /// Which parameters have an axis.
+    drawn: Vec<bool>,
+    /// Names of the drawn groups, and how many there are.
+    groups: Vec<String>,
+    all_groups: usize,
+    bands: Vec<String>,
+    /// By parameter and band: by group and value, sums over the runs.
+    sums: BTreeMap<(usize, usize), BTreeMap<(usize, usize), Sum>>,
+}
+
+/// Fronts of one group at one value: sums over runs.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    runs: f64,
+    mean: f64,
+    variance: f64,
+    /// Of the least and the greatest captor, where there are several.
+    range: Option<[f64; 2]>,
+}
+
+impl Responses {
+    /// Takes in one run; the first one decides which groups are drawn: those with the most captors.
+    pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &ResultsFile) {
+        if self.unit.is_empty() {
+            let mut largest: Vec<_> = results.groups.iter().collect();
+            largest.sort_by_key(|group| Reverse(group.captors));
+            largest.truncate(GROUPS);
+            self.drawn = sweep.parameters().iter().map(is_drawn).collect();
+            self.unit = results.unit.irradiance.clone();
+            self.groups = largest.iter().map(|group| group.values.id.clone()).collect();
+            self.all_groups = results.groups.len();
+            self.bands = results.bands.iter().map(|band| band.name.clone()).collect();
+        }
+        for (p, &index) in run.choices.iter().enumerate() {
+            if index < VALUES && self.drawn[p] {
+                self.add_value(p, index, results);
+            }
+        }
+    }
+
+    fn add_value(&mut self, parameter: usize, value: usize, results: &ResultsFile) {
+        for (b, band) in results.bands.iter().enumerate() {
+            let own = self.bands.iter().position(|name| *name == band.name);
+            let Some(own) = own.filter(|own| parameter * self.bands.len() + own < PICTURES) else {
+                continue;
+            };
+            let sums = self.sums.entry((parameter, own)).or_default();
+            for group in &results.groups {
+                let front = &group.values.front;
+                let of = self.groups.iter().position(|name| *name == group.values.id);
+                let (Some(g), Some(mean)) = (of, front.irradiance.get(b)) else { continue };
+                let error = front.irradiance_se.get(b).copied().flatten();
+                let end = |ends: &Option<Vec<f64>>| ends.as_ref()?.get(b).copied();
+                let sum = sums.entry((g, value)).or_default();
+                sum.runs += 1.0;
+                sum.mean += mean;
+                sum.variance += error.unwrap_or(0.0).powi(2);
+                if let (Some(min), Some(max)) = (end(&front.min), end(&front.max)) {
+                    let [low, high] = sum.range.get_or_insert_default();
+                    *low += min;
+                    *high += max;
+                }
+            }
+        }
+    }
+
+    /// The pictures, with what each is of.
+    pub fn charts(&self, sweep: &Sweep) -> Vec<(String, Chart)> {
+        let charts = self.sums.iter().map(|((p, b), sums)| {
+            let parameter = &sweep.parameters()[*p];
+            let name = match self.bands.len() {
+                1 => parameter.name.clone(),
+                _ => format!("{} {}", parameter.name, self.bands[*b]),
+            };
+            (
+                name.trim_start_matches('/').to_string(),
+                self.chart(parameter, *b, sums, sweep.is_scattered()),
+            )
+        });
+        charts.collect()
+    }
+
+    fn chart(
+        &self,
+        parameter: &Parameter,
+        band: usize,
+        sums: &BTreeMap<(usize, usize), Sum>,
+        scattered: bool,
+    ) -> Chart {
+        let value = |index: usize| parameter.values[index].as_f64().unwrap_or_default();
+        let mut series = Vec::new();
+        for (colour, group) in self.groups.iter().enumerate() {
+            let mut found: Vec<(f64, Sum)> = sums
+                .iter()
+                .filter(|((g, _), _)| *g == colour)
+                .map(|((_, index), sum)| (value(*index), *sum))
+                .collect();
+            found.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let line = |y: &dyn Fn(&Sum) -> Option<f64>| -> Vec<(f64, f64)> {
+                found.iter().filter_map(|(x, sum)| Some((*x, y(sum)? / sum.runs))).collect()
+            };
+            let mut add = |name: Option<&String>, stroke, points: Vec<(f64, f64)>| {
+                if !points.is_empty() {
+                    series.push(Series { name: name.cloned(), colour, stroke, points });
+                }
+            };
+            add(
+                Some(group),
+                if scattered { Stroke::Dots } else { Stroke::Line },
+                line(&|sum| Some(sum.mean)),
+            );
+            let bars = found.iter().flat_map(|(x, sum)| {
+                let (mean, error) = (sum.mean / sum.runs, sum.variance.sqrt() / sum.runs);
+                [(*x, mean - error), (*x, mean + error)]
+            });
+            add(None, Stroke::Bars, bars.collect());
+            if !scattered {
+                for end in 0..2 {
+                    add(None, Stroke::Dashed, line(&|sum| Some(sum.range?[end])));
+                }
+            }
+        }
+        let mut title = format!("{}, mean of each group", self.bands[band]);
+        if self.all_groups > self.groups.len() {
+            title += &format!(" (the largest {} of {})", self.groups.len(), self.all_groups);
+        }
+        Chart {
+            title,
+            x: parameter.name.clone(),
+            y: match sums.values().any(|sum| sum.range.is_some()) && !scattered {
+                true => format!("irradiance, {} (dashed: least and greatest captor)", self.unit),
+                false => format!("irradiance, {}", self.unit),
+            },
+            linear_x: true,
+            linear_y: true,
+            series,
+            levels: Vec::new(),
+        }
+    }
+}
+
+/// Whether a parameter has an axis.
+fn is_drawn(parameter: &Parameter) -> bool {
+    parameter.values.len() > 1 && parameter.values.iter().all(|value| value.is_number())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use serde_json::json;
+
+    use super::*;
+
+    /// Two seeds of each of two values: means and errors by hand.
+    #[test]
+    fn runs_of_one_value_are_averaged() {
+        let file = json!({ "scene": "s.json", "vary": { "/power": [8, 5] }, "seeds": 2 });
+        let sweep = Sweep::new("s", file, json!({ "power": 1 }), PathBuf::new()).expect("a sweep");
+        let mut responses = Responses::default();
+        for (run, mean) in sweep.runs().zip([1.0, 3.0, 4.0, 6.0]) {
+            let none: [f64; 0] = [];
+            let face = json!({ "irradiance": [mean], "irradiance_se": [0.3 + 0.1 * (mean - 1.0) / 2.0],
+                "min": [mean - 1.0], "max": [mean + 2.0] });
+            let results = json!({ "scene": "s", "seed": run.seed, "photons": 1, "estimator": "photons",
+                "unit": { "flux": "W", "irradiance": "W/m2" }, "bands": [{ "name": "all" }],
+                "energy": { "power": [1], "emitted": null, "absorbed": null, "escaped": null, "lost": null },
+                "captors": none, "groups": [{ "id": "g", "captors": 2, "area": 1, "front": face }] });
+            let results = serde_json::from_value(results).expect("results");
+            responses.add(&sweep, &run, &results);
+        }
+        let charts = responses.charts(&sweep);
+        let [(name, chart)] = &charts[..] else { panic!("{charts:?}") };
+        assert_eq!(name, "power");
+        let [mean, bars, least, greatest] = &chart.series[..] else { panic!("{chart:?}") };
+        assert_eq!(mean.points, [(5.0, 5.0), (8.0, 2.0)]);
+        assert_eq!((mean.stroke, bars.stroke), (Stroke::Line, Stroke::Bars));
+        // errors of 0.3 and 0.4 make sqrt(0.09 + 0.16) / 2 of their mean
+        for (bar, expected) in bars.points[2..].iter().zip([1.75, 2.25]) {
+            assert!((bar.1 - expected).abs() < 1e-12, "{:?}", bars.points);
+        }
+        assert_eq!(least.points, [(5.0, 4.0), (8.0, 1.0)]);
+        assert_eq!(greatest.points, [(5.0, 7.0), (8.0, 4.0)]);
+    }
+}

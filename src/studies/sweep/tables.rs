@@ -1,0 +1,206 @@
+//! Tables of a whole sweep, made from the files of its runs: one row a run, one row a captor, one
+//! row a group; and the pictures.
+
+use std::collections::BTreeMap;
+
+use super::{
+    Step, SweepControl, SweepProgress,
+    folder::{State, SweepFolder, result_path},
+    response::Responses,
+    table::{Cell, Kind, Table},
+};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        output::OutputFile,
+        result_file::file_names,
+        sweep_file::{BALANCE, Run, Sweep},
+    },
+    results::saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
+};
+
+/// The tables, without what their files end with.
+const TABLES: [&str; 3] = ["captors", "groups", "runs"];
+
+/// Names of all files that are written here.
+pub fn names() -> Vec<String> {
+    let endings = Table::ENDINGS.iter();
+    endings.flat_map(|ending| TABLES.map(|name| format!("{name}.{ending}"))).collect()
+}
+
+/// How many runs have warnings of each kind.
+pub type Warned = BTreeMap<String, usize>;
+
+/// Writes the tables of a sweep of which every run is done or has failed.
+pub fn write(
+    folder: &SweepFolder,
+    sweep: &Sweep,
+    states: &[State],
+    control: &SweepControl,
+) -> Result<Warned> {
+    let columns = |before: &[(&str, Kind)], after: &[(&str, Kind)]| -> Vec<(String, Kind)> {
+        let own = |names: &[(&str, Kind)]| {
+            names.iter().map(|(name, kind)| (name.to_string(), *kind)).collect::<Vec<_>>()
+        };
+        let parameters = sweep.parameters().iter();
+        let parameters = parameters.map(|p| (p.name.clone(), Kind::of(&p.values))).collect();
+        [own(before), parameters, own(after)].concat()
+    };
+    let values = [
+        ("face", Kind::Text),
+        ("band", Kind::Text),
+        ("irradiance", Kind::Number),
+        ("irradiance_se", Kind::Number),
+        ("absorbed", Kind::Number),
+        ("absorbed_se", Kind::Number),
+        ("few_paths", Kind::Whole),
+    ];
+    let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
+    let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
+    let of_groups = [
+        &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
+        &values[..],
+        &[("min", Kind::Number), ("max", Kind::Number)],
+    ];
+    let mut captors = Table::create(folder.path(), TABLES[0], columns(&[run], &of_captors))?;
+    let mut groups = Table::create(folder.path(), TABLES[1], columns(&[run], &of_groups.concat()))?;
+    let (mut balance, mut responses) = (Balance::default(), Responses::default());
+    let mut warned = Warned::new();
+    for (run, state) in sweep.runs().zip(states) {
+        if control.stopped() {
+            return Err(Error::run("sweep", "interrupted while writing tables")
+                .remedy("the same command writes them again"));
+        }
+        let step = Step::Writing;
+        (control.progress)(SweepProgress { step, runs: run.number as f64, of: states.len() });
+        if *state != State::Done {
+            balance.runs.push(None);
+            continue;
+        }
+        let results = ResultsFile::read(&result_path(folder.path(), &sweep.key(&run)))?;
+        for kind in &results.warnings {
+            *warned.entry(kind.clone()).or_default() += 1;
+        }
+        for captor in &results.captors {
+            rows(&mut captors, &results, &run, captor, None)?;
+        }
+        for group in &results.groups {
+            rows(&mut groups, &results, &run, &group.values, Some(group.captors))?;
+        }
+        responses.add(sweep, &run, &results);
+        balance.add(results);
+    }
+    captors.finish()?;
+    groups.finish()?;
+    let charts = responses.charts(sweep);
+    let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), "svg");
+    for ((_, chart), name) in charts.iter().zip(pictures) {
+        let svg = chart.svg().map_err(|e| Error::run(&name, e))?;
+        let file = OutputFile::create(&folder.pictures()?.join(name))?;
+        file.write(|writer| writer.write_all(svg.as_bytes()))?;
+    }
+
+    let mut of_runs = columns(&[run, ("file", Kind::Text)], &[seed, ("photons", Kind::Whole)]);
+    let energy = balance.columns().map(|(word, band)| (format!("{word}{band}"), Kind::Number));
+    of_runs.extend(energy);
+    of_runs.push(("error".into(), Kind::Text));
+    let mut runs = Table::create(folder.path(), TABLES[2], of_runs)?;
+    for ((run, state), found) in sweep.runs().zip(states).zip(&balance.runs) {
+        let file = format!("{}.json", sweep.key(&run));
+        let mut cells = vec![Cell::Whole(run.number as u64), Cell::Text(&file)];
+        cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
+        cells.push(Cell::Whole(run.seed));
+        cells.push(found.as_ref().map_or(Cell::Nothing, |found| Cell::Whole(found.photons)));
+        cells.extend(balance.columns().map(|(word, band)| {
+            Cell::number(found.as_ref().and_then(|found| found.value(word, band)))
+        }));
+        cells.push(match state {
+            State::Failed(error) => Cell::Text(error),
+            _ => Cell::Nothing,
+        });
+        runs.row(&cells)?;
+    }
+    runs.finish()?;
+    Ok(warned)
+}
+
+/// A row for each face and band of a captor or group.
+fn rows(
+    table: &mut Table,
+    results: &ResultsFile,
+    run: &Run,
+    captor: &CaptorValues,
+    members: Option<u64>,
+) -> Result<()> {
+    let faces: [(&str, Option<&FaceValues>); 2] =
+        [("front", Some(&captor.front)), ("back", captor.back.as_ref())];
+    for (face, values) in faces.into_iter().filter_map(|(name, face)| Some((name, face?))) {
+        for (b, band) in results.bands.iter().enumerate() {
+            let mut cells = vec![Cell::Whole(run.number as u64)];
+            cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
+            cells.extend([Cell::Whole(run.seed), Cell::Text(&captor.id)]);
+            cells.extend(members.map(Cell::Whole));
+            cells.extend([Cell::Text(face), Cell::Text(&band.name)]);
+            let at = |values: &[f64]| Cell::number(values.get(b).copied());
+            let error = |errors: &[Option<f64>]| Cell::number(errors.get(b).copied().flatten());
+            cells.extend([at(&values.irradiance), error(&values.irradiance_se)]);
+            // both faces together: once, so that sums over the table are right
+            let absorbed = captor.absorbed.as_deref().filter(|_| face == "front");
+            let absorbed_se = captor.absorbed_se.as_deref().filter(|_| face == "front");
+            cells.extend([
+                absorbed.map_or(Cell::Nothing, at),
+                absorbed_se.map_or(Cell::Nothing, error),
+                Cell::Whole(values.few_paths.into()),
+            ]);
+            if members.is_some() {
+                let end = |values: &Option<Vec<f64>>| values.as_deref().map_or(Cell::Nothing, at);
+                cells.extend([end(&values.min), end(&values.max)]);
+            }
+            table.row(&cells)?;
+        }
+    }
+    Ok(())
+}
+
+/// What is kept of every run for the table of runs.
+#[derive(Default)]
+struct Balance {
+    /// All names of bands, in the order in which they come.
+    bands: Vec<String>,
+    runs: Vec<Option<RunBalance>>,
+}
+
+struct RunBalance {
+    photons: u64,
+    bands: Vec<String>,
+    energy: EnergyValues,
+}
+
+impl Balance {
+    fn add(&mut self, results: ResultsFile) {
+        let ResultsFile { photons, energy, bands, .. } = results;
+        let bands: Vec<String> = bands.into_iter().map(|band| band.name).collect();
+        for band in &bands {
+            if !self.bands.contains(band) {
+                self.bands.push(band.clone());
+            }
+        }
+        self.runs.push(Some(RunBalance { photons, bands, energy }));
+    }
+
+    /// Each entry of the balance of each band.
+    fn columns(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        self.bands.iter().flat_map(|band| BALANCE.iter().map(move |word| (*word, band.as_str())))
+    }
+}
+
+impl RunBalance {
+    fn value(&self, word: &str, band: &str) -> Option<f64> {
+        let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
+        let all =
+            [Some(power), emitted.as_ref(), absorbed.as_ref(), escaped.as_ref(), lost.as_ref()];
+        let of = BALANCE.iter().position(|entry| *entry == word)?;
+        let band = self.bands.iter().position(|name| name == band)?;
+        all[of]?.get(band).copied()
+    }
+}

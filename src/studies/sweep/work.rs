@@ -1,0 +1,281 @@
+//! Runs to do, side by side.
+
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+    time::Instant,
+};
+
+use super::{
+    State, Step, SweepControl, SweepPlan, SweepProgress,
+    folder::{SweepFolder, Time, Times},
+    linear::{Base, Job, at_powers},
+    origin::{Inputs, Origin},
+};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        scene_file::LoadedScene,
+        sweep_file::{Run, Sweep},
+    },
+    results::result::RunResult,
+    transport::{
+        settings::Settings,
+        simulate::{Control, Progress, Simulation, simulate, simulate_split},
+    },
+};
+
+/// What has become of runs, by number.
+type Found = Vec<(usize, State)>;
+
+/// Runs to do, and what has become of them.
+pub struct Work<'a> {
+    sweep: &'a Sweep,
+    folder: &'a SweepFolder,
+    inputs: &'a Inputs<'a>,
+    control: &'a SweepControl<'a>,
+    threads: usize,
+    /// The most jobs at a time; 0 takes as many as there are threads.
+    jobs: usize,
+}
+
+/// A job and those of its runs that are to be done.
+struct Todo<'a> {
+    job: &'a Job,
+    runs: Vec<Run<'a>>,
+}
+
+/// Work under way.
+struct Progressing<'a> {
+    todo: Vec<Todo<'a>>,
+    /// Runs of all of them.
+    runs: usize,
+    times: Mutex<Times>,
+    next: AtomicUsize,
+    jobs_ended: AtomicUsize,
+    runs_ended: AtomicUsize,
+    /// The runs done of the jobs under way, with parts.
+    parts: Mutex<Vec<f64>>,
+    found: Mutex<Found>,
+    /// Why nothing more can be written.
+    broken: Mutex<Option<Error>>,
+}
+
+/// What is run for several runs, when it is done.
+struct Shared {
+    scene: LoadedScene,
+    part_of: Vec<usize>,
+    simulation: Simulation,
+}
+
+/// One that works, and the threads that it has.
+#[derive(Clone, Copy)]
+struct Worker {
+    index: usize,
+    threads: usize,
+}
+
+impl<'a> Work<'a> {
+    /// In `folder`, as `plan` says.
+    pub fn new(
+        sweep: &'a Sweep,
+        folder: &'a SweepFolder,
+        inputs: &'a Inputs<'a>,
+        control: &'a SweepControl<'a>,
+        plan: &SweepPlan,
+    ) -> Self {
+        Self { sweep, folder, inputs, control, threads: plan.threads(), jobs: plan.jobs }
+    }
+
+    /// Does those runs of `jobs` that are not done by `states`: as many jobs side by side as there are
+    /// threads for, since one thread has nothing to wait for. Towards the end fewer share the threads.
+    pub fn go<'j>(&self, jobs: impl Iterator<Item = &'j Job>, states: &[State]) -> Result<Found> {
+        let missing = |job: &'j Job| {
+            let runs = job.runs.iter().filter(|&&run| states[run] != State::Done);
+            let runs: Vec<Run> = runs.map(|&run| self.sweep.run(run)).collect();
+            (!runs.is_empty()).then_some(Todo { job, runs })
+        };
+        let todo: Vec<Todo> = jobs.filter_map(missing).collect();
+        let most = if self.jobs == 0 { self.threads } else { self.jobs.min(self.threads) };
+        let workers = most.min(todo.len());
+        let all = Progressing {
+            runs: todo.iter().map(|todo| todo.runs.len()).sum(),
+            todo,
+            times: Mutex::new(self.folder.times()?),
+            next: AtomicUsize::new(0),
+            jobs_ended: AtomicUsize::new(0),
+            runs_ended: AtomicUsize::new(0),
+            parts: Mutex::new(vec![0.0; workers]),
+            found: Mutex::default(),
+            broken: Mutex::new(None),
+        };
+        thread::scope(|scope| {
+            for worker in 0..workers {
+                let all = &all;
+                scope.spawn(move || self.worker(all, worker, workers));
+            }
+        });
+        match all.broken.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(all.found.into_inner().unwrap_or_else(PoisonError::into_inner)),
+        }
+    }
+
+    fn worker(&self, all: &Progressing, index: usize, workers: usize) {
+        while let Some(todo) = all.todo.get(all.next.fetch_add(1, Ordering::Relaxed)) {
+            if self.control.stopped() || lock(&all.broken).is_some() {
+                return;
+            }
+            let left = all.todo.len() - all.jobs_ended.load(Ordering::Relaxed);
+            let threads = (self.threads / workers.min(left)).max(1);
+            if let Err(error) = self.job(all, todo, Worker { index, threads }) {
+                lock(&all.broken).get_or_insert(error);
+            }
+            all.jobs_ended.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// The runs of one job, up to where it is stopped. Error: what they found cannot be written.
+    fn job(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<()> {
+        let started = Instant::now();
+        // what is run for all of them depends on all of them, done or not
+        let shared = todo.job.base.as_ref().map(|_| self.shared(all, todo, worker));
+        let each = started.elapsed().as_secs_f64() / todo.runs.len() as f64;
+        let next = AtomicUsize::new(0);
+        let hand = || {
+            while let Some(run) = todo.runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                self.one(all, todo.job, run, shared.as_ref(), worker, each)?;
+            }
+            Ok(())
+        };
+        thread::scope(|scope| {
+            let hands: Vec<_> =
+                (1..worker.threads.min(todo.runs.len())).map(|_| scope.spawn(hand)).collect();
+            let own = hand();
+            let others = hands.into_iter().map(|hand| match hand.join() {
+                Ok(done) => done,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            others.fold(own, Result::and)
+        })
+    }
+
+    /// One run, unless it is stopped; `each`: what was done for it before, s.
+    fn one(
+        &self,
+        all: &Progressing,
+        job: &Job,
+        run: &Run,
+        shared: Option<&Result<Shared>>,
+        worker: Worker,
+        each: f64,
+    ) -> Result<()> {
+        if self.control.stopped() {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let (origin, loaded) = Origin::load(self.sweep, run, job.base.as_deref(), self.inputs);
+        let found = loaded.and_then(|loaded| {
+            loaded.check_captors()?;
+            match shared {
+                Some(Ok(Shared { scene, part_of, simulation })) => {
+                    Ok(at_powers(scene, simulation, part_of, &loaded))
+                }
+                Some(Err(error)) => Err(error.clone()),
+                None => self.alone(all, &loaded, worker),
+            }
+        });
+        if self.control.stopped() {
+            return Ok(());
+        }
+        // of a group each has one of the threads
+        let own = started.elapsed().as_secs_f64();
+        let seconds = if shared.is_some() { each + own / worker.threads as f64 } else { own };
+        let time = Time { seconds, threads: worker.threads };
+        let state = self.keep(run, &origin, found, &all.times, time)?;
+        lock(&all.found).push((run.number, state));
+        all.runs_ended.fetch_add(1, Ordering::Relaxed);
+        // what was traced for it counts with it from now on
+        let traced = lock(&all.parts)[worker.index];
+        self.report(all, worker, (traced - 1.0).max(0.0));
+        Ok(())
+    }
+
+    /// Runs what stands for all runs of a job.
+    fn shared(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<Shared> {
+        let missing = || Error::run("sweep", "the powers of a group of runs have no largest");
+        let base = Base::new(self.sweep, &todo.job.runs).ok_or_else(missing)?;
+        let scene = self.inputs.load(self.sweep, base.document.clone())?;
+        let part_of = base.parts(&scene.scene);
+        let settings = Settings { threads: worker.threads, ..scene.settings.clone() };
+        let simulation = self.watched(all, worker, todo.runs.len(), |control| {
+            simulate_split(&scene.scene, &settings, part_of.clone(), control)
+        })?;
+        Ok(Shared { scene, part_of, simulation })
+    }
+
+    fn alone(&self, all: &Progressing, loaded: &LoadedScene, worker: Worker) -> Result<RunResult> {
+        let settings = Settings { threads: worker.threads, ..loaded.settings.clone() };
+        let simulation =
+            self.watched(all, worker, 1, |control| simulate(&loaded.scene, &settings, control))?;
+        Ok(RunResult::new(&loaded.scene, &settings, &simulation))
+    }
+
+    /// Does work that so many runs wait for.
+    fn watched<T>(
+        &self,
+        all: &Progressing,
+        worker: Worker,
+        runs: usize,
+        work: impl FnOnce(&Control) -> T,
+    ) -> T {
+        let progress = |progress: Progress| {
+            let of = progress.of.unwrap_or(u64::MAX) as f64;
+            let part = (progress.photons as f64 / of).min(1.0);
+            self.report(all, worker, part * runs as f64);
+        };
+        work(&Control { stop: self.control.stop, progress: &progress })
+    }
+
+    fn keep(
+        &self,
+        run: &Run,
+        origin: &Origin,
+        found: Result<RunResult>,
+        times: &Mutex<Times>,
+        time: Time,
+    ) -> Result<State> {
+        let key = self.sweep.key(run);
+        match found {
+            Ok(result) => {
+                self.folder.write_result(&key, origin, &result)?;
+                lock(times).add(run, &key, time)?;
+                Ok(State::Done)
+            }
+            Err(error) => {
+                let error = error.to_string();
+                self.folder.write_failure(&key, origin, &error)?;
+                Ok(State::Failed(error))
+            }
+        }
+    }
+
+    /// `part`: runs that the worker has done, but not ended.
+    fn report(&self, all: &Progressing, worker: Worker, part: f64) {
+        let under_way: f64 = {
+            let mut parts = lock(&all.parts);
+            parts[worker.index] = part;
+            parts.iter().sum()
+        };
+        let runs = all.runs_ended.load(Ordering::Relaxed) as f64 + under_way;
+        let runs = runs.min(all.runs as f64);
+        (self.control.progress)(SweepProgress { step: Step::Running, runs, of: all.runs });
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

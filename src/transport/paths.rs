@@ -1,0 +1,262 @@
+//! Backward paths: what arrives at a captor, found from the captor's side.
+//!
+//! A path starts at a point uniform on a captor's face, along a direction with density cos / pi.
+//! At each point on its way, a light is chosen in proportion to what it may contribute, and joined
+//! by a shadow ray (next-event estimation); the path itself may meet a light too, and where both
+//! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
+//! are aimed at the reflectors of lamps ([`Reflectors`]). What it cannot find is light of
+//! a point or a line that comes by way of a mirror or refraction: [`Unseen`] says how much that is.
+
+mod choice;
+mod face;
+mod joined;
+mod reflectors;
+#[cfg(test)]
+mod tests;
+mod unseen;
+
+use glam::Vec3;
+
+use crate::{
+    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    scene::{
+        material::{Encounter, Material, Onward, Transport},
+        world::{LightHit, Scene, SurfaceHit},
+    },
+    transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS},
+};
+use choice::LightChoice;
+pub use face::{Face, PathScore};
+pub use joined::Joined;
+#[cfg(test)]
+pub use joined::radiance;
+pub use reflectors::Reflectors;
+pub use unseen::Unseen;
+
+/// Where surfaces have left less of a path than this, it goes on by chance (Russian roulette; Arvo
+/// and Kirk, SIGGRAPH 1990), with this much.
+const LEAST: f32 = 1.0 / 3.0;
+
+/// A point that light is gathered at.
+#[derive(Clone, Copy)]
+struct Vertex {
+    point: Vec3,
+    /// Normal of the surface that a shadow ray must step off, on either side.
+    step: Option<Vec3>,
+    /// Normal of the only side that light counts from.
+    one_sided: Option<Vec3>,
+}
+
+/// How a path goes on from a point.
+struct Leg {
+    /// Where its direction was chosen.
+    at: Vertex,
+    ray: Ray,
+    /// Density of that choice where it was free, 1/sr, times the chance that it was; none after a
+    /// mirror, which no other point can be joined with.
+    density: Option<f32>,
+    /// The triangle that it was aimed at.
+    aimed: Option<usize>,
+    /// Whether no pane lies between.
+    unbroken: bool,
+}
+
+/// Where a path goes on to.
+enum Aim {
+    /// Wherever the surface scatters.
+    Free,
+    /// To a point of a triangle.
+    At(usize, Vec3),
+    /// To no reflector, for there is none.
+    Nowhere,
+}
+
+struct Path<'a, 'r> {
+    scene: &'a Scene,
+    reflectors: Option<&'a Reflectors>,
+    rng: &'r mut Stream,
+    rays: u32,
+    cut_off: bool,
+}
+
+impl Path<'_, '_> {
+    /// Light from one light point: the direction towards it, and its irradiance across that
+    /// direction over the density of the choice, weighted against `otherwise`, the density with
+    /// which a path would go there by itself.
+    fn next_event<const N: usize>(
+        &mut self,
+        at: &Vertex,
+        otherwise: impl Fn(Vec3) -> f32,
+    ) -> Option<(Vec3, Spectrum<N>)> {
+        let scene = self.scene;
+        let (light, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
+        let light = &scene.lights[light];
+        let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
+        let towards = (sample.point - at.point).try_normalize()?;
+        if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
+            return None;
+        }
+        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(towards).signum();
+        let origin = at.point + at.step.map_or(Vec3::ZERO, step);
+        self.rays += 1;
+        let visible: Spectrum<N> = scene.visibility(origin, sample.point)?;
+        let weight = match sample.density {
+            Some(density) => density * chance / (density * chance + otherwise(towards)),
+            None => 1.0,
+        };
+        let power = power::<N>(&light.power);
+        Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
+    }
+
+    /// Chance that a direction is not aimed at a reflector.
+    fn free_share(&self) -> f32 {
+        self.reflectors.map_or(1.0, |reflectors| 1.0 - reflectors.share)
+    }
+
+    /// Chooses where to go on to from a point.
+    fn aim(&mut self, from: &Vertex) -> Aim {
+        let Some(reflectors) = self.reflectors else { return Aim::Free };
+        let u = self.rng.uniform();
+        if u >= reflectors.share {
+            return Aim::Free;
+        }
+        let target = reflectors.choose(self.scene, from, u / reflectors.share, self.rng);
+        target.map_or(Aim::Nowhere, |(triangle, point)| Aim::At(triangle, point))
+    }
+
+    /// Radiance that arrives by `leg`: all of it but what a light point chosen at its beginning counts
+    /// for. By an aimed leg the part that aiming counts for, over its density.
+    fn follow<const N: usize>(&mut self, mut leg: Leg) -> Spectrum<N> {
+        let scene = self.scene;
+        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let mut total_reflections = 0;
+        // what surfaces have left of the path; how its directions were chosen is no reason to end it
+        let mut kept = 1.0;
+        for _ in 0..MAX_INTERACTIONS {
+            self.rays += 1;
+            let hit = scene.closest(&leg.ray);
+            // a light with a material lies in a surface: reach as far as its lift
+            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
+            if leg.aimed.is_none() {
+                scene.lights_hit(&leg.ray, t_max, |hit| {
+                    let weight = leg.density.map_or(1.0, |density| {
+                        density / (density + next_event_density(scene, &leg.at, &leg.ray, &hit))
+                    });
+                    let power = power::<N>(&scene.lights[hit.light].power);
+                    radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
+                });
+            }
+
+            let Some(hit) = hit else { return radiance };
+            let surface = scene.surface(hit.triangle);
+            let material = scene.material(surface);
+            let encounter = Encounter::new(leg.ray.direction, surface.normal);
+            match self.arrival_weight(&leg, &hit, encounter.cos) {
+                Some(weight) => throughput = throughput.scaled(weight),
+                None => return radiance,
+            }
+            let here = Vertex {
+                point: hit.point,
+                step: Some(surface.normal),
+                one_sided: matches!(material, Material::Lambert(_)).then_some(encounter.normal),
+            };
+            let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
+            let along = |d| free * material.density(&encounter, Transport::Importance, d);
+            let scattered = |towards: Vec3| {
+                let arriving = Encounter::new(-towards, surface.normal);
+                let f: Spectrum<N> = material.evaluate(&arriving, -encounter.direction);
+                f.scaled(arriving.cos)
+            };
+            if material.is_diffuse()
+                && let Some((towards, irradiance)) = self.next_event::<N>(&here, along)
+            {
+                radiance = radiance + throughput * scattered(towards) * irradiance;
+            }
+
+            let aim = if material.is_diffuse() { self.aim(&here) } else { Aim::Free };
+            match aim {
+                Aim::Nowhere => return radiance,
+                Aim::At(triangle, target) => {
+                    let side = (target - hit.point).dot(surface.normal).signum() * surface.normal;
+                    let origin = scene.leave(hit.point, side, side).origin;
+                    let direction = (target - origin).normalize_or_zero();
+                    throughput = throughput * scattered(direction);
+                    let density = Some(along(direction));
+                    let ray = Ray { origin, direction };
+                    leg = Leg { at: here, ray, density, aimed: Some(triangle), unbroken: true };
+                    total_reflections = 0;
+                }
+                Aim::Free => {
+                    let scatter = material.sample::<N>(&encounter, Transport::Importance, self.rng);
+                    let Some(scatter) = scatter else { return radiance };
+                    let before = throughput.largest();
+                    throughput = throughput * scatter.factor;
+                    // what a solid takes from radiance on entry it gives back on exit
+                    if !(scatter.crosses && scatter.onward == Onward::Specular) {
+                        kept *= throughput.largest() / before;
+                    }
+                    if kept < LEAST {
+                        let survival = kept / LEAST;
+                        if self.rng.uniform() >= survival {
+                            return radiance;
+                        }
+                        throughput = throughput.scaled(1.0 / survival);
+                        kept = LEAST;
+                    }
+                    throughput = throughput.scaled(1.0 / free);
+                    total_reflections =
+                        if scatter.total_reflection { total_reflections + 1 } else { 0 };
+                    if total_reflections == MAX_TOTAL_REFLECTIONS {
+                        break;
+                    }
+                    let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+                    let ray = scene.leave(hit.point, side, scatter.direction);
+                    leg = match scatter.onward {
+                        // what is beyond a pane can be joined with the vertex before it
+                        Onward::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
+                        Onward::Specular => Leg { ray, density: None, aimed: None, ..leg },
+                        Onward::Diffuse => {
+                            let density = Some(along(scatter.direction));
+                            Leg { at: here, ray, density, aimed: None, unbroken: true }
+                        }
+                    };
+                }
+            }
+            if throughput.is_zero() {
+                return radiance;
+            }
+        }
+        // where surfaces have left but a part, it counts as cut off that often
+        self.cut_off = self.rng.uniform() < kept;
+        radiance
+    }
+
+    /// What the light that comes along a leg from `hit` counts: a free choice could have gone there
+    /// and, to a reflector, an aimed one too. None where an aimed one has not reached its triangle.
+    fn arrival_weight(&self, leg: &Leg, hit: &SurfaceHit, cos: f32) -> Option<f32> {
+        let (Some(reflectors), Some(free)) = (self.reflectors, leg.density) else {
+            return Some(1.0);
+        };
+        let aimed = || reflectors.density(self.scene, &leg.at, hit.triangle) * hit.t * hit.t / cos;
+        match leg.aimed {
+            Some(triangle) => (triangle == hit.triangle).then(|| 1.0 / (free + aimed())),
+            None if !leg.unbroken => Some(1.0),
+            None => match aimed() {
+                0.0 => Some(1.0),
+                aimed => Some(free / (free + aimed)),
+            },
+        }
+    }
+}
+
+/// Density with which [`Path::next_event`] at `at` chooses the direction of `hit`.
+fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
+    let chance = LightChoice::new(&scene.lights, at).chance(hit.light);
+    let d2 = ray.at(hit.t).distance_squared(at.point);
+    chance * d2 / (hit.shine.area * hit.cos)
+}
+
+/// A light's power in lanes.
+pub fn power<const N: usize>(power: &[f64]) -> Spectrum<N> {
+    Spectrum(std::array::from_fn(|b| power.get(b).map_or(0.0, |p| *p as f32)))
+}

@@ -1,0 +1,182 @@
+//! Where paths start: the faces of captors.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{Aim, Leg, Path, Reflectors, Vertex};
+use crate::{
+    math::{
+        geometry::{Frame, Ray, Triangle},
+        rng::Stream,
+        sampling::{
+            Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_choice,
+        },
+        spectrum::Spectrum,
+    },
+    scene::{
+        captor::{Captor, CaptorKind, Channel},
+        material::{Encounter, Transport},
+        world::{Scene, Surface},
+    },
+};
+
+/// What one path says about a face, per band in W or umol/s.
+#[derive(Clone, Copy, Debug)]
+pub struct PathScore<const N: usize> {
+    /// Estimate of the flux on the face.
+    pub flux: Spectrum<N>,
+    /// Estimate of the power that a surface absorbs of it; zero for a virtual captor.
+    pub absorbed: Spectrum<N>,
+    /// Rays traced.
+    pub rays: u32,
+    /// Whether a length limit ended it: what it could still have found is missing. Where surfaces have
+    /// left but a part of a path, this is true as often as that part is large.
+    pub cut_off: bool,
+}
+
+/// The face of a captor that paths start from.
+pub struct Face<'a> {
+    /// Index of the captor.
+    pub captor: usize,
+    /// Front or back.
+    pub channel: Channel,
+    scene: &'a Scene,
+    area: f32,
+    triangles: &'a [Triangle],
+    cumulative_area: Vec<f64>,
+    places: Vec<Place>,
+}
+
+/// What paths that start from a triangle need of it.
+#[derive(Clone, Copy)]
+struct Place {
+    /// Normal of the face.
+    normal: Vec3,
+    /// From the triangle to where they start, m.
+    off: Vec3,
+    /// Weights of the corners below which a point is too near to the edge across.
+    margins: Vec3,
+}
+
+impl<'a> Face<'a> {
+    /// The front or back of a captor of `scene`.
+    pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
+        let of: &Captor = &scene.captors[captor];
+        let triangles = scene.triangles_of(of);
+        let mut sum = 0.0;
+        let add = |triangle: &Triangle| {
+            sum += f64::from(triangle.area());
+            sum
+        };
+        let cumulative_area = triangles.iter().map(add).collect();
+        let place = |(index, triangle): (usize, &Triangle)| {
+            let front = triangle.normal();
+            let normal = if channel == Channel::Back { -front } else { front };
+            let (off, margins) = match of.kind {
+                CaptorKind::Surface => {
+                    let surface = scene.surface(of.triangles.start + index);
+                    (scene.ray_offset() * normal, surface.margins)
+                }
+                CaptorKind::Virtual { .. } => {
+                    let margins = Triangle::margins(triangle.slopes(), scene.ray_offset());
+                    (scene.lift(captor) * front, margins)
+                }
+            };
+            Place { normal, off, margins }
+        };
+        let places = triangles.iter().enumerate().map(place).collect();
+        let area = of.area as f32;
+        Self { captor, channel, scene, area, triangles, cumulative_area, places }
+    }
+
+    /// Follows one path back from the face; some of it aims at `reflectors`.
+    pub fn path<const N: usize>(
+        &self,
+        reflectors: Option<&Reflectors>,
+        rng: &mut Stream,
+    ) -> PathScore<N> {
+        let Start { triangle, point, normal } = self.start(rng);
+        let at = Vertex { point, step: None, one_sided: Some(normal) };
+        let mut path = Path { scene: self.scene, reflectors, rng, rays: 0, cut_off: false };
+
+        let free = path.free_share();
+        let along = |direction: Vec3| free * cosine_hemisphere_density(direction.dot(normal));
+        let direct = path.next_event::<N>(&at, along);
+        let direct = direct.map(|(towards, irradiance)| {
+            (towards, irradiance.scaled(self.area * towards.dot(normal).max(0.0)))
+        });
+        let indirect = match path.aim(&at) {
+            Aim::Nowhere => None,
+            Aim::Free => {
+                let local = cosine_hemisphere(path.rng.square());
+                Some((Frame::new(normal).to_world(local), PI / free, None))
+            }
+            Aim::At(triangle, target) => {
+                let towards = (target - point).normalize_or_zero();
+                let cos = towards.dot(normal);
+                (cos > 0.0).then_some((towards, cos, Some(triangle)))
+            }
+        };
+        let indirect = indirect.map(|(direction, weight, aimed)| {
+            let ray = Ray { origin: point, direction };
+            let leg = Leg { at, ray, density: Some(along(direction)), aimed, unbroken: true };
+            (direction, path.follow::<N>(leg).scaled(self.area * weight))
+        });
+        let Path { rays, cut_off, .. } = path;
+        let nothing = Spectrum::ZERO;
+        let mut score = PathScore { flux: nothing, absorbed: nothing, rays, cut_off };
+        for (direction, flux) in direct.into_iter().chain(indirect) {
+            score.flux = score.flux + flux;
+            score.absorbed = score.absorbed + self.absorbed(triangle, direction, flux, rng);
+        }
+        score
+    }
+
+    /// A point of the face, as far off it and from its edges as photons that leave it.
+    fn start(&self, rng: &mut Stream) -> Start {
+        let Chosen { index: triangle, rest } =
+            weighted_choice(&self.cumulative_area, rng.uniform_fine());
+        let Place { normal, off, margins } = self.places[triangle];
+        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
+        let point = self.triangles[triangle].point_within(weights.x, weights.y, margins) + off;
+        Start { triangle, point, normal }
+    }
+
+    /// The surface of a surface captor's triangle.
+    fn surface(&self, triangle: usize) -> Option<&'a Surface> {
+        let captor = &self.scene.captors[self.captor];
+        let surface = || self.scene.surface(captor.triangles.start + triangle);
+        (captor.kind == CaptorKind::Surface).then(surface)
+    }
+
+    /// What a surface captor absorbs of `flux` that comes from `direction`.
+    fn absorbed<const N: usize>(
+        &self,
+        triangle: usize,
+        direction: Vec3,
+        flux: Spectrum<N>,
+        rng: &mut Stream,
+    ) -> Spectrum<N> {
+        let Some(surface) = self.surface(triangle) else { return Spectrum::ZERO };
+        let encounter = Encounter::new(-direction, surface.normal);
+        let material = self.scene.material(surface);
+        match material.absorptance(&encounter) {
+            Some(absorptance) => flux * absorptance,
+            // no closed form: what one photon would leave behind
+            None => match material.sample::<N>(&encounter, Transport::Light, rng) {
+                Some(scatter) => flux.zip(scatter.factor, |f, factor| f * (1.0 - factor)),
+                None => flux,
+            },
+        }
+    }
+}
+
+/// Where a path starts.
+struct Start {
+    /// Index among the captor's triangles.
+    triangle: usize,
+    point: Vec3,
+    /// Normal of the face.
+    normal: Vec3,
+}

@@ -1,0 +1,65 @@
+//! Points of surfaces that an eye sees, joined with the lamps.
+
+use glam::Vec3;
+
+use super::{Path, Vertex, next_event_density};
+use crate::{
+    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    scene::{
+        material::{Encounter, Transport},
+        world::{LightHit, Scene, Surface},
+    },
+};
+
+/// For pictures to be compared with: one path's estimate of the radiance that comes along `ray` towards its origin, per band, W/m2/sr or
+/// umol/m2/s/sr.
+#[cfg(test)]
+pub fn radiance<const N: usize>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<N> {
+    let eye = Vertex { point: ray.origin, step: None, one_sided: None };
+    let leg = super::Leg { at: eye, ray, density: None, aimed: None, unbroken: true };
+    Path { scene, reflectors: None, rng, rays: 0, cut_off: false }.follow(leg)
+}
+
+/// A surface that scatters, joined with the lamps, also through thin panes: for whoever follows its
+/// scattering further.
+pub struct Joined<'a> {
+    scene: &'a Scene,
+    surface: &'a Surface,
+    encounter: Encounter,
+    at: Vertex,
+}
+
+impl<'a> Joined<'a> {
+    /// A `point` of a `surface`, met by a path from an eye.
+    pub fn new(scene: &'a Scene, surface: &'a Surface, encounter: Encounter, point: Vec3) -> Self {
+        let one_sided = !scene.material(surface).transmits_diffusely();
+        let one_sided = one_sided.then_some(encounter.normal);
+        Self {
+            scene,
+            surface,
+            encounter,
+            at: Vertex { point, step: Some(surface.normal), one_sided },
+        }
+    }
+
+    /// One light point's estimate of the radiance sent back along the path, less what
+    /// [`weight`](Self::weight) leaves to directions that are sampled.
+    pub fn radiance<const N: usize>(&self, rng: &mut Stream) -> Spectrum<N> {
+        let material = self.scene.material(self.surface);
+        let along = |d| material.density(&self.encounter, Transport::Importance, d);
+        let mut path = Path { scene: self.scene, reflectors: None, rng, rays: 0, cut_off: false };
+        let Some((towards, irradiance)) = path.next_event::<N>(&self.at, along) else {
+            return Spectrum::ZERO;
+        };
+        let arriving = Encounter::new(-towards, self.surface.normal);
+        let f = material.evaluate(&arriving, -self.encounter.direction);
+        f.scaled(arriving.cos) * irradiance
+    }
+
+    /// What a lamp counts that a sampled direction meets straight or through panes.
+    pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
+        let material = self.scene.material(self.surface);
+        let density = material.density(&self.encounter, Transport::Importance, ray.direction);
+        density / (density + next_event_density(self.scene, &self.at, ray, hit))
+    }
+}

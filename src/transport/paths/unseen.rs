@@ -1,0 +1,83 @@
+//! What paths cannot find.
+
+use crate::{
+    math::{rng::Stream, spectrum::Spectrum},
+    scene::{
+        light::{Light, Strata},
+        material::Onward,
+        world::Scene,
+    },
+    transport::trace::{Event, trace},
+};
+
+/// Photons of the run that tells it.
+const PHOTONS: u64 = 50_000;
+/// It ends sooner where paths are so long that they take more rays.
+const MOST_RAYS: u64 = 2_000_000;
+
+/// Flux of a short photon run per band, in W or umol/s: on the captors or, where it reached none, on
+/// all surfaces.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unseen {
+    /// Flux of all lights.
+    pub all: Vec<f64>,
+    /// Flux that no path can find: of a point or line light, by way of a mirror or refraction
+    /// before its first diffuse scattering.
+    pub hidden: Vec<f64>,
+}
+
+impl Unseen {
+    /// Runs photons; none where the scene has no point or line light, or nothing smooth.
+    pub fn find<const N: usize>(scene: &Scene, seed: u64) -> Option<Self> {
+        let smooth = scene.materials.iter().any(|named| named.material.has_mirror());
+        if !smooth || !scene.lights.iter().any(Light::is_delta) {
+            return None;
+        }
+        let nothing = || {
+            let zeros = vec![0.0; scene.bands.len()];
+            Self { all: zeros.clone(), hidden: zeros }
+        };
+        let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
+        let photons = PHOTONS.max(2 * scene.lights.len() as u64);
+        let strata = Strata::new(&scene.lights, photons, N);
+        let (mut done, mut rays) = (0, 0);
+        // neighbouring histories share the lights well, so it can end after any
+        while done < photons && rays < MOST_RAYS {
+            let mut rng = Stream::new(seed, 0, done);
+            let photon = strata.emit(&scene.lights, done, scene.ray_offset(), &mut rng);
+            let delta = scene.lights[photon.light].is_delta();
+            let (mut hidden, mut diffused) = (false, false);
+            trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
+                if let Some(counted) = event.counted(scene) {
+                    on_captors.add(photon.weights, counted.power, hidden);
+                }
+                if let Event::Arrival { power, onward, .. } = event {
+                    rays += 1;
+                    on_surfaces.add(photon.weights, power, hidden);
+                    hidden |= delta && !diffused && onward == Some(Onward::Specular);
+                    diffused |= onward == Some(Onward::Diffuse);
+                }
+            });
+            done += 1;
+        }
+        let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
+        let flux = if reached { on_captors } else { on_surfaces };
+        let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();
+        Some(Self { all: mean(flux.all), hidden: mean(flux.hidden) })
+    }
+
+    /// The largest hidden share over bands, in [0, 1].
+    pub fn share(&self) -> f64 {
+        let lit = self.hidden.iter().zip(&self.all).filter(|(_, all)| **all > 0.0);
+        lit.map(|(hidden, all)| hidden / all).fold(0.0, f64::max)
+    }
+
+    fn add<const N: usize>(&mut self, weights: &[f64], power: &Spectrum<N>, hidden: bool) {
+        let sums = self.all.iter_mut().zip(&mut self.hidden);
+        for (((all, unseen), weight), power) in sums.zip(weights).zip(power.0) {
+            let flux = f64::from(power) * weight;
+            *all += flux;
+            *unseen += if hidden { flux } else { 0.0 };
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! Blocks, threads, ordered merge: from a scene and settings to totals and a photon map.
+//!
+//! A run is cut into blocks of histories, a block into pieces. Each piece emits every light in its
+//! exact share, and random streams belong to (seed, block, history): so neither the number of
+//! threads nor the moment at which a run ends early can be seen in what it found.
+
+mod blocks;
+mod memory;
+mod mixed;
+mod piece;
+mod plan;
+mod share;
+mod surfaces;
+mod trial;
+mod until;
+
+use std::{
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::Instant,
+};
+
+use crate::{
+    error::{Error, Result},
+    math::spectrum::with_lanes,
+    scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
+    transport::{
+        paths::{Face, Reflectors, Unseen},
+        photon_map::{Arrival, MapBuilder, PhotonMap},
+        settings::{Estimator, Settings},
+        tally::{Tally, Totals},
+    },
+};
+
+use plan::Plan;
+pub use share::{Joined, Share, check_shareable, simulate_share};
+pub use surfaces::light_surfaces;
+pub use trial::Choice;
+
+/// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
+pub const BLOCKS: u64 = 128;
+/// Histories of a piece, unless there are more lights than that.
+const PIECE: u64 = 1024;
+/// The least number of paths from each face.
+const MIN_PATHS: u64 = 100;
+/// The most memory that the photon map may take, bytes. Building it takes twice as much, and in a
+/// room of mirrors the piece of each thread may be as large.
+const MAX_MAP_BYTES: usize = 1 << 30;
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Histories done.
+    pub photons: u64,
+    /// Histories to do, where that is known.
+    pub of: Option<u64>,
+    /// With a tolerance: the largest relative standard error after the last round.
+    pub worst_error: Option<f64>,
+}
+
+/// What a run is watched and stopped by.
+pub struct Control<'a> {
+    /// Set it to end the run with an error.
+    pub stop: &'a AtomicBool,
+    /// Called now and then, from any thread.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// All histories are done.
+    Photons,
+    /// The tolerance is met.
+    Tolerance,
+    /// The time is up.
+    Time,
+}
+
+/// What a run found.
+pub struct Simulation {
+    /// What was traced: photons or paths.
+    pub estimator: Estimator,
+    /// Why, where a trial has chosen it.
+    pub choice: Option<Choice>,
+    /// Sums per captor, group and band, and the ledger.
+    pub totals: Totals,
+    /// Stored arrivals on captors; none for k = 0.
+    pub map: Option<PhotonMap>,
+    /// In a run of paths: what they cannot find, where there may be such light.
+    pub unseen: Option<Unseen>,
+    /// Why it ended.
+    pub end: End,
+    /// Threads that took part.
+    pub threads: usize,
+}
+
+/// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, paths that are
+/// to be split by light, stopped by `control`, no threads to be had, too many captors for a time limit.
+pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
+    if settings.estimator == Estimator::Auto {
+        let choice = Choice::make(scene, settings, control)?;
+        let settings = Settings { estimator: choice.estimator, ..settings.clone() };
+        let simulation = simulate(scene, &settings, control)?;
+        return Ok(Simulation { choice: Some(choice), ..simulation });
+    }
+    simulate_split(scene, settings, part_of(scene, settings), control)
+}
+
+/// The part that each light is counted in.
+fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
+    if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() }
+}
+
+/// Like [`simulate`], of photons or paths; each light is also counted in a part of its own or of several, from 0
+/// without gaps. An empty list splits nothing.
+pub fn simulate_split(
+    scene: &Scene,
+    settings: &Settings,
+    part_of: Vec<usize>,
+    control: &Control,
+) -> Result<Simulation> {
+    let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
+    with_lanes!(scene.lanes(), N => run.go::<N>())
+}
+
+struct Run<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    keep: Keep<'a>,
+    control: &'a Control<'a>,
+    pool: rayon::ThreadPool,
+    started: Instant,
+    work: Work<'a>,
+    /// The part that each light is counted in; empty where nothing is split.
+    part_of: Vec<usize>,
+    done: AtomicU64,
+}
+
+/// Which photons the map keeps.
+#[derive(Clone, Copy)]
+enum Keep<'a> {
+    /// Those on captors, filed by channel.
+    OnCaptors,
+    /// All, filed by smooth piece of surface and face.
+    OnSurfaces(&'a Patches),
+}
+
+/// What one history is.
+enum Work<'a> {
+    /// A photon; the lights' shares in a piece of the usual length.
+    Photons(Strata),
+    /// A path from each of these faces, and the reflectors that they aim at.
+    Paths(Vec<Face<'a>>, Option<Reflectors>),
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        part_of: Vec<usize>,
+        keep: Keep<'a>,
+        control: &'a Control<'a>,
+    ) -> Result<Self> {
+        let started = Instant::now();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(settings.threads)
+            .build()
+            .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+        memory::check(scene, parts(&part_of), pool.current_num_threads())?;
+        let work = match settings.estimator {
+            // what a trial finds cheaper is known by now
+            Estimator::Photons | Estimator::Auto => {
+                let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
+                Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+            }
+            Estimator::Paths if !part_of.is_empty() => {
+                let problem = "only photons know which light they come from";
+                return Err(Error::input("--by-light", problem).remedy("add --estimator photons"));
+            }
+            Estimator::Paths if scene.captors.is_empty() => {
+                return Err(Error::input("captors", "there are none for paths to start from")
+                    .remedy("add a captor, or run photons"));
+            }
+            Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
+        };
+        let done = AtomicU64::new(0);
+        Ok(Self { scene, settings, keep, control, pool, started, work, part_of, done })
+    }
+
+    fn tally(&self) -> Tally {
+        Tally::new(self.scene, parts(&self.part_of))
+    }
+
+    fn totals(&self) -> Totals {
+        Totals::new(self.scene, parts(&self.part_of))
+    }
+
+    /// Histories of a piece of the usual length.
+    fn full_piece(&self) -> u64 {
+        match &self.work {
+            Work::Photons(strata) => strata.histories(),
+            // about as many paths in all
+            Work::Paths(faces, _) => (PIECE / faces.len() as u64).max(1),
+        }
+    }
+
+    /// Photons, or paths, that a history is.
+    fn unit(&self) -> u64 {
+        match &self.work {
+            Work::Photons(_) => 1,
+            Work::Paths(faces, _) => faces.len() as u64,
+        }
+    }
+
+    fn plan(&self, histories: u64) -> Result<Plan> {
+        if let Work::Paths(..) = self.work {
+            let each = (histories / self.unit()).max(MIN_PATHS);
+            return Ok(Plan::new(each, 1, self.full_piece()));
+        }
+        let lights = self.scene.lights.len() as u64;
+        if histories < lights {
+            let problem = format!("{histories} photons for {lights} lights");
+            return Err(Error::input("photons", problem)
+                .remedy(format!("every light needs one: ask for at least {lights}")));
+        }
+        Ok(Plan::new(histories, lights, self.full_piece()))
+    }
+
+    fn go<const N: usize>(&self) -> Result<Simulation> {
+        let photons = self.settings.photons;
+        match (self.settings.tolerance, self.settings.max_time) {
+            (Some(tolerance), _) => {
+                self.until_accurate::<N>(tolerance, self.settings.tolerance_limit)
+            }
+            (None, None) => {
+                let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                let (mut totals, map) = (self.totals(), self.map_builder());
+                let of = Some(plan.histories * self.unit());
+                self.round::<N>(&plan, 0, of, &mut totals, map.as_ref())?;
+                self.finish::<N>(totals, map, &plan, End::Photons)
+            }
+            (None, Some(limit)) => {
+                let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                self.until_time::<N>(&plan, limit)
+            }
+        }
+    }
+
+    fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
+        let photons = matches!(self.work, Work::Photons(_));
+        let asked = match self.keep {
+            Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
+            Keep::OnSurfaces(_) => true,
+        };
+        let bands = self.scene.bands.len();
+        let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
+        let limit = self.settings.map_photons.min(most);
+        (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
+    }
+
+    fn finish<const N: usize>(
+        &self,
+        mut totals: Totals,
+        map: Option<Mutex<MapBuilder>>,
+        plan: &Plan,
+        end: End,
+    ) -> Result<Simulation> {
+        let map = map.map(|map| {
+            let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
+            builder.build(totals.histories, |key| plan.histories_before(key))
+        });
+        totals.histories *= self.unit();
+        let unseen = match self.work {
+            Work::Photons(_) => None,
+            Work::Paths(..) => Unseen::find::<N>(self.scene, self.settings.seed),
+        };
+        Ok(Simulation {
+            estimator: self.settings.estimator,
+            choice: None,
+            totals,
+            map,
+            unseen,
+            end,
+            threads: self.pool.current_num_threads(),
+        })
+    }
+
+    fn report(&self, of: Option<u64>, worst_error: Option<f64>) {
+        let photons = self.done.load(Ordering::Relaxed);
+        (self.control.progress)(Progress { photons, of, worst_error });
+    }
+
+    fn time_is_up(&self) -> bool {
+        self.settings.max_time.is_some_and(|limit| self.started.elapsed() >= limit)
+    }
+
+    fn stopped(&self) -> bool {
+        self.control.stop.load(Ordering::Relaxed)
+    }
+
+    fn check_stopped(&self) -> Result<()> {
+        if self.stopped() {
+            return Err(Error::run("run", "interrupted, nothing was written"));
+        }
+        Ok(())
+    }
+}
+
+/// The faces of all captors.
+fn faces(scene: &Scene) -> Vec<Face<'_>> {
+    let of = |(c, captor): (usize, &Captor)| {
+        captor.kind.faces().iter().map(move |&face| Face::new(scene, c, face))
+    };
+    scene.captors.iter().enumerate().flat_map(of).collect()
+}
+
+/// The least number of paths of a run: some from each face.
+pub fn least_paths(scene: &Scene) -> u64 {
+    MIN_PATHS * scene.captors.iter().map(|captor| captor.kind.faces().len() as u64).sum::<u64>()
+}
+
+/// How many parts there are.
+fn parts(part_of: &[usize]) -> usize {
+    part_of.iter().max().map_or(0, |last| last + 1)
+}
+
+fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

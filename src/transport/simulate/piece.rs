@@ -1,0 +1,171 @@
+//! Following the histories of one piece.
+
+use std::sync::{Mutex, atomic::Ordering};
+
+use super::{BLOCKS, Keep, Run, Work, lock, plan::Plan};
+use crate::{
+    math::{
+        rng::{Sequence, Stream},
+        spectrum::Spectrum,
+    },
+    scene::{light::Strata, material::Onward, world::Scene},
+    transport::{
+        paths::{Face, Reflectors},
+        photon_map::{Arrival, MapBuilder, PackedDirection, Piece, PieceKey, StoredPhoton, Way},
+        tally::Tally,
+        trace::{Event, split_at_light, trace},
+    },
+};
+
+/// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
+/// spread evenly over a block. Photons gain less from that than it costs, unless captors are as large as walls.
+const SOBOL_NUMBERS: u32 = 16;
+
+impl Run<'_> {
+    /// Follows the histories of one piece.
+    pub(super) fn piece<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
+        let (_, piece, block) = key;
+        let (_, histories) = plan.range(block, piece);
+        match &self.work {
+            Work::Paths(faces, reflectors) => {
+                self.paths::<N>(plan, key, faces, reflectors.as_ref(), tally);
+            }
+            Work::Photons(strata) if strata.histories() == histories => {
+                self.photons::<N>(plan, key, strata, tally, map);
+            }
+            Work::Photons(_) => {
+                let strata = Strata::new(&self.scene.lights, histories, N);
+                self.photons::<N>(plan, key, &strata, tally, map);
+            }
+        }
+        self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
+    }
+
+    /// Follows paths from every face.
+    fn paths<const N: usize>(
+        &self,
+        plan: &Plan,
+        (round, piece, block): PieceKey,
+        faces: &[Face],
+        reflectors: Option<&Reflectors>,
+        tally: &mut Tally,
+    ) {
+        let (first, histories) = plan.range(block, piece);
+        let (seed, block) = (self.settings.seed, round * BLOCKS + block);
+        for (f, face) in faces.iter().enumerate() {
+            if self.stopped() {
+                return;
+            }
+            let sequence = Sequence::new(seed, block, f as u64);
+            for index in first..first + histories {
+                let stream = index * faces.len() as u64 + f as u64;
+                let rng = Stream::new(seed, block, stream);
+                let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
+                let score = face.path::<N>(reflectors, &mut rng);
+                tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
+            }
+        }
+    }
+
+    /// Emits and follows photons.
+    fn photons<const N: usize>(
+        &self,
+        plan: &Plan,
+        key: PieceKey,
+        strata: &Strata,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
+        let (round, piece, block) = key;
+        let (first, histories) = plan.range(block, piece);
+        let limit = map.map_or(0, |map| lock(map).limit());
+        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
+        let bands = self.scene.bands.len();
+        let flights = self.scene.flights(self.settings.splitting);
+        for index in 0..histories {
+            if self.stopped() {
+                return;
+            }
+            let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
+            let photon = strata.emit(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
+            let part = self.part_of.get(photon.light).copied();
+            tally.emitted(part, photon.weights);
+            let mut way = Way::default();
+            let mut on = |event: Event<'_, N>| {
+                tally.score(self.scene, part, photon.weights, &event);
+                let Some(piece) = &mut stored else { return };
+                if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
+                    arrival.photon.light = photon.light as u32;
+                    arrival.photon.history = index as u32;
+                    let power =
+                        (0..bands).map(|b| (f64::from(power.0[b]) * photon.weights[b]) as f32);
+                    piece.push(limit, arrival, power);
+                    if let Keep::OnSurfaces(_) = self.keep {
+                        piece.came(way);
+                    }
+                }
+                if let Event::Arrival { onward, .. } = event {
+                    way = way.then(onward);
+                }
+            };
+            let power = photon.power();
+            if flights > 1 {
+                let light = &self.scene.lights[photon.light];
+                split_at_light(self.scene, light, power, flights, &mut rng, &mut on);
+            }
+            trace(self.scene, photon.ray, power, flights, &mut rng, &mut on);
+        }
+        if let (Some(map), Some(stored)) = (map, stored) {
+            lock(map).add(key, stored);
+        }
+    }
+}
+
+impl Way {
+    /// After one more surface.
+    #[inline]
+    fn then(self, onward: Option<Onward>) -> Self {
+        match onward {
+            Some(Onward::Diffuse) => Self { bounces: self.bounces.saturating_add(1), ..self },
+            Some(Onward::Specular) => Self { mirrored: true, ..self },
+            Some(Onward::Straight) | None => self,
+        }
+    }
+}
+
+impl Keep<'_> {
+    /// The arrival to store of an event, and its power.
+    #[inline]
+    fn arrival<'e, const N: usize>(
+        self,
+        scene: &'e Scene,
+        event: &'e Event<'_, N>,
+    ) -> Option<(Arrival, &'e Spectrum<N>)> {
+        let (position, direction, triangle) = match *event {
+            Event::Crossing { crossing, direction, .. } => {
+                (crossing.point, direction, crossing.triangle)
+            }
+            Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
+            Event::Escaped(_) | Event::Lost(_) => return None,
+        };
+        let (shelf, power) = match (self, event) {
+            (Keep::OnCaptors, _) => {
+                let counted = event.counted(scene)?;
+                (counted.channel() as u32, counted.power)
+            }
+            (Keep::OnSurfaces(patches), Event::Arrival { encounter, power, .. }) => {
+                (patches.shelf(triangle, encounter.front), *power)
+            }
+            (Keep::OnSurfaces(_), _) => return None,
+        };
+        let direction = PackedDirection::new(direction);
+        let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
+        Some((Arrival { position, shelf, photon }, power))
+    }
+}

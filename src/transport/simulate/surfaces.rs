@@ -1,0 +1,54 @@
+//! Photons for pictures: kept on all surfaces, and no more than that takes.
+
+use super::{Control, Keep, Run, Simulation};
+use crate::{
+    error::Result,
+    math::spectrum::with_lanes,
+    scene::{patches::Patches, world::Scene},
+    transport::{
+        settings::{Estimator, Settings},
+        surface_light::SurfaceLight,
+    },
+};
+
+/// Photons of the run that tells how often one arrives.
+const TRIAL: u64 = 10_000;
+/// The most photons that are traced for one that is to be kept: where nearly all escape.
+const MOST: u64 = 4;
+
+/// Traces photons until `settings.map_photons` arrivals are kept, and finds the light on all surfaces
+/// from them, by the nearest `settings.k`. Of the settings it also heeds seed, threads and, if they
+/// are given, `photons` to trace. Errors: as [`simulate`](super::simulate()).
+pub fn light_surfaces<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    control: &Control,
+) -> Result<SurfaceLight<'a>> {
+    let patches = Patches::new(scene);
+    let trace = |photons: u64, control: &Control| -> Result<Simulation> {
+        let settings = Settings {
+            estimator: Estimator::Photons,
+            photons: Some(photons.max(scene.lights.len() as u64)),
+            splitting: 1,
+            tolerance: None,
+            max_time: None,
+            ..settings.clone()
+        };
+        let run = Run::new(scene, &settings, Vec::new(), Keep::OnSurfaces(&patches), control)?;
+        with_lanes!(scene.lanes(), N => run.go::<N>())
+    };
+    let photons = match settings.photons {
+        Some(photons) => photons,
+        None => {
+            let trial = trace(TRIAL, &Control { progress: &|_| {}, ..*control })?;
+            let kept = trial.map.map_or(0, |map| map.photons.len()) as f64;
+            let wanted = settings.map_photons as u64;
+            // a little more, for chance
+            let needed = 1.02 * wanted as f64 * TRIAL as f64 / kept;
+            (needed.ceil() as u64).clamp(TRIAL, (MOST * wanted).max(TRIAL))
+        }
+    };
+    let map = trace(photons, control)?.map.expect("a run of photons keeps a map");
+    let k = settings.k.filter(|k| *k > 1).unwrap_or(SurfaceLight::DEFAULT_K);
+    Ok(SurfaceLight { scene, patches, map, k })
+}

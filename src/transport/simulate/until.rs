@@ -1,0 +1,174 @@
+//! Runs that end when they are accurate enough, or when their time is up.
+
+use std::{
+    sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use super::{BLOCKS, End, Run, Simulation, Work, lock, parts, plan::Plan};
+use crate::{
+    error::{Error, Result},
+    scene::world::Scene,
+    transport::{
+        settings::MAX_PHOTONS,
+        tally::{Tally, Totals},
+    },
+};
+
+/// The most memory that a run with a time limit may take for its block sums, bytes.
+const MAX_OPEN_BYTES: usize = 4 << 30;
+
+impl Run<'_> {
+    /// Rounds of equal blocks, until every captor is accurate enough.
+    pub(super) fn until_accurate<const N: usize>(
+        &self,
+        tolerance: f64,
+        limit: Option<u64>,
+    ) -> Result<Simulation> {
+        let (piece, unit) = (self.full_piece(), self.unit());
+        // a block is worth adding up once it has some photons for each captor; paths always have
+        let enough = match self.work {
+            Work::Photons(_) => self.scene.channels() as u64 / 8 / piece,
+            Work::Paths(..) => 2,
+        };
+        let block = piece * enough.max(2);
+        let whole = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block * unit))?;
+        let short = self.less_than::<N>(&whole, whole.block(0))?;
+        let rounds = match short {
+            Some(_) => 1,
+            None => (limit.unwrap_or(MAX_PHOTONS) / (whole.histories * unit)).max(1),
+        };
+        let plan = short.unwrap_or(whole);
+        let (mut totals, map) = (self.totals(), self.map_builder());
+        let mut end = End::Photons;
+        for round in 0..rounds {
+            self.round::<N>(&plan, round, limit, &mut totals, map.as_ref())?;
+            let worst = worst_error(self.scene, &totals);
+            if worst.is_none_or(|worst| worst <= tolerance) {
+                end = End::Tolerance;
+                break;
+            }
+            self.report(limit, worst);
+            if short.is_some() || self.time_is_up() {
+                end = End::Time;
+                break;
+            }
+        }
+        self.finish::<N>(totals, map, &plan, end)
+    }
+
+    /// All blocks side by side, piece by piece, so that the run can end after any piece with
+    /// blocks as if it had been asked for just so many photons.
+    pub(super) fn until_time<const N: usize>(
+        &self,
+        plan: &Plan,
+        limit: Duration,
+    ) -> Result<Simulation> {
+        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) * plan.blocks as usize;
+        if bytes > MAX_OPEN_BYTES {
+            let gib = bytes as f64 / f64::from(1 << 30);
+            return Err(Error::input(
+                "max_time",
+                format!("its block sums would take {gib:.0} GiB"),
+            )
+            .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
+        }
+        if let Some(short) = self.less_than::<N>(plan, plan.block(0).min(plan.piece))? {
+            let (mut totals, map) = (self.totals(), self.map_builder());
+            let of = Some(short.histories * self.unit());
+            self.round::<N>(&short, 0, of, &mut totals, map.as_ref())?;
+            return self.finish::<N>(totals, map, &short, End::Time);
+        }
+        let map = self.map_builder();
+        let blocks: Vec<Mutex<Tally>> =
+            (0..plan.blocks).map(|_| Mutex::new(self.tally())).collect();
+        let most = plan.pieces(0);
+        let mut ended = *plan;
+        let mut end = End::Photons;
+        for piece in 0..most {
+            let began = Instant::now();
+            let next = AtomicU64::new(0);
+            self.pool.broadcast(|_| {
+                let mut piece_sums = self.tally();
+                loop {
+                    let block = next.fetch_add(1, Ordering::Relaxed);
+                    if block >= plan.blocks || self.stopped() {
+                        return;
+                    }
+                    if piece < plan.pieces(block) {
+                        self.piece::<N>(plan, (0, piece, block), &mut piece_sums, map.as_ref());
+                        lock(&blocks[block as usize]).drain(&mut piece_sums);
+                        self.report(Some(plan.histories * self.unit()), None);
+                    }
+                }
+            });
+            self.check_stopped()?;
+            // the last piece of a block is of another length: there the run is complete or not
+            let whole = (0..plan.blocks).all(|b| piece + 1 < plan.pieces(b));
+            // at the border nearest to the limit
+            if self.started.elapsed() + began.elapsed() / 2 >= limit && whole {
+                ended = plan.ended_after(piece + 1);
+                end = End::Time;
+                break;
+            }
+        }
+        let mut totals = self.totals();
+        for (block, sums) in blocks.iter().enumerate() {
+            totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
+        }
+        self.finish::<N>(totals, map, &ended, end)
+    }
+
+    /// With a time limit that will be up before each block of `plan` has done `most` histories: a
+    /// plan that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
+    fn less_than<const N: usize>(&self, plan: &Plan, most: u64) -> Result<Option<Plan>> {
+        let Some(limit) = self.settings.max_time else { return Ok(None) };
+        let each = match &self.work {
+            Work::Photons(_) => self.scene.lights.len() as u64,
+            Work::Paths(..) => 1,
+        };
+        // like parts of all blocks
+        let cut = |parts: u64| Plan { histories: plan.blocks * each * parts, ..*plan };
+        let most = most / each;
+        let mut parts = 1;
+        while parts < most {
+            let began = Instant::now();
+            self.round::<N>(&cut(parts), 0, None, &mut self.totals(), None)?;
+            self.done.store(0, Ordering::Relaxed);
+            let taken = began.elapsed();
+            let left = limit.saturating_sub(self.started.elapsed());
+            let fit = parts as f64 * left.as_secs_f64() / taken.as_secs_f64();
+            if fit >= most as f64 {
+                break;
+            }
+            if taken >= limit / 32 {
+                return Ok(Some(cut((fit as u64).max(1))));
+            }
+            parts *= 2;
+        }
+        Ok(None)
+    }
+}
+
+/// The largest relative standard error over captors, faces and bands that carry power and that
+/// photons have reached; none where no photon reached any.
+fn worst_error(scene: &Scene, totals: &Totals) -> Option<f64> {
+    let powered: Vec<bool> = (0..scene.bands.len())
+        .map(|b| scene.lights.iter().any(|light| light.power[b] > 0.0))
+        .collect();
+    let faces = scene
+        .captors
+        .iter()
+        .flat_map(|captor| captor.first_channel..captor.first_channel + captor.kind.faces().len());
+    faces
+        .flat_map(|channel| {
+            totals.running(channel).iter().zip(&powered).filter(|(_, powered)| **powered)
+        })
+        .map(|(running, _)| running.estimate(totals.blocks))
+        .filter(|estimate| estimate.mean > 0.0)
+        .map(|estimate| estimate.standard_error.map_or(f64::INFINITY, |se| se / estimate.mean))
+        .max_by(f64::total_cmp)
+}

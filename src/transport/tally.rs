@@ -1,0 +1,234 @@
+//! Tallies: what arrived where, in sums over a block of histories.
+
+mod sums;
+mod totals;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    math::spectrum::Spectrum,
+    scene::{
+        captor::{Captor, CaptorKind, Channel},
+        world::Scene,
+    },
+    transport::{
+        paths::PathScore,
+        trace::{Counted, Event},
+    },
+};
+
+pub use sums::Sums;
+pub use totals::Totals;
+
+/// Power accounted for, per band, in W or umol/s.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// What the photons were emitted with.
+    pub emitted: Vec<f64>,
+    /// What surfaces absorbed: band by band for each material in turn.
+    pub absorbed: Vec<f64>,
+    /// What left the scene.
+    pub escaped: Vec<f64>,
+    /// What was on paths longer than the limits.
+    pub lost: Vec<f64>,
+}
+
+impl Ledger {
+    fn new(bands: usize, materials: usize) -> Self {
+        let zeros = || vec![0.0; bands];
+        let absorbed = vec![0.0; bands * materials];
+        Self { emitted: zeros(), absorbed, escaped: zeros(), lost: zeros() }
+    }
+
+    fn entries(&mut self) -> [&mut Vec<f64>; 4] {
+        [&mut self.emitted, &mut self.absorbed, &mut self.escaped, &mut self.lost]
+    }
+
+    /// Adds `other` x `factors`, which are per band.
+    fn add(&mut self, other: &Self, factors: &[f64]) {
+        let bands = self.emitted.len();
+        let other = [&other.emitted, &other.absorbed, &other.escaped, &other.lost];
+        for (mine, theirs) in self.entries().into_iter().zip(other) {
+            for (i, (a, b)) in mine.iter_mut().zip(theirs).enumerate() {
+                *a += b * factors[i % bands];
+            }
+        }
+    }
+
+    /// Adds `other` x `scale` and empties it.
+    fn drain(&mut self, other: &mut Self, scale: f64) {
+        for (mine, theirs) in self.entries().into_iter().zip(other.entries()) {
+            for (a, b) in mine.iter_mut().zip(theirs) {
+                *a += std::mem::take(b) * scale;
+            }
+        }
+    }
+}
+
+/// Sums over some histories, per channel and band. Powers are in the units of [`crate::scene::light::Strata::weights`].
+#[derive(Clone, Debug)]
+pub struct Tally {
+    bands: usize,
+    flux: Vec<f64>,
+    photons: Vec<u64>,
+    /// Channels that are not empty.
+    touched: Vec<u32>,
+    /// Straight flights between emission, interactions and escape.
+    segments: u64,
+    /// Paths that a length limit ended.
+    cut_off: u64,
+    ledger: Ledger,
+    /// The same for each part of the light, where it is split.
+    parts: Vec<Tally>,
+}
+
+impl Tally {
+    /// An empty one for `scene`, of which the light is split into so many parts; 0 splits nothing.
+    pub fn new(scene: &Scene, parts: usize) -> Self {
+        let bands = scene.bands.len();
+        Self {
+            bands,
+            flux: vec![0.0; scene.channels() * bands],
+            photons: vec![0; scene.channels()],
+            touched: Vec::new(),
+            segments: 0,
+            cut_off: 0,
+            ledger: Ledger::new(bands, scene.materials.len()),
+            parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
+        }
+    }
+
+    /// Bytes that one takes for `scene` split into so many parts, about.
+    pub fn bytes(scene: &Scene, parts: usize) -> usize {
+        let ledger = (scene.materials.len() + 3) * scene.bands.len();
+        let sums = (scene.channels() * (scene.bands.len() + 1) + ledger) * size_of::<f64>();
+        (parts + 1) * (2 * size_of::<Self>() + sums)
+    }
+
+    /// Scores the emission of a photon with all of its power, also in its `part`.
+    #[inline]
+    pub fn emitted(&mut self, part: Option<usize>, weights: &[f64]) {
+        for (sum, weight) in self.ledger.emitted.iter_mut().zip(weights) {
+            *sum += weight;
+        }
+        if let Some(part) = part {
+            self.parts[part].emitted(None, weights);
+        }
+    }
+
+    /// Scores what happened to a photon of these weights, also in its `part`.
+    #[inline]
+    pub fn score<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        part: Option<usize>,
+        weights: &[f64],
+        event: &Event<'_, N>,
+    ) {
+        self.score_whole(scene, weights, event);
+        if let Some(part) = part {
+            self.parts[part].score_part(scene, weights, event);
+        }
+    }
+
+    /// Out of the way of runs that split nothing.
+    #[inline(never)]
+    fn score_part<const N: usize>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, N>) {
+        self.score_whole(scene, weights, event);
+    }
+
+    #[inline]
+    fn score_whole<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        event: &Event<'_, N>,
+    ) {
+        let counted = event.counted(scene);
+        if let Some(counted) = &counted {
+            self.add(counted.channel(), weights, counted.power);
+        }
+        match *event {
+            Event::Crossing { .. } => {}
+            Event::Arrival { surface, encounter, power, scattered, .. } => {
+                self.segments += 1;
+                let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];
+                for b in 0..self.bands {
+                    absorbed[b] += (f64::from(power.0[b]) - f64::from(scattered.0[b])) * weights[b];
+                }
+                if let Some(Counted { captor, .. }) = counted {
+                    let absorbed = match scene.material(surface).absorptance::<N>(encounter) {
+                        Some(absorptance) => *power * absorptance,
+                        None => power.zip(*scattered, |before, after| before - after),
+                    };
+                    let channel = captor.first_channel + Channel::Absorbed as usize;
+                    self.add(channel, weights, &absorbed);
+                }
+            }
+            Event::Escaped(power) => {
+                self.segments += 1;
+                accumulate(&mut self.ledger.escaped, weights, power);
+            }
+            Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
+        }
+    }
+
+    /// Scores what a path says about a captor's face.
+    pub fn score_path<const N: usize>(
+        &mut self,
+        captor: &Captor,
+        face: Channel,
+        score: &PathScore<N>,
+    ) {
+        let ones = std::iter::repeat(&1.0);
+        self.segments += u64::from(score.rays);
+        self.cut_off += u64::from(score.cut_off);
+        self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
+        if captor.kind == CaptorKind::Surface {
+            self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
+        }
+    }
+
+    #[inline]
+    fn add<'a, const N: usize>(
+        &mut self,
+        channel: usize,
+        weights: impl IntoIterator<Item = &'a f64>,
+        power: &Spectrum<N>,
+    ) {
+        if self.photons[channel] == 0 {
+            self.touched.push(channel as u32);
+        }
+        self.photons[channel] += 1;
+        accumulate(&mut self.flux[channel * self.bands..][..self.bands], weights, power);
+    }
+
+    /// Adds `other` and empties it.
+    pub fn drain(&mut self, other: &mut Self) {
+        for channel in std::mem::take(&mut other.touched) {
+            let c = channel as usize;
+            if self.photons[c] == 0 {
+                self.touched.push(channel);
+            }
+            self.photons[c] += std::mem::take(&mut other.photons[c]);
+            for b in c * self.bands..(c + 1) * self.bands {
+                self.flux[b] += std::mem::take(&mut other.flux[b]);
+            }
+        }
+        self.segments += std::mem::take(&mut other.segments);
+        self.cut_off += std::mem::take(&mut other.cut_off);
+        self.ledger.drain(&mut other.ledger, 1.0);
+        self.parts.iter_mut().zip(&mut other.parts).for_each(|(mine, theirs)| mine.drain(theirs));
+    }
+}
+
+#[inline]
+fn accumulate<'a, const N: usize>(
+    sums: &mut [f64],
+    weights: impl IntoIterator<Item = &'a f64>,
+    power: &Spectrum<N>,
+) {
+    for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(&power.0) {
+        *sum += weight * f64::from(*power);
+    }
+}

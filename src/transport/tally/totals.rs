@@ -1,0 +1,155 @@
+//! What all blocks found.
+
+use super::{Ledger, Tally};
+use crate::{
+    math::stats::Running,
+    scene::{captor::CHANNELS, world::Scene},
+};
+
+/// What all blocks found: running sums per channel of captors, then of groups, for each band,
+/// then each sum over bands.
+#[derive(Clone, Debug)]
+pub struct Totals {
+    /// Blocks so far.
+    pub blocks: u64,
+    /// Histories so far.
+    pub histories: u64,
+    /// Straight flights so far.
+    pub segments: u64,
+    /// Paths so far that a length limit ended.
+    pub cut_off: u64,
+    columns: usize,
+    running: Vec<Running>,
+    photons: Vec<u64>,
+    ledger: Ledger,
+    captor_of_channel: Vec<u32>,
+    group_values: Vec<f64>,
+    /// The same for each part of the light, where it is split.
+    parts: Vec<Totals>,
+}
+
+impl Totals {
+    /// Empty ones for `scene`, of which the light is split into so many parts; 0 splits nothing.
+    pub fn new(scene: &Scene, parts: usize) -> Self {
+        let columns = scene.bands.len() + scene.sums.len();
+        let group_channels = scene.groups.len() * CHANNELS.len();
+        let channels = scene.channels() + group_channels;
+        let captor_of_channel = scene
+            .captors
+            .iter()
+            .enumerate()
+            .flat_map(|(i, captor)| std::iter::repeat_n(i as u32, captor.kind.channels()))
+            .collect();
+        Self {
+            blocks: 0,
+            histories: 0,
+            segments: 0,
+            cut_off: 0,
+            columns,
+            running: vec![Running::default(); channels * columns],
+            photons: vec![0; channels],
+            ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
+            captor_of_channel,
+            group_values: vec![0.0; group_channels * columns],
+            parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
+        }
+    }
+
+    /// Bytes that these and the results made of them take for `scene` split into so many parts, about.
+    pub fn bytes(scene: &Scene, parts: usize) -> usize {
+        let columns = scene.bands.len() + scene.sums.len();
+        let channels = scene.channels() + scene.groups.len() * CHANNELS.len();
+        let per_column = size_of::<Running>() + 64;
+        // a part's results stand under the name of the light
+        let per_channel = |of_each| channels * (columns * per_column + of_each);
+        let ledger = (scene.materials.len() + 4) * columns * 2 * size_of::<f64>();
+        per_channel(64) + ledger + parts * (per_channel(400) + ledger + 1024)
+    }
+
+    /// Adds a block of `histories` and empties it. Each block counts alike: it is a whole small
+    /// run, in which every light has its share.
+    pub fn add_block(&mut self, scene: &Scene, block: &mut Tally, histories: u64) {
+        let scale = 1.0 / histories as f64;
+        let bands = scene.bands.len();
+        let mut touched = std::mem::take(&mut block.touched);
+        touched.sort_unstable();
+        let mut row = vec![0.0; self.columns];
+        for &channel in &touched {
+            let channel = channel as usize;
+            for (b, value) in row[..bands].iter_mut().enumerate() {
+                *value = std::mem::take(&mut block.flux[channel * bands + b]) * scale;
+            }
+            for (s, sum) in scene.sums.iter().enumerate() {
+                row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
+            }
+            let photons = std::mem::take(&mut block.photons[channel]);
+            self.photons[channel] += photons;
+            for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
+                running.add(*value);
+            }
+            let captor = &scene.captors[self.captor_of_channel[channel] as usize];
+            for &group in &captor.groups {
+                let group_channel = group * CHANNELS.len() + channel - captor.first_channel;
+                self.photons[scene.channels() + group_channel] += photons;
+                let values = &mut self.group_values[group_channel * self.columns..];
+                values.iter_mut().zip(&row).for_each(|(sum, value)| *sum += value);
+            }
+        }
+        let group_running = &mut self.running[scene.channels() * self.columns..];
+        for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
+            running.add(std::mem::take(value));
+        }
+        self.ledger.drain(&mut block.ledger, scale);
+        self.blocks += 1;
+        self.histories += histories;
+        self.segments += std::mem::take(&mut block.segments);
+        self.cut_off += std::mem::take(&mut block.cut_off);
+        for (part, sums) in self.parts.iter_mut().zip(&mut block.parts) {
+            part.add_block(scene, sums, histories);
+        }
+    }
+
+    /// What each part of the light did; none where it is not split.
+    pub fn parts(&self) -> &[Self] {
+        &self.parts
+    }
+
+    /// The same with each part times its factors, per band and sum, and no longer split.
+    pub fn mixed(&self, factors: &[Vec<f64>]) -> Self {
+        let parts = || self.parts.iter().zip(factors);
+        let mix = |i: usize| {
+            let parts = parts().map(|(part, factors)| (part.running[i], factors[i % self.columns]));
+            Running::mixed(parts, self.blocks)
+        };
+        let mut ledger = Ledger::new(self.ledger.emitted.len(), 0);
+        ledger.absorbed = vec![0.0; self.ledger.absorbed.len()];
+        parts().for_each(|(part, factors)| ledger.add(&part.ledger, factors));
+        Self {
+            running: (0..self.running.len()).map(mix).collect(),
+            photons: self.photons.clone(),
+            ledger,
+            captor_of_channel: self.captor_of_channel.clone(),
+            group_values: Vec::new(),
+            parts: Vec::new(),
+            ..*self
+        }
+    }
+
+    /// Photons counted in a channel.
+    pub fn photons(&self, channel: usize) -> u64 {
+        self.photons[channel]
+    }
+
+    /// Mean and standard error per band, then per sum, of a channel.
+    pub fn running(&self, channel: usize) -> &[Running] {
+        &self.running[channel * self.columns..][..self.columns]
+    }
+
+    /// The ledger, in W or umol/s.
+    pub fn ledger(&self) -> Ledger {
+        let mut mean = Ledger::new(self.ledger.emitted.len(), 0);
+        mean.absorbed = vec![0.0; self.ledger.absorbed.len()];
+        mean.drain(&mut self.ledger.clone(), 1.0 / self.blocks as f64);
+        mean
+    }
+}

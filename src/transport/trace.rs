@@ -1,0 +1,193 @@
+//! The hot loop: follow one photon from its light to its end.
+
+use glam::Vec3;
+
+use crate::{
+    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    scene::{
+        captor::{Captor, Channel},
+        light::Light,
+        material::{Encounter, Onward, Scatter, Transport},
+        world::{Crossing, Scene, Surface, SurfaceHit},
+    },
+};
+
+/// Interactions after which a path is given up as lost.
+pub const MAX_INTERACTIONS: u32 = 10_000;
+/// Total internal reflections in a row after which it is given up as lost.
+pub const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
+
+/// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
+#[derive(Debug)]
+pub enum Event<'a, const N: usize> {
+    /// It crosses a virtual captor, in one of the flights that it is split into.
+    Crossing {
+        /// Where, and which.
+        crossing: Crossing,
+        /// The way it travels.
+        direction: Vec3,
+        /// What it carries, shared among these flights.
+        power: &'a Spectrum<N>,
+    },
+    /// It arrives at a surface; what it does not carry on is absorbed there.
+    Arrival {
+        /// Where, and which triangle.
+        hit: &'a SurfaceHit,
+        /// That triangle.
+        surface: &'a Surface,
+        /// How it comes.
+        encounter: &'a Encounter,
+        /// What it brings.
+        power: &'a Spectrum<N>,
+        /// What it carries on.
+        scattered: &'a Spectrum<N>,
+        /// How it goes on, if it does.
+        onward: Option<Onward>,
+    },
+    /// It leaves the scene.
+    Escaped(&'a Spectrum<N>),
+    /// Its path is longer than the limits allow.
+    Lost(&'a Spectrum<N>),
+}
+
+/// What an event counts for at a captor.
+pub struct Counted<'e, const N: usize> {
+    /// The captor.
+    pub captor: &'e Captor,
+    /// The face that it comes to.
+    pub face: Channel,
+    /// What it brings.
+    pub power: &'e Spectrum<N>,
+}
+
+impl<const N: usize> Counted<'_, N> {
+    /// Index of the face's channel.
+    pub fn channel(&self) -> usize {
+        self.captor.first_channel + self.face as usize
+    }
+}
+
+impl<const N: usize> Event<'_, N> {
+    /// Where it counts; nowhere off captors, and behind captors of one side.
+    #[inline]
+    pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, N>> {
+        let (captor, front, power) = match *self {
+            Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
+            Self::Arrival { surface, encounter, power, .. } => {
+                (surface.captor()?, encounter.front, power)
+            }
+            Self::Escaped(_) | Self::Lost(_) => return None,
+        };
+        let captor = &scene.captors[captor];
+        let face = if front { Channel::Front } else { Channel::Back };
+        (front || captor.kind.has_back()).then_some(Counted { captor, face, power })
+    }
+}
+
+/// Follows a photon along `ray`, one of `flights` that start there, and tells `on` what happens. Where it
+/// arrives it is split into as many.
+#[inline]
+pub fn trace<const N: usize>(
+    scene: &Scene,
+    mut ray: Ray,
+    mut power: Spectrum<N>,
+    flights: usize,
+    rng: &mut Stream,
+    mut on: impl FnMut(Event<'_, N>),
+) {
+    let share = 1.0 / flights as f32;
+    let mut total_reflections = 0;
+    for _ in 0..MAX_INTERACTIONS {
+        let direction = ray.direction;
+        let shared = &power.scaled(share);
+        let hit =
+            scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
+        let Some(hit) = &hit else { return on(Event::Escaped(&power)) };
+        let surface = scene.surface(hit.triangle);
+        let encounter = &Encounter::new(direction, surface.normal);
+        let scatter = scene.material(surface).sample::<N>(encounter, Transport::Light, rng);
+        let scattered = &scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
+        let onward = scatter.map(|scatter| scatter.onward);
+        on(Event::Arrival { hit, surface, encounter, power: &power, scattered, onward });
+
+        if flights > 1 {
+            split_at_surface(scene, hit, encounter, shared, flights, rng, &mut on);
+        }
+        let Some(scatter) = scatter else { return };
+        if scattered.is_zero() {
+            return;
+        }
+        power = *scattered;
+        total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
+        if total_reflections == MAX_TOTAL_REFLECTIONS {
+            break;
+        }
+        ray = leave(scene, hit, encounter, &scatter);
+    }
+    on(Event::Lost(&power));
+}
+
+/// Splits a photon that leaves `light` with `power` into so many flights, and tells `on` which virtual
+/// captors it crosses in all but the one to follow (Arvo and Kirk, "Particle Transport and Image
+/// Synthesis", SIGGRAPH 1990). Each is as likely as that one: their mean is right on average, and
+/// varies less.
+#[cold]
+#[inline(never)]
+pub fn split_at_light<const N: usize>(
+    scene: &Scene,
+    light: &Light,
+    power: Spectrum<N>,
+    flights: usize,
+    rng: &mut Stream,
+    mut on: impl FnMut(Event<'_, N>),
+) {
+    let shared = &power.scaled(1.0 / flights as f32);
+    for _ in 1..flights {
+        glance(scene, &light.emit(scene.ray_offset(), rng), shared, &mut on);
+    }
+}
+
+/// The same where it arrives; `shared` is what each flight brings there.
+#[cold]
+#[inline(never)]
+fn split_at_surface<const N: usize>(
+    scene: &Scene,
+    hit: &SurfaceHit,
+    encounter: &Encounter,
+    shared: &Spectrum<N>,
+    flights: usize,
+    rng: &mut Stream,
+    mut on: impl FnMut(Event<'_, N>),
+) {
+    let material = scene.material(scene.surface(hit.triangle));
+    for _ in 1..flights {
+        if let Some(scatter) = material.sample::<N>(encounter, Transport::Light, rng) {
+            let ray = leave(scene, hit, encounter, &scatter);
+            glance(scene, &ray, &(*shared * scatter.factor), &mut on);
+        }
+    }
+}
+
+/// Tells `on` which virtual captors a photon crosses in a flight that is not followed further.
+#[inline]
+fn glance<const N: usize>(
+    scene: &Scene,
+    ray: &Ray,
+    power: &Spectrum<N>,
+    mut on: impl FnMut(Event<'_, N>),
+) {
+    let direction = ray.direction;
+    scene.glance(ray, |crossing| on(Event::Crossing { crossing, direction, power }));
+}
+
+/// The ray of a photon that goes on.
+#[inline]
+fn leave<const N: usize>(
+    scene: &Scene,
+    hit: &SurfaceHit,
+    encounter: &Encounter,
+    scatter: &Scatter<N>,
+) -> Ray {
+    let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+    scene.leave(hit.point, side, scatter.direction)
+}
