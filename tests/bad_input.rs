@@ -6,7 +6,7 @@ use std::{
     process::{Command, Output},
 };
 
-use crate::common::TestScene;
+use crate::common::{TestScene, binary};
 
 /// A sound scene of one band, into which the rows below put their errors.
 const MATERIALS: &str = r#"{"wall": {"type": "lambert", "reflectance": 0.5}}"#;
@@ -17,8 +17,7 @@ const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 const CSV: &str = "x,y,z,radius,nx,ny,nz\n0,0,0.5,0.1,0,0,1\n";
 
 pub fn phylux(folder: &Path, arguments: &[&str]) -> Output {
-    let binary = env!("CARGO_BIN_EXE_phylux");
-    Command::new(binary).args(arguments).current_dir(folder).output().expect("phylux starts")
+    Command::new(binary()).args(arguments).current_dir(folder).output().expect("phylux starts")
 }
 
 /// Names of the files in a folder, in order.

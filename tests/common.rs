@@ -7,16 +7,28 @@ use std::{
 
 use phylux::{Control, Estimator, FaceResult, RunResult, Settings};
 
-/// Loads and runs a scene file; panics with the error's sentence.
+/// Loads and runs a scene file; panics with the error's sentence. Where the environment variable
+/// `PHYLUX_RETRY` is set, with the next seed and four times the histories: if a random test fails by bias
+/// it fails then too, as a bias in standard errors doubles; if it failed by chance it passes.
 pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     let loaded = phylux::load(path).unwrap_or_else(|e| panic!("{e}"));
     let mut settings = loaded.settings.clone();
     change(&mut settings);
+    if std::env::var_os("PHYLUX_RETRY").is_some() {
+        settings.seed += 1;
+        settings.photons = Some(4 * settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS));
+    }
     let stop = AtomicBool::new(false);
     let control = Control { stop: &stop, progress: &|_| {} };
     let simulation =
         phylux::simulate(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
     RunResult::new(&loaded.scene, &settings, &simulation)
+}
+
+/// The program: the one built with the tests or, to test another build, that at `PHYLUX_BINARY`.
+pub fn binary() -> PathBuf {
+    let other = std::env::var_os("PHYLUX_BINARY");
+    other.unwrap_or_else(|| env!("CARGO_BIN_EXE_phylux").into()).into()
 }
 
 /// A folder with a scene and its files, gone when dropped.
@@ -60,11 +72,9 @@ pub fn front<'a>(result: &'a RunResult, id: &str) -> &'a FaceResult {
     &captor.unwrap_or_else(|| panic!("no captor {id}")).front
 }
 
-/// The folder of independently computed truths and measurements, if this machine has it.
-pub fn shared() -> Option<PathBuf> {
-    let shared = std::env::var_os("PHYLUX_SHARED").map(PathBuf::from);
-    if shared.is_none() {
-        eprintln!("skipped: PHYLUX_SHARED is not set");
-    }
-    shared
+/// The folder of independently computed truths and measurements, which is no part of the
+/// repository. Tests that read it have names that begin with `needs_shared_`.
+pub fn shared() -> PathBuf {
+    let shared = std::env::var_os("PHYLUX_SHARED");
+    shared.expect("the environment variable PHYLUX_SHARED names the folder of the data").into()
 }

@@ -22,10 +22,35 @@ struct Value {
     error: Option<f64>,
 }
 
-fn run(path: &Path, estimator: Estimator, photons: u64, seed: u64) -> RunResult {
+/// A way to run a scene.
+#[derive(Clone, Copy)]
+struct Method {
+    name: &'static str,
+    estimator: Estimator,
+    splitting: usize,
+    /// Photons, or paths.
+    count: u64,
+}
+
+const fn photons(count: u64) -> Method {
+    Method { name: "photons", estimator: Estimator::Photons, splitting: 1, count }
+}
+
+/// Photons that are split into 8 flights.
+const fn split_photons(count: u64) -> Method {
+    Method { name: "split photons", splitting: 8, ..photons(count) }
+}
+
+const fn paths(count: u64) -> Method {
+    Method { name: "paths", estimator: Estimator::Paths, ..photons(count) }
+}
+
+fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     run_file(path, |settings| {
-        let photons = Some(photons);
-        *settings = Settings { estimator, photons, seed, k: Some(0), ..settings.clone() };
+        let Method { estimator, splitting, count, .. } = method;
+        let photons = Some(count);
+        *settings =
+            Settings { estimator, splitting, photons, seed, k: Some(0), ..settings.clone() };
     })
 }
 
@@ -54,17 +79,11 @@ fn values(run: &RunResult) -> Vec<Value> {
 /// The share of 95 % intervals over the seeds that hold the truth, for flux and for absorbed power:
 /// in all, and that of the worst value. A truth from a long run has an error of its own, below an
 /// eighth of the interval's, which widens the spread by less than 1 %.
-fn coverage(
-    scene: &str,
-    path: &Path,
-    estimator: Estimator,
-    photons: u64,
-    truth: &[Value],
-) -> Vec<f64> {
+fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f64> {
     let mut held = vec![0u32; truth.len()];
     let mut errors = vec![0.0; truth.len()];
     for seed in 1..=SEEDS {
-        let found = values(&run(path, estimator, photons, seed));
+        let found = values(&run(path, method, seed));
         for (i, (truth, found)) in truth.iter().zip(found).enumerate() {
             let error = found.error.unwrap_or(0.0);
             errors[i] += error / SEEDS as f64;
@@ -89,7 +108,9 @@ fn coverage(
         let mean = each().map(|(share, _)| share).sum::<f64>() / each().count() as f64;
         let worst = each().min_by(|a, b| a.0.total_cmp(&b.0)).expect("a value");
         println!(
-            "{scene}, {estimator}, {kind}: {:.1} % of {} x {SEEDS} intervals, least {:.1} % ({})",
+            "{scene}, {} {}, {kind}: {:.1} % of {} x {SEEDS} intervals, least {:.1} % ({})",
+            method.count,
+            method.name,
             100.0 * mean,
             each().count(),
             100.0 * worst.0,
@@ -100,36 +121,38 @@ fn coverage(
     shares
 }
 
-/// Over 200 seeds on three scenes, for photons and for paths, between 90 and 99 % of the 95 % intervals
+/// Over 200 seeds on three scenes, for photons, for split photons and for paths, between 90 and 99 % of the 95 % intervals
 /// (1.98 standard errors, as they come from 128 blocks) of flux and of absorbed power hold the truth:
 /// the closed form in a furnace, in the shipped scenes a run of seed 1000 with 200 times as many.
 /// Seeds 1 to 200. The share of 200 independent intervals has a standard error of 1.5 %, so that one of
 /// them would leave the range by chance with odds of 6e-4; the bounds are on means over several values.
 #[test]
-#[ignore = "some minutes: run by hand or nightly"]
-fn intervals_hold_the_truth() {
+#[ignore = "takes minutes: .ci/nightly runs it"]
+fn nightly_intervals_hold_the_truth() {
     let mut shares = Vec::new();
     let world = furnace(1.0, 0.5)
         .captor_of_both_sides("level", &Mesh::square([0.1, 0.0, 0.6], [0.0, 0.0, 1.0], 0.9))
         .captor_of_both_sides("tilted", &Mesh::square([-0.2, 0.1, 0.1], [0.6, 0.0, 0.8], 0.9));
     let scene = world.write();
     let path = scene.path("scene.json");
-    let sample = run(&path, Estimator::Photons, 10_000, 1);
+    let sample = run(&path, photons(10_000), 1);
     assert!(front(&sample, "level").photons > 100 && back(&sample, "tilted").photons > 100);
     let exact = |found: Value| Value { value: PI * 0.81, error: None, ..found };
     let truth: Vec<Value> = values(&sample).into_iter().map(exact).collect();
-    for (estimator, photons) in [(Estimator::Photons, 20_000), (Estimator::Paths, 4_000)] {
-        shares.extend(coverage("furnace", &path, estimator, photons, &truth));
+    for method in [photons(20_000), split_photons(5_000), paths(4_000)] {
+        shares.extend(coverage("furnace", &path, method, &truth));
     }
     let shipped =
         |name: &str| -> PathBuf { Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name) };
-    for (name, photons, paths) in
-        [("box.json", 10_000, 10_000), ("growth-chamber.json", 10_000, 20_000)]
-    {
+    for (name, methods) in [
+        ("box.json", [photons(10_000), split_photons(5_000), paths(10_000)]),
+        ("growth-chamber.json", [photons(10_000), split_photons(5_000), paths(20_000)]),
+    ] {
         let path = shipped(name);
-        for (estimator, photons) in [(Estimator::Photons, photons), (Estimator::Paths, paths)] {
-            let truth = values(&run(&path, estimator, LONGER * photons, 1000));
-            shares.extend(coverage(name, &path, estimator, photons, &truth));
+        for method in methods {
+            let longer = Method { count: LONGER * method.count, ..method };
+            let truth = values(&run(&path, longer, 1000));
+            shares.extend(coverage(name, &path, method, &truth));
         }
     }
     assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");

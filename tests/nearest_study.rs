@@ -280,8 +280,8 @@ fn geometric_mean(ratios: &[f64]) -> f64 {
 /// of bias at 6 standard errors (Student's t: odds of a false alarm 3e-8 each with 99 degrees of
 /// freedom, 2e-4 with 9 for 200 of them, which are not independent), 100 of spread at 5 of theirs.
 #[test]
-#[ignore = "some minutes: run by hand or nightly"]
-fn bias_and_spread_against_k() {
+#[ignore = "takes minutes: .ci/nightly runs it"]
+fn nightly_bias_and_spread_against_k() {
     let cases = cases();
     let mut cells = Vec::new();
     for case in &cases {

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::{
     bad_input::{listing, phylux},
-    common::TestScene,
+    common::{TestScene, binary},
 };
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -31,7 +31,7 @@ fn scene() -> TestScene {
 }
 
 fn start(folder: &Path, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_phylux"))
+    Command::new(binary())
         .args(arguments)
         .current_dir(folder)
         .stdout(Stdio::piped())

@@ -11,14 +11,14 @@ use std::{
 use phylux::Stream;
 
 use super::*;
-use crate::bad_input::listing;
+use crate::{bad_input::listing, common::binary};
 
 /// Twelve powers and three seeds; one run in four fails.
 const SWEEP: &str = r#"{"scene": "scene.json", "seeds": 3, "vary": {
     "/lights/0/power": {"from": 1, "to": 3, "steps": 3}, "/materials/wall/reflectance": [0.1, 0.2, 0.3, 1.5]}}"#;
 
 fn start(folder: &TestScene, arguments: &str) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_phylux"))
+    Command::new(binary())
         .args(arguments.split(' '))
         .current_dir(folder.path(""))
         .stdout(Stdio::null())

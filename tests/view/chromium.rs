@@ -29,12 +29,9 @@ pub struct Page {
 const PATIENCE: Duration = Duration::from_secs(120);
 
 impl Page {
-    /// Opens a file; none, saying so, where there is no Chromium.
-    pub fn open(path: &Path) -> Option<Self> {
-        let Some(program) = chromium() else {
-            eprintln!("skipped: there is no Chromium to open the page in");
-            return None;
-        };
+    /// Opens a file.
+    pub fn open(path: &Path) -> Self {
+        let program = chromium().expect("Chromium is installed, and on the PATH");
         let profile = tempfile::tempdir().expect("a folder");
         // the protocol wants file descriptors 3 and 4
         let script = r#"exec "$0" "$@" 3<&0 4>&1 0</dev/null 1>/dev/null 2>/dev/null"#;
@@ -70,7 +67,7 @@ impl Page {
             page.call(&format!("{domain}.enable"), json!({}));
         }
         page.call("Page.navigate", json!({ "url": format!("file://{}", path.display()) }));
-        Some(page)
+        page
     }
 
     /// Waits until an expression is true.

@@ -1,0 +1,222 @@
+//! Every command and every file that README.md and the pages of docs/ show works as it stands there,
+//! except that runs are made short. CONTRIBUTING.md says how to write an example.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use serde_json::{Value, json};
+
+use crate::common::binary;
+
+/// Photons, paths and stored arrivals of every run here: enough for 100 paths from each face of the box.
+const PHOTONS: &str = "2000";
+/// Languages of code blocks that are neither commands of phylux nor files that it reads.
+const FOREIGN: [&str; 3] = ["bash", "python", "r"];
+
+/// A code block of a page, fenced or indented.
+struct Block<'a> {
+    /// The number of its first line.
+    line: usize,
+    /// The last line of prose before it.
+    before: &'a str,
+    /// What stands behind the opening fence; none without a fence.
+    language: Option<&'a str>,
+    lines: Vec<&'a str>,
+}
+
+impl<'a> Block<'a> {
+    fn all(text: &'a str) -> Vec<Self> {
+        let (mut blocks, mut before, mut blank) = (Vec::new(), "", true);
+        let mut rest = text.lines().zip(1..).peekable();
+        while let Some((start, line)) = rest.next() {
+            let (language, lines) = if let Some(language) = start.strip_prefix("```") {
+                let inside = rest.by_ref().map(|(text, _)| text);
+                (Some(language), inside.take_while(|text| *text != "```").collect())
+            } else if blank && start.starts_with("    ") {
+                let mut lines = vec![start.trim_start()];
+                while let Some((text, _)) = rest.next_if(|(text, _)| text.starts_with("    ")) {
+                    lines.push(text.trim_start());
+                }
+                (None, lines)
+            } else {
+                blank = start.trim().is_empty();
+                if !blank {
+                    before = start;
+                }
+                continue;
+            };
+            blocks.push(Self { line, before, language, lines });
+        }
+        blocks
+    }
+
+    /// Whether a comment before it says why it is not run.
+    fn is_marked(&self) -> bool {
+        self.before.starts_with("<!-- not run: ")
+    }
+
+    fn commands(&self) -> impl Iterator<Item = &'a str> {
+        self.lines.iter().copied().filter(|l| l.starts_with("phylux ") || l.starts_with("cargo "))
+    }
+
+    fn is_file(&self) -> bool {
+        self.language.is_some_and(|language| !FOREIGN.contains(&language))
+    }
+
+    /// The file that it shows: the last name in the line before it. A name without a folder is one of
+    /// scenes/.
+    fn name(&self) -> Option<PathBuf> {
+        let names = self.before.split('`').skip(1).step_by(2);
+        let name = Path::new(names.filter(|name| name.contains('.')).last()?);
+        let alone = name.parent() == Some(Path::new(""));
+        Some(if alone { Path::new("scenes").join(name) } else { name.into() })
+    }
+}
+
+/// A temporary folder with the shipped scenes, made small.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let (folder, root) = (tempfile::tempdir().expect("a folder"), root());
+        for part in ["scenes", "captors"] {
+            fs::create_dir(folder.path().join(part)).expect("a folder");
+            for entry in fs::read_dir(root.join(part)).expect("a folder of the repository") {
+                let from = entry.expect("an entry").path();
+                let to = folder.path().join(part).join(from.file_name().expect("a name"));
+                let mut bytes = fs::read(&from).expect("a file");
+                if let Some(mut scene) = serde_json::from_slice::<Value>(&bytes).ok()
+                    && scene.get("settings").is_some()
+                {
+                    let few: u64 = PHOTONS.parse().expect("a number");
+                    scene["settings"]["photons"] = json!(few);
+                    scene["settings"]["map_photons"] = json!(few);
+                    bytes = scene.to_string().into();
+                }
+                fs::write(to, bytes).expect("written");
+            }
+        }
+        fs::create_dir_all(folder.path().join("docs/charts")).expect("a folder");
+        Self(folder)
+    }
+
+    /// Runs a line as a shell would, with few photons; `place` says where it stands.
+    fn run(&self, place: &str, line: &str) {
+        let line = short(line);
+        let folders = env::var_os("PATH").unwrap_or_default();
+        let own = binary().parent().expect("a folder").to_path_buf();
+        let path = env::join_paths([own].into_iter().chain(env::split_paths(&folders)));
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &line]).env("PATH", path.expect("a search path"));
+        let output = shell.current_dir(self.0.path()).output().expect("a shell");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{place}: {line}\n{said}");
+    }
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The command without its comment, with few photons and a tolerance that these can meet.
+fn short(line: &str) -> String {
+    let command = line.split(" #").next().unwrap_or_default().trim_end();
+    let mut words: Vec<&str> = command.split(' ').collect();
+    for (option, value) in [("--photons", PHOTONS), ("--tolerance", "0.3")] {
+        if let Some(at) = words.iter().position(|word| *word == option) {
+            words[at + 1] = value;
+        }
+    }
+    match words[1] {
+        "render" => words.extend(["--map-photons", PHOTONS, "--width", "60", "--height", "45"]),
+        "chart" => words.extend(["--seeds", "2"]),
+        _ => {}
+    }
+    words.join(" ")
+}
+
+/// Writes and tries the files of a page, then runs its commands in their order. How many there were.
+fn try_page(page: &Path) -> (usize, usize) {
+    let text = fs::read_to_string(root().join(page)).expect("a page");
+    let blocks = Block::all(&text);
+    let folder = Folder::new();
+    let (mut files, mut commands) = (Vec::new(), Vec::new());
+    for block in &blocks {
+        let place = format!("{}:{}", page.display(), block.line);
+        let of_block = block.commands().map(|command| (place.clone(), command));
+        if block.is_marked() {
+            let is_example = block.is_file() || block.commands().next().is_some();
+            assert!(is_example, "{place}: marked as not run, but nothing here would be run");
+        } else if block.is_file() {
+            let name = block.name().unwrap_or_else(|| panic!("{place}: name the file, or mark it"));
+            let text = block.lines.join("\n");
+            match fs::read_to_string(root().join(&name)) {
+                Ok(shipped) => assert_eq!(shipped.trim_end(), text, "{place}: {}", name.display()),
+                Err(_) => fs::write(folder.0.path().join(&name), text).expect("written"),
+            }
+            files.push((place, name));
+        } else {
+            commands.extend(of_block);
+        }
+    }
+    for (place, name) in &files {
+        let path = name.display();
+        match name.to_string_lossy() {
+            name if name.ends_with(".sweep.json") => {
+                folder.run(place, &format!("phylux sweep {path} --dry-run"));
+            }
+            name if name.ends_with(".json") => {
+                folder.run(place, &format!("phylux check {path}"));
+                let text = fs::read_to_string(folder.0.path().join(&*name)).expect("a scene");
+                if text.contains("\"captor") {
+                    let run = format!("phylux run {path} --photons 1 -o of-a-page.json");
+                    folder.run(place, &run);
+                }
+            }
+            _ => {}
+        }
+    }
+    for (place, command) in &commands {
+        let command = command.replace("cargo run --release -- ", "phylux ");
+        assert!(command.starts_with("phylux "), "{place}: {command}: mark it as not run");
+        folder.run(place, &command);
+    }
+    (files.len(), commands.len())
+}
+
+/// No chance in it: it asks for success only.
+#[test]
+fn examples_of_all_pages_work() {
+    let docs = fs::read_dir(root().join("docs")).expect("docs");
+    let docs = docs.map(|entry| Path::new("docs").join(entry.expect("an entry").file_name()));
+    let docs = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    let (mut files, mut commands) = (0, 0);
+    for page in [PathBuf::from("README.md")].into_iter().chain(docs) {
+        let tried = try_page(&page);
+        (files, commands) = (files + tried.0, commands + tried.1);
+    }
+    assert!(files >= 10 && commands >= 25, "found only {files} files and {commands} commands");
+}
+
+/// The reader of pages tells commands, files and marked blocks apart.
+#[test]
+fn blocks_of_a_page() {
+    let page = "Text\n\n    phylux check a.json  # first\n    x = 1\n\n`a.json` and `b.sweep.json`:\n\
+                ```json\n{}\n```\n<!-- not run: needs Slurm -->\n\n    phylux merge\n```python\n1\n```\n";
+    let blocks = Block::all(page);
+    let commands: Vec<Vec<&str>> = blocks.iter().map(|block| block.commands().collect()).collect();
+    assert_eq!(
+        commands,
+        [vec!["phylux check a.json  # first"], vec![], vec!["phylux merge"], vec![]]
+    );
+    assert_eq!(blocks[1].name(), Some("scenes/b.sweep.json".into()));
+    assert_eq!(blocks.iter().map(Block::is_file).collect::<Vec<_>>(), [false, true, false, false]);
+    assert_eq!(blocks.iter().map(Block::is_marked).collect::<Vec<_>>(), [false, false, true, true]);
+    assert_eq!(
+        short("phylux run a.json --photons 2e7 -o b  # x"),
+        "phylux run a.json --photons 2000 -o b"
+    );
+}
