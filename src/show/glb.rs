@@ -7,21 +7,7 @@ use std::{
 };
 
 use glam::Vec3;
-use gltf::{
-    Glb,
-    binary::Header,
-    json::{
-        Accessor, Buffer, Extras, Index, Material, Node, Root,
-        accessor::{ComponentType, GenericComponentType, Type},
-        buffer::{Target, View},
-        extensions::{self, material::Unlit},
-        material::{PbrMetallicRoughness, StrengthFactor},
-        mesh::{Mode, Primitive, Semantic},
-        scene::UnitQuaternion,
-        validation::Checked::Valid,
-    },
-};
-use serde_json::{json, value::to_raw_value};
+use serde_json::{Map, Value, json};
 
 use crate::{
     math::geometry::Triangle,
@@ -45,8 +31,6 @@ pub struct Shown {
 /// Nodes for single captors; where there are more captors, those of one object, or the virtual
 /// ones, share one.
 const NODES: usize = 5000;
-/// Bytes of a file besides its JSON and data, at most: headers and padding.
-const FRAME: usize = 12 + 2 * (8 + 3);
 /// Shown where no value is known, sRGB.
 const PALE: Vec3 = Vec3::splat(0.88);
 /// Share of the values below the end of a chosen range: a few bright spots would leave all else dark.
@@ -90,7 +74,7 @@ pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io
             }
         }
         if !mesh.values.is_empty() {
-            file.node(mesh, node_name(exhibit, &parts[0]), extras(exhibit, &parts[0])?);
+            file.node(mesh, node_name(exhibit, &parts[0]), extras(exhibit, &parts[0]));
         }
     }
     file.write(exhibit, shown, &range, writer)
@@ -117,11 +101,9 @@ fn node_name(exhibit: &Exhibit, part: &TilePart) -> String {
 }
 
 /// What a node's captor received, in every band.
-fn extras(exhibit: &Exhibit, part: &TilePart) -> io::Result<Extras> {
-    let (Some(captor), true) = (part.captor, exhibit.scene.captors.len() <= NODES) else {
-        return Ok(None);
-    };
-    let mut extras = serde_json::Map::new();
+fn extras(exhibit: &Exhibit, part: &TilePart) -> Option<Map<String, Value>> {
+    let captor = part.captor.filter(|_| exhibit.scene.captors.len() <= NODES)?;
+    let mut extras = Map::new();
     for (channel, name) in [
         (Channel::Front, "irradiance_front"),
         (Channel::Back, "irradiance_back"),
@@ -134,7 +116,7 @@ fn extras(exhibit: &Exhibit, part: &TilePart) -> io::Result<Extras> {
             }
         }
     }
-    Ok(Some(to_raw_value(&extras)?))
+    Some(extras)
 }
 
 /// Faces of one node, with three corners of their own.
@@ -172,15 +154,22 @@ fn linear(s: f32) -> u8 {
     (255.0 * linear).round() as u8
 }
 
-/// A file in the making.
+/// A file in the making: its data, and what the JSON says of them. Numbers are those of the
+/// specification (2.0, section 5).
 #[derive(Default)]
 struct GlbFile {
-    root: Root,
+    nodes: Vec<Value>,
+    meshes: Vec<Value>,
+    accessors: Vec<Value>,
+    views: Vec<Value>,
     data: Vec<u8>,
 }
 
 impl GlbFile {
-    fn node(&mut self, mesh: Mesh, name: String, extras: Extras) {
+    fn node(&mut self, mesh: Mesh, name: String, extras: Option<Map<String, Value>>) {
+        const FLOAT: u16 = 5126;
+        const UNSIGNED_BYTE: u16 = 5121;
+        const TRIANGLES: u8 = 4;
         let (mut low, mut high) = (mesh.corners[0], mesh.corners[0]);
         for corner in &mesh.corners {
             for axis in 0..3 {
@@ -188,131 +177,107 @@ impl GlbFile {
                 high[axis] = high[axis].max(corner[axis]);
             }
         }
+        let count = mesh.values.len();
         let flat =
             |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
-        let accessor = |of, each, normalized| Accessor {
-            buffer_view: None,
-            byte_offset: None,
-            count: mesh.values.len().into(),
-            component_type: Valid(GenericComponentType(of)),
-            extensions: None,
-            extras: None,
-            type_: Valid(each),
-            min: None,
-            max: None,
-            name: None,
-            normalized,
-            sparse: None,
-        };
-        let position = Accessor {
-            min: Some(json!(low)),
-            max: Some(json!(high)),
-            ..accessor(ComponentType::F32, Type::Vec3, false)
-        };
-        let colour = accessor(ComponentType::U8, Type::Vec4, true);
-        let value = accessor(ComponentType::F32, Type::Scalar, false);
-        let attributes = [
-            (Semantic::Positions, self.add(flat(mesh.corners.as_flattened()), position)),
-            (Semantic::Colors(0), self.add(mesh.colours.into_flattened(), colour)),
-            (Semantic::Extras("VALUE".into()), self.add(flat(&mesh.values), value)),
-        ];
-        let mesh = self.root.push(gltf::json::Mesh {
-            extensions: None,
-            extras: None,
-            name: Some(name.clone()),
-            primitives: vec![Primitive {
-                attributes: attributes.into_iter().map(|(of, index)| (Valid(of), index)).collect(),
-                extensions: None,
-                extras: None,
-                indices: None,
-                material: Some(Index::new(0)),
-                mode: Valid(Mode::Triangles),
-                targets: None,
-            }],
-            weights: None,
+        let position = json!({ "componentType": FLOAT, "type": "VEC3", "count": count,
+                               "min": low, "max": high });
+        let colour = json!({ "componentType": UNSIGNED_BYTE, "type": "VEC4", "count": count,
+                             "normalized": true });
+        let value = json!({ "componentType": FLOAT, "type": "SCALAR", "count": count });
+        let attributes = json!({
+            "POSITION": self.add(flat(mesh.corners.as_flattened()), position),
+            "COLOR_0": self.add(mesh.colours.into_flattened(), colour),
+            "_VALUE": self.add(flat(&mesh.values), value),
         });
-        self.root.push(Node { mesh: Some(mesh), name: Some(name), extras, ..Node::default() });
+        let primitive = json!({ "attributes": attributes, "material": 0, "mode": TRIANGLES });
+        let mut node = json!({ "name": name, "mesh": self.meshes.len() });
+        if let Some(extras) = extras {
+            node["extras"] = extras.into();
+        }
+        self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
+        self.nodes.push(node);
     }
 
-    /// Adds data and says what it is.
-    fn add(&mut self, bytes: Vec<u8>, accessor: Accessor) -> Index<Accessor> {
-        let view = self.root.push(View {
-            buffer: Index::new(0),
-            byte_length: bytes.len().into(),
-            byte_offset: Some(self.data.len().into()),
-            byte_stride: None,
-            name: None,
-            target: Some(Valid(Target::ArrayBuffer)),
-            extensions: None,
-            extras: None,
-        });
+    /// Adds data and what an accessor says of them; the index of the accessor.
+    fn add(&mut self, bytes: Vec<u8>, mut accessor: Value) -> usize {
+        const ARRAY_BUFFER: u16 = 34962;
+        accessor["bufferView"] = self.views.len().into();
+        self.views.push(json!({ "buffer": 0, "byteOffset": self.data.len(),
+                                "byteLength": bytes.len(), "target": ARRAY_BUFFER }));
         self.data.extend(bytes);
-        self.root.push(Accessor { buffer_view: Some(view), ..accessor })
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
     }
 
     fn write(
-        self,
+        mut self,
         exhibit: &Exhibit,
         shown: &Shown,
         range: &Scale,
         writer: &mut dyn Write,
     ) -> io::Result<()> {
-        let Self { mut root, data } = self;
         let scene = exhibit.scene;
-        let children: Vec<_> = (1..=root.nodes.len() as u32).map(Index::new).collect();
         let center = scene.center.as_vec3();
+        let children: Vec<usize> = (1..=self.nodes.len()).collect();
         // glTF's y is up, a scene's z
-        let upright = Node {
-            name: Some(scene.name.clone()),
-            rotation: Some(UnitQuaternion([-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2])),
-            translation: Some([center.x, center.z, -center.y]),
-            children: (!children.is_empty()).then_some(children),
-            ..Node::default()
-        };
-        root.nodes.insert(0, upright);
-        let whole = root.push(gltf::json::Scene {
-            name: Some(scene.name.clone()),
-            nodes: vec![Index::new(0)],
-            extensions: None,
-            extras: Some(to_raw_value(&json!({
-                "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
-                "band": scene.band_names().nth(shown.band),
-                "unit": scene.quantity.unit_names().irradiance,
-                "range": [range.low, range.high],
-                "logarithmic": range.log,
-                "colours": "viridis",
-            }))?),
+        let mut upright = json!({
+            "name": scene.name,
+            "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2],
+            "translation": [center.x, center.z, -center.y],
         });
-        root.scene = Some(whole);
-        root.asset.generator = Some(concat!("phylux ", env!("CARGO_PKG_VERSION")).into());
-        if !data.is_empty() {
-            root.push(Buffer {
-                byte_length: data.len().into(),
-                name: None,
-                uri: None,
-                extensions: None,
-                extras: None,
-            });
-            root.extensions_used.push("KHR_materials_unlit".into());
-            root.push(Material {
-                name: Some("value".into()),
-                pbr_metallic_roughness: PbrMetallicRoughness {
-                    metallic_factor: StrengthFactor(0.0),
-                    ..PbrMetallicRoughness::default()
-                },
-                extensions: Some(extensions::material::Material { unlit: Some(Unlit {}) }),
-                ..Material::default()
-            });
+        if !children.is_empty() {
+            upright["children"] = children.into();
         }
-        let json = root.to_vec()?;
-        if u32::try_from(json.len() + data.len() + FRAME).is_err() {
-            return Err(io::Error::other("a .glb holds at most 4 GiB"));
+        self.nodes.insert(0, upright);
+        let extras = json!({
+            "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
+            "band": scene.band_names().nth(shown.band),
+            "unit": scene.quantity.unit_names().irradiance,
+            "range": [range.low, range.high],
+            "logarithmic": range.log,
+            "colours": "viridis",
+        });
+        let mut root = json!({
+            "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
+            "scene": 0,
+            "scenes": [{ "name": scene.name, "nodes": [0], "extras": extras }],
+            "nodes": self.nodes,
+        });
+        // empty lists are not allowed
+        if !self.data.is_empty() {
+            root["meshes"] = self.meshes.into();
+            root["accessors"] = self.accessors.into();
+            root["bufferViews"] = self.views.into();
+            root["buffers"] = json!([{ "byteLength": self.data.len() }]);
+            root["extensionsUsed"] = json!(["KHR_materials_unlit"]);
+            root["materials"] = json!([{
+                "name": "value",
+                "pbrMetallicRoughness": { "metallicFactor": 0 },
+                "extensions": { "KHR_materials_unlit": {} },
+            }]);
         }
-        let glb = Glb {
-            header: Header { magic: *b"glTF", version: 2, length: 0 },
-            json: json.into(),
-            bin: (!data.is_empty()).then(|| data.into()),
-        };
-        glb.to_writer(writer).map_err(io::Error::other)
+        write_chunks(serde_json::to_vec(&root)?, self.data, writer)
     }
+}
+
+/// The frame of a `.glb` (section 4): a header, then chunks, each padded to a multiple of 4 bytes.
+fn write_chunks(mut json: Vec<u8>, mut data: Vec<u8>, writer: &mut dyn Write) -> io::Result<()> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    data.resize(data.len().next_multiple_of(4), 0);
+    let chunks = [(b"JSON", json), (b"BIN\0", data)];
+    let chunks = chunks.iter().filter(|(_, bytes)| !bytes.is_empty());
+    let length: usize = 12 + chunks.clone().map(|(_, bytes)| 8 + bytes.len()).sum::<usize>();
+    let Ok(length) = u32::try_from(length) else {
+        return Err(io::Error::other("a .glb holds at most 4 GiB"));
+    };
+    writer.write_all(b"glTF")?;
+    writer.write_all(&2u32.to_le_bytes())?;
+    writer.write_all(&length.to_le_bytes())?;
+    for (kind, bytes) in chunks {
+        writer.write_all(&(bytes.len() as u32).to_le_bytes())?;
+        writer.write_all(*kind)?;
+        writer.write_all(bytes)?;
+    }
+    Ok(())
 }
