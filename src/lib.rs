@@ -17,9 +17,15 @@
 //! println!("{} {:?}", result.captors[0].id, result.captors[0].front.irradiance);
 //! # Ok::<(), phylux::Error>(())
 //! ```
+//!
+//! Cargo features: `cli` (the command line), `studies` (sweeps, convergence studies, checks), `show` (pictures,
+//! charts, pages, exports), `exr` and `parquet` (these formats). All are on by default; without them, by
+//! `default-features = false`, there are scenes, transport and results, and their files.
 
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
+// without the command line, what only it uses is left over
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 mod error;
 
@@ -34,10 +40,13 @@ mod results;
 
 mod formats;
 
+#[cfg(feature = "show")]
 mod show;
 
+#[cfg(feature = "studies")]
 mod studies;
 
+#[cfg(feature = "cli")]
 pub mod cli;
 
 pub use error::{Error, ErrorKind, Result};
@@ -70,21 +79,33 @@ pub use scene::world::{
     Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
     Surface, SurfaceHit, SurfacePart,
 };
+#[cfg(feature = "show")]
 pub use show::chart::{Chart, Series, Stroke};
+#[cfg(feature = "show")]
 pub use show::exhibit::{Exhibit, ExhibitPlan, ExhibitStage};
+#[cfg(feature = "show")]
 pub use show::export::{Colours, ExportFormat, check_export, write_export};
+#[cfg(feature = "show")]
 pub use show::glb::Shown;
+#[cfg(feature = "show")]
 pub use show::picture::{BandColours, Exposure, Legend, Picture, Scale};
+#[cfg(feature = "show")]
 pub use show::render::{
     Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
 };
+#[cfg(feature = "show")]
 pub use show::view::{check_view, write_view};
+#[cfg(feature = "show")]
 pub use show::vtk::VtkKind;
+#[cfg(feature = "studies")]
 pub use studies::check::{MaterialSummary, SceneSummary, check, check_meshes};
+#[cfg(feature = "studies")]
 pub use studies::convergence::{
     Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study,
 };
+#[cfg(feature = "studies")]
 pub use studies::join::join;
+#[cfg(feature = "studies")]
 pub use studies::sweep::{
     Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };

@@ -13,14 +13,14 @@ use crate::common::binary;
 
 /// Photons, paths and stored arrivals of every run here: enough for 100 paths from each face of the box.
 const PHOTONS: &str = "2000";
-/// Languages of code blocks that are neither commands of phylux nor files that it reads.
-const FOREIGN: [&str; 3] = ["bash", "python", "r"];
+/// What the names of files end with that phylux reads.
+const ENDINGS: [&str; 4] = [".json", ".csv", ".obj", ".mtl"];
 
 /// A code block of a page, fenced or indented.
 struct Block<'a> {
     /// The number of its first line.
     line: usize,
-    /// The last line of prose before it.
+    /// The last line of prose before it; empty where there is none since the block before.
     before: &'a str,
     /// What stands behind the opening fence; none without a fence.
     language: Option<&'a str>,
@@ -49,6 +49,7 @@ impl<'a> Block<'a> {
                 continue;
             };
             blocks.push(Self { line, before, language, lines });
+            before = "";
         }
         blocks
     }
@@ -63,14 +64,15 @@ impl<'a> Block<'a> {
     }
 
     fn is_file(&self) -> bool {
-        self.language.is_some_and(|language| !FOREIGN.contains(&language))
+        self.language == Some("json") || self.language.is_some() && self.name().is_some()
     }
 
     /// The file that it shows: the last name in the line before it. A name without a folder is one of
     /// scenes/.
     fn name(&self) -> Option<PathBuf> {
         let names = self.before.split('`').skip(1).step_by(2);
-        let name = Path::new(names.filter(|name| name.contains('.')).last()?);
+        let is_file = |name: &&str| ENDINGS.iter().any(|ending| name.ends_with(ending));
+        let name = Path::new(names.filter(is_file).last()?);
         let alone = name.parent() == Some(Path::new(""));
         Some(if alone { Path::new("scenes").join(name) } else { name.into() })
     }
@@ -132,7 +134,13 @@ fn short(line: &str) -> String {
     }
     match words[1] {
         "render" => words.extend(["--map-photons", PHOTONS, "--width", "60", "--height", "45"]),
-        "chart" => words.extend(["--seeds", "2"]),
+        "chart" => {
+            words.extend(["--seeds", "2"]);
+            // in the growth chamber so many know a captor well enough
+            if !command.contains("--photons") {
+                words.extend(["--photons", "20000"]);
+            }
+        }
         _ => {}
     }
     words.join(" ")
@@ -214,7 +222,10 @@ fn blocks_of_a_page() {
     );
     assert_eq!(blocks[1].name(), Some("scenes/b.sweep.json".into()));
     assert_eq!(blocks.iter().map(Block::is_file).collect::<Vec<_>>(), [false, true, false, false]);
-    assert_eq!(blocks.iter().map(Block::is_marked).collect::<Vec<_>>(), [false, false, true, true]);
+    assert_eq!(
+        blocks.iter().map(Block::is_marked).collect::<Vec<_>>(),
+        [false, false, true, false]
+    );
     assert_eq!(
         short("phylux run a.json --photons 2e7 -o b  # x"),
         "phylux run a.json --photons 2000 -o b"

@@ -22,11 +22,11 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{output::OutputFile, scene_file},
-    show::picture::write_exr,
     transport::{settings::Checked, surface_light::SurfaceLight},
 };
-use light::channels;
 use task::make;
+#[cfg(feature = "exr")]
+use {crate::show::picture::write_exr, light::channels};
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -142,6 +142,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     for (kind, output) in outputs {
         match kind {
             Kind::Png => output.write(|writer| made.picture.write_png(writer))?,
+            #[cfg(feature = "exr")]
             Kind::Exr => {
                 let pixels = made.pixels.as_ref();
                 let channels = pixels.map(|pixels| channels(pixels, &loaded.scene, arguments.show));
@@ -185,7 +186,7 @@ fn check(arguments: &Arguments) -> Result<()> {
     }
     let numbers = matches!(show, What::Radiance | What::Irradiance | What::Absorbed);
     for path in &arguments.output {
-        if !numbers && Kind::of(path)? == Kind::Exr {
+        if !numbers && Kind::of(path)? != Kind::Png {
             return Err(Error::input(
                 path.display(),
                 "EXR holds the light on surfaces, no captors or photons",
@@ -200,6 +201,7 @@ fn check(arguments: &Arguments) -> Result<()> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Png,
+    #[cfg(feature = "exr")]
     Exr,
 }
 
@@ -208,7 +210,13 @@ impl Kind {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
+            #[cfg(feature = "exr")]
             Some("exr") => Ok(Self::Exr),
+            #[cfg(not(feature = "exr"))]
+            Some("exr") => {
+                Err(Error::input(path.display(), "this program was built without OpenEXR")
+                    .remedy("write .png, or build it with `cargo build --release --features exr`"))
+            }
             _ => Err(Error::input(path.display(), "is neither .png nor .exr")
                 .remedy("let its name end so")),
         }

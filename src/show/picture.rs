@@ -1,6 +1,7 @@
 //! Pictures: pixels of colour, text on them, and files (PNG; EXR for numbers).
 
 mod bar;
+#[cfg(feature = "exr")]
 mod exr_file;
 mod scale;
 mod spectral;
@@ -11,6 +12,7 @@ use glam::Vec3;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 pub use bar::Legend;
+#[cfg(feature = "exr")]
 pub use exr_file::write_exr;
 pub use scale::Scale;
 pub use spectral::{BandColours, Exposure};

@@ -39,7 +39,10 @@ fn header(scene: &Scene, photons: usize, writer: &mut dyn Write) -> io::Result<(
     for (l, light) in scene.lights.iter().enumerate().take(LISTED) {
         writeln!(writer, "comment light {l}: {}", plain(&light.name))?;
     }
-    write!(writer, "element vertex {photons}\nproperty double x\nproperty double y\nproperty double z\n")?;
+    write!(
+        writer,
+        "element vertex {photons}\nproperty double x\nproperty double y\nproperty double z\n"
+    )?;
     write!(writer, "property float dx\nproperty float dy\nproperty float dz\n")?;
     for b in 0..scene.bands.len() {
         writeln!(writer, "property float power_{b}")?;

@@ -11,9 +11,8 @@ use crate::error::number;
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
 
 /// How captors are read.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema, clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
     /// Photons from the lights, counted where they arrive.
