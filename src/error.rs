@@ -71,6 +71,72 @@ impl fmt::Display for Error {
     }
 }
 
+/// What is wrong with a value and what to do about it, before it is said where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    problem: String,
+    remedy: Option<String>,
+}
+
+impl Problem {
+    /// From both.
+    pub fn new(problem: impl fmt::Display, remedy: impl fmt::Display) -> Self {
+        Self { problem: problem.to_string(), remedy: Some(remedy.to_string()) }
+    }
+
+    /// The same of a part of what is checked.
+    pub fn of(self, part: impl fmt::Display) -> Self {
+        Self { problem: format!("{part}: {}", self.problem), ..self }
+    }
+
+    /// The same with one more thing that can be done.
+    pub fn or(self, other: impl fmt::Display) -> Self {
+        let first = self.remedy.map_or(String::new(), |remedy| remedy + ", or ");
+        Self { remedy: Some(format!("{first}{other}")), ..self }
+    }
+
+    /// As an error of the input at `place`.
+    pub fn at(self, place: impl fmt::Display) -> Error {
+        Error { remedy: self.remedy, ..Error::input(place, self.problem) }
+    }
+}
+
+/// Refuses a number that is not in [`low`, `high`], as NaN is not; a `high` of `f64::MAX` says that there is no limit.
+pub fn check_range(value: f64, low: f64, high: f64) -> std::result::Result<(), Problem> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    let range = match high {
+        f64::MAX => format!("at least {}", number(low)),
+        _ => format!("from {} to {}", number(low), number(high)),
+    };
+    let remedy = (high == 1.0 && value > 1.0).then(|| "75 % is 0.75".into());
+    Err(Problem { problem: format!("{}, must be {range}", number(value)), remedy })
+}
+
+/// Refuses a list that has not one number for each of so many bands.
+pub fn check_length(numbers: usize, bands: usize) -> std::result::Result<(), Problem> {
+    if numbers == bands {
+        return Ok(());
+    }
+    let s = if bands == 1 { "" } else { "s" };
+    let problem = format!("{numbers} numbers for {bands} band{s}");
+    Err(Problem::new(problem, "give one number, or one per band"))
+}
+
+/// Runs `work`, and makes an error of a panic in it, which is a fault of this program or of a function
+/// that it was given to call.
+pub fn catch_panic<T>(place: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    // whatever `work` has left half done goes with it
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        let why = text.map_or(String::new(), |text| format!(" ({text})"));
+        Err(Error::run(place, format!("it broke off by a fault in the program{why}"))
+            .remedy("nothing was found; please report this"))
+    })
+}
+
 /// Text of which parts may come from a file: without its control characters, and not without end.
 struct OneLine<'a>(&'a str);
 

@@ -12,6 +12,7 @@ mod coverage;
 mod exact;
 mod examples;
 mod exhibit;
+mod in_memory;
 mod invariance;
 mod layers;
 mod nearest;

@@ -37,17 +37,13 @@ use crate::{
     math::{spectrum::lanes, units::LengthUnit},
     scene::{
         camera::View,
-        world::{Band, BandSum, NamedMaterial, Scene, SceneParts},
+        world::{
+            Band, BandSum, MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES, NamedMaterial, Scene, SceneParts,
+        },
     },
     transport::settings::Settings,
 };
 
-/// The most triangles in a scene: surfaces, captors and lights together.
-const MAX_TRIANGLES: usize = 20_000_000;
-/// The most captors.
-const MAX_CAPTORS: usize = 2_000_000;
-/// The most lights.
-const MAX_LIGHTS: usize = 1_000_000;
 /// The most numbers for the bands of all materials and lights.
 const MAX_NUMBERS: usize = 100_000_000;
 
@@ -220,9 +216,14 @@ impl<'a> Loader<'a> {
         })
     }
 
-    /// An error at a JSON pointer of the scene file.
+    /// A JSON pointer of the scene file.
+    fn place(&self, pointer: impl Display) -> String {
+        json::place(&self.path.display().to_string(), &pointer.to_string())
+    }
+
+    /// An error there.
     fn error(&self, pointer: impl Display, problem: impl Display) -> Error {
-        Error::input(json::place(&self.path.display().to_string(), &pointer.to_string()), problem)
+        Error::input(self.place(pointer), problem)
     }
 
     fn warn(&mut self, place: impl Display, problem: impl Display) {

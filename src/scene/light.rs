@@ -4,13 +4,17 @@ use std::collections::BinaryHeap;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::math::{
-    geometry::{Extent, Frame, Ray, Triangle, unit_vector},
-    rng::Stream,
-    sampling::{
-        Chosen, cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle, weighted_choice,
+use crate::{
+    error::{Problem, check_length, check_range, number},
+    math::{
+        geometry::{Extent, Frame, Ray, Triangle, unit_vector},
+        rng::Stream,
+        sampling::{
+            Chosen, cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle,
+            weighted_choice,
+        },
+        spectrum::Spectrum,
     },
-    spectrum::Spectrum,
 };
 
 mod illuminate;
@@ -59,6 +63,81 @@ pub enum LightShape {
         /// Whether the back emits too.
         two_sided: bool,
     },
+}
+
+/// Powers that single precision can carry, W or umol/s.
+const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+/// What a check of a value finds.
+type Checked = Result<(), Problem>;
+
+/// Refuses all but one power that single precision can carry for each of so many bands.
+pub fn check_power(power: &[f64], bands: usize) -> Checked {
+    check_length(power.len(), bands).map_err(|problem| problem.of("power"))?;
+    power.iter().try_for_each(|&power| {
+        check_range(power, 0.0, f64::MAX).map_err(|problem| problem.of("power"))?;
+        if power == 0.0 || POWERS.contains(&power) {
+            return Ok(());
+        }
+        let problem = format!("emits {} W or umol/s in a band", number(power));
+        Err(Problem::new(problem, "it must be 0, or from 1e-30 to 1e30"))
+    })
+}
+
+/// The unit vector of the axis of a spot; refuses one of length 0.
+pub fn check_direction(direction: DVec3) -> Result<DVec3, Problem> {
+    unit_vector(direction).ok_or_else(|| {
+        let remedy = "say where the spot points: [0, 0, -1] is down";
+        Problem::new("a direction of length 0", remedy)
+    })
+}
+
+/// Refuses a half angle of a cone, degrees, outside (0, 180].
+pub fn check_half_angle(degrees: f64) -> Checked {
+    if degrees > 0.0 && degrees <= 180.0 {
+        return Ok(());
+    }
+    let remedy = "it is the angle between the axis and the rim, in degrees";
+    Err(Problem::new(format!("{degrees}, must be above 0 and at most 180"), remedy))
+}
+
+/// The unit vector of the axis of a tube; refuses one of length 0.
+pub fn check_axis(from: DVec3, to: DVec3) -> Result<DVec3, Problem> {
+    unit_vector(to - from).ok_or_else(|| {
+        let problem = "a tube of length 0: `from` is `to`";
+        Problem::new(problem, "move one end, or take a point light")
+    })
+}
+
+/// Refuses triangles that together have no area.
+pub fn check_area(area: f64) -> Checked {
+    if area > 0.0 {
+        return Ok(());
+    }
+    Err(Problem::new("an area light without area", "its corners must not lie on one line"))
+}
+
+impl LightShape {
+    /// Refuses what cannot shine. That coordinates are finite is for the scene to check.
+    pub fn check(&self) -> Checked {
+        match self {
+            Self::Point { .. } => Ok(()),
+            Self::Spot { direction, half_angle, .. } => {
+                check_direction(*direction).map_err(|problem| problem.of("direction"))?;
+                let degrees = half_angle.to_degrees();
+                check_half_angle(degrees).map_err(|problem| problem.of("half angle"))
+            }
+            Self::Tube { from, to, radius } => {
+                check_axis(*from, *to)?;
+                check_range(*radius, 0.0, f64::MAX).map_err(|problem| problem.of("radius"))
+            }
+            Self::IsotropicLine { from, to } => check_axis(*from, *to).map(|_| ()),
+            Self::Area { triangles, .. } => {
+                let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+                check_area(triangles.iter().map(area).sum())
+            }
+        }
+    }
 }
 
 /// A light: power per band and a way to emit it.

@@ -10,11 +10,36 @@ mod tests;
 pub use dielectric::{Dielectric, Pane};
 pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};
 pub use leaf::{Leaf, LeafFace};
-pub use phong::{Phong, PhongFractions};
+pub use phong::{MAX_EXPONENT, Phong, PhongFractions};
 
 use glam::Vec3;
 
-use crate::math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
+use crate::{
+    error::{Problem, check_length, check_range},
+    math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum},
+};
+
+/// Rounding that a sum of fractions in single precision may exceed 1 by.
+const ROUNDING: f64 = 1e-6;
+
+/// What a check of a value finds.
+type Checked = Result<(), Problem>;
+
+/// Refuses an index of refraction outside [1, 1000].
+pub fn check_ior(ior: f64) -> Checked {
+    if (1.0..=1000.0).contains(&ior) {
+        return Ok(());
+    }
+    Err(Problem::new(format!("ior = {ior}, must be from 1 to 1000"), "water has 1.33, glass 1.5"))
+}
+
+/// Refuses fractions `names` of one band that together are more than 1.
+fn check_sum(names: &str, sum: f64) -> Checked {
+    if sum <= 1.0 + ROUNDING {
+        return Ok(());
+    }
+    Err(Problem::new(format!("{names} = {sum:.4}, must be at most 1"), "lower one of them"))
+}
 
 /// Which way a path is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,6 +149,28 @@ impl Lobe {
         Self { largest, relative: fractions.iter().map(|f| f / divisor).collect() }
     }
 
+    /// Refuses all but one fraction in [0, 1] for each of so many bands.
+    fn check(&self, name: &str, bands: usize) -> Checked {
+        self.check_as(name, bands, |fraction| fraction)
+    }
+
+    /// The same of what was given for each fraction.
+    fn check_as(&self, name: &str, bands: usize, given: impl Fn(f64) -> f64) -> Checked {
+        check_length(self.relative.len(), bands).map_err(|problem| problem.of(name))?;
+        (0..bands).try_for_each(|band| {
+            let value = given(self.of_band(band));
+            let rounded = if (1.0..1.0 + ROUNDING).contains(&value) { 1.0 } else { value };
+            check_range(rounded, 0.0, 1.0).map_err(|problem| problem.of(name))
+        })
+    }
+
+    /// The fraction of a band.
+    fn of_band(&self, band: usize) -> f64 {
+        // where none is above 0 they are not relative
+        let largest = if self.largest > 0.0 { self.largest } else { 1.0 };
+        f64::from(self.relative[band]) * f64::from(largest)
+    }
+
     #[inline]
     fn relative<const N: usize>(&self) -> Spectrum<N> {
         Spectrum::load(&self.relative)
@@ -168,7 +215,7 @@ fn diffuse(normal: Vec3, rng: &mut Stream) -> Vec3 {
     Frame::new(normal).to_world(cosine_hemisphere(rng.square()))
 }
 
-/// A surface's optical behaviour. Per-band values are padded with zeros to the scene's lanes.
+/// A surface's optical behaviour. In a scene its values per band are padded with zeros to the scene's lanes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// Opaque and Lambertian, alike on both faces.
@@ -186,6 +233,30 @@ pub enum Material {
 }
 
 impl Material {
+    /// Refuses values that are not one for each of so many bands, or are out of their ranges.
+    pub fn check(&self, bands: usize) -> Checked {
+        match self {
+            Self::Lambert(m) => m.lobe.check("reflectance", bands),
+            Self::Dielectric(m) => m.check(bands),
+            Self::Pane(m) => m.check(bands),
+            Self::Leaf(m) => m.check(bands),
+            Self::Phong(m) => m.check(bands),
+            Self::Mirror(m) => m.lobe.check("reflectance", bands),
+        }
+    }
+
+    /// Pads its values with zeros to so many lanes.
+    pub fn pad(&mut self, lanes: usize) {
+        let lobes = match self {
+            Self::Lambert(Lambert { lobe }) | Self::Mirror(Mirror { lobe }) => vec![lobe],
+            Self::Dielectric(m) => vec![&mut m.tint],
+            Self::Pane(m) => vec![&mut m.tint],
+            Self::Leaf(m) => m.lobes_mut().into(),
+            Self::Phong(m) => m.lobes_mut().into(),
+        };
+        lobes.into_iter().for_each(|lobe| lobe.relative.resize(lanes, 0.0));
+    }
+
     /// Follows a path one interaction further; `None` where it ends. Inlined
     /// for the walls, which are met most; the longer ones are called.
     #[inline(always)]
@@ -319,7 +390,7 @@ pub struct Lambert {
 }
 
 impl Lambert {
-    /// From the reflectance per lane, in [0, 1].
+    /// From the reflectance per band, in [0, 1].
     pub fn new(reflectance: &[f32]) -> Self {
         Self { lobe: Lobe::new(reflectance) }
     }
@@ -362,7 +433,7 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// From the reflectance per lane, in [0, 1].
+    /// From the reflectance per band, in [0, 1].
     pub fn new(reflectance: &[f32]) -> Self {
         Self { lobe: Lobe::new(reflectance) }
     }

@@ -7,6 +7,7 @@ mod build;
 mod parts;
 mod shapes;
 mod sight;
+mod validate;
 
 use std::sync::Arc;
 
@@ -30,6 +31,7 @@ use shapes::{Shapes, parallel_neighbours};
 pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
 pub use shapes::KeptShapes;
 pub use sight::LightHit;
+pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
 /// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
 /// scene: well above the rounding of single precision (2^-24), far below any geometry.

@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, catch_panic},
     math::stats::Estimate,
     results::{
         result::RunResult,
@@ -262,7 +262,7 @@ fn local(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
     let done = AtomicU64::new(0);
-    pool.install(|| {
+    let all = || {
         let chunks = values.par_chunks_mut(CHUNK * CHANNELS.len() * bands).enumerate();
         chunks.for_each(|(chunk, values)| {
             if control.stop.load(Ordering::Relaxed) {
@@ -280,7 +280,9 @@ fn local(
             let photons = done.fetch_add(CHUNK as u64, Ordering::Relaxed);
             (control.progress)(Progress { photons, of: Some(count as u64), worst_error: None });
         });
-    });
+        Ok(())
+    };
+    catch_panic("run", || pool.install(all))?;
     if control.stop.load(Ordering::Relaxed) {
         return Err(Error::run("run", "interrupted, nothing was written"));
     }

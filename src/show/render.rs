@@ -14,7 +14,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, catch_panic},
     math::{
         geometry::Ray,
         rng::{Sequence, Stream},
@@ -167,7 +167,7 @@ fn each_row<T: Send>(
     let (width, height) = (eye.camera.width as u64, eye.camera.height as u64);
     let done = AtomicU64::new(0);
     let stopped = || control.stop.load(Ordering::Relaxed);
-    pool.install(|| {
+    let all = || {
         rows.enumerate().for_each(|(y, row)| {
             if !stopped() {
                 work(Samples { eye, sampling, y }, row);
@@ -175,7 +175,9 @@ fn each_row<T: Send>(
             let photons = done.fetch_add(width, Ordering::Relaxed) + width;
             (control.progress)(Progress { photons, of: Some(width * height), worst_error: None });
         });
-    });
+        Ok(())
+    };
+    catch_panic("render", || pool.install(all))?;
     if stopped() {
         return Err(Error::run("render", "interrupted, nothing was written"));
     }

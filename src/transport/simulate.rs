@@ -23,7 +23,7 @@ use std::{
 };
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, catch_panic},
     math::spectrum::with_lanes,
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
@@ -98,10 +98,11 @@ pub struct Simulation {
 }
 
 /// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, paths that are
-/// to be split by light, stopped by `control`, no threads to be had, too many captors for a time limit.
+/// to be split by light, stopped by `control`, no threads to be had, too many captors for a time limit, a
+/// panic in `control`'s callback or in the program.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
     if settings.estimator == Estimator::Auto {
-        let choice = Choice::make(scene, settings, control)?;
+        let choice = catch_panic("run", || Choice::make(scene, settings, control))?;
         let settings = Settings { estimator: choice.estimator, ..settings.clone() };
         let simulation = simulate(scene, &settings, control)?;
         return Ok(Simulation { choice: Some(choice), ..simulation });
@@ -122,8 +123,10 @@ pub fn simulate_split(
     part_of: Vec<usize>,
     control: &Control,
 ) -> Result<Simulation> {
-    let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-    with_lanes!(scene.lanes(), N => run.go::<N>())
+    catch_panic("run", || {
+        let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
+        with_lanes!(scene.lanes(), N => run.go::<N>())
+    })
 }
 
 struct Run<'a> {
@@ -137,6 +140,8 @@ struct Run<'a> {
     /// The part that each light is counted in; empty where nothing is split.
     part_of: Vec<usize>,
     done: AtomicU64,
+    /// Whether a thread has panicked, so that the others need not go on.
+    broken: AtomicBool,
 }
 
 /// Which photons the map keeps.
@@ -186,8 +191,8 @@ impl<'a> Run<'a> {
             }
             Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
         };
-        let done = AtomicU64::new(0);
-        Ok(Self { scene, settings, keep, control, pool, started, work, part_of, done })
+        let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
+        Ok(Self { scene, settings, keep, control, pool, started, work, part_of, done, broken })
     }
 
     fn tally(&self) -> Tally {
@@ -298,7 +303,11 @@ impl<'a> Run<'a> {
     }
 
     fn stopped(&self) -> bool {
-        self.control.stop.load(Ordering::Relaxed)
+        self.control.stop.load(Ordering::Relaxed) || self.broken()
+    }
+
+    fn broken(&self) -> bool {
+        self.broken.load(Ordering::Relaxed)
     }
 
     fn check_stopped(&self) -> Result<()> {

@@ -28,23 +28,13 @@ impl Loader<'_> {
                     .error(pointer, format!("a second band named `{}`", band.name))
                     .remedy("give each band a name of its own"));
             }
-            if let (Some(from), Some(to)) = (band.from_nm, band.to_nm)
-                && from >= to
-            {
-                return Err(self
-                    .error(pointer, format!("from_nm = {from} is not below to_nm = {to}"))
-                    .remedy("swap or correct them"));
-            }
+            let band = Band { name: band.name.clone(), from_nm: band.from_nm, to_nm: band.to_nm };
             for (key, nm) in [("from_nm", band.from_nm), ("to_nm", band.to_nm)] {
-                if let Some(nm) = nm {
-                    self.in_range(&format!("{pointer}/{key}"), nm, 0.0, f64::MAX)?;
-                }
+                let pointer = format!("{pointer}/{key}");
+                nm.map_or(Ok(()), |nm| self.in_range(&pointer, nm, 0.0, f64::MAX))?;
             }
-            self.parts.bands.push(Band {
-                name: band.name.clone(),
-                from_nm: band.from_nm,
-                to_nm: band.to_nm,
-            });
+            band.check().map_err(|problem| problem.at(self.place(pointer)))?;
+            self.parts.bands.push(band);
         }
         self.bands = bands.len();
         self.load_sums(file)

@@ -6,16 +6,14 @@ use glam::DVec3;
 
 use super::{Loader, MAX_LIGHTS, Result, format::*, objects::area};
 use crate::{
-    error::number,
-    math::geometry::{triangulate, unit_vector},
+    math::geometry::triangulate,
     scene::{
-        light::LightShape,
+        light::{
+            LightShape, check_area, check_axis, check_direction, check_half_angle, check_power,
+        },
         world::{LightPart, SurfacePart},
     },
 };
-
-/// Powers that single precision can carry, W or umol/s.
-const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Sides of the prism that a tube with a material is.
 const TUBE_SIDES: usize = 64;
@@ -50,10 +48,7 @@ impl Loader<'_> {
                 .error(pointer, format!("more than {MAX_LIGHTS} lights"))
                 .remedy("make one area light of many small ones"));
         }
-        if let Some(power) = light.power.iter().find(|p| **p != 0.0 && !POWERS.contains(*p)) {
-            let problem = format!("emits {} W or umol/s in a band", number(*power));
-            return Err(self.error(pointer, problem).remedy("it must be 0, or from 1e-30 to 1e30"));
-        }
+        check_power(&light.power, self.bands).map_err(|problem| problem.at(self.place(pointer)))?;
         self.parts.lights.push(light);
         Ok(())
     }
@@ -84,18 +79,11 @@ impl Loader<'_> {
     }
 
     fn spot_light(&self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
-        let Some(direction) = unit_vector(light.direction.into()) else {
-            return Err(self
-                .error(format!("{pointer}/direction"), "a direction of length 0")
-                .remedy("say where the spot points: [0, 0, -1] is down"));
-        };
+        let wrong = |key: &str| self.place(format!("{pointer}/{key}"));
+        let direction = check_direction(light.direction.into())
+            .map_err(|problem| problem.at(wrong("direction")))?;
         let half_angle = light.half_angle_deg;
-        if !(half_angle > 0.0 && half_angle <= 180.0) {
-            let problem = format!("{half_angle}, must be above 0 and at most 180");
-            return Err(self
-                .error(format!("{pointer}/half_angle_deg"), problem)
-                .remedy("it is the angle between the axis and the rim, in degrees"));
-        }
+        check_half_angle(half_angle).map_err(|problem| problem.at(wrong("half_angle_deg")))?;
         let shape = LightShape::Spot {
             position: self.point(light.position),
             direction,
@@ -107,11 +95,7 @@ impl Loader<'_> {
     fn tube_light(&mut self, pointer: &str, light: &TubeFile) -> Result<Glowing> {
         let (from, to) = (self.point(light.from), self.point(light.to));
         let radius = light.radius * self.metres;
-        let Some(axis) = unit_vector(to - from) else {
-            return Err(self
-                .error(pointer, "a tube of length 0: `from` is `to`")
-                .remedy("move one end, or take a point light"));
-        };
+        let axis = check_axis(from, to).map_err(|problem| problem.at(self.place(pointer)))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
         let power = self.light_power(pointer, &light.power)?;
         if light.emission == EmissionFile::Isotropic {
@@ -139,11 +123,7 @@ impl Loader<'_> {
     fn area_light(&mut self, pointer: &str, light: &AreaFile) -> Result<Glowing> {
         let triangles = self.area_triangles(pointer, light)?;
         let area: f64 = triangles.iter().map(area).sum();
-        if area <= 0.0 {
-            return Err(self
-                .error(pointer, "an area light without area")
-                .remedy("its corners must not lie on one line"));
-        }
+        check_area(area).map_err(|problem| problem.at(self.place(pointer)))?;
         let sides = if light.two_sided { 2.0 } else { 1.0 };
         let power = match (&light.power, &light.radiance) {
             (Some(power), None) => self.light_power(pointer, power)?,

@@ -2,21 +2,18 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::{Loader, NamedMaterial, Result, format::*, json, unknown};
+use super::{Loader, NamedMaterial, Result, format::*, json, numbers::single, unknown};
 use crate::{
-    error::Error,
+    error::{Error, Problem},
     formats::obj::{MtlEntry, MtlLibrary},
     scene::material::{
-        Dielectric, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong, PhongFractions,
-        normal_fresnel,
+        Dielectric, Lambert, Leaf, LeafFace, MAX_EXPONENT, Material, Mirror, Pane, Phong,
+        PhongFractions, check_ior, normal_fresnel,
     },
 };
 
 /// Index of refraction of a leaf's cuticle (Jacquemoud and Baret 1990; Bousquet et al. 2005).
 const LEAF_IOR: f64 = 1.425;
-
-/// Rounding that a sum of fractions may exceed 1 by.
-const ROUNDING: f64 = 1e-9;
 
 /// The materials of a scene: all of its file's, and the MTL entries that are used.
 #[derive(Default)]
@@ -102,7 +99,7 @@ impl Loader<'_> {
 
     /// A perfectly black material of the program's own.
     pub(super) fn black(&mut self, name: String) -> usize {
-        let material = Material::Lambert(Lambert::new(&self.lanes(&vec![0.0; self.bands])));
+        let material = Material::Lambert(Lambert::new(&single(&vec![0.0; self.bands])));
         let entry = self.materials.add(name, material, true);
         self.materials.use_entry(entry)
     }
@@ -183,7 +180,7 @@ impl Loader<'_> {
         let fraction = |key: &str, rgb: Option<[f64; 3]>| {
             self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
         };
-        let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&self.lanes(&fraction)));
+        let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&single(&fraction)));
         let specular = entry.ks.is_some_and(|ks| ks.iter().any(|&v| v > 0.0));
         match entry.illum {
             Some(1 | 3) => Ok(lambert(fraction("Kd", entry.kd)?)),
@@ -194,7 +191,7 @@ impl Loader<'_> {
                     transmittance: None,
                     exponent: Some(entry.ns.unwrap_or(0.0)),
                 };
-                let material = self.phong(&phong).map_err(|why| why.of_mtl(&place))?;
+                let material = self.phong(&phong).map_err(|why| of_mtl(why, &place))?;
                 self.warn(
                     place,
                     "illum 2 with Ks: read as phong (many modelling programs write \
@@ -203,7 +200,7 @@ impl Loader<'_> {
                 Ok(material)
             }
             Some(2) => Ok(lambert(fraction("Kd", entry.kd)?)),
-            Some(5) => Ok(Material::Mirror(Mirror::new(&self.lanes(&fraction("Ks", entry.ks)?)))),
+            Some(5) => Ok(Material::Mirror(Mirror::new(&single(&fraction("Ks", entry.ks)?)))),
             Some(6) => {
                 let given = entry.tf.filter(|tf| *tf != [1.0; 3]);
                 let leaf = LeafFile {
@@ -215,7 +212,7 @@ impl Loader<'_> {
                     tint: None,
                 };
                 let (material, warning) =
-                    self.thin_leaf(&leaf).map_err(|why| why.of_mtl(&place))?;
+                    self.thin_leaf(&leaf).map_err(|why| of_mtl(why, &place))?;
                 if let Some(warning) = warning {
                     self.warn(place, warning);
                 }
@@ -223,8 +220,8 @@ impl Loader<'_> {
             }
             Some(7) => {
                 let ior = entry.ni.unwrap_or(1.0);
-                check_ior(ior).map_err(|why| why.error(&place))?;
-                let tint = self.lanes(&fraction("Kd", entry.kd.or(Some([1.0; 3])))?);
+                check_ior(ior).map_err(|why| why.at(&place))?;
+                let tint = single(&fraction("Kd", entry.kd.or(Some([1.0; 3])))?);
                 Ok(Material::Dielectric(Dielectric::new(ior as f32, &tint)))
             }
             other => {
@@ -242,17 +239,17 @@ impl Loader<'_> {
             MaterialFile::Lambert(m) => {
                 let reflectance =
                     self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
-                Ok(Material::Lambert(Lambert::new(&self.lanes(&reflectance))))
+                Ok(Material::Lambert(Lambert::new(&single(&reflectance))))
             }
             MaterialFile::Mirror(m) => {
                 let reflectance =
                     self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
-                Ok(Material::Mirror(Mirror::new(&self.lanes(&reflectance))))
+                Ok(Material::Mirror(Mirror::new(&single(&reflectance))))
             }
             MaterialFile::Transparent(m) => {
-                check_ior(m.ior).map_err(|why| why.error(&place))?;
+                check_ior(m.ior).map_err(|why| why.at(&place))?;
                 let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
-                let (ior, tint) = (m.ior as f32, self.lanes(&tint));
+                let (ior, tint) = (m.ior as f32, single(&tint));
                 Ok(match m.thin {
                     true => Material::Pane(Pane::new(ior, &tint)),
                     false => Material::Dielectric(Dielectric::new(ior, &tint)),
@@ -267,13 +264,13 @@ impl Loader<'_> {
                     self.fraction(pointer, key, values.as_ref(), 0.0)?;
                 }
                 if let Some(exponent) = m.exponent {
-                    self.in_range(&format!("{pointer}/exponent"), exponent, 0.0, 1e9)?;
+                    self.in_range(&format!("{pointer}/exponent"), exponent, 0.0, MAX_EXPONENT)?;
                 }
-                self.phong(m).map_err(|why| why.error(&place))
+                self.phong(m).map_err(|why| why.at(&place))
             }
             MaterialFile::Leaf(m) if m.thin => {
                 self.check_leaf_ranges(pointer, m)?;
-                let (material, warning) = self.thin_leaf(m).map_err(|why| why.error(&place))?;
+                let (material, warning) = self.thin_leaf(m).map_err(|why| why.at(&place))?;
                 if let Some(warning) = warning {
                     self.warn(place, warning);
                 }
@@ -293,9 +290,9 @@ impl Loader<'_> {
                     }
                 }
                 let ior = m.ior.unwrap_or(LEAF_IOR);
-                check_ior(ior).map_err(|why| why.error(&place))?;
+                check_ior(ior).map_err(|why| why.at(&place))?;
                 let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
-                Ok(Material::Dielectric(Dielectric::new(ior as f32, &self.lanes(&tint))))
+                Ok(Material::Dielectric(Dielectric::new(ior as f32, &single(&tint))))
             }
         }
     }
@@ -345,34 +342,26 @@ impl Loader<'_> {
         }
     }
 
-    fn phong(&self, file: &PhongFile) -> std::result::Result<Material, Nonsense> {
+    fn phong(&self, file: &PhongFile) -> std::result::Result<Material, Problem> {
         let [reflectance, specular, transmittance] =
             [&file.reflectance, &file.specular, &file.transmittance]
                 .map(|values| self.checked(values.as_ref()));
-        for b in 0..self.bands {
-            let sum = reflectance[b] + specular[b] + transmittance[b];
-            if sum > 1.0 + ROUNDING {
-                return Err(Nonsense::new(
-                    format!("reflectance + specular + transmittance = {sum:.4}, must be at most 1"),
-                    "lower one of them",
-                ));
-            }
-        }
-        Ok(Material::Phong(Phong::new(
+        let material = Material::Phong(Phong::new(
             PhongFractions {
-                reflectance: &self.lanes(&reflectance),
-                specular: &self.lanes(&specular),
-                transmittance: &self.lanes(&transmittance),
+                reflectance: &single(&reflectance),
+                specular: &single(&specular),
+                transmittance: &single(&transmittance),
             },
             file.exponent.map(|n| n as f32),
-        )))
+        ));
+        material.check(self.bands).map(|()| material)
     }
 
     /// The leaf, and a warning where its cuticle alone reflects more than was measured.
     fn thin_leaf(
         &self,
         file: &LeafFile,
-    ) -> std::result::Result<(Material, Option<String>), Nonsense> {
+    ) -> std::result::Result<(Material, Option<String>), Problem> {
         let ior = file.ior.unwrap_or(LEAF_IOR);
         check_ior(ior)?;
         let f0 = normal_fresnel(ior);
@@ -384,55 +373,21 @@ impl Loader<'_> {
         };
         let back_r = of_back(back.and_then(|b| b.reflectance.as_ref()), &r);
         let back_t = of_back(back.and_then(|b| b.transmittance.as_ref()), &t);
-        for (face, r, t) in [("", &r, &t), ("back: ", &back_r, &back_t)] {
-            for b in 0..self.bands {
-                let sum = r[b].max(f0) + t[b];
-                if sum > 1.0 + ROUNDING {
-                    let shown = if r[b] < f0 { " (of the cuticle alone)" } else { "" };
-                    let problem = format!(
-                        "{face}reflectance{shown} + transmittance = {sum:.4}, must be at most 1"
-                    );
-                    return Err(Nonsense::new(problem, "lower one of them"));
-                }
-            }
-        }
         let low = r.iter().chain(&back_r).any(|&r| r < f0);
         let warning = low.then(|| {
             format!(
                 "a reflectance below that of the cuticle: with ior {ior} the leaf shows {f0:.4} there"
             )
         });
-        let [r, t, back_r, back_t] = [r, t, back_r, back_t].map(|v| self.lanes(&v));
+        let [r, t, back_r, back_t] = [r, t, back_r, back_t].map(|v| single(&v));
         let front = LeafFace { reflectance: &r, transmittance: &t };
         let back = LeafFace { reflectance: &back_r, transmittance: &back_t };
-        Ok((Material::Leaf(Leaf::new(ior as f32, front, back)), warning))
+        let material = Material::Leaf(Leaf::new(ior as f32, front, back));
+        material.check(self.bands).map(|()| (material, warning))
     }
 }
 
-fn check_ior(ior: f64) -> std::result::Result<(), Nonsense> {
-    if (1.0..=1000.0).contains(&ior) {
-        return Ok(());
-    }
-    Err(Nonsense::new(format!("ior = {ior}, must be from 1 to 1000"), "water has 1.33, glass 1.5"))
-}
-
-/// What is wrong with a material, before it is said where.
-struct Nonsense {
-    problem: String,
-    remedy: &'static str,
-}
-
-impl Nonsense {
-    fn new(problem: String, remedy: &'static str) -> Self {
-        Self { problem, remedy }
-    }
-
-    fn error(self, place: &str) -> Error {
-        Error::input(place, self.problem).remedy(self.remedy)
-    }
-
-    fn of_mtl(self, place: &str) -> Error {
-        let remedy = format!("{}, or give the scene a material of this name", self.remedy);
-        Error::input(place, self.problem).remedy(remedy)
-    }
+/// What is wrong with a material of an MTL file.
+fn of_mtl(problem: Problem, place: &str) -> Error {
+    problem.or("give the scene a material of this name").at(place)
 }

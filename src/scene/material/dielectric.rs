@@ -1,20 +1,27 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
-use super::{Encounter, Fresnel, Lobe, Onward, Scatter, Transport, choose, complement};
+use super::{
+    Checked, Encounter, Fresnel, Lobe, Onward, Scatter, Transport, check_ior, choose, complement,
+};
 use crate::math::{rng::Stream, spectrum::Spectrum};
 
 /// Interface between air, on the front, and a solid: Fresnel reflection, Snell refraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dielectric {
     ior: f32,
-    tint: Lobe,
+    pub(super) tint: Lobe,
 }
 
 impl Dielectric {
-    /// From the index of refraction (at least 1) and the tint per lane, in [0, 1], that
+    /// From the index of refraction (at least 1) and the tint per band, in [0, 1], that
     /// multiplies what is transmitted at each crossing.
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
+    }
+
+    pub(super) fn check(&self, bands: usize) -> Checked {
+        check_ior(self.ior.into())?;
+        self.tint.check("tint", bands)
     }
 
     /// Index of refraction of the solid.
@@ -100,13 +107,18 @@ impl Dielectric {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pane {
     ior: f32,
-    tint: Lobe,
+    pub(super) tint: Lobe,
 }
 
 impl Pane {
-    /// From the index of refraction (at least 1) and the tint of the whole pane per lane, in [0, 1].
+    /// From the index of refraction (at least 1) and the tint of the whole pane per band, in [0, 1].
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
+    }
+
+    pub(super) fn check(&self, bands: usize) -> Checked {
+        check_ior(self.ior.into())?;
+        self.tint.check("tint", bands)
     }
 
     #[inline]

@@ -5,8 +5,8 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::{
-    Encounter, Fresnel, Lobe, Scatter, Transport, choose, complement, diffuse_fresnel,
-    normal_fresnel,
+    Checked, Encounter, Fresnel, Lobe, Scatter, Transport, check_ior, check_sum, choose,
+    complement, diffuse_fresnel, normal_fresnel,
 };
 use crate::math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
 
@@ -30,7 +30,7 @@ struct Face {
     transmitted: Lobe,
 }
 
-/// Reflectance and transmittance per lane of one face of a leaf, in [0, 1], as an integrating
+/// Reflectance and transmittance per band of one face of a leaf, in [0, 1], as an integrating
 /// sphere measures them near normal incidence.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafFace<'a> {
@@ -45,13 +45,38 @@ impl Leaf {
     pub fn new(ior: f32, front: LeafFace, back: LeafFace) -> Self {
         let f0 = normal_fresnel(f64::from(ior)) as f32;
         let face = |face: LeafFace| {
-            let inside = |a: f32| (a / (1.0 - f0)).clamp(0.0, 1.0);
-            let reflected: Vec<f32> = face.reflectance.iter().map(|&r| inside(r - f0)).collect();
+            let inside = |a: f32| a / (1.0 - f0);
+            let below = |r: f32| if (0.0..f0).contains(&r) { 0.0 } else { inside(r - f0) };
+            let reflected: Vec<f32> = face.reflectance.iter().map(|&r| below(r)).collect();
             let transmitted: Vec<f32> = face.transmittance.iter().map(|&t| inside(t)).collect();
             Face { reflected: Lobe::new(&reflected), transmitted: Lobe::new(&transmitted) }
         };
         let diffuse_transmittance = 1.0 - diffuse_fresnel(f64::from(ior)) as f32;
         Self { ior, diffuse_transmittance, front: face(front), back: face(back) }
+    }
+
+    pub(super) fn check(&self, bands: usize) -> Checked {
+        check_ior(self.ior.into())?;
+        let f0 = normal_fresnel(self.ior.into());
+        for (side, face) in [("", &self.front), ("back: ", &self.back)] {
+            let measured = |r: f64| if r == 0.0 { 0.0 } else { f0 + (1.0 - f0) * r };
+            face.reflected.check_as(&format!("{side}reflectance"), bands, measured)?;
+            let measured = |t| (1.0 - f0) * t;
+            face.transmitted.check_as(&format!("{side}transmittance"), bands, measured)?;
+            for band in 0..bands {
+                let reflected = face.reflected.of_band(band);
+                let sum = f0 + (1.0 - f0) * (reflected + face.transmitted.of_band(band));
+                let shown =
+                    if reflected == 0.0 && f0 > 0.0 { " (of the cuticle alone)" } else { "" };
+                check_sum(&format!("{side}reflectance{shown} + transmittance"), sum)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn lobes_mut(&mut self) -> [&mut Lobe; 4] {
+        let Self { front, back, .. } = self;
+        [&mut front.reflected, &mut front.transmitted, &mut back.reflected, &mut back.transmitted]
     }
 
     /// Whether it mirrors: all but the plain bi-Lambertian sheet.

@@ -4,13 +4,19 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{Encounter, Lobe, Scatter, Transport, choose, complement, diffuse};
-use crate::math::{
-    geometry::Frame,
-    rng::Stream,
-    sampling::{cosine_hemisphere_density, cosine_power, cosine_power_density},
-    spectrum::Spectrum,
+use super::{Checked, Encounter, Lobe, Scatter, Transport, check_sum, choose, complement, diffuse};
+use crate::{
+    error::check_range,
+    math::{
+        geometry::Frame,
+        rng::Stream,
+        sampling::{cosine_hemisphere_density, cosine_power, cosine_power_density},
+        spectrum::Spectrum,
+    },
 };
+
+/// The largest exponent of the lobe, which is then as narrow as single precision can tell from a mirror.
+pub const MAX_EXPONENT: f64 = 1e9;
 
 /// Modified Phong model, alike on both faces: above the surface f is the sum of reflectance / pi
 /// and specular (n+2) / (2 pi) cos^n(alpha), below it transmittance / pi (Lafortune and Willems,
@@ -23,7 +29,7 @@ pub struct Phong {
     exponent: Option<f32>,
 }
 
-/// Fractions per lane of a [`Phong`] material; each in [0, 1], their sum at most 1.
+/// Fractions per band of a [`Phong`] material; each in [0, 1], their sum at most 1.
 #[derive(Clone, Copy, Debug)]
 pub struct PhongFractions<'a> {
     /// Lambertian reflectance.
@@ -35,7 +41,7 @@ pub struct PhongFractions<'a> {
 }
 
 impl Phong {
-    /// From its fractions and the exponent of the lobe (at least 0), if it is not a mirror.
+    /// From its fractions and the exponent of the lobe (from 0 to 10^9), if it is not a mirror.
     pub fn new(fractions: PhongFractions, exponent: Option<f32>) -> Self {
         Self {
             reflected: Lobe::new(fractions.reflectance),
@@ -43,6 +49,25 @@ impl Phong {
             transmitted: Lobe::new(fractions.transmittance),
             exponent,
         }
+    }
+
+    pub(super) fn check(&self, bands: usize) -> Checked {
+        let Self { reflected, specular, transmitted, exponent } = self;
+        reflected.check("reflectance", bands)?;
+        specular.check("specular", bands)?;
+        transmitted.check("transmittance", bands)?;
+        if let Some(exponent) = *exponent {
+            let problem = check_range(exponent.into(), 0.0, MAX_EXPONENT);
+            problem.map_err(|problem| problem.of("exponent"))?;
+        }
+        (0..bands).try_for_each(|band| {
+            let sum = [reflected, specular, transmitted].map(|lobe| lobe.of_band(band));
+            check_sum("reflectance + specular + transmittance", sum.iter().sum())
+        })
+    }
+
+    pub(super) fn lobes_mut(&mut self) -> [&mut Lobe; 3] {
+        [&mut self.reflected, &mut self.specular, &mut self.transmitted]
     }
 
     /// Whether its specular lobe is a mirror.

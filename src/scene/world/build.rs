@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result, number},
-    math::{geometry::Triangle, spectrum::MAX_BANDS},
+    math::{geometry::Triangle, spectrum::lanes},
     scene::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
@@ -18,7 +18,9 @@ use crate::{
 
 impl Scene {
     /// Checks the parts and builds the scene, on threads of its own. Errors: no light, no or too
-    /// many bands, numbers that are not finite, an extent that single precision cannot carry.
+    /// many bands, lists that have not one number for each band, numbers that are not finite or out of
+    /// their ranges, fractions that together are more than 1, indices of what is not there, names that
+    /// come twice, a light or captor without extent, an extent that single precision cannot carry.
     pub fn new(parts: SceneParts) -> Result<Self> {
         Self::with_kept(parts, &KeptShapes::default())
     }
@@ -29,16 +31,12 @@ impl Scene {
         pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
     }
 
-    fn build(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+    fn build(mut parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let name = parts.name.clone();
         let place = || format!("scene {name}");
-        if parts.lights.is_empty() {
-            return Err(Error::input(place(), "it has no light").remedy("add one to /lights"));
-        }
-        if parts.bands.is_empty() || parts.bands.len() > MAX_BANDS {
-            let problem = format!("{} bands, must be 1 to {MAX_BANDS}", parts.bands.len());
-            return Err(Error::input(place(), problem).remedy("change /bands"));
-        }
+        parts.validate(&place())?;
+        let lanes = lanes(parts.bands.len());
+        parts.materials.iter_mut().for_each(|named| named.material.pad(lanes));
         let bounds = Bounds::of(&parts);
         if !bounds.finite {
             return Err(Error::input(place(), "a coordinate is not finite once it is placed")

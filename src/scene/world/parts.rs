@@ -12,9 +12,9 @@ use crate::{
 pub struct Band {
     /// Unique name.
     pub name: String,
-    /// Wavelengths, nm.
+    /// Where it begins, nm, at least 0 and below `to_nm`.
     pub from_nm: Option<f64>,
-    /// Wavelengths, nm.
+    /// Where it ends, nm.
     pub to_nm: Option<f64>,
 }
 
@@ -23,7 +23,7 @@ pub struct Band {
 pub struct BandSum {
     /// Unique among bands and sums.
     pub name: String,
-    /// Indices of its bands.
+    /// Indices of its bands, at least one and each once.
     pub bands: Vec<usize>,
 }
 
@@ -32,7 +32,7 @@ pub struct BandSum {
 pub struct NamedMaterial {
     /// Unique name.
     pub name: String,
-    /// What it does with light.
+    /// What it does with light; one value for each band.
     pub material: Material,
 }
 
@@ -54,7 +54,7 @@ pub struct SurfacePart {
 pub struct LightPart {
     /// Unique name.
     pub name: String,
-    /// Emitted flux per band, finite and at least 0.
+    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s.
     pub power: Vec<f64>,
     /// Shape, m from the user's origin.
     pub shape: LightShape,
@@ -69,7 +69,7 @@ pub struct CaptorPart {
     pub kind: CaptorKind,
     /// Corners of a virtual captor, m; a surface captor's are the parts that name it.
     pub triangles: Vec<[DVec3; 3]>,
-    /// Indices of the groups that it belongs to.
+    /// Indices of the groups that it belongs to, each once.
     pub groups: Vec<usize>,
 }
 
@@ -84,7 +84,7 @@ pub struct SceneParts {
     pub bands: Vec<Band>,
     /// Totals over bands.
     pub sums: Vec<BandSum>,
-    /// The materials.
+    /// The materials, with names of their own.
     pub materials: Vec<NamedMaterial>,
     /// Names of the objects.
     pub objects: Vec<String>,

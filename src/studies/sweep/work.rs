@@ -16,7 +16,7 @@ use super::{
     origin::{Inputs, Origin},
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, catch_panic},
     formats::{
         scene_file::LoadedScene,
         sweep_file::{Run, Sweep},
@@ -131,7 +131,8 @@ impl<'a> Work<'a> {
             }
             let left = all.todo.len() - all.jobs_ended.load(Ordering::Relaxed);
             let threads = (self.threads / workers.min(left)).max(1);
-            if let Err(error) = self.job(all, todo, Worker { index, threads }) {
+            let job = || self.job(all, todo, Worker { index, threads });
+            if let Err(error) = catch_panic("sweep", job) {
                 lock(&all.broken).get_or_insert(error);
             }
             all.jobs_ended.fetch_add(1, Ordering::Relaxed);

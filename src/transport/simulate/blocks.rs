@@ -47,6 +47,7 @@ impl Run<'_> {
         let taken = Mutex::new((blocks.start, take));
         let turn = Condvar::new();
         self.pool.broadcast(|_| {
+            let _alarm = Alarm { run: self, turn: &turn, taken: &taken };
             let (mut piece_sums, mut sums) = (self.tally(), self.tally());
             loop {
                 let block = next.fetch_add(1, Ordering::Relaxed);
@@ -62,8 +63,11 @@ impl Run<'_> {
                     self.report(of, None);
                 }
                 let mut taken = lock(&taken);
-                while taken.0 != block {
+                while taken.0 != block && !self.broken() {
                     taken = turn.wait(taken).unwrap_or_else(PoisonError::into_inner);
+                }
+                if self.broken() {
+                    return;
                 }
                 (taken.1)(block, &mut sums);
                 taken.0 += 1;
@@ -71,5 +75,23 @@ impl Run<'_> {
             }
         });
         self.check_stopped()
+    }
+}
+
+/// Tells the other threads of a panic in the one that holds it: they would wait for its block for ever.
+struct Alarm<'a, 'r, T> {
+    run: &'a Run<'r>,
+    turn: &'a Condvar,
+    taken: &'a Mutex<T>,
+}
+
+impl<T> Drop for Alarm<'_, '_, T> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            // under the lock, so that none can look just before and begin to wait just after
+            let _taken = lock(self.taken);
+            self.run.broken.store(true, Ordering::Relaxed);
+            self.turn.notify_all();
+        }
     }
 }

@@ -8,7 +8,7 @@ use std::{
 
 use super::{Control, End, Keep, Run, Simulation, part_of, parts, plan::Plan};
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, catch_panic},
     math::spectrum::with_lanes,
     scene::{captor::CaptorKind, world::Scene},
     transport::{
@@ -61,8 +61,10 @@ pub fn simulate_share(
     control: &Control,
 ) -> Result<Share> {
     check_shareable(settings)?;
-    let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
-    with_lanes!(scene.lanes(), N => run.share::<N>(shard))
+    catch_panic("run", || {
+        let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
+        with_lanes!(scene.lanes(), N => run.share::<N>(shard))
+    })
 }
 
 impl Run<'_> {

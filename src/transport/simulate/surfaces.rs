@@ -2,7 +2,7 @@
 
 use super::{Control, Keep, Run, Simulation};
 use crate::{
-    error::Result,
+    error::{Result, catch_panic},
     math::spectrum::with_lanes,
     scene::{patches::Patches, world::Scene},
     transport::{
@@ -34,8 +34,10 @@ pub fn light_surfaces<'a>(
             max_time: None,
             ..settings.clone()
         };
-        let run = Run::new(scene, &settings, Vec::new(), Keep::OnSurfaces(&patches), control)?;
-        with_lanes!(scene.lanes(), N => run.go::<N>())
+        catch_panic("run", || {
+            let run = Run::new(scene, &settings, Vec::new(), Keep::OnSurfaces(&patches), control)?;
+            with_lanes!(scene.lanes(), N => run.go::<N>())
+        })
     };
     let photons = match settings.photons {
         Some(photons) => photons,

@@ -1,0 +1,191 @@
+//! What parts must be to make a scene: the same for those of a file and those of a program.
+
+use std::{collections::HashSet, fmt::Display};
+
+use super::{Band, BandSum, CaptorPart, LightPart, SceneParts, SurfacePart};
+use crate::{
+    error::{Error, Problem, Result, check_range, number},
+    math::spectrum::MAX_BANDS,
+    scene::{
+        captor::CaptorKind,
+        light::{LightShape, check_power},
+    },
+};
+
+/// The most triangles in a scene: surfaces, captors and lights together.
+pub const MAX_TRIANGLES: usize = 20_000_000;
+/// The most captors.
+pub const MAX_CAPTORS: usize = 2_000_000;
+/// The most lights.
+pub const MAX_LIGHTS: usize = 1_000_000;
+
+/// What a check of a value finds.
+type Checked = std::result::Result<(), Problem>;
+
+impl SceneParts {
+    /// Refuses parts that no scene can be made of; the error is about `place`. That coordinates are finite
+    /// and shapes not too small is for whoever knows the extent of the scene.
+    pub(super) fn validate(&self, place: &str) -> Result<()> {
+        let bands = self.bands.len();
+        if self.lights.is_empty() {
+            return Err(Error::input(place, "it has no light").remedy("add one to /lights"));
+        }
+        if bands == 0 || bands > MAX_BANDS {
+            let problem = format!("{bands} bands, must be 1 to {MAX_BANDS}");
+            return Err(Error::input(place, problem).remedy("change /bands"));
+        }
+        self.check_names()
+            .and_then(|()| self.check_numbers())
+            .map_err(|problem| problem.at(place))?;
+        for band in &self.bands {
+            check(band.check(), format_args!("band `{}`", band.name), place)?;
+        }
+        for sum in &self.sums {
+            check(sum.check(bands), format_args!("sum `{}`", sum.name), place)?;
+        }
+        for named in &self.materials {
+            check(named.material.check(bands), format_args!("material `{}`", named.name), place)?;
+        }
+        for light in &self.lights {
+            check(light.check(bands), format_args!("light `{}`", light.name), place)?;
+        }
+        for (i, surface) in self.surfaces.iter().enumerate() {
+            check(surface.check(self), format_args!("surface {i}"), place)?;
+        }
+        for captor in &self.captors {
+            check(captor.check(self), format_args!("captor `{}`", captor.id), place)?;
+        }
+        Ok(())
+    }
+
+    fn check_names(&self) -> Checked {
+        let bands = self.bands.iter().map(|band| &band.name);
+        unique("band or sum", bands.chain(self.sums.iter().map(|sum| &sum.name)))?;
+        unique("material", self.materials.iter().map(|named| &named.name))?;
+        unique("light", self.lights.iter().map(|light| &light.name))?;
+        unique("captor", self.captors.iter().map(|captor| &captor.id))?;
+        unique("group", self.groups.iter())
+    }
+
+    fn check_numbers(&self) -> Checked {
+        let of_lights = self.lights.iter().map(|light| match &light.shape {
+            LightShape::Area { triangles, .. } => triangles.len(),
+            _ => 0,
+        });
+        let of_surfaces = self.surfaces.iter().map(|surface| surface.triangles.len());
+        let of_captors = self.captors.iter().map(|captor| captor.triangles.len());
+        let triangles = of_lights.chain(of_surfaces).chain(of_captors).sum::<usize>();
+        for (what, number, most) in [
+            ("triangles", triangles, MAX_TRIANGLES),
+            ("captors", self.captors.len(), MAX_CAPTORS),
+            ("lights", self.lights.len(), MAX_LIGHTS),
+        ] {
+            if number > most {
+                return Err(Problem::new(format!("more than {most} {what}"), "use fewer"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check(checked: Checked, part: impl Display, place: &str) -> Result<()> {
+    checked.map_err(|problem| problem.of(part).at(place))
+}
+
+/// Refuses a name that comes again.
+fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Checked {
+    let mut seen = HashSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            let problem = format!("a second {what} named `{name}`");
+            return Err(Problem::new(problem, "give it a name of its own"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses the index of something that there are not so many of.
+fn check_index(what: &str, index: usize, number: usize) -> Checked {
+    if index < number {
+        return Ok(());
+    }
+    let problem = format!("{what} {index} of {number}");
+    Err(Problem::new(problem, "indices count from 0; name one that there is"))
+}
+
+impl Band {
+    /// Refuses wavelengths that are none, or that end before they begin.
+    pub fn check(&self) -> Checked {
+        if let (Some(from), Some(to)) = (self.from_nm, self.to_nm)
+            && from >= to
+        {
+            let (from, to) = (number(from), number(to));
+            let problem = format!("from_nm = {from} is not below to_nm = {to}");
+            return Err(Problem::new(problem, "swap or correct them"));
+        }
+        for (key, nm) in [("from_nm", self.from_nm), ("to_nm", self.to_nm)] {
+            let checked = nm.map_or(Ok(()), |nm| check_range(nm, 0.0, f64::MAX));
+            checked.map_err(|problem| problem.of(key))?;
+        }
+        Ok(())
+    }
+}
+
+impl BandSum {
+    fn check(&self, bands: usize) -> Checked {
+        if self.bands.is_empty() {
+            return Err(Problem::new("adds up no band", "name its bands"));
+        }
+        let mut seen = HashSet::new();
+        for &band in &self.bands {
+            check_index("band", band, bands)?;
+            if !seen.insert(band) {
+                let problem = format!("band {band} stands here twice");
+                return Err(Problem::new(problem, "name each band once"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl LightPart {
+    fn check(&self, bands: usize) -> Checked {
+        check_power(&self.power, bands)?;
+        self.shape.check()
+    }
+}
+
+impl SurfacePart {
+    fn check(&self, parts: &SceneParts) -> Checked {
+        check_index("material", self.material, parts.materials.len())?;
+        if let Some(object) = self.object {
+            check_index("object", object, parts.objects.len())?;
+        }
+        let Some(captor) = self.captor else { return Ok(()) };
+        check_index("captor", captor, parts.captors.len())?;
+        let CaptorPart { id, kind, .. } = &parts.captors[captor];
+        if *kind != CaptorKind::Surface {
+            let problem = format!("captor `{id}` is virtual, with triangles of its own");
+            return Err(Problem::new(problem, "name a surface captor"));
+        }
+        Ok(())
+    }
+}
+
+impl CaptorPart {
+    fn check(&self, parts: &SceneParts) -> Checked {
+        if self.kind == CaptorKind::Surface && !self.triangles.is_empty() {
+            let problem = "a surface captor with triangles of its own";
+            return Err(Problem::new(problem, "leave them to the surfaces that name it"));
+        }
+        let mut seen = HashSet::new();
+        for &group in &self.groups {
+            check_index("group", group, parts.groups.len())?;
+            if !seen.insert(group) {
+                let problem = format!("group {group} stands here twice");
+                return Err(Problem::new(problem, "name each group once"));
+            }
+        }
+        Ok(())
+    }
+}

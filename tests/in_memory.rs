@@ -1,0 +1,299 @@
+//! Scenes that a program builds: what is refused, and what a fault in a run comes to.
+
+use std::{
+    f64::consts::PI,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+        mpsc,
+    },
+    time::Duration,
+};
+
+use glam::DVec3;
+use phylux::{
+    Band, BandSum, CaptorKind, CaptorPart, Control, Dielectric, Error, ErrorKind, Estimator,
+    Lambert, Leaf, LeafFace, LightPart, LightShape, Material, Mirror, NamedMaterial, Pane, Phong,
+    PhongFractions, RunResult, Scene, SceneParts, Settings, SurfacePart, light_surfaces, simulate,
+};
+
+fn square(z: f64) -> Vec<[DVec3; 3]> {
+    let corner = |x, y| DVec3::new(x, y, z);
+    let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+    vec![[a, b, c], [a, c, d]]
+}
+
+fn light(name: &str, shape: LightShape) -> LightPart {
+    LightPart { name: name.into(), power: vec![1.0, 2.0, 0.0], shape }
+}
+
+/// A floor and a sensor in three bands, which no number of lanes is, under one light of each kind.
+fn parts() -> SceneParts {
+    let band = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
+    let material = |name: &str, material| NamedMaterial { name: name.into(), material };
+    let (from, to) = (DVec3::new(0.2, 0.2, 0.9), DVec3::new(0.8, 0.2, 0.9));
+    let face = LeafFace { reflectance: &[0.05, 0.5, 1.0], transmittance: &[0.1, 0.5, 0.0] };
+    let fractions = PhongFractions {
+        reflectance: &[0.2, 0.4, 0.6],
+        specular: &[0.3, 0.3, 0.3],
+        transmittance: &[0.1, 0.1, 0.1],
+    };
+    SceneParts {
+        name: "made".into(),
+        bands: vec![band("blue"), band("red"), band("far red")],
+        sums: vec![BandSum { name: "PAR".into(), bands: vec![0, 1] }],
+        materials: vec![
+            material("soil", Material::Lambert(Lambert::new(&[0.1, 0.2, 0.3]))),
+            material("mirror", Material::Mirror(Mirror::new(&[0.9, 0.9, 1.0]))),
+            material("glass", Material::Dielectric(Dielectric::new(1.5, &[1.0, 0.9, 0.8]))),
+            material("pane", Material::Pane(Pane::new(1.5, &[1.0, 0.9, 0.8]))),
+            material("leaf", Material::Leaf(Leaf::new(1.425, face, face))),
+            material("metal", Material::Phong(Phong::new(fractions, Some(20.0)))),
+        ],
+        objects: vec!["floor".into()],
+        surfaces: vec![SurfacePart {
+            object: Some(0),
+            material: 0,
+            captor: Some(0),
+            triangles: square(0.0),
+        }],
+        lights: vec![
+            light("point", LightShape::Point { position: from }),
+            light(
+                "spot",
+                LightShape::Spot { position: to, direction: DVec3::NEG_Z, half_angle: PI },
+            ),
+            light("tube", LightShape::Tube { from, to, radius: 0.01 }),
+            light("line", LightShape::IsotropicLine { from, to }),
+            light("area", LightShape::Area { triangles: square(1.0), two_sided: true }),
+        ],
+        captors: vec![
+            CaptorPart {
+                id: "floor".into(),
+                kind: CaptorKind::Surface,
+                triangles: vec![],
+                groups: vec![0],
+            },
+            CaptorPart {
+                id: "sensor".into(),
+                kind: CaptorKind::Virtual { both_sides: true },
+                triangles: square(0.5),
+                groups: vec![0, 1],
+            },
+        ],
+        groups: vec!["all".into(), "sensors".into()],
+        ..SceneParts::default()
+    }
+}
+
+fn run(scene: &Scene, settings: &Settings) -> RunResult {
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let simulation = simulate(scene, settings, &control).unwrap_or_else(|e| panic!("{e}"));
+    RunResult::new(scene, settings, &simulation)
+}
+
+/// Lists with one value for each band, which is no power of two here, are whole.
+#[test]
+fn three_bands_need_three_values() {
+    let scene = Scene::new(parts()).unwrap_or_else(|e| panic!("{e}"));
+    for estimator in [Estimator::Photons, Estimator::Paths] {
+        let settings = Settings { photons: Some(2000), estimator, ..Settings::default() };
+        let result = run(&scene, &settings);
+        let floor = &result.captors[0].front.flux;
+        assert!(floor[0] > 0.0 && floor[1] > floor[0] && floor[2] == 0.0, "{floor:?}");
+    }
+}
+
+/// A change that makes parts none of a scene, and what is said of it.
+type Spoiled = (fn(&mut SceneParts), &'static str);
+
+fn material(parts: &mut SceneParts, material: Material) {
+    parts.materials[0].material = material;
+}
+
+fn leaf(reflectance: &[f32], transmittance: &[f32], ior: f32) -> Material {
+    let good = LeafFace { reflectance: &[0.1; 3], transmittance: &[0.1; 3] };
+    Material::Leaf(Leaf::new(ior, good, LeafFace { reflectance, transmittance }))
+}
+
+fn phong(fractions: [&[f32]; 3], exponent: f32) -> Material {
+    let [reflectance, specular, transmittance] = fractions;
+    let fractions = PhongFractions { reflectance, specular, transmittance };
+    Material::Phong(Phong::new(fractions, Some(exponent)))
+}
+
+fn spot(direction: DVec3, half_angle: f64) -> LightShape {
+    LightShape::Spot { position: DVec3::Z, direction, half_angle }
+}
+
+fn tube(to: DVec3, radius: f64) -> LightShape {
+    LightShape::Tube { from: DVec3::Z, to, radius }
+}
+
+const SPOILED: &[Spoiled] = &[
+    (|p| p.lights.clear(), "it has no light"),
+    (|p| p.bands.clear(), "0 bands, must be 1 to 4096"),
+    (|p| p.bands[1].name = "blue".into(), "a second band or sum named `blue`"),
+    (|p| p.sums[0].name = "red".into(), "a second band or sum named `red`"),
+    (|p| p.materials[1].name = "soil".into(), "a second material named `soil`"),
+    (|p| p.lights[1].name = "point".into(), "a second light named `point`"),
+    (|p| p.captors[1].id = "floor".into(), "a second captor named `floor`"),
+    (|p| p.groups[1] = "all".into(), "a second group named `all`"),
+    (
+        |p| (p.bands[0].from_nm, p.bands[0].to_nm) = (Some(5.0), Some(5.0)),
+        "band `blue`: from_nm = 5 is not below to_nm = 5; swap or correct them",
+    ),
+    (|p| p.bands[0].to_nm = Some(f64::NAN), "band `blue`: to_nm: NaN, must be at least 0"),
+    (|p| p.sums[0].bands.clear(), "sum `PAR`: adds up no band"),
+    (|p| p.sums[0].bands[1] = 3, "sum `PAR`: band 3 of 3"),
+    (|p| p.sums[0].bands[1] = 0, "sum `PAR`: band 0 stands here twice"),
+    (
+        |p| material(p, Material::Lambert(Lambert::new(&[0.5]))),
+        "material `soil`: reflectance: 1 numbers for 3 bands; give one number, or one per band",
+    ),
+    (
+        |p| material(p, Material::Lambert(Lambert::new(&[0.5, 1.5, 0.5]))),
+        "material `soil`: reflectance: 1.5, must be from 0 to 1; 75 % is 0.75",
+    ),
+    (
+        |p| material(p, Material::Lambert(Lambert::new(&[0.5, f32::NAN, 0.5]))),
+        "material `soil`: reflectance: NaN, must be from 0 to 1",
+    ),
+    (
+        |p| material(p, Material::Mirror(Mirror::new(&[0.5, -0.5, 0.5]))),
+        "material `soil`: reflectance: -0.5, must be from 0 to 1",
+    ),
+    (
+        |p| material(p, Material::Dielectric(Dielectric::new(0.5, &[1.0; 3]))),
+        "material `soil`: ior = 0.5",
+    ),
+    (
+        |p| material(p, Material::Dielectric(Dielectric::new(1.5, &[1.0; 4]))),
+        "material `soil`: tint: 4 numbers for 3 bands",
+    ),
+    (
+        |p| material(p, Material::Pane(Pane::new(f32::NAN, &[1.0; 3]))),
+        "material `soil`: ior = NaN, must be from 1 to 1000; water has 1.33, glass 1.5",
+    ),
+    (|p| material(p, Material::Pane(Pane::new(1.5, &[2.0; 3]))), "material `soil`: tint: 2, must"),
+    (
+        |p| material(p, leaf(&[0.6; 3], &[0.5; 3], 1.425)),
+        "material `soil`: back: reflectance + transmittance = 1.1000, must be at most 1",
+    ),
+    (
+        |p| material(p, leaf(&[0.0; 3], &[0.99; 3], 1.425)),
+        "back: reflectance (of the cuticle alone) + transmittance = 1.0207, must be at most 1",
+    ),
+    (|p| material(p, leaf(&[-0.25; 3], &[0.5; 3], 1.0)), "back: reflectance: -0.25, must be from"),
+    (|p| material(p, leaf(&[0.5; 3], &[1.25; 3], 1.0)), "back: transmittance: 1.25, must be from"),
+    (|p| material(p, leaf(&[0.5; 3], &[0.5; 2], 1.4)), "back: transmittance: 2 numbers for 3"),
+    (|p| material(p, leaf(&[0.5; 3], &[0.5; 3], 2000.0)), "ior = 2000, must be from 1 to 1000"),
+    (
+        |p| material(p, phong([&[0.5; 3], &[0.4; 3], &[0.2; 3]], 1.0)),
+        "reflectance + specular + transmittance = 1.1000, must be at most 1; lower one of them",
+    ),
+    (|p| material(p, phong([&[0.1; 3]; 3], -1.0)), "exponent: -1, must be from 0 to 1000000000"),
+    (|p| material(p, phong([&[0.1; 3], &[0.1; 3], &[0.1]], 1.0)), "transmittance: 1 numbers"),
+    (|p| p.lights[0].power = vec![1.0], "light `point`: power: 1 numbers for 3 bands"),
+    (|p| p.lights[0].power[2] = -1.0, "light `point`: power: -1, must be at least 0"),
+    (|p| p.lights[0].power[2] = f64::INFINITY, "light `point`: power: inf, must be at least 0"),
+    (|p| p.lights[0].power[2] = 1e300, "light `point`: emits 1e300 W or umol/s in a band"),
+    (
+        |p| p.lights[1].shape = spot(DVec3::ZERO, 1.0),
+        "light `spot`: direction: a direction of length 0; say where the spot points",
+    ),
+    (
+        |p| p.lights[1].shape = spot(DVec3::NEG_Z, 0.0),
+        "light `spot`: half angle: 0, must be above 0 and at most 180",
+    ),
+    (|p| p.lights[1].shape = spot(DVec3::NEG_Z, f64::NAN), "half angle: NaN, must be above 0"),
+    (|p| p.lights[2].shape = tube(DVec3::Z, 0.1), "light `tube`: a tube of length 0"),
+    (
+        |p| p.lights[2].shape = tube(DVec3::ONE, -0.1),
+        "light `tube`: radius: -0.1, must be at least",
+    ),
+    (
+        |p| {
+            let triangles = vec![[DVec3::ZERO; 3]];
+            p.lights[4].shape = LightShape::Area { triangles, two_sided: false };
+        },
+        "light `area`: an area light without area; its corners must not lie on one line",
+    ),
+    (
+        |p| p.lights[0].shape = LightShape::Point { position: DVec3::splat(f64::NAN) },
+        "a coordinate is not finite",
+    ),
+    (|p| p.surfaces[0].triangles[1][2].y = f64::INFINITY, "a coordinate is not finite"),
+    (|p| p.surfaces[0].material = 6, "surface 0: material 6 of 6; indices count from 0"),
+    (|p| p.surfaces[0].captor = Some(2), "surface 0: captor 2 of 2"),
+    (|p| p.surfaces[0].captor = Some(1), "surface 0: captor `sensor` is virtual"),
+    (|p| p.surfaces[0].object = Some(1), "surface 0: object 1 of 1"),
+    (|p| p.captors[0].triangles = square(0.3), "captor `floor`: a surface captor with triangles"),
+    (|p| p.captors[1].triangles.clear(), "captor `sensor` has no area"),
+    (|p| p.captors[1].groups[0] = 2, "captor `sensor`: group 2 of 2"),
+    (|p| p.captors[1].groups[0] = 1, "captor `sensor`: group 1 stands here twice"),
+];
+
+#[test]
+fn parts_that_make_no_scene_are_refused() {
+    for (spoil, said) in SPOILED {
+        let mut parts = parts();
+        spoil(&mut parts);
+        match Scene::new(parts) {
+            Ok(_) => panic!("accepted: {said}"),
+            Err(error) => {
+                let sentence = error.to_string();
+                assert!(sentence.contains(said), "{sentence}\nshould say\n{said}");
+                assert_eq!(error.kind(), ErrorKind::Input, "{sentence}");
+            }
+        }
+    }
+}
+
+/// What comes of a run in which the callback panics once, when it is called for the n-th time; none where it does
+/// not end.
+fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) -> Option<Error>) {
+    let scene = Arc::new(Scene::new(parts()).unwrap_or_else(|e| panic!("{e}")));
+    let (tell, told) = mpsc::channel();
+    std::thread::spawn(move || {
+        let calls = AtomicUsize::new(0);
+        let progress = |_| {
+            assert!(calls.fetch_add(1, Ordering::Relaxed) + 1 != nth, "the callback is at fault");
+        };
+        let control = Control { stop: &AtomicBool::new(false), progress: &progress };
+        let settings = Settings { photons: Some(300_000), threads, ..Settings::default() };
+        // the receiver is there, or the test has failed
+        let _ = tell.send(work(&scene, &settings, &control));
+    });
+    let error = told.recv_timeout(Duration::from_secs(300)).expect("it panics, or never ends");
+    let error = error.expect("the run went on");
+    assert_eq!(error.kind(), ErrorKind::Run);
+    assert!(error.to_string().contains("(the callback is at fault)"), "{error}");
+}
+
+/// A fault in any thread ends a run with an error: the other threads do not wait for its share.
+#[test]
+fn a_panic_ends_a_run_with_an_error() {
+    for threads in [1, 2] {
+        for nth in [1, 40] {
+            broken_off(threads, nth, |scene, settings, control| {
+                simulate(scene, settings, control).err()
+            });
+            broken_off(threads, nth, |scene, settings, control| {
+                let estimator = Estimator::Paths;
+                simulate(scene, &Settings { estimator, ..settings.clone() }, control).err()
+            });
+            broken_off(threads, nth, |scene, settings, control| {
+                let tolerance = Some(1e-3);
+                simulate(scene, &Settings { tolerance, ..settings.clone() }, control).err()
+            });
+            broken_off(threads, nth, |scene, settings, control| {
+                let max_time = Some(Duration::from_secs(3600));
+                simulate(scene, &Settings { max_time, ..settings.clone() }, control).err()
+            });
+            broken_off(threads, nth, |scene, settings, control| {
+                light_surfaces(scene, settings, control).err()
+            });
+        }
+    }
+}
