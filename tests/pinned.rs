@@ -21,8 +21,8 @@ use crate::bad_input::phylux;
 fn compare(name: &str, scene: &str, options: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let scene = root.join("scenes").join(scene);
-    let mut arguments = vec!["run", scene.to_str().expect("a path in UTF-8")];
+    let path = root.join("scenes").join(scene);
+    let mut arguments = vec!["run", path.to_str().expect("a path in UTF-8")];
     arguments.extend(options.split(' '));
     let output = phylux(folder.path(), &arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -38,11 +38,10 @@ fn compare(name: &str, scene: &str, options: &str) {
     let moved = found.far_from(&pinned);
     assert!(
         moved.is_empty() && (!pinned_bytes || found.sha256 == pinned.sha256),
-        "the results of `phylux run {} {options}` have moved. Values beyond 4 standard errors: {}.\n\
+        "the results of `phylux run scenes/{scene} {options}` have moved. Values beyond 4 standard errors: {}.\n\
          If this is not meant, it is a fault. If it is, run\n\n    \
          PHYLUX_PIN=1 cargo test --test main pinned\n\ncommit tests/pinned/, and say in CHANGELOG.md what \
          moved and why.",
-        scene.display(),
         if moved.is_empty() { "none".into() } else { moved.join("; ") },
     );
 }
