@@ -76,5 +76,5 @@ pub fn front<'a>(result: &'a RunResult, id: &str) -> &'a FaceResult {
 /// repository. Tests that read it have names that begin with `needs_shared_`.
 pub fn shared() -> PathBuf {
     let shared = std::env::var_os("PHYLUX_SHARED");
-    shared.expect("the environment variable PHYLUX_SHARED names the folder of the data").into()
+    shared.expect("set the environment variable PHYLUX_SHARED to the folder of the data").into()
 }

@@ -31,7 +31,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 impl Page {
     /// Opens a file.
     pub fn open(path: &Path) -> Self {
-        let program = chromium().expect("Chromium is installed, and on the PATH");
+        let program = chromium().expect("install Chromium: none is on the PATH");
         let profile = tempfile::tempdir().expect("a folder");
         // the protocol wants file descriptors 3 and 4
         let script = r#"exec "$0" "$@" 3<&0 4>&1 0</dev/null 1>/dev/null 2>/dev/null"#;
