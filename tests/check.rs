@@ -341,3 +341,62 @@ fn the_command_describes_the_scene_and_warns() {
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(check(&TestScene::new("{}", &[])).status.code(), Some(2));
 }
+
+/// A thousand copies of a block of glass, at one place and a little apart: for each face some of the others are
+/// looked at, and that is said.
+#[test]
+fn many_solids_in_one_place() {
+    for step in [0.0, 1e-5] {
+        let at = |i: i32, corner: [f64; 3]| corner.map(|x| x + step * f64::from(i));
+        let obj: String = (0..1000).map(|i| block(at(i, CUBE.0), at(i, CUBE.1))).collect();
+        let warnings = check(&glass(&obj)).warnings;
+        let of = |words: &str| {
+            let found = warnings.iter().find(|warning| warning.contains(words));
+            found.unwrap_or_else(|| panic!("no {words:?} in {warnings:#?}"))
+        };
+        of("solids that touch more than 16 others in one place, so that neither all of those");
+        // 12 triangles of each with 16 others, where all pairs would be 499,500
+        let touching = of("solids that touch or cut each other: ");
+        let (_, more) = touching.split_once(" m and ").expect("a list");
+        let more = more.split(" and ").find_map(|part| part.split_once(" more; ")).expect("more");
+        let more: usize = more.0.parse().expect("a number");
+        assert!((995..192_000).contains(&more), "{touching}");
+    }
+}
+
+/// 1100 cubes one in another, each the cavity of or the glass in the one around it: what is around those
+/// with a thousand faces on a way out is not looked at, which is said of nothing else.
+#[test]
+fn solids_deep_inside_others() {
+    let shell = |i: i32| {
+        let half = 0.1 + 1e-3 * f64::from(i);
+        let shell = block([-half, -half, 1.5 - half], [half, half, 1.5 + half]);
+        if i % 2 == 0 { turned(&shell) } else { shell }
+    };
+    let obj: String = (0..1100).map(shell).collect();
+    warns(
+        &glass(&obj),
+        &["solids with more than 1000 faces of solids on the way out of them", " and 595 more"],
+    );
+}
+
+/// A thousand triangles nearly in one place are not all compared, and that is said; copies are counted.
+#[test]
+fn many_triangles_in_one_place() {
+    let at = |x: f64| format!("v {x} 0 1\nv {} 0 1\nv {x} 1 1\nf -3 -2 -1\n", x + 1.0);
+    let apart: String = (0..1000).map(|i| at(1e-6 * f64::from(i))).collect();
+    let thing = |obj: &str| {
+        let thing = r#", { "obj": "thing.obj", "material": "thing" }"#;
+        let material = r#", "thing": { "type": "lambert", "reflectance": 0.5 }"#;
+        check(&scene(material, thing, "", &[("thing.obj", obj)])).warnings
+    };
+    let warnings = thing(&apart);
+    assert!(warnings.iter().any(|w| w.starts_with("triangles in the same place as others")));
+    let crowded = "triangles with more than 100 others in one place, of which only so many were looked at: 1000 of";
+    assert!(warnings.iter().any(|w| w.starts_with(crowded)), "{warnings:#?}");
+    let warnings = thing(&at(0.0).repeat(1000));
+    assert_eq!(warnings.len(), 1, "{warnings:#?}");
+    assert!(
+        warnings[0].ends_with("meets only one: 999 of `thing` on `thing`; remove one of the two")
+    );
+}

@@ -62,12 +62,17 @@ impl Bvh {
     /// in the caller's rayon pool; the same triangles give the same structure on any number of
     /// threads.
     pub fn build(triangles: &[Triangle]) -> Self {
-        build::build(triangles, ROOT_NODES)
+        build::build(triangles, 0..triangles.len() as u32, ROOT_NODES)
+    }
+
+    /// The same, of those of the triangles that have these indices.
+    pub fn build_of(triangles: &[Triangle], indices: impl Iterator<Item = u32>) -> Self {
+        build::build(triangles, indices, ROOT_NODES)
     }
 
     /// The same, for triangles that most rays pass by: the root has no more children than other nodes.
     pub fn build_for_few(triangles: &[Triangle]) -> Self {
-        build::build(triangles, 1)
+        build::build(triangles, 0..triangles.len() as u32, 1)
     }
 
     /// The nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same t the
@@ -80,6 +85,11 @@ impl Bvh {
     /// asked for each at most once, in no particular order.
     pub fn occluded(&self, ray: &Ray, t_max: f32, mut stops: impl FnMut(Hit) -> bool) -> bool {
         query::ask(Occluded { bvh: self, ray, t_max, stops: &mut stops })
+    }
+
+    /// Whether a triangle that [`crossings`](Self::crossings) would visit is `wanted`; asked until one is.
+    pub fn crosses(&self, ray: &Ray, t_max: f32, mut wanted: impl FnMut(Hit) -> bool) -> bool {
+        self.occluded(ray, t_max, |hit| hit.owned && wanted(hit))
     }
 
     /// Visits every triangle crossed with 0 < t < `t_max`, each once, in no particular order; of two

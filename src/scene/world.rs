@@ -26,10 +26,10 @@ use crate::{
         material::Material,
     },
 };
-use shapes::{Shapes, parallel_neighbours};
+use shapes::{Shapes, has_parallel};
 
 pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
-pub use shapes::KeptShapes;
+pub use shapes::{KeptShapes, LOOKED_AT};
 pub use sight::LightHit;
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
@@ -267,18 +267,25 @@ impl Scene {
         self.shapes.surface_bvh.near(center, radius, |triangle| visit(triangle as usize));
     }
 
-    /// Another triangle of a surface that lies in the plane of this one, over its middle.
-    pub fn coincident(&self, triangle: usize) -> Option<usize> {
+    /// Triangles of surfaces that are the same as an earlier one, corner by corner, each with the first
+    /// of them; in order. Rays meet the first alone.
+    pub fn copies(&self) -> &[[u32; 2]] {
+        &self.shapes.copies
+    }
+
+    /// Whether one of the triangles of surfaces, without [copies](Self::copies), that lie in the plane of this
+    /// one over its middle is `wanted`; it may be this one. None where more triangles than [`LOOKED_AT`] lie
+    /// there, and none of the first ones is.
+    pub fn has_coincident(
+        &self,
+        triangle: usize,
+        mut wanted: impl FnMut(usize) -> bool,
+    ) -> Option<bool> {
         let shape = &self.triangles()[triangle];
-        let (middle, normal) = (shape.centroid(), shape.normal());
-        let found = parallel_neighbours(
-            &self.shapes.surface_bvh,
-            self.triangles(),
-            middle,
-            normal,
-            self.ray_offset(),
-        );
-        found.filter(|&other| other as usize != triangle).min().map(|other| other as usize)
+        let (bvh, middle, normal) = (&self.shapes.surface_bvh, shape.centroid(), shape.normal());
+        has_parallel(bvh, self.triangles(), middle, normal, self.ray_offset(), |other| {
+            wanted(other as usize)
+        })
     }
 
     /// The ray that leaves a surface at `point` on the side of `normal`.

@@ -15,7 +15,11 @@ use crate::{
         geometry::{Extent, Triangle},
         units::LengthUnit,
     },
-    scene::{captor::CaptorKind, material::Material, world::Scene},
+    scene::{
+        captor::CaptorKind,
+        material::Material,
+        world::{LOOKED_AT, Scene},
+    },
 };
 
 /// Names listed in one remark.
@@ -113,10 +117,10 @@ fn check_unit(size: DVec3, unit: LengthUnit, remarks: &mut Remarks) {
 }
 
 fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
-    remarks.warn_of(&quoted(&loaded.unused_materials), |list| {
+    remarks.warn_of(quoted(&loaded.unused_materials), |list| {
         format!("materials on no surface: {list}; check `usemtl` and `material`, or remove them")
     });
-    remarks.warn_of(&quoted(&loaded.non_reciprocal_leaves), |list| {
+    remarks.warn_of(quoted(&loaded.non_reciprocal_leaves), |list| {
         format!(
             "leaves whose faces differ in transmittance, which no real sheet does (reciprocity): \
             {list}; give both faces the same, unless it was measured so"
@@ -126,7 +130,7 @@ fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
 
 fn check_lights(scene: &Scene, remarks: &mut Remarks) {
     let dark = scene.lights.iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
-    remarks.warn_of(&quoted(dark.map(|light| &light.name)), |list| {
+    remarks.warn_of(quoted(dark.map(|light| &light.name)), |list| {
         format!("lights without power in any band: {list}; give them power or remove them")
     });
 }
@@ -137,14 +141,14 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
             && !scene.triangles().is_empty()
             && Extent::of_triangles(scene.triangles_of(captor)).is_clear_of(lit, scene.ray_offset())
     });
-    remarks.warn_of(&quoted(outside.map(|captor| &captor.id)), |list| {
+    remarks.warn_of(quoted(outside.map(|captor| &captor.id)), |list| {
         format!(
             "captors outside the box around all surfaces and lights: {list}; check their position \
             and `unit`"
         )
     });
     let in_surface = scene.captors_in_surfaces().iter().map(|&c| &scene.captors[c].id);
-    remarks.note_of(&quoted(in_surface), |list| {
+    remarks.note_of(quoted(in_surface), |list| {
         format!(
             "captors in the plane of a surface: {list}; they count as lying just off it, on the \
             side that their normals point to"
@@ -166,7 +170,7 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
         let count = scene.triangles_of(captor).iter().filter(|t| flat(t)).count();
         (count > 0).then(|| format!("{count} of captor `{}`", captor.id))
     });
-    remarks.warn_of(&on_surfaces.chain(on_captors).collect::<Vec<_>>(), |list| {
+    remarks.warn_of(on_surfaces.chain(on_captors), |list| {
         format!("triangles without area, which light never meets: {list}; remove them")
     });
 }
@@ -175,23 +179,51 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
 /// one of them. Those of two solids are a matter of `solids`; a small face on a large one is a thing
 /// that stands there.
 fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
-    let twin = |i: usize| {
-        let other = scene.coincident(i)?;
-        let material = |i: usize| scene.surface(i).material;
-        let mutual = scene.coincident(other).is_some_and(|j| material(j) == material(i));
-        let solid = [i, other].iter().all(|&i| scene.material(scene.surface(i)).is_solid());
-        (mutual && other < i && !solid).then(|| [material(other), material(i)])
+    let material = |i: usize| scene.surface(i).material;
+    let solid = |i: usize| scene.material(scene.surface(i)).is_solid();
+    let has_area = |i: usize| scene.triangles()[i].normal() != Vec3::ZERO;
+    let copies = scene.copies().iter().map(|pair| pair.map(|i| i as usize));
+    let copies = copies.filter(|&[i, first]| has_area(i) && !(solid(i) && solid(first)));
+    let mut pairs: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    copies.for_each(|pair| *pairs.entry(pair.map(material)).or_default() += 1);
+
+    let look = |i: usize| {
+        let mut least = usize::MAX;
+        let all = scene.has_coincident(i, |other| {
+            least = if other == i { least } else { other.min(least) };
+            false
+        });
+        let mutual = |other: usize| {
+            let same = |j| j != other && material(j) == material(i);
+            scene.has_coincident(other, same) == Some(true)
+        };
+        let twin = least < i && !(solid(i) && solid(least)) && mutual(least);
+        (twin.then_some(least), all.is_none())
     };
-    let twins: Vec<[u32; 2]> =
-        (0..scene.triangles().len()).into_par_iter().filter_map(twin).collect();
-    let mut counts: BTreeMap<[u32; 2], usize> = BTreeMap::new();
-    twins.into_iter().for_each(|pair| *counts.entry(pair).or_default() += 1);
+    let is_copy = |i: u32| scene.copies().binary_search_by_key(&i, |[copy, _]| *copy).is_ok();
+    let distinct = (0..scene.triangles().len()).into_par_iter().filter(|&i| !is_copy(i as u32));
+    let looked = distinct.map(|i| (i, look(i))).filter(|(_, found)| *found != (None, false));
+    let looked: Vec<_> = looked.collect();
+    let mut crowded: BTreeMap<u32, usize> = BTreeMap::new();
+    for (i, (below, cut_short)) in looked {
+        below.iter().for_each(|&p| *pairs.entry([i, p].map(material)).or_default() += 1);
+        *crowded.entry(material(i)).or_default() += usize::from(cut_short);
+    }
+    crowded.retain(|_, count| *count > 0);
+
     let name = |m: u32| &scene.materials[m as usize].name;
-    let pairs = counts.iter().map(|(&[p, q], n)| format!("{n} of `{}` on `{}`", name(q), name(p)));
-    remarks.warn_of(&pairs.collect::<Vec<_>>(), |list| {
+    let pairs = pairs.iter().map(|(&[q, p], n)| format!("{n} of `{}` on `{}`", name(q), name(p)));
+    remarks.warn_of(pairs, |list| {
         format!(
             "triangles in the same place as others, front to front or back to back, of which light \
             meets only one: {list}; remove one of the two"
+        )
+    });
+    let crowded = crowded.iter().map(|(&m, n)| format!("{n} of `{}`", name(m)));
+    remarks.warn_of(crowded, |list| {
+        format!(
+            "triangles with more than {LOOKED_AT} others in one place, of which only so many were \
+            looked at: {list}; remove those that lie there more than once"
         )
     });
 }
@@ -205,27 +237,36 @@ struct Remarks {
 
 impl Remarks {
     /// Warns of `things`, where there are any, in the sentence that `say` makes of their list.
-    fn warn_of(&mut self, things: &[String], say: impl FnOnce(&str) -> String) {
+    fn warn_of(
+        &mut self,
+        things: impl IntoIterator<Item = String>,
+        say: impl FnOnce(&str) -> String,
+    ) {
         self.warnings.extend(some(things).map(|list| say(&list)));
     }
 
-    fn note_of(&mut self, things: &[String], say: impl FnOnce(&str) -> String) {
+    fn note_of(
+        &mut self,
+        things: impl IntoIterator<Item = String>,
+        say: impl FnOnce(&str) -> String,
+    ) {
         self.notes.extend(some(things).map(|list| say(&list)));
     }
 }
 
 /// The first few, and how many more.
-fn some(things: &[String]) -> Option<String> {
-    let more = match things.len().saturating_sub(LISTED) {
+fn some(things: impl IntoIterator<Item = String>) -> Option<String> {
+    let mut things = things.into_iter();
+    let first: Vec<String> = things.by_ref().take(LISTED).collect();
+    let more = match things.count() {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    let first = &things[..things.len().min(LISTED)];
     (!first.is_empty()).then(|| first.join(", ") + &more)
 }
 
-fn quoted<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
-    names.into_iter().map(|name| format!("`{name}`")).collect()
+fn quoted<'a>(names: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = String> {
+    names.into_iter().map(|name| format!("`{name}`"))
 }
 
 /// Twice the area along the normal, m2.

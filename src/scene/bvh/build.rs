@@ -9,9 +9,12 @@ use super::walk::STACK;
 use super::wide::{Branch, widen};
 use crate::math::geometry::Triangle;
 
-pub(super) fn build(triangles: &[Triangle], root_nodes: usize) -> Bvh {
-    let solid: Vec<u32> =
-        (0..).zip(triangles).filter(|(_, t)| has_area(t)).map(|(i, _)| i).collect();
+pub(super) fn build(
+    triangles: &[Triangle],
+    indices: impl Iterator<Item = u32>,
+    root_nodes: usize,
+) -> Bvh {
+    let solid: Vec<u32> = indices.filter(|&i| has_area(&triangles[i as usize])).collect();
     if solid.is_empty() {
         return Bvh::default();
     }

@@ -32,7 +32,10 @@ pub struct Outlines {
 #[derive(Debug)]
 pub struct Shapes {
     outlines: Outlines,
-    /// Finds triangles of surfaces.
+    /// Triangles of surfaces that are the same as an earlier one, corner by corner, each with the first
+    /// of them: light meets that one alone.
+    pub copies: Vec<[u32; 2]>,
+    /// Finds triangles of surfaces, without the copies: rays would look at all that lie in one place.
     pub surface_bvh: Bvh,
     /// Finds triangles of virtual captors, lifted off the surfaces that they lie in.
     pub captor_bvh: Bvh,
@@ -84,14 +87,17 @@ impl Shapes {
     fn new(outlines: Outlines) -> Self {
         let Outlines { triangles, captor_triangles, captor_of_triangle, radius } = &outlines;
         let offset = RAY_OFFSET * radius;
-        let surface_bvh = Bvh::build(triangles);
+        let copies = copies(triangles);
+        let is_copy = |i: &u32| copies.binary_search_by_key(i, |[copy, _]| *copy).is_ok();
+        let distinct = (0..triangles.len() as u32).filter(|i| !is_copy(i));
+        let surface_bvh = Bvh::build_of(triangles, distinct);
         let captor_bvh = Bvh::build_for_few(captor_triangles);
         let lies_in_surface = |triangle: &Triangle| {
             let normal = triangle.normal();
             let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
             [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners).any(|&(u, v)| {
                 let point = triangle.point(u, v);
-                parallel_neighbours(&surface_bvh, triangles, point, normal, offset).next().is_some()
+                has_parallel(&surface_bvh, triangles, point, normal, offset, |_| true) == Some(true)
             })
         };
         let captors = captors(captor_of_triangle);
@@ -104,7 +110,12 @@ impl Shapes {
         if !captor_triangles.is_empty() {
             let above = |t: &Triangle| {
                 let (middle, normal) = (t.centroid(), t.normal());
-                parallel_neighbours(&captor_bvh, captor_triangles, middle, normal, offset).min()
+                let mut least = None;
+                has_parallel(&captor_bvh, captor_triangles, middle, normal, offset, |t| {
+                    least = Some(least.map_or(t, |other: u32| other.min(t)));
+                    false
+                });
+                least
             };
             let covered: Vec<u32> = triangles.par_iter().filter_map(above).collect();
             in_surface.extend(covered.iter().map(|&t| captor_of_triangle[t as usize] as usize));
@@ -112,7 +123,7 @@ impl Shapes {
             in_surface.dedup();
         }
         if in_surface.is_empty() {
-            return Self { outlines, surface_bvh, captor_bvh, in_surface };
+            return Self { outlines, copies, surface_bvh, captor_bvh, in_surface };
         }
         let mut lifted = captor_triangles.clone();
         for (_, range) in captors.iter().filter(|(c, _)| in_surface.binary_search(c).is_ok()) {
@@ -122,7 +133,7 @@ impl Shapes {
             }
         }
         let captor_bvh = Bvh::build_for_few(&lifted);
-        Self { outlines, surface_bvh, captor_bvh, in_surface }
+        Self { outlines, copies, surface_bvh, captor_bvh, in_surface }
     }
 }
 
@@ -138,24 +149,45 @@ fn captors(captor_of_triangle: &[u32]) -> Vec<(usize, Range<usize>)> {
     .collect()
 }
 
-/// The triangles parallel to `normal` within `reach` of `point`.
-pub fn parallel_neighbours(
+/// Triangles that are the same as an earlier one, corner by corner, with the first of them; in order.
+fn copies(triangles: &[Triangle]) -> Vec<[u32; 2]> {
+    let bits = |t: &Triangle| [t.a, t.b, t.c].map(|p| p.to_array().map(f32::to_bits));
+    let mut sorted: Vec<_> =
+        triangles.par_iter().map(bits).zip(0..triangles.len() as u32).collect();
+    sorted.par_sort_unstable();
+    let same = sorted.chunk_by(|(p, _), (q, _)| p == q);
+    let mut copies: Vec<[u32; 2]> =
+        same.flat_map(|same| same[1..].iter().map(|(_, copy)| [*copy, same[0].1])).collect();
+    copies.par_sort_unstable();
+    copies
+}
+
+/// Triangles that are looked at in one place, at most: so much the worst place costs, times the points
+/// that are asked for.
+pub const LOOKED_AT: usize = 100;
+
+/// Whether one of the triangles parallel to `normal` within `reach` of `point` is `wanted`; none where more
+/// triangles than [`LOOKED_AT`] lie there, and none of the first ones is.
+pub fn has_parallel(
     bvh: &Bvh,
     triangles: &[Triangle],
     point: Vec3,
     normal: Vec3,
     reach: f32,
-) -> impl Iterator<Item = u32> {
-    let mut found = Vec::new();
-    if normal != Vec3::ZERO {
-        let ray = Ray { origin: point - reach * normal, direction: normal };
-        bvh.crossings(&ray, 2.0 * reach, |hit| {
-            if triangles[hit.triangle as usize].normal().dot(normal).abs() > 0.999_999 {
-                found.push(hit.triangle);
-            }
-        });
+    mut wanted: impl FnMut(u32) -> bool,
+) -> Option<bool> {
+    if normal == Vec3::ZERO {
+        return Some(false);
     }
-    found.into_iter()
+    let ray = Ray { origin: point - reach * normal, direction: normal };
+    let (mut looked_at, mut found) = (0, false);
+    bvh.crosses(&ray, 2.0 * reach, |hit| {
+        looked_at += 1;
+        let parallel = triangles[hit.triangle as usize].normal().dot(normal).abs() > 0.999_999;
+        found = looked_at <= LOOKED_AT && parallel && wanted(hit.triangle);
+        found || looked_at > LOOKED_AT
+    });
+    (found || looked_at <= LOOKED_AT).then_some(found)
 }
 
 #[cfg(test)]
@@ -181,5 +213,51 @@ mod tests {
         assert!(first.upgrade().is_some());
         assert!(Arc::ptr_eq(&other, &kept.shapes(outlines(1.0))));
         assert!(first.upgrade().is_none(), "neither");
+    }
+
+    /// A thousand copies of a triangle, among others: a ray looks at the first alone.
+    #[test]
+    fn copies_are_left_out() {
+        let at = |z: f32| Triangle::from([Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + z * Vec3::Z));
+        let mut triangles = vec![at(1.0), at(0.0)];
+        triangles.extend([at(1.0); 1000]);
+        let turned = at(1.0);
+        triangles.push([turned.b, turned.c, turned.a].into());
+        let outlines = Outlines {
+            triangles,
+            captor_triangles: Vec::new(),
+            captor_of_triangle: Vec::new(),
+            radius: 1.0,
+        };
+        let shapes = KeptShapes::default().shapes(outlines);
+        assert_eq!(shapes.copies, (2..1002).map(|copy| [copy, 0]).collect::<Vec<_>>());
+        let ray = Ray { origin: Vec3::new(0.2, 0.2, -1.0), direction: Vec3::Z };
+        let mut met = Vec::new();
+        shapes.surface_bvh.crossings(&ray, f32::INFINITY, |hit| met.push(hit.triangle));
+        met.sort_unstable();
+        assert_eq!(met, [0, 1, 1002]);
+    }
+
+    /// Of triangles nearly in one place so many are looked at as is said, whatever is wanted.
+    #[test]
+    fn a_heap_is_looked_at_in_part() {
+        let at = |i: usize| {
+            let shift = i as f32 * 1e-7 * Vec3::X;
+            Triangle::from([Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + shift))
+        };
+        let looked_at = |count: usize, wanted: bool| {
+            let triangles: Vec<Triangle> = (0..count).map(at).collect();
+            let mut asked = 0;
+            let middle = triangles[0].centroid();
+            let bvh = Bvh::build(&triangles);
+            let found = has_parallel(&bvh, &triangles, middle, Vec3::Z, 1e-5, |_| {
+                asked += 1;
+                wanted
+            });
+            (found, asked)
+        };
+        assert_eq!(looked_at(LOOKED_AT, false), (Some(false), LOOKED_AT));
+        assert_eq!(looked_at(10 * LOOKED_AT, false), (None, LOOKED_AT));
+        assert_eq!(looked_at(10 * LOOKED_AT, true), (Some(true), 1));
     }
 }

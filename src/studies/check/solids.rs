@@ -22,6 +22,11 @@ use crate::{
 const TOUCH: f32 = 10.0;
 /// Solids thinner than this cannot be traced, in ray offsets.
 const THIN: f32 = 4.0;
+/// Solids that are looked at for touching one triangle, at most: where more overlap, their pairs would
+/// be as many as their square.
+const NEIGHBOURS: usize = 16;
+/// Faces that are looked at along the way out of a solid, at most.
+const FACES: usize = 1000;
 /// A closed sheet is a flat box below this thickness, relative to the square root of its area.
 const FLAT: f64 = 0.02;
 /// A direction in which no two points of a model are likely to lie.
@@ -40,24 +45,24 @@ pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
 /// Each solid by itself.
 fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
     let pieces = &solids.pieces;
-    let with = |of: fn(&Piece) -> usize, what: &str| -> Vec<String> {
-        let found = (0..pieces.len()).filter(|&p| of(&pieces[p]) > 0);
-        found.map(|p| format!("{} ({} {what})", solids.name(p), of(&pieces[p]))).collect()
+    let with = |of: fn(&Piece) -> usize, what: &'static str| {
+        let found = (0..pieces.len()).filter(move |&p| of(&pieces[p]) > 0);
+        found.map(move |p| format!("{} ({} {what})", solids.name(p), of(&pieces[p])))
     };
-    remarks.warn_of(&with(|p| p.open_edges, "open edges"), |list| {
+    remarks.warn_of(with(|p| p.open_edges, "open edges"), |list| {
         format!(
             "solids that are not closed: {list}; close the mesh, with equal coordinates where \
             faces meet, or set `\"thin\": true` if it stands for a sheet"
         )
     });
-    remarks.warn_of(&with(|p| p.turned_edges, "edges"), |list| {
+    remarks.warn_of(with(|p| p.turned_edges, "edges"), |list| {
         format!(
             "solids whose neighbouring faces turn opposite sides out: {list}; turn all normals out"
         )
     });
     let least = f64::from(THIN * solids.scene.ray_offset());
     let thin = |p: usize| pieces[p].is_closed() && pieces[p].thickness() < least;
-    remarks.warn_of(&solids.names(thin), |list| {
+    remarks.warn_of(solids.names(thin), |list| {
         let least = length(least);
         format!(
             "solids thinner than can be traced in a scene of this size ({least}): {list}; use a \
@@ -69,24 +74,35 @@ fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
 /// Solids among each other.
 fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remarks) {
     let reach = TOUCH * solids.scene.ray_offset();
-    let touching = solids.touching(vertices, reach);
-    let pairs: Vec<String> = touching.iter().map(|pair| solids.pair(pair, "and")).collect();
-    remarks.warn_of(&pairs, |list| {
+    let Touching { pairs: touching, crowded } = solids.touching(vertices, reach);
+    remarks.warn_of(touching.iter().map(|pair| solids.pair(pair, "and")), |list| {
         let gap = length(reach.into());
         format!(
             "solids that touch or cut each other: {list}; between solids there is only air here: \
             join them to one, or leave a gap above {gap}"
         )
     });
-    let surroundings = solids.surroundings(&touching);
-    remarks.warn_of(&solids.names(|p| surroundings[p] == Around::InsideOut), |list| {
+    remarks.warn_of(solids.names(|p| crowded[p]), |list| {
+        format!(
+            "solids that touch more than {NEIGHBOURS} others in one place, so that neither all of those \
+            nor what is around them was looked at: {list}; remove those that stand there more than once"
+        )
+    });
+    let surroundings = solids.surroundings(&touching, &crowded);
+    remarks.warn_of(solids.names(|p| surroundings[p] == Around::Unknown), |list| {
+        format!(
+            "solids with more than {FACES} faces of solids on the way out of them, so that it was not \
+            looked at what is around them: {list}; remove those that stand in one another"
+        )
+    });
+    remarks.warn_of(solids.names(|p| surroundings[p] == Around::InsideOut), |list| {
         format!("solids inside out: {list}; turn their normals out")
     });
     let nested = surroundings.iter().enumerate().filter_map(|(p, around)| match around {
         Around::Solid(outer) => Some(solids.pair(&[p, *outer], "in")),
         _ => None,
     });
-    remarks.warn_of(&nested.collect::<Vec<_>>(), |list| {
+    remarks.warn_of(nested, |list| {
         format!(
             "solids inside another: {list}; outside a solid there is only air here: cut a cavity \
             around it (faces of the outer material, normals towards the cavity)"
@@ -98,10 +114,10 @@ fn note_lights(solids: &Solids, remarks: &mut Remarks) {
     let scene = solids.scene;
     let inside = scene.lights.iter().filter_map(|light| {
         let start = light.emit(scene.ray_offset(), &mut Stream::new(0, 0, 0)).origin;
-        let outer = solids.innermost(&solids.windings(start))?;
+        let outer = solids.innermost(&solids.windings(start)?)?;
         Some(format!("`{}` in {}", light.name, solids.name(outer)))
     });
-    remarks.note_of(&inside.collect::<Vec<_>>(), |list| {
+    remarks.note_of(inside, |list| {
         format!("lights inside a solid: {list}; their power is that which they emit in there")
     });
 }
@@ -117,7 +133,7 @@ pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
         .iter()
         .filter(|p| p.is_closed() && p.area > 0.0 && p.thickness() < FLAT * (0.5 * p.area).sqrt());
     let names = boxes.map(|p| format!("{} ({} thick)", name(scene, p), length(p.thickness())));
-    remarks.warn_of(&names.collect::<Vec<_>>(), |list| {
+    remarks.warn_of(names, |list| {
         format!(
             "flat closed boxes of a thin material, so that light passes two sheets: {list}; keep one \
             face, or set `\"thin\": false`"
@@ -141,6 +157,16 @@ enum Around {
     Air,
     Solid(usize),
     InsideOut,
+    /// More faces than are looked at.
+    Unknown,
+}
+
+/// Which solids touch.
+struct Touching {
+    /// Pairs of closed pieces, in order.
+    pairs: Vec<[usize; 2]>,
+    /// For each piece, whether it touches more others than were looked at.
+    crowded: Vec<bool>,
 }
 
 /// All solids of a scene.
@@ -175,8 +201,8 @@ impl<'a> Solids<'a> {
         name(self.scene, &self.pieces[piece])
     }
 
-    fn names(&self, wanted: impl Fn(usize) -> bool) -> Vec<String> {
-        (0..self.pieces.len()).filter(|&p| wanted(p)).map(|p| self.name(p)).collect()
+    fn names(&self, wanted: impl Fn(usize) -> bool) -> impl Iterator<Item = String> {
+        (0..self.pieces.len()).filter(move |&p| wanted(p)).map(|p| self.name(p))
     }
 
     fn pair(&self, &[p, q]: &[usize; 2], word: &str) -> String {
@@ -186,8 +212,9 @@ impl<'a> Solids<'a> {
         }
     }
 
-    /// Pairs of closed pieces that share a vertex, cut each other or come nearer than `reach`.
-    fn touching(&self, vertices: &[[u32; 3]], reach: f32) -> Vec<[usize; 2]> {
+    /// Pairs of closed pieces that share a vertex, cut each other or come nearer than `reach`: for each
+    /// triangle the first ones that are found.
+    fn touching(&self, vertices: &[[u32; 3]], reach: f32) -> Touching {
         let mut pairs = self.meeting.clone();
         let mut owner_of_vertex = vec![usize::MAX; 3 * vertices.len()];
         for (p, piece) in self.pieces.iter().enumerate() {
@@ -201,45 +228,54 @@ impl<'a> Solids<'a> {
         }
         // the edges of each triangle, moved out by the reach, must cross no other piece, nor
         // must the way out of its middle
-        pairs.par_extend((0..self.triangles.len()).into_par_iter().flat_map_iter(|i| {
+        let others = |i: usize| {
             let t = &self.triangles[i];
             let out = reach * t.normal();
             let (a, b, c, m) = (t.a + out, t.b + out, t.c + out, t.centroid());
             let own = self.owners[i] as usize;
             let mut found = Vec::new();
-            for (from, to) in [(a, b), (b, c), (c, a), (m - out, m + out)] {
-                let way = to - from;
-                if way != Vec3::ZERO {
-                    let ray = Ray { origin: from, direction: way.normalize() };
-                    self.bvh.crossings(&ray, way.length(), |hit| {
-                        let other = self.owners[hit.triangle as usize] as usize;
-                        if other != own {
-                            found.push([own.min(other), own.max(other)]);
-                        }
-                    });
-                }
-            }
+            let crowded =
+                [(a, b), (b, c), (c, a), (m - out, m + out)].into_iter().any(|(from, to)| {
+                    let way = to - from;
+                    let ray = Ray { origin: from, direction: way.normalize_or_zero() };
+                    way != Vec3::ZERO
+                        && self.bvh.crosses(&ray, way.length(), |hit| {
+                            let other = self.owners[hit.triangle as usize] as usize;
+                            if other != own && !found.contains(&other) {
+                                found.push(other);
+                            }
+                            found.len() > NEIGHBOURS
+                        })
+                });
             found.sort_unstable();
-            found.dedup();
-            found
-        }));
+            (own, found, crowded)
+        };
+        let found = (0..self.triangles.len()).into_par_iter().map(others);
+        let found: Vec<_> = found.filter(|(_, others, _)| !others.is_empty()).collect();
+        let mut crowded = vec![false; self.pieces.len()];
+        for (own, others, more) in found {
+            crowded[own] |= more;
+            pairs.extend(others.into_iter().map(|other| [own.min(other), own.max(other)]));
+        }
         // an open one has its own warning
         pairs.retain(|pair| pair.iter().all(|&p| self.pieces[p].is_closed()));
         pairs.par_sort_unstable();
         pairs.dedup();
-        pairs
+        Touching { pairs, crowded }
     }
 
-    /// What is around each piece, leaving out those that it touches.
-    fn surroundings(&self, touching: &[[usize; 2]]) -> Vec<Around> {
+    /// What is around each piece, leaving out those that it touches; nothing of those that touch others
+    /// than are known.
+    fn surroundings(&self, touching: &[[usize; 2]], crowded: &[bool]) -> Vec<Around> {
         let touch = |p: usize, q: usize| touching.binary_search(&[p.min(q), p.max(q)]).is_ok();
         let around = |p: usize| {
             let piece = &self.pieces[p];
-            if !piece.is_closed() || piece.volume == 0.0 {
+            if !piece.is_closed() || piece.volume == 0.0 || crowded[p] {
                 return Around::Air;
             }
-            let mut windings = self.windings(self.scene.triangles()[piece.triangles[0]].a);
-            windings.retain(|&q, _| q != p && !touch(p, q));
+            let windings = self.windings(self.scene.triangles()[piece.triangles[0]].a);
+            let Some(mut windings) = windings else { return Around::Unknown };
+            windings.retain(|&q, _| q != p && !crowded[q] && !touch(p, q));
             let depth: i32 = windings.values().sum();
             let outer = self.innermost(&windings);
             match (piece.volume > 0.0, outer) {
@@ -254,19 +290,22 @@ impl<'a> Solids<'a> {
         (0..self.pieces.len()).into_par_iter().map(around).collect()
     }
 
-    /// How often each closed piece winds around a point.
-    fn windings(&self, point: Vec3) -> BTreeMap<usize, i32> {
+    /// How often each closed piece winds around a point; none where there are too many to be looked at.
+    fn windings(&self, point: Vec3) -> Option<BTreeMap<usize, i32>> {
         let ray = Ray { origin: point, direction: SKEW.normalize() };
         let mut windings = BTreeMap::new();
-        self.bvh.crossings(&ray, f32::INFINITY, |hit| {
+        let mut faces = 0;
+        let too_many = self.bvh.crosses(&ray, f32::INFINITY, |hit| {
             let owner = self.owners[hit.triangle as usize] as usize;
             if self.pieces[owner].is_closed() {
                 let leaves = self.triangles[hit.triangle as usize].cross().dot(ray.direction) > 0.0;
                 *windings.entry(owner).or_default() += if leaves { 1 } else { -1 };
             }
+            faces += 1;
+            faces > FACES
         });
         windings.retain(|_, winding| *winding != 0);
-        windings
+        (!too_many).then_some(windings)
     }
 
     /// The smallest piece that winds around, where solid more often than cavity.
