@@ -287,7 +287,35 @@ fn a_huge_split_is_refused() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("GiB; ask for fewer captors, lights or threads, or do not split"),
+        said.contains(
+            "that they may; ask for fewer captors, bands, lights or threads, or do not split"
+        ),
+        "{said}"
+    );
+}
+
+/// 10,000 sensors in 4096 bands by light, in the 8 GB that the shell grants: refused before it begins.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_the_machine_has_no_memory_for_is_refused() {
+    let captors = (0..10_000).map(|i| {
+        (format!("{i}"), Mesh::square([0.0, 0.0, 1e-4 * f64::from(i)], [0.0, 0.0, 1.0], 0.3))
+    });
+    let lamp = json!({ "type": "point", "position": [0, 0, 2], "power": 1 });
+    let scene = World::new().bands(4096).captors("tiles", captors).light(lamp).write();
+    let program = env!("CARGO_BIN_EXE_phylux");
+    let script =
+        format!("ulimit -v 8000000; exec {program} run scene.json --photons 1e4 --by-light");
+    let mut command = std::process::Command::new("sh");
+    let output = command.args(["-c", &script]).current_dir(scene.path("")).output().expect("sh");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("the sums and results of 10000 captors, 4096 bands and 1 lights"),
+        "{said}"
+    );
+    assert!(
+        said.contains("of 7.") && said.contains("that they may; ask for fewer captors"),
         "{said}"
     );
 }

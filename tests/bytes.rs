@@ -31,7 +31,7 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
     })
 }
 
-/// On 1, 2 and 5 threads: a run of a number of photons that nothing divides, one with a tolerance,
+/// On 1, 2 and 5 threads, and where a thousand are asked for: a run of a number of photons that nothing divides, one with a tolerance,
 /// one whose photon map is full, split photons, and paths. No chance in it.
 #[test]
 fn threads_do_not_matter() {
@@ -55,6 +55,7 @@ fn threads_do_not_matter() {
         let one = on(1);
         assert!(one == on(2), "{name}: 1 and 2 threads differ");
         assert!(one == on(5), "{name}: 1 and 5 threads differ");
+        assert!(one == on(1000), "{name}: 1 and 1000 threads differ");
         assert!(one == on(2), "{name}: two runs differ");
     }
 }

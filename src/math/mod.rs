@@ -1,11 +1,12 @@
 //! Mathematics that knows nothing of light: vectors and frames ([`geometry`]), random streams ([`rng`]),
 //! samplers with their densities ([`sampling`]), numbers per band ([`spectrum`]), means with standard
-//! errors ([`stats`]) and units ([`units`]).
+//! errors ([`stats`]) and units ([`units`]); and what the machine has to give for it ([`machine`]).
 //!
 //! Read `rng` and `sampling` first: every estimator draws from them. What knows a light, a surface or a
 //! photon belongs to a later module.
 
 pub mod geometry;
+pub mod machine;
 #[cfg(test)]
 pub mod odds;
 pub mod rng;

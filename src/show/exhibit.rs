@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::{
     error::{Error, Result, catch_panic},
-    math::stats::Estimate,
+    math::{machine, stats::Estimate},
     results::{
         result::RunResult,
         saved::{CaptorValues, ResultsFile},
@@ -259,8 +259,7 @@ fn local(
     let surfaces = tiles.parts.iter().filter(|part| part.material.is_some());
     let count = surfaces.map(|part| part.tiles.end).max().unwrap_or(0);
     let mut values = vec![0.0; count * CHANNELS.len() * bands];
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+    let pool = machine::pool(threads)?;
     let done = AtomicU64::new(0);
     let all = || {
         let chunks = values.par_chunks_mut(CHUNK * CHANNELS.len() * bands).enumerate();

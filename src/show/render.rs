@@ -17,6 +17,7 @@ use crate::{
     error::{Error, Result, catch_panic},
     math::{
         geometry::Ray,
+        machine,
         rng::{Sequence, Stream},
         spectrum::with_lanes,
     },
@@ -162,8 +163,7 @@ fn each_row<T: Send>(
     control: &Control,
     work: impl Fn(Samples, T) + Sync + Send,
 ) -> Result<()> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(sampling.threads).build();
-    let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+    let pool = machine::pool(sampling.threads)?;
     let (width, height) = (eye.camera.width as u64, eye.camera.height as u64);
     let done = AtomicU64::new(0);
     let stopped = || control.stop.load(Ordering::Relaxed);

@@ -17,10 +17,8 @@ mod work;
 use std::{
     collections::BTreeMap,
     fmt,
-    num::NonZero,
     path::Path,
     sync::atomic::{AtomicBool, Ordering},
-    thread,
 };
 
 use crate::{
@@ -29,6 +27,7 @@ use crate::{
         scene_file::LoadedScene,
         sweep_file::{Run, Sweep},
     },
+    math::machine,
     transport::shard::Shard,
 };
 use folder::{SweepFolder, Times};
@@ -53,10 +52,7 @@ pub struct SweepPlan {
 
 impl SweepPlan {
     fn threads(&self) -> usize {
-        match self.threads {
-            0 => thread::available_parallelism().map_or(1, NonZero::get),
-            threads => threads,
-        }
+        machine::threads(self.threads)
     }
 }
 

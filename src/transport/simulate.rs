@@ -24,7 +24,7 @@ use std::{
 
 use crate::{
     error::{Error, Result, catch_panic},
-    math::spectrum::with_lanes,
+    math::{machine, spectrum::with_lanes},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         paths::{Face, Reflectors, Unseen},
@@ -170,11 +170,9 @@ impl<'a> Run<'a> {
         control: &'a Control<'a>,
     ) -> Result<Self> {
         let started = Instant::now();
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()
-            .map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
-        memory::check(scene, parts(&part_of), pool.current_num_threads())?;
+        let pool = machine::pool(settings.threads)?;
+        let nearest = matches!(keep, Keep::OnCaptors) && settings.k != Some(0);
+        memory::check(scene, parts(&part_of), pool.current_num_threads(), nearest)?;
         let work = match settings.estimator {
             // what a trial finds cheaper is known by now
             Estimator::Photons | Estimator::Auto => {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Eye;
 use crate::{
     error::{Error, Result},
-    math::{rng::Stream, spectrum::with_lanes},
+    math::{machine, rng::Stream, spectrum::with_lanes},
     scene::{light::Strata, world::Scene},
     transport::{
         simulate::{Control, Progress},
@@ -44,8 +44,7 @@ pub fn photon_dots(
         let seen_from_front = (point - eye.camera.eye).dot(normal) < 0.0;
         dot(eye, point, index).filter(|_| from_front == seen_from_front && eye.sees(point))
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))?;
+    let pool = machine::pool(threads)?;
     let mut dots = Vec::new();
     for (chunk, points) in positions.chunks(CHUNK).enumerate() {
         check_stopped(control)?;

@@ -2,31 +2,109 @@
 
 use crate::{
     error::{Error, Result},
-    scene::world::Scene,
+    math::machine::memory_left,
+    scene::{
+        captor::{CHANNELS, CaptorKind},
+        world::Scene,
+    },
     transport::tally::{Tally, Totals},
 };
 
-/// The most memory that a run may take for its sums and results, bytes.
-const MAX_SUM_BYTES: usize = 16 << 30;
+/// The most memory that a run may take for its sums and results on any machine, bytes.
+const MOST: u64 = 16 << 30;
+/// The most memory that sums of blocks that wait for each other may take, bytes.
+const MOST_OPEN: u64 = 4 << 30;
 
-/// Refuses a run whose sums would not fit into memory, before it begins.
-pub(super) fn check(scene: &Scene, parts: usize, threads: usize) -> Result<()> {
+/// The most bytes that sums of blocks that wait for each other may take now.
+pub(super) fn most_open() -> u64 {
+    MOST_OPEN.min(memory_left())
+}
+
+/// Refuses a run whose sums and results would not fit into memory, before it begins. The light is split
+/// into so many `parts` (0: not split); `nearest` says whether there are k-nearest estimates.
+pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) -> Result<()> {
     let strata = scene.lights.len() * scene.lanes() * size_of::<f64>();
     let of_each = 2 * Tally::bytes(scene, parts) + strata;
-    let bytes = threads.saturating_mul(of_each) + Totals::bytes(scene, parts);
-    if bytes <= MAX_SUM_BYTES {
+    // at the end sums and results stand side by side
+    let results = result_bytes(scene, parts, nearest);
+    let bytes = threads.saturating_mul(of_each) + Totals::bytes(scene, parts) + results;
+    let most = MOST.min(memory_left());
+    if bytes as u64 <= most {
         return Ok(());
     }
+    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
     let problem = format!(
-        "the sums for {} captors, {} bands and {} lights on {threads} threads would take {:.0} GiB",
+        "the sums and results of {} captors, {} bands and {} lights on {threads} threads would take {:.1} \
+        GiB, of {:.1} that they may",
         scene.captors.len(),
         scene.bands.len(),
         scene.lights.len(),
-        bytes as f64 / f64::from(1 << 30)
+        gib(bytes as u64),
+        gib(most)
     );
     let remedy = match parts {
         0 => "ask for fewer captors, bands or threads",
-        _ => "ask for fewer captors, lights or threads, or do not split by light",
+        _ => "ask for fewer captors, bands, lights or threads, or do not split by light",
     };
     Err(Error::input(format!("scene {}", scene.name), problem).remedy(remedy))
+}
+
+/// Bytes that the results made of the sums take, about. They are written as they are read, without a copy of
+/// their text.
+fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
+    const VALUE: usize = size_of::<f64>();
+    const ERROR: usize = size_of::<Option<f64>>();
+    // lists, names and places of a face or of what is absorbed, of all light and of a part of it
+    const HEAD: usize = 1024;
+    let columns = scene.bands.len() + scene.sums.len();
+    let absorbing = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
+    let faces: usize = scene.captors.iter().map(|c| c.kind.faces().len()).sum();
+    let (groups, group_faces) = (scene.groups.len(), (CHANNELS.len() - 1) * scene.groups.len());
+    let (faces, absorbing) = (faces + group_faces, absorbing + groups);
+    let face = 2 * (VALUE + ERROR) * columns + HEAD;
+    let absorbed = (VALUE + ERROR) * columns + HEAD;
+    let split = (parts + 1) * (faces * face + absorbing * absorbed);
+    // the least and the greatest, among captors
+    let range = group_faces * 2 * VALUE * columns;
+    let nearest = if nearest { (faces - group_faces) * face } else { 0 };
+    let energy = (parts + 1) * (scene.materials.len() + 5) * (VALUE * columns + HEAD / 8);
+    split + range + nearest + energy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    use crate::scene::{
+        light::LightShape,
+        world::{Band, CaptorPart, LightPart, SceneParts},
+    };
+
+    /// 4096 bands and 10,000 sensors by light, the numbers of which alone are 4.1e7 x 2 x 48 bytes for results, and as many
+    /// x 24 and x 8 for sums: what is counted is not less, and at most half more.
+    #[test]
+    fn all_that_stands_side_by_side_is_counted() {
+        let band = |b| Band { name: format!("{b}"), from_nm: None, to_nm: None };
+        let captor = |i: usize| CaptorPart {
+            id: format!("{i}"),
+            kind: CaptorKind::Virtual { both_sides: false },
+            triangles: vec![[DVec3::ZERO, DVec3::X, DVec3::Y]],
+            groups: Vec::new(),
+        };
+        let shape = LightShape::Point { position: DVec3::Z };
+        let scene = Scene::new(SceneParts {
+            bands: (0..4096).map(band).collect(),
+            captors: (0..10_000).map(captor).collect(),
+            lights: vec![LightPart { name: "lamp".into(), power: vec![1.0; 4096], shape }],
+            ..SceneParts::default()
+        });
+        let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+        let numbers = 10_000 * 4096;
+        let within = |bytes: usize, exact: usize| (exact..exact + exact / 2).contains(&bytes);
+        assert!(within(result_bytes(&scene, 1, true), numbers * 3 * 48));
+        assert!(within(result_bytes(&scene, 0, false), numbers * 48));
+        assert!(within(Totals::bytes(&scene, 1), numbers * 2 * 24));
+        assert!(within(Tally::bytes(&scene, 1), numbers * 2 * 8));
+    }
 }

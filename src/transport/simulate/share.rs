@@ -6,7 +6,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use super::{Control, End, Keep, Run, Simulation, part_of, parts, plan::Plan};
+use super::{Control, End, Keep, Run, Simulation, memory::most_open, part_of, parts, plan::Plan};
 use crate::{
     error::{Error, Result, catch_panic},
     math::spectrum::with_lanes,
@@ -18,9 +18,6 @@ use crate::{
         tally::{Sums, Tally, Totals},
     },
 };
-
-/// The most memory that the block sums of a share may take, bytes.
-const MAX_OPEN_BYTES: usize = 4 << 30;
 
 /// What a share of a run's blocks found.
 #[derive(Debug)]
@@ -80,7 +77,7 @@ impl Run<'_> {
         }
         let range = shard.range(plan.blocks);
         let bytes = Tally::bytes(self.scene, parts(&self.part_of));
-        if bytes.saturating_mul((range.end - range.start) as usize) > MAX_OPEN_BYTES {
+        if (bytes as u64).saturating_mul(range.end - range.start) > most_open() {
             let problem =
                 "the block sums of so many captors, lights and bands do not fit into memory";
             return Err(Error::input("--shard", problem).remedy("ask for more shards"));

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{BLOCKS, End, Run, Simulation, Work, lock, parts, plan::Plan};
+use super::{BLOCKS, End, Run, Simulation, Work, lock, memory::most_open, parts, plan::Plan};
 use crate::{
     error::{Error, Result},
     scene::world::Scene,
@@ -17,9 +17,6 @@ use crate::{
         tally::{Tally, Totals},
     },
 };
-
-/// The most memory that a run with a time limit may take for its block sums, bytes.
-const MAX_OPEN_BYTES: usize = 4 << 30;
 
 impl Run<'_> {
     /// Rounds of equal blocks, until every captor is accurate enough.
@@ -67,8 +64,8 @@ impl Run<'_> {
         plan: &Plan,
         limit: Duration,
     ) -> Result<Simulation> {
-        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) * plan.blocks as usize;
-        if bytes > MAX_OPEN_BYTES {
+        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) as u64 * plan.blocks;
+        if bytes > most_open() {
             let gib = bytes as f64 / f64::from(1 << 30);
             return Err(Error::input(
                 "max_time",

@@ -55,15 +55,15 @@ impl Totals {
         }
     }
 
-    /// Bytes that these and the results made of them take for `scene` split into so many parts, about.
+    /// Bytes that these take for `scene` split into so many parts, about.
     pub fn bytes(scene: &Scene, parts: usize) -> usize {
         let columns = scene.bands.len() + scene.sums.len();
-        let channels = scene.channels() + scene.groups.len() * CHANNELS.len();
-        let per_column = size_of::<Running>() + 64;
-        // a part's results stand under the name of the light
-        let per_channel = |of_each| channels * (columns * per_column + of_each);
-        let ledger = (scene.materials.len() + 4) * columns * 2 * size_of::<f64>();
-        per_channel(64) + ledger + parts * (per_channel(400) + ledger + 1024)
+        let groups = scene.groups.len() * CHANNELS.len();
+        let of_channel = columns * size_of::<Running>() + size_of::<[u64; 2]>();
+        let of_group = columns * size_of::<f64>();
+        let ledger = (scene.materials.len() + 3) * scene.bands.len() * size_of::<f64>();
+        let sums = (scene.channels() + groups) * of_channel + groups * of_group + ledger;
+        (parts + 1) * (size_of::<Self>() + sums)
     }
 
     /// Adds a block of `histories` and empties it. Each block counts alike: it is a whole small
