@@ -11,16 +11,29 @@ use serde::{
 };
 use serde_json::{Map, Value};
 
-use crate::error::{Error, Result, nearest};
+use crate::{
+    error::{Error, Result, nearest},
+    math::machine::memory_left,
+};
 
 /// The longest JSON file, bytes.
 const LONGEST: usize = 64 << 20;
+/// The most memory that the values of a JSON file may take, bytes: those of 300,000 sensors. Short values take
+/// up to a hundred times their text.
+const LARGEST: usize = 1 << 30;
 
 /// Parses the `bytes` of `file`. Errors name line and column.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
+    let remedy = "put shapes into OBJ files and sensors into CSV files";
     if bytes.len() > LONGEST {
-        return Err(Error::input(file, format!("is longer than {LONGEST} bytes"))
-            .remedy("put shapes into OBJ files and sensors into CSV files"));
+        return Err(Error::input(file, format!("is longer than {LONGEST} bytes")).remedy(remedy));
+    }
+    let bytes_of_values = Counts::of(bytes).value_bytes();
+    if bytes_of_values > LARGEST {
+        let problem = format!(
+            "its numbers, lists and objects take {bytes_of_values} bytes, more than {LARGEST}"
+        );
+        return Err(Error::input(file, problem).remedy(remedy));
     }
     let text = std::str::from_utf8(bytes).map_err(|e| {
         Error::input(file, format!("is not text: byte {} is not UTF-8", e.valid_up_to()))
@@ -45,6 +58,87 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
     })?;
     Ok(value)
 }
+
+/// Refuses the text of results where the numbers in it would not fit into memory; the error is the problem alone.
+pub fn check_memory(text: &[u8]) -> std::result::Result<(), String> {
+    let (needed, left) = (Counts::of(text).result_bytes() as u64, memory_left());
+    if needed <= left {
+        return Ok(());
+    }
+    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    Err(format!(
+        "what is in it takes {:.1} GiB of memory, of {:.1} that are left",
+        gib(needed),
+        gib(left)
+    ))
+}
+
+/// What a JSON text holds, counted without reading it.
+#[derive(Debug, Default, PartialEq)]
+struct Counts {
+    arrays: usize,
+    objects: usize,
+    /// Entries of arrays after their first ones.
+    array_entries: usize,
+    /// Entries of objects after their first ones.
+    object_entries: usize,
+}
+
+impl Counts {
+    /// Of a text; of one that is no JSON, anything.
+    fn of(text: &[u8]) -> Self {
+        let mut counts = Self::default();
+        // whether each value that is open is an object
+        let mut open = Vec::new();
+        let mut bytes = text.iter();
+        while let Some(byte) = bytes.next() {
+            match byte {
+                b'"' => loop {
+                    match bytes.next() {
+                        Some(b'\\') => bytes.next(),
+                        Some(b'"') | None => break,
+                        Some(other) => Some(other),
+                    };
+                },
+                b'[' | b'{' if open.len() == DEEPEST => return counts,
+                b'[' | b'{' => {
+                    let object = *byte == b'{';
+                    *(if object { &mut counts.objects } else { &mut counts.arrays }) += 1;
+                    open.push(object);
+                }
+                b']' | b'}' => {
+                    open.pop();
+                }
+                b',' if open.last() == Some(&true) => counts.object_entries += 1,
+                b',' => counts.array_entries += 1,
+                _ => {}
+            }
+        }
+        counts
+    }
+
+    /// The most bytes that its values take, without those of their text. Lists begin with room for four
+    /// entries and have room for at most twice those that are in them.
+    fn value_bytes(&self) -> usize {
+        // a hash and an index stand beside each
+        const ENTRY: usize = size_of::<(String, Value)>() + 2 * size_of::<usize>();
+        const VALUE: usize = size_of::<Value>();
+        let arrays = 4 * self.arrays + 2 * self.array_entries;
+        let objects = 4 * self.objects + 2 * self.object_entries;
+        arrays * VALUE + objects * ENTRY
+    }
+
+    /// The bytes that results take which are read from it, about: numbers in lists, objects with some lists.
+    fn result_bytes(&self) -> usize {
+        const NUMBER: usize = size_of::<Option<f64>>();
+        const OBJECT: usize = 1024;
+        // a list that grows stands beside the one that it was
+        3 * NUMBER * (self.array_entries + self.object_entries) + OBJECT * self.objects
+    }
+}
+
+/// How deeply values may be nested: serde_json refuses more.
+const DEEPEST: usize = 128;
 
 /// The remedy for a file that is none.
 const IS_JSON: &str = "it must be a JSON file";
@@ -399,5 +493,84 @@ impl<'de> Deserialize<'de> for Strict {
             }
         }
         deserializer.deserialize_any(Visitor).map(Strict)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_text_holds_is_counted() {
+        let counts = |arrays, objects, array_entries, object_entries| Counts {
+            arrays,
+            objects,
+            array_entries,
+            object_entries,
+        };
+        assert_eq!(Counts::of(b"1"), counts(0, 0, 0, 0));
+        assert_eq!(Counts::of(br#"{"a": [1, 2, {"b": 3, "c": [], "d": 4}]}"#), counts(2, 2, 2, 2));
+        let quoted = br#"["[{,\"[{,", "\\", "\u0022,"]"#;
+        assert_eq!(Counts::of(quoted), counts(1, 0, 2, 0));
+        assert_eq!(Counts::of(b"[\"open, [ {"), counts(1, 0, 0, 0));
+        // the parser stops here too
+        assert_eq!(Counts::of("[".repeat(1000).as_bytes()), counts(DEEPEST, 0, 0, 0));
+        assert!(
+            parse("f", "[".repeat(1000).as_bytes()).unwrap_err().to_string().contains("nested")
+        );
+    }
+
+    /// Bytes on the heap, with the room that is kept, of arrays; of objects at least.
+    fn heap(value: &Value) -> usize {
+        match value {
+            Value::Array(values) => {
+                values.capacity() * size_of::<Value>() + values.iter().map(heap).sum::<usize>()
+            }
+            Value::Object(map) => {
+                let entry = size_of::<(String, Value)>() + size_of::<usize>();
+                map.len() * entry + map.values().map(heap).sum::<usize>()
+            }
+            _ => 0,
+        }
+    }
+
+    #[test]
+    fn counts_bound_what_values_take() {
+        let list = |entry: &str, n: usize| format!("[{}]", vec![entry; n].join(","));
+        let object = |n: usize| {
+            let entries: Vec<String> = (0..n).map(|i| format!("\"{i}\":0")).collect();
+            format!("{{{}}}", entries.join(","))
+        };
+        for text in [
+            list("0", 1),
+            list("0", 1000),
+            list("[0]", 1000),
+            list("{}", 1000),
+            list("{\"a\":0}", 1000),
+            list("[[],[0,0,0,0,0]]", 1000),
+            object(1),
+            object(1000),
+            list(&object(5), 1000),
+        ] {
+            let value = parse("f", text.as_bytes()).unwrap();
+            let (bound, taken) = (Counts::of(text.as_bytes()).value_bytes(), heap(&value));
+            assert!(taken <= bound, "{taken} of {bound}: {text:.40}");
+            assert!(bound < 200 * text.len(), "{bound}: {text:.40}");
+        }
+    }
+
+    #[test]
+    fn what_would_take_more_memory_is_not_read() {
+        for entry in ["0", "[]", "[0]", "{\"a\":0}"] {
+            let text = format!("[{}]", vec![entry; 40_000_000 / (entry.len() + 1)].join(","));
+            let error = parse("f", text.as_bytes()).unwrap_err().to_string();
+            assert!(
+                error.contains("take") && error.contains("more than 1073741824; put"),
+                "{error}"
+            );
+        }
+        // as long, but of words and long numbers
+        let text = format!("[{}]", vec!["0.12345678901234567890"; 2_000_000].join(","));
+        assert!(parse("f", text.as_bytes()).is_ok());
     }
 }

@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use crate::{
     error::{Error, Result},
-    formats::input::hex,
+    formats::{input::hex, json},
     transport::{
         photon_map::PieceKey,
         settings::{Estimator, Settings},
@@ -184,6 +184,8 @@ impl ShareReader {
         };
         let before = self.hash.clone();
         let line = line(&mut self.reader, &mut self.hash).map_err(|_| spoiled())?;
+        let place = self.path.display();
+        json::check_memory(&line).map_err(|why| Error::input(place, why))?;
         let line = serde_json::from_slice(&line).map_err(|_| spoiled())?;
         match &line {
             Line::End { sha256 } if *sha256 != hex(before) => Err(spoiled()),

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use crate::{
     error::{Error, Result},
-    formats::input::read_bytes,
+    formats::{input::read_bytes, json},
     results::{result::RunResult, saved::ResultsFile},
 };
 
@@ -19,6 +19,7 @@ impl ResultsFile {
 
 fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
     let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    json::check_memory(&bytes).map_err(|why| Error::input(path.display(), why))?;
     serde_json::from_slice(&bytes).map_err(|e| no_results(path, e))
 }
 
