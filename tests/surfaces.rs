@@ -1,6 +1,9 @@
 //! Light at points of surfaces, from the photon map of all of them.
 
-use std::{f64::consts::PI, sync::atomic::AtomicBool};
+use std::{
+    f64::consts::PI,
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+};
 
 use glam::Vec3;
 use phylux::{Control, LoadedScene, Patches, Settings, SurfaceLight, light_surfaces};
@@ -150,4 +153,24 @@ fn pieces_are_smooth() {
     let (pieces, area) = count(&with(&Mesh::sphere([0.0; 3], 1.0, 30)));
     assert!((8..60).contains(&pieces), "{pieces}");
     assert!((area / (4.0 * PI) - 1.0).abs() < 0.01, "{area}");
+}
+
+/// Between walls that absorb nothing a photon takes 10,000 rays: no more than a trial of about a million
+/// rays has are traced (128, and 2 % for chance), where two fill the map; not 10,000.
+#[test]
+fn walls_that_absorb_nothing() {
+    let walls = room([-1.0; 3], [1.0; 3]);
+    let lamp = json!({ "type": "point", "position": [0.1, 0.2, 0.3], "power": 1 });
+    let loaded =
+        load(&World::new().lambert("wall", 1.0).surface("walls", "wall", &walls).light(lamp));
+    let settings = Settings { map_photons: 20_000, k: Some(K), ..Settings::default() };
+    let traced = AtomicU64::new(0);
+    let progress = |progress: phylux::Progress| {
+        traced.fetch_max(progress.photons, Ordering::Relaxed);
+    };
+    let control = Control { stop: &AtomicBool::new(false), progress: &progress };
+    let light =
+        light_surfaces(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(traced.into_inner(), 131);
+    assert!((10_000..=20_000).contains(&light.map.photons.len()), "{}", light.map.photons.len());
 }

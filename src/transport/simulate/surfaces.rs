@@ -8,11 +8,17 @@ use crate::{
     transport::{
         settings::{Estimator, Settings},
         surface_light::SurfaceLight,
+        tally::Totals,
     },
 };
 
-/// Photons of the run that tells how often one arrives.
+/// Photons of the run that tells how often one arrives, and the least that light is found from: fewer where
+/// they would take more than [`RAYS`].
 const TRIAL: u64 = 10_000;
+/// Photons that tell how many rays one takes.
+const FIRST: u64 = 128;
+/// Rays of a trial, about: between walls that absorb nothing a photon takes 10,000.
+const RAYS: u64 = 1 << 20;
 /// The most photons that are traced for one that is to be kept: where nearly all escape.
 const MOST: u64 = 4;
 
@@ -42,12 +48,15 @@ pub fn light_surfaces<'a>(
     let photons = match settings.photons {
         Some(photons) => photons,
         None => {
-            let trial = trace(TRIAL, &Control { progress: &|_| {}, ..*control })?;
+            let control = Control { progress: &|_| {}, ..*control };
+            let Totals { histories, segments, .. } = trace(FIRST, &control)?.totals;
+            let least = (RAYS * histories / segments.max(1)).clamp(FIRST, TRIAL);
+            let trial = trace(least, &control)?;
             let kept = trial.map.map_or(0, |map| map.photons.len()) as f64;
             let wanted = settings.map_photons as u64;
             // a little more, for chance
-            let needed = 1.02 * wanted as f64 * TRIAL as f64 / kept;
-            (needed.ceil() as u64).clamp(TRIAL, (MOST * wanted).max(TRIAL))
+            let needed = 1.02 * wanted as f64 * trial.totals.histories as f64 / kept;
+            (needed.ceil() as u64).clamp(least, (MOST * wanted).max(least))
         }
     };
     let map = trace(photons, control)?.map.expect("a run of photons keeps a map");
