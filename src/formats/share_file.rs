@@ -135,9 +135,14 @@ pub fn write_share(head: &ShareHead, share: Share, writer: &mut dyn Write) -> io
     if let Some(key) = share.end {
         line(serde_json::to_vec(&Line::Full { key })?)?;
     }
-    let end = Line::End { sha256: hex(hash) };
-    serde_json::to_writer(&mut *writer, &end)?;
-    writer.write_all(b"\n")
+    writer.write_all(&end(hash)?)
+}
+
+/// The last line, behind lines of this hash.
+fn end(before: Sha256) -> io::Result<Vec<u8>> {
+    let mut line = serde_json::to_vec(&Line::End { sha256: hex(before) })?;
+    line.push(b'\n');
+    Ok(line)
 }
 
 /// A file of a share, read line by line.
@@ -176,21 +181,23 @@ impl ShareReader {
         &self.path
     }
 
-    /// The next line; the end comes once, and only if all before it is as it was written.
+    /// The next line; the end comes once, and only if the whole file is as it was written.
     pub fn next(&mut self) -> Result<Line> {
         let spoiled = || {
             Error::input(self.path.display(), "was cut short or changed since it was written")
                 .remedy("trace this part again")
         };
         let before = self.hash.clone();
-        let line = line(&mut self.reader, &mut self.hash).map_err(|_| spoiled())?;
+        let bytes = line(&mut self.reader, &mut self.hash).map_err(|_| spoiled())?;
         let place = self.path.display();
-        json::check_memory(&line).map_err(|why| Error::input(place, why))?;
-        let line = serde_json::from_slice(&line).map_err(|_| spoiled())?;
-        match &line {
-            Line::End { sha256 } if *sha256 != hex(before) => Err(spoiled()),
-            _ => Ok(line),
+        json::check_memory(&bytes).map_err(|why| Error::input(place, why))?;
+        let line = serde_json::from_slice(&bytes).map_err(|_| spoiled())?;
+        if let Line::End { .. } = line {
+            let last = self.reader.fill_buf().is_ok_and(<[u8]>::is_empty);
+            let whole = last && end(before).is_ok_and(|end| end == bytes);
+            return if whole { Ok(line) } else { Err(spoiled()) };
         }
+        Ok(line)
     }
 
     /// An error in it that no reader of lines can see.
