@@ -328,3 +328,305 @@ fn an_mtl_file_is_not_replaced() {
     assert!(stderr(&output).contains("a.mtl: is a file that is read"), "{}", stderr(&output));
     assert_eq!(fs::read_to_string(scene.path("a.mtl")).expect("the file"), mtl);
 }
+
+/// No command replaces a file that it reads, whichever of its outputs is named so: here it is the scene's OBJ file,
+/// then the scene, and what else the command reads.
+#[test]
+fn no_output_replaces_an_input() {
+    let of = |obj: &str| {
+        let scene = format!(
+            r#"{{
+            "materials": {{"wall": {{"type": "lambert", "reflectance": 0.5}}}},
+            "objects": [{{"name": "a", "obj": "{obj}", "material": "wall", "captor": true}}],
+            "lights": [{{"name": "l", "type": "point", "position": [0.2, 0.2, 0.1], "power": 1}}],
+            "camera": {{"position": [0.2, 0.2, 1], "look_at": [0.2, 0.3, 0], "fov_deg": 90, "width": 4, "height": 4}},
+            "settings": {{"photons": 1000, "k": 0}}
+        }}"#
+        );
+        let folder = TestScene::new(&scene, &[]);
+        fs::create_dir(folder.path("each")).expect("a folder");
+        fs::create_dir(folder.path("charts")).expect("a folder");
+        fs::write(folder.path(obj), format!("g a\n{OBJ}")).expect("an OBJ file");
+        for command in [
+            "run scene.json --by-light -o before.json",
+            "run scene.json --shard 1/2 -o part1.json",
+            "run scene.json --shard 2/2 -o part2.json",
+        ] {
+            let output = phylux(&folder.path(""), &command.split(' ').collect::<Vec<_>>());
+            assert!(output.status.success(), "{}", stderr(&output));
+        }
+        folder
+    };
+    let chart = "chart scene.json -o charts --seeds 2";
+    let merge = "merge part1.json part2.json -o";
+    for (read, command) in [
+        ("x.json", "run scene.json -o x.json"),
+        ("scene.json", "run scene.json -o scene.json"),
+        ("x.csv", "run scene.json --csv x.csv"),
+        ("x.json", "run scene.json --stats x.json"),
+        ("each/a_a.json", "run scene.json --per-captor each"),
+        ("x.json", "run scene.json --shard 1/2 -o x.json"),
+        ("x.json", &format!("{merge} x.json")),
+        ("scene.json", &format!("{merge} scene.json")),
+        ("part2.json", &format!("{merge} part2.json")),
+        ("before.json", "mix before.json --power l=2 -o before.json"),
+        ("before.json", "mix before.json --power l=2 --csv before.json"),
+        ("before.json", "compare before.json before.json --csv before.json"),
+        ("x.png", "render scene.json -o x.png"),
+        ("x.exr", "render scene.json -o y.png -o x.exr"),
+        ("x.html", "view scene.json -o x.html"),
+        ("before.json", "view scene.json --results before.json -o before.json"),
+        ("x.glb", "export scene.json -o x.glb"),
+        ("x.ply", "export scene.json -o x.ply"),
+        ("charts/rows.csv", chart),
+        ("charts/study.json", chart),
+        ("charts/error.svg", chart),
+        ("charts/map.svg", chart),
+    ] {
+        let obj = if ["scene.json", "part2.json", "before.json"].contains(&read) {
+            "x.obj"
+        } else {
+            read
+        };
+        let folder = of(obj);
+        let before = (listing(&folder.path("")), fs::read(folder.path(read)).expect("a file"));
+        let output = phylux(&folder.path(""), &command.split(' ').collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(2), "{command}: {}", stderr(&output));
+        assert!(
+            stderr(&output).contains("is a file that is read"),
+            "{command}: {}",
+            stderr(&output)
+        );
+        let after = (listing(&folder.path("")), fs::read(folder.path(read)).expect("a file"));
+        assert!(before == after, "{command}");
+    }
+}
+
+#[test]
+fn what_is_replaced_keeps_its_mode() {
+    let scene = scene();
+    let folder = scene.path("");
+    fs::create_dir(scene.path("each")).expect("a folder");
+    let names = ["r.json", "t.csv", "s.json", "each/a_a.json"];
+    let mode =
+        |name: &str| fs::metadata(scene.path(name)).expect("a file").permissions().mode() & 0o777;
+    for kept in [0o600, 0o640, 0o664] {
+        for name in names {
+            fs::write(scene.path(name), "old").expect("a file");
+            fs::set_permissions(scene.path(name), fs::Permissions::from_mode(kept))
+                .expect("a mode");
+        }
+        let arguments =
+            "run scene.json --photons 100 -o r.json --csv t.csv --stats s.json --per-captor each";
+        let output = phylux(&folder, &arguments.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", stderr(&output));
+        for name in names {
+            assert_ne!(fs::read_to_string(scene.path(name)).expect("a file"), "old");
+            assert_eq!(mode(name), kept, "{name}");
+        }
+    }
+    // what is new has that of any new file or folder
+    fs::write(scene.path("other"), "").expect("a file");
+    fs::create_dir(scene.path("others")).expect("a folder");
+    let output = phylux(&folder, &["run", "scene.json", "--photons", "100", "--per-captor", "new"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    for (name, like) in [("results.json", "other"), ("new", "others"), ("new/a_a.json", "other")] {
+        assert_eq!(mode(name), mode(like), "{name}");
+    }
+}
+
+/// Found before any photon flies.
+#[test]
+fn a_folder_that_cannot_be_filled_is_refused() {
+    let scene = scene();
+    let folder = scene.path("");
+    for arguments in [["-o", "x", "--per-captor", "x"], ["--csv", "x", "--per-captor", "./x"]] {
+        refused(
+            &folder,
+            &[&["run", "scene.json"][..], &arguments].concat(),
+            "is named for two outputs",
+        );
+    }
+    refused(
+        &folder,
+        &["run", "scene.json", "--stats", "x", "--per-captor", "x"],
+        "is named for two outputs",
+    );
+    fs::create_dir_all(scene.path("each/a_a.json")).expect("a folder");
+    refused(
+        &folder,
+        &["run", "scene.json", "--per-captor", "each"],
+        "each/a_a.json: is not a file",
+    );
+    symlink("nowhere", scene.path("link")).expect("a link");
+    refused(
+        &folder,
+        &["run", "scene.json", "--per-captor", "link"],
+        "link: is a link to what is not there",
+    );
+}
+
+/// Names are cut to 255 bytes, whatever letters they have, and stay apart.
+#[test]
+fn files_of_captors_with_long_names_are_written() {
+    let disc = |id: &str| {
+        format!(
+            r#"{{"name": "{id}", "disc": {{"center": [0, 0, 1], "normal": [0, 0, 1], "radius": 0.1}}}}"#
+        )
+    };
+    let ids = ["ü".repeat(199) + "a", "ü".repeat(199) + "b", "漢".repeat(300), "x".repeat(198)];
+    let captors = ids.iter().map(|id| disc(id)).collect::<Vec<_>>().join(", ");
+    let scene = TestScene::new(
+        &format!(
+            r#"{{"lights": [{{"type": "point", "position": [0, 0, 2], "power": 1}}], "captors": [{captors}]}}"#
+        ),
+        &[],
+    );
+    let arguments = ["run", "scene.json", "--photons", "100", "--per-captor", "each"];
+    let output = phylux(&scene.path(""), &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let names = listing(&scene.path("each"));
+    assert_eq!(names.len(), 4, "{names:?}");
+    assert!(names.iter().all(|name| name.len() <= 255), "{names:?}");
+    assert!(names.contains(&format!("{}.json", "x".repeat(198))));
+    let found: Vec<String> = names
+        .iter()
+        .map(|name| read_json(&scene.path("each").join(name))["id"].as_str().expect("an id").into())
+        .collect();
+    assert!(ids.iter().all(|id| found.contains(id)), "{found:?}");
+}
+
+/// At any moment while the files of captors are written, an end leaves all of them or nothing.
+#[test]
+fn an_interrupt_while_writing_leaves_no_folder() {
+    let mut rows = "x,y,z,radius,nx,ny,nz\n".to_string();
+    (0..5000).for_each(|i| rows += &format!("{i},0,1,0.1,0,0,1\n"));
+    let scene = TestScene::new(
+        r#"{"lights": [{"type": "point", "position": [0, 0, 2], "power": 1}], "captors": [{"csv": "a.csv"}]}"#,
+        &[("a.csv", &rows)],
+    );
+    let folder = scene.path("");
+    let staged = || {
+        // in the folder, or in the one that will be
+        let places = [folder.clone(), scene.path("each")];
+        let names = places.iter().filter(|place| place.is_dir()).flat_map(|place| {
+            listing(place).into_iter().map(|name| place.join(name)).collect::<Vec<_>>()
+        });
+        names
+            .filter(|path| path.is_dir() && path.to_string_lossy().contains(".phylux-"))
+            .filter_map(|path| fs::read_dir(path).ok())
+            .map(|entries| entries.count())
+            .max()
+            .unwrap_or(0)
+    };
+    for round in 0..10 {
+        let arguments =
+            ["run", "scene.json", "--photons", "1000", "--k", "0", "--per-captor", "each"];
+        let child = start(&folder, &arguments);
+        let started = Instant::now();
+        while staged() <= 100 * round && !scene.path("results.json").exists() {
+            assert!(started.elapsed() < Duration::from_secs(60), "nothing is written");
+        }
+        while staged() <= 100 * round && started.elapsed() < Duration::from_secs(2) {}
+        signal(&child, "-INT");
+        let output = child.wait_with_output().expect("an end");
+        let left = listing(&folder);
+        assert!(!left.iter().any(|name| name.starts_with(".phylux-")), "{left:?}");
+        if left.contains(&"each".to_string()) {
+            assert_eq!(listing(&scene.path("each")).len(), 5000, "{}", stderr(&output));
+            fs::remove_dir_all(scene.path("each")).expect("removed");
+        } else {
+            assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+        }
+        let _ = fs::remove_file(scene.path("results.json"));
+    }
+}
+
+/// Names from files and from the command line are shown by a terminal, never obeyed.
+#[test]
+fn a_terminal_obeys_no_name() {
+    let bad = "\u{1b}[2J\u{9b}31m\u{7}\u{202e}x";
+    let scene = r#"{
+        "name": "BAD", "bands": [{"name": "BAD"}],
+        "materials": {"BAD": {"type": "lambert", "reflectance": 0.5}},
+        "objects": [{"name": "BAD", "obj": "a.obj", "material": "BAD", "captor": true}],
+        "lights": [{"name": "BAD", "type": "point", "position": [0.2, 0.2, 0.1], "power": 1}],
+        "settings": {"photons": 20, "k": 0}
+    }"#;
+    let escaped = serde_json::to_string(bad).expect("text");
+    let scene = TestScene::new(&scene.replace("BAD", escaped.trim_matches('"')), &[("a.obj", OBJ)]);
+    let obeyed = |c: char| c != '\n' && c.is_control() || c == '\u{202e}';
+    let power = format!("{bad}=2");
+    let unknown = format!("--{bad}");
+    for (arguments, code) in [
+        (&["run", "scene.json", "--by-light", "-o", bad][..], 0),
+        (&["check", "scene.json"], 0),
+        (&["mix", bad, "--power", &power, "-o", "m.json"], 0),
+        (&["compare", bad, "m.json"], 0),
+        (&["run", bad], 2),
+        (&["check", bad], 2),
+        (&["merge", bad, "-o", "n.json"], 2),
+    ] {
+        let output = phylux(&scene.path(""), arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
+        let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+        assert!(said.contains(r"\u{1b}[2J\u{9b}31m\u{7}\u{202e}x"), "{arguments:?}: {said}");
+        assert!(!said.contains(obeyed), "{arguments:?}: {said:?}");
+    }
+    for arguments in
+        [&["run", "scene.json", &unknown][..], &["run", "scene.json", "--estimator", bad], &[bad]]
+    {
+        let output = phylux(&scene.path(""), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+        assert!(!stderr(&output).contains(obeyed), "{arguments:?}: {:?}", stderr(&output));
+    }
+}
+
+/// A text that a spreadsheet would run begins with an apostrophe in tables, reads back, and numbers stay numbers.
+#[test]
+fn no_name_is_a_formula() {
+    let scene = TestScene::new(
+        r#"{
+        "bands": [{"name": "-red"}, {"name": "@cmd"}],
+        "materials": {"wall": {"type": "lambert", "reflectance": 0.5}},
+        "objects": [{"name": "=1+1", "obj": "a.obj", "material": "wall", "captor": true}],
+        "lights": [{"type": "point", "position": [0.2, 0.2, 0.1], "power": [1, 2]}],
+        "settings": {"photons": 2000, "k": 0}
+    }"#,
+        &[("a.obj", &format!("g a\n{OBJ}"))],
+    );
+    let folder = scene.path("");
+    for arguments in [
+        "run scene.json -o r.json --csv t.csv",
+        "run scene.json -o s.json --seed 2",
+        "compare r.json s.json --csv c.csv",
+    ] {
+        let output = phylux(&folder, &arguments.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+    let result = read_json(&scene.path("r.json"));
+    let id = result["captors"][0]["id"].as_str().expect("an id");
+    assert!(id.starts_with("=1+1"));
+    for name in ["t.csv", "c.csv"] {
+        let mut table = csv::Reader::from_path(scene.path(name)).expect("a table");
+        let bands = table.headers().expect("names").iter().position(|name| name == "band");
+        let mut numbers = 0;
+        for row in table.records() {
+            let row = row.expect("a row");
+            assert_eq!(&row[0], format!("'{id}"));
+            assert!(["'-red", "'@cmd"].contains(&&row[bands.expect("bands")]), "{row:?}");
+            numbers += row.iter().skip(3).filter(|cell| cell.parse::<f64>().is_ok()).count();
+        }
+        assert!(numbers > 4, "{name}");
+    }
+    // the table of a run as that of true values
+    let table = fs::read_to_string(scene.path("t.csv")).expect("a table");
+    let rows = table.lines().filter(|row| row.contains(",irradiance,") && row.contains(",front,"));
+    let rows: Vec<String> = rows.map(|row| row.replace(",irradiance,", ",,")).collect();
+    let truth =
+        "captor,face,band,,irradiance,standard_error\n".to_string() + &rows.join("\n") + "\n";
+    fs::write(scene.path("truth.csv"), truth).expect("a table");
+    let arguments = "chart scene.json --truth truth.csv -o charts --photons 1e4 --seeds 2";
+    let output = phylux(&folder, &arguments.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", stderr(&output));
+}

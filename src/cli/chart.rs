@@ -1,7 +1,9 @@
 //! `phylux chart`
 
 use std::{
+    collections::BTreeMap,
     fs,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -11,10 +13,10 @@ use super::{interrupt::Interrupt, outputs, run};
 use crate::{
     error::{Error, Result},
     formats::{
-        output::{OutputFile, Temporary},
+        output::{FilesRead, OutputFile, Temporary},
         scene_file,
     },
-    studies::convergence::{Reference, Row, StudyPlan, study},
+    studies::convergence::{Reference, Row, Study, StudyPlan, study},
     transport::{
         settings::Settings,
         simulate::{Control, Progress},
@@ -66,14 +68,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let folder = &arguments.output;
-    let create = |name: &str| OutputFile::create(&folder.join(name));
+    let create = |name: &str| interrupt.file(&folder.join(name));
     let (csv, json) = (create("rows.csv")?, create("study.json")?);
-    interrupt.remove_at_end([&csv, &json].into_iter().filter_map(OutputFile::temporary));
-    interrupt.remove_at_end(new.then(|| Temporary::IfEmpty(folder.clone())));
+    let pictures = Study::CHARTS.map(|name| Ok((name, create(&format!("{name}.svg"))?)));
+    let mut pictures = pictures.into_iter().collect::<Result<BTreeMap<_, _>>>()?;
+    interrupt.make(|| Ok(()), |()| new.then(|| Temporary::IfEmpty(folder.clone())))?;
 
     let loaded = scene_file::load(&arguments.scene)?;
-    let places = [&csv, &json].into_iter().filter_map(OutputFile::place).map(Path::to_path_buf);
-    let read: Vec<PathBuf> = loaded.files.iter().chain(&arguments.truth).cloned().collect();
+    let places = [&csv, &json].into_iter().chain(pictures.values());
+    let places = places.filter_map(OutputFile::place).map(Path::to_path_buf);
+    let read = FilesRead::new(loaded.files.iter().chain(&arguments.truth));
     outputs::check_places(&places.collect::<Vec<_>>(), &read)?;
     let scene = &loaded.scene;
     super::warn(&loaded.warnings);
@@ -100,19 +104,21 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     bar.finish_and_clear();
     let found = found?;
     interrupt.writing();
-    csv.write(|writer| write_rows(&found.rows, writer))?;
-    json.write(|writer| {
+    csv.write(&read, |writer| write_rows(&found.rows, writer))?;
+    json.write(&read, |writer| {
         serde_json::to_writer_pretty(&mut *writer, &found)?;
         writer.write_all(b"\n")
     })?;
     for (name, chart) in found.charts() {
         let svg = chart.svg().map_err(|e| Error::run(name, e))?;
-        create(&format!("{name}.svg"))?.write(|writer| writer.write_all(svg.as_bytes()))?;
+        if let Some(file) = pictures.remove(name) {
+            file.write(&read, |writer| writer.write_all(svg.as_bytes()))?;
+        }
     }
     super::print(&format!("{}wrote {}\n", found.words(), folder.display()))
 }
 
-fn write_rows(rows: &[Row], writer: &mut dyn std::io::Write) -> std::io::Result<()> {
+fn write_rows(rows: &[Row], writer: &mut dyn Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     for row in rows {
         table.serialize(row)?;

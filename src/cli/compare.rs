@@ -10,9 +10,12 @@ use clap::Args;
 use super::{outputs::check_places, summary::short};
 use crate::{
     error::Result,
-    formats::output::OutputFile,
+    formats::{
+        csv_text,
+        output::{FilesRead, OutputFile},
+    },
     results::{
-        compare::{Comparison, ODDS},
+        compare::{Comparison, Difference, ODDS},
         saved::ResultsFile,
     },
 };
@@ -34,14 +37,17 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
     let place = csv.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
-    check_places(place.as_slice(), &[arguments.a.clone(), arguments.b.clone()])?;
+    let read = FilesRead::new([&arguments.a, &arguments.b]);
+    check_places(place.as_slice(), &read)?;
     let (a, b) = (ResultsFile::read(&arguments.a)?, ResultsFile::read(&arguments.b)?);
     let comparison = Comparison::new(&a, &b)?;
     if let Some(csv) = csv {
-        csv.write(|writer| {
+        csv.write(&read, |writer| {
             let mut table = csv::Writer::from_writer(writer);
-            for difference in &comparison.differences {
-                table.serialize(difference)?;
+            table.write_record(["captor", "what", "band", "a", "b", "z"])?;
+            for Difference { captor, what, band, a, b, z } in &comparison.differences {
+                let (captor, band) = (csv_text::cell(captor), csv_text::cell(band));
+                table.serialize((captor, what, band, a, b, z))?;
             }
             table.flush()
         })?;

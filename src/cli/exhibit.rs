@@ -17,7 +17,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{
-        output::OutputFile,
+        output::FilesRead,
         scene_file::{self, LoadedScene},
     },
     results::saved::ResultsFile,
@@ -61,17 +61,16 @@ pub(super) fn write(
     write: impl Fn(&Exhibit, &mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
     let interrupt = Interrupt::install()?;
-    let file = OutputFile::create(output)?;
-    interrupt.remove_at_end(file.temporary());
+    let file = interrupt.file(output)?;
     let place = file.place().map(Path::to_path_buf);
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
     let results = source.results.as_deref().map(ResultsFile::read).transpose()?;
     let loaded = scene_file::load(&source.scene)?;
     reading.finish_and_clear();
-    let LoadedScene { scene, settings, warnings, mut files, .. } = loaded;
-    files.extend(source.results.clone());
-    check_places(place.as_slice(), &files)?;
+    let LoadedScene { scene, settings, warnings, files, .. } = loaded;
+    let read = FilesRead::new(files.iter().chain(&source.results));
+    check_places(place.as_slice(), &read)?;
     check(&scene)?;
     super::warn(&warnings);
 
@@ -111,6 +110,6 @@ pub(super) fn write(
         return Err(Error::run("run", NOTHING_WRITTEN));
     }
     interrupt.writing();
-    file.write(|writer| write(&exhibit, writer))?;
+    file.write(&read, |writer| write(&exhibit, writer))?;
     super::print(&format!("wrote {}\n", output.display()))
 }

@@ -2,8 +2,8 @@
 //! stays behind either way.
 
 use std::{
-    fs,
-    io::{self, Write},
+    fs, io,
+    path::Path,
     process,
     sync::{
         Arc, Mutex, PoisonError,
@@ -11,9 +11,13 @@ use std::{
     },
 };
 
+use super::terminal;
 use crate::{
     error::{Error, Result},
-    formats::output::Temporary,
+    formats::{
+        output::{OutputFile, Temporary},
+        result_file::OutputFolder,
+    },
 };
 
 /// What an interrupted command says.
@@ -58,9 +62,27 @@ impl Interrupt {
         &self.stop
     }
 
-    /// What to remove at an immediate end, in this order.
-    pub fn remove_at_end(&self, temporary: impl IntoIterator<Item = Temporary>) {
-        self.change(|phase| phase.temporary.extend(temporary));
+    /// Prepares to write a file, and removes what that has made at an immediate end.
+    pub fn file(&self, path: &Path) -> Result<OutputFile> {
+        self.make(|| OutputFile::create(path), |file| file.temporary())
+    }
+
+    /// Prepares to write files into a folder, and removes what that has made at an immediate end.
+    pub fn folder(&self, path: &Path) -> Result<OutputFolder> {
+        self.make(|| OutputFolder::create(path), |folder| Some(folder.temporary()))
+    }
+
+    /// Makes something that an immediate end removes; such an end comes before or after, not meanwhile.
+    pub fn make<T>(
+        &self,
+        make: impl FnOnce() -> Result<T>,
+        temporary: impl FnOnce(&T) -> Option<Temporary>,
+    ) -> Result<T> {
+        self.change(|phase| {
+            let made = make()?;
+            phase.temporary.extend(temporary(&made));
+            Ok(made)
+        })
     }
 
     /// Does `work`, which looks at the stop flag.
@@ -76,9 +98,23 @@ impl Interrupt {
         self.change(|phase| phase.writing = true);
     }
 
-    fn change(&self, change: impl FnOnce(&mut Phase)) {
-        change(&mut self.phase.lock().unwrap_or_else(PoisonError::into_inner));
+    fn change<T>(&self, change: impl FnOnce(&mut Phase) -> T) -> T {
+        change(&mut self.phase.lock().unwrap_or_else(PoisonError::into_inner))
     }
+}
+
+impl Drop for Interrupt {
+    /// A command does not end while an immediate end removes what it has made: that ends the process.
+    fn drop(&mut self) {
+        self.change(|_| ());
+    }
+}
+
+/// Removes a folder into which another thread may still write: under another name it finds it no more.
+fn remove_folder(path: &Path) -> io::Result<()> {
+    let gone = path.with_extension("gone");
+    fs::rename(path, &gone)?;
+    fs::remove_dir_all(gone)
 }
 
 impl Phase {
@@ -86,12 +122,12 @@ impl Phase {
         for path in &self.temporary {
             let _ = match path {
                 Temporary::File(path) => fs::remove_file(path),
-                Temporary::Folder(path) => fs::remove_dir_all(path),
+                Temporary::Folder(path) => remove_folder(path),
                 Temporary::IfEmpty(path) => fs::remove_dir(path),
             };
         }
         let what = if self.writing { "interrupted while writing" } else { NOTHING_WRITTEN };
-        let _ = writeln!(io::stderr(), "error: run: {what}");
+        terminal::fail(format_args!("run: {what}"));
         process::exit(1)
     }
 }

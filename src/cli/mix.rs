@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::result_file::read_json,
+    formats::{output::FilesRead, result_file::read_json},
     results::result::{ByLight, RunResult},
 };
 
@@ -33,16 +33,17 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
+    let read = FilesRead::new([&arguments.results]);
     let mut places = outputs.places();
-    check_places(&places, std::slice::from_ref(&arguments.results))?;
+    check_places(&places, &read)?;
     let entries = entries(&arguments.power)?;
     let result = read_json(&arguments.results)?;
     let factors = factors(entries, &result)?;
     let mixed = result.mix(&factors).map_err(|e| e.at(arguments.results.display()))?;
-    places.extend(outputs.captor_places(mixed.captors.iter().map(|captor| captor.id.as_str())));
-    check_places(&places, std::slice::from_ref(&arguments.results))?;
+    places.extend(outputs.captor_places(mixed.captors.iter().map(|captor| captor.id.as_str()))?);
+    check_places(&places, &read)?;
     interrupt.writing();
-    outputs.write(&mixed)?;
+    outputs.write(&read, &mixed)?;
     let summary = summary(&mixed, ", mixed");
     super::warn(&summary.warnings);
     let wrote = format!("\nwrote {}\n", arguments.outputs.output.display());

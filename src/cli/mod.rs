@@ -13,19 +13,16 @@ mod run;
 mod schema;
 mod summary;
 mod sweep;
+mod terminal;
 mod view;
 
-use std::{
-    io::{self, Write},
-    path::PathBuf,
-    process::ExitCode,
-    sync::LazyLock,
-};
+use std::{path::PathBuf, process::ExitCode, sync::LazyLock};
 
 use clap::{Parser, Subcommand};
 
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::ErrorKind;
 use crate::scene::bvh::Kernel;
+use terminal::{print, warn};
 
 /// What `--version` says.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
@@ -75,7 +72,15 @@ enum Command {
 
 /// Runs the command line of this process: 0 done, 1 the run failed, 2 wrong usage or input.
 pub fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(usage) if usage.use_stderr() => {
+            terminal::complain(&usage.render().to_string());
+            return ExitCode::from(2);
+        }
+        Err(help) => help.exit(),
+    };
+    let outcome = match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
@@ -89,24 +94,9 @@ pub fn main() -> ExitCode {
         Command::Schema { of } => schema::print(of),
     };
     let Err(error) = outcome else { return ExitCode::SUCCESS };
-    // a reader that has gone away needs no message
-    let _ = writeln!(io::stderr(), "error: {error}");
+    terminal::fail(&error);
     match error.kind() {
         ErrorKind::Run => ExitCode::from(1),
         ErrorKind::Input => ExitCode::from(2),
-    }
-}
-
-/// Prints to the terminal; whoever stops reading has read enough.
-fn print(text: &str) -> Result<()> {
-    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::run("terminal", e)),
-        _ => Ok(()),
-    }
-}
-
-fn warn(warnings: &[String]) {
-    for warning in warnings {
-        let _ = writeln!(io::stderr(), "warning: {warning}");
     }
 }

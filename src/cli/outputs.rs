@@ -2,7 +2,6 @@
 
 use std::{
     collections::HashSet,
-    fs,
     io::{self, Write},
     path::{Path, PathBuf},
 };
@@ -13,7 +12,7 @@ use super::interrupt::Interrupt;
 use crate::{
     error::{Error, Result},
     formats::{
-        output::OutputFile,
+        output::{FilesRead, OutputFile},
         result_file::{OutputFolder, write_csv, write_json},
     },
     results::result::RunResult,
@@ -42,60 +41,60 @@ pub(super) struct Outputs {
 impl Outputs {
     /// Prepares them all; an immediate end removes what that has made.
     pub(super) fn create(arguments: &OutputArguments, interrupt: &Interrupt) -> Result<Self> {
-        let output = OutputFile::create(&arguments.output)?;
-        let per_captor = arguments.per_captor.as_deref().map(OutputFolder::create).transpose()?;
-        let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
-        let outputs = Self { output, per_captor, csv };
-        interrupt.remove_at_end(outputs.files().filter_map(OutputFile::temporary));
-        interrupt.remove_at_end(outputs.per_captor.iter().flat_map(OutputFolder::temporary));
-        Ok(outputs)
+        let output = interrupt.file(&arguments.output)?;
+        let csv = arguments.csv.as_deref().map(|csv| interrupt.file(csv)).transpose()?;
+        let per_captor = arguments.per_captor.as_deref();
+        let per_captor = per_captor.map(|folder| interrupt.folder(folder)).transpose()?;
+        Ok(Self { output, per_captor, csv })
     }
 
     fn files(&self) -> impl Iterator<Item = &OutputFile> {
         std::iter::once(&self.output).chain(&self.csv)
     }
 
-    /// Where the files will be that are not of single captors.
+    /// Where the files and the folder will be.
     pub(super) fn places(&self) -> Vec<PathBuf> {
-        self.files().filter_map(OutputFile::place).map(Path::to_path_buf).collect()
+        let folder = self.per_captor.iter().map(OutputFolder::place);
+        self.files().filter_map(OutputFile::place).chain(folder).map(Path::to_path_buf).collect()
     }
 
-    /// Where the files of captors of these ids will be.
-    pub(super) fn captor_places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
-        self.per_captor.as_ref().map_or(Vec::new(), |folder| folder.places(ids))
+    /// Where the files of captors of these ids will be. Error: one cannot be there.
+    pub(super) fn captor_places<'a>(
+        &self,
+        ids: impl Iterator<Item = &'a str>,
+    ) -> Result<Vec<PathBuf>> {
+        self.per_captor.as_ref().map_or(Ok(Vec::new()), |folder| folder.places(ids))
     }
 
     /// Writes something else into the results file alone.
     pub(super) fn write_part(
         self,
+        read: &FilesRead,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<()> {
-        self.output.write(content)
+        self.output.write(read, content)
     }
 
-    pub(super) fn write(self, result: &RunResult) -> Result<()> {
-        self.output.write(|writer| write_json(result, writer))?;
+    pub(super) fn write(self, read: &FilesRead, result: &RunResult) -> Result<()> {
+        self.output.write(read, |writer| write_json(result, writer))?;
         if let Some(folder) = self.per_captor {
-            folder.write(result)?;
+            folder.write(read, result)?;
         }
-        self.csv.map_or(Ok(()), |csv| csv.write(|writer| write_csv(result, writer)))
+        self.csv.map_or(Ok(()), |csv| csv.write(read, |writer| write_csv(result, writer)))
     }
 }
 
-/// No output may take the place of another, or of a file that is read.
-pub(super) fn check_places(places: &[PathBuf], files: &[PathBuf]) -> Result<()> {
-    let files: HashSet<PathBuf> =
-        files.iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
+/// Before any work: no output may take the place of another, or of a file that is read. (Whatever a command
+/// checks here, [`OutputFile`] refuses to replace what was read.)
+pub(super) fn check_places(places: &[PathBuf], read: &FilesRead) -> Result<()> {
     let mut named = HashSet::new();
     for place in places {
-        let problem = if !named.insert(place) {
-            "is named for two outputs"
-        } else if files.contains(place) {
-            "is a file that is read, which the output would replace"
-        } else {
-            continue;
-        };
-        return Err(Error::input(place.display(), problem).remedy("write elsewhere"));
+        if !named.insert(place) {
+            return Err(
+                Error::input(place.display(), "is named for two outputs").remedy("write elsewhere")
+            );
+        }
+        read.check(place)?;
     }
     Ok(())
 }

@@ -21,7 +21,10 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::{output::OutputFile, scene_file},
+    formats::{
+        output::{FilesRead, OutputFile},
+        scene_file,
+    },
     transport::{settings::Checked, surface_light::SurfaceLight},
 };
 use task::make;
@@ -119,18 +122,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     check(arguments)?;
     let mut outputs = Vec::new();
     for path in &arguments.output {
-        outputs.push((Kind::of(path)?, OutputFile::create(path)?));
+        outputs.push((Kind::of(path)?, interrupt.file(path)?));
     }
-    interrupt.remove_at_end(outputs.iter().filter_map(|(_, output)| output.temporary()));
-    let places: Vec<PathBuf> =
-        outputs.iter().filter_map(|(_, o)| o.place()).map(Path::to_path_buf).collect();
-    check_places(&places, &[])?;
+    let places: Vec<PathBuf> = outputs
+        .iter()
+        .filter_map(|(_, o): &(_, OutputFile)| o.place())
+        .map(Path::to_path_buf)
+        .collect();
+    check_places(&places, &FilesRead::default())?;
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
     let loaded = scene_file::load(&arguments.scene)?;
     reading.finish_and_clear();
-    let read: Vec<PathBuf> = loaded.files.iter().chain(&arguments.results).cloned().collect();
+    let read = FilesRead::new(loaded.files.iter().chain(&arguments.results));
     check_places(&places, &read)?;
     super::warn(&loaded.warnings);
 
@@ -141,13 +146,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     interrupt.writing();
     for (kind, output) in outputs {
         match kind {
-            Kind::Png => output.write(|writer| made.picture.write_png(writer))?,
+            Kind::Png => output.write(&read, |writer| made.picture.write_png(writer))?,
             #[cfg(feature = "exr")]
             Kind::Exr => {
                 let pixels = made.pixels.as_ref();
                 let channels = pixels.map(|pixels| channels(pixels, &loaded.scene, arguments.show));
                 let width = pixels.map_or(1, |pixels| pixels.width);
-                output.write(write_exr(width, channels.unwrap_or_default())?)?;
+                output.write(&read, write_exr(width, channels.unwrap_or_default())?)?;
             }
         }
     }

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{
-        output::OutputFile,
+        output::{FilesRead, OutputFile},
         scene_file::{self, LoadedScene},
         share_file::{self, ShareHead, ShareSettings, write_share},
     },
@@ -29,7 +29,7 @@ use crate::{
     transport::{
         settings::{Checked, Estimator, Settings},
         shard::Shard,
-        simulate::{Control, End, Progress, check_shareable, simulate, simulate_share},
+        simulate::{Control, End, Progress, Share, check_shareable, simulate, simulate_share},
     },
 };
 
@@ -143,11 +143,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
 
     let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
-    let stats_file = arguments.stats.as_deref().map(OutputFile::create).transpose()?;
-    interrupt.remove_at_end(stats_file.iter().filter_map(OutputFile::temporary));
+    let stats_file = arguments.stats.as_deref().map(|path| interrupt.file(path)).transpose()?;
     let stats_place = stats_file.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
     let mut places = [outputs.places(), stats_place.as_slice().to_vec()].concat();
-    check_places(&places, &[])?;
+    check_places(&places, &FilesRead::default())?;
 
     let reading = terminal_bar("{elapsed} reading the scene");
     reading.enable_steady_tick(Duration::from_millis(200));
@@ -158,8 +157,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     reading.finish_and_clear();
     loaded.check_captors()?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
-    places.extend(outputs.captor_places(scene.captors.iter().map(|captor| captor.id.as_str())));
-    check_places(&places, &files)?;
+    places.extend(outputs.captor_places(scene.captors.iter().map(|captor| captor.id.as_str()))?);
+    let read = FilesRead::new(&files);
+    check_places(&places, &read)?;
     super::warn(&warnings);
     super::warn(&check_meshes(&scene)?);
     let settings = Settings {
@@ -185,7 +185,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             inputs: digest,
             settings: ShareSettings::new(&settings),
         };
-        return run_share(&scene, &settings, shard, &head, outputs, &interrupt);
+        let write = |share| {
+            interrupt.writing();
+            outputs.write_part(&read, |writer| write_share(&head, share, writer))
+        };
+        return run_share(&scene, &settings, shard, &interrupt, write);
     }
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| show(&bar, progress);
@@ -201,7 +205,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     interrupt.writing();
 
-    outputs.write(&result)?;
+    outputs.write(&read, &result)?;
     let trace_seconds = (traced - loaded).as_secs_f64();
     let totals = &simulation.totals;
     let stats = Stats {
@@ -215,7 +219,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         segments_per_second: totals.segments as f64 / trace_seconds,
     };
     if let Some(file) = stats_file {
-        file.write(|writer| {
+        file.write(&read, |writer| {
             serde_json::to_writer_pretty(&mut *writer, &stats)?;
             writer.write_all(b"\n")
         })?;
@@ -233,14 +237,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     super::print(&(summary.text + &speed))
 }
 
-/// Traces a part of the run.
+/// Traces a part of the run, and writes it with `write`.
 fn run_share(
     scene: &Scene,
     settings: &Settings,
     shard: Shard,
-    head: &ShareHead,
-    outputs: Outputs,
     interrupt: &Interrupt,
+    write: impl FnOnce(Share) -> Result<()>,
 ) -> Result<()> {
     check_shareable(settings)?;
     let bar = progress_bar(settings);
@@ -249,9 +252,8 @@ fn run_share(
     let share = interrupt.listening(|| simulate_share(scene, settings, shard, &control));
     bar.finish_and_clear();
     let share = share?;
-    interrupt.writing();
     let text = format!("part {shard} of {}: {} blocks\n", scene.name, share.blocks.len());
-    outputs.write_part(|writer| write_share(head, share, writer))?;
+    write(share)?;
     super::print(&text)
 }
 

@@ -12,10 +12,10 @@ use indicatif::ProgressBar;
 use super::{interrupt::Interrupt, outputs::check_places, run, summary::summary};
 use crate::{
     error::{Error, Result},
-    formats::{output::OutputFile, result_file::write_json, sweep_file::Sweep},
+    formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep},
     studies::{
         check::check_meshes,
-        join::join,
+        join::Parts,
         sweep::{
             Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
             load_base, merge, sweep,
@@ -104,20 +104,23 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
 /// Joins the parts of one run.
 fn run_join(arguments: &MergeArguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
-    let output = OutputFile::create(&arguments.output)?;
-    interrupt.remove_at_end(output.temporary());
+    let output = interrupt.file(&arguments.output)?;
     let place = output.place().map(Path::to_path_buf);
-    check_places(place.as_slice(), &arguments.parts)?;
+    // before parts are read that it would replace, for it says more than their errors
+    check_places(place.as_slice(), &FilesRead::new(&arguments.parts))?;
     let bar = run::terminal_bar("{elapsed} adding up, {pos} blocks");
     bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress: Progress| bar.set_position(progress.photons);
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let scene = arguments.scene.as_deref();
-    let joined = interrupt.listening(|| join(&arguments.parts, scene, &control));
+    let parts = Parts::open(&arguments.parts, scene)?;
+    let read = FilesRead::new(&parts.files);
+    check_places(place.as_slice(), &read)?;
+    let joined = interrupt.listening(|| parts.join(&control));
     bar.finish_and_clear();
     let result = joined?;
     interrupt.writing();
-    output.write(|writer| write_json(&result, writer))?;
+    output.write(&read, |writer| write_json(&result, writer))?;
     let summary = summary(&result, "");
     super::warn(&summary.warnings);
     let from = format!("\nfrom {} parts; ", arguments.parts.len());
@@ -145,7 +148,11 @@ fn show(bar: &ProgressBar, progress: SweepProgress) {
 
 /// Says how it ended. Error: runs have failed.
 fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
-    let Outcome { runs, kept, simulations, failed, missing, warned } = outcome;
+    let Outcome { runs, kept, damaged, simulations, failed, missing, warned } = outcome;
+    if *damaged > 0 {
+        let s = if *damaged == 1 { " was" } else { "s were" };
+        super::warn(&[format!("{damaged} run{s} done again, whose files were damaged")]);
+    }
     for (run, error) in failed.iter().take(LISTED) {
         super::warn(&[format!("{run}: {error}")]);
     }
@@ -190,6 +197,7 @@ fn dry_run(
         let state = match state {
             State::Done => "done",
             State::Failed(_) => "failed, to do",
+            State::Damaged => "damaged, to do",
             State::Missing => "to do",
         };
         let _ = writeln!(text, "{run}: {state}");

@@ -3,6 +3,7 @@
 //! the disk; an error names the file and the place in it.
 
 pub mod captor_csv;
+pub mod csv_text;
 pub mod input;
 pub mod json;
 pub mod obj;

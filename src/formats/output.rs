@@ -2,6 +2,7 @@
 //! of it is on the disk.
 
 use std::{
+    collections::HashSet,
     fs,
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
@@ -11,6 +12,9 @@ use crate::error::{Error, Result};
 
 /// How the names of temporary files and folders begin.
 pub const TEMPORARY: &str = ".phylux-";
+/// How those begin that are in the folder of a sweep, where one process works at a time: what it finds of them when
+/// it begins was left behind.
+pub const OF_SWEEP: &str = ".phylux-sweep-";
 
 /// What an unfinished output has on the disk.
 #[derive(Clone, Debug)]
@@ -21,6 +25,26 @@ pub enum Temporary {
     Folder(PathBuf),
     /// A folder that goes away only if it is empty.
     IfEmpty(PathBuf),
+}
+
+/// Files that a command has read: no output may take the place of one.
+#[derive(Clone, Debug, Default)]
+pub struct FilesRead(HashSet<PathBuf>);
+
+impl FilesRead {
+    /// These files, by whichever links they are named.
+    pub fn new<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        Self(files.into_iter().filter_map(|file| fs::canonicalize(file).ok()).collect())
+    }
+
+    /// Error: what stands at `place`, a path without links, was read.
+    pub fn check(&self, place: &Path) -> Result<()> {
+        if !self.0.contains(place) {
+            return Ok(());
+        }
+        let problem = "is a file that is read, which the output would replace";
+        Err(Error::input(place.display(), problem).remedy("write elsewhere"))
+    }
 }
 
 /// A file to be written whole or not at all. Made before the work, so that a folder that is missing
@@ -43,6 +67,21 @@ impl OutputFile {
     /// Prepares to write `path`. Errors: it is a directory or write-protected, its folder is missing
     /// or not writable.
     pub fn create(path: &Path) -> Result<Self> {
+        Self::with_prefix(path, TEMPORARY)
+    }
+
+    /// The same in a folder that belongs to a sweep, where no link leads elsewhere.
+    pub fn of_sweep(path: &Path) -> Result<Self> {
+        match fs::symlink_metadata(path) {
+            Ok(kind) if !kind.is_file() => {
+                Err(Error::input(path.display(), "is not a file that a sweep has made")
+                    .remedy("move it away"))
+            }
+            _ => Self::with_prefix(path, OF_SWEEP),
+        }
+    }
+
+    fn with_prefix(path: &Path, prefix: &str) -> Result<Self> {
         let fail = |problem: String, remedy: &str| {
             Err(Error::input(path.display(), problem).remedy(remedy))
         };
@@ -60,6 +99,7 @@ impl OutputFile {
             Ok(_) => fs::canonicalize(path),
             Err(_) => new_place(path),
         };
+        let old = fs::metadata(path).ok();
         let place = match place {
             Ok(place) => place,
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
@@ -68,7 +108,7 @@ impl OutputFile {
             }
             Err(e) => return fail(format!("cannot be written: {e}"), "write elsewhere"),
         };
-        match temporary(&folder_of(&place)) {
+        match temporary(&folder_of(&place), prefix, old.as_ref()) {
             Ok(file) => {
                 Ok(Self { path: path.to_path_buf(), target: Target::Temporary(file, place) })
             }
@@ -92,15 +132,20 @@ impl OutputFile {
         }
     }
 
-    /// Writes the content and puts the file in its place.
-    pub fn write(self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
-        let mut file = self.open()?;
+    /// Writes the content and puts the file in its place, where nothing of `read` may be.
+    pub fn write(
+        self,
+        read: &FilesRead,
+        content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<()> {
+        let mut file = self.open(read)?;
         let written = content(&mut file);
         file.finish(written)
     }
 
-    /// Begins to write it.
-    pub fn open(self) -> Result<OpenFile> {
+    /// Begins to write it. Error: it would replace one of the files `read`.
+    pub fn open(self, read: &FilesRead) -> Result<OpenFile> {
+        self.place().map_or(Ok(()), |place| read.check(place))?;
         let Self { path, target } = self;
         let target = match target {
             Target::Special => fs::OpenOptions::new().write(true).open(&path).map(Opened::Special),
@@ -189,11 +234,31 @@ fn new_place(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
-fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+/// A file that will stand in the place of `old`, if there is one.
+fn temporary(
+    folder: &Path,
+    prefix: &str,
+    old: Option<&fs::Metadata>,
+) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY);
+    builder.prefix(prefix);
     // as any other new file, for the umask to restrict; the default is for secrets
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    let file = builder.tempfile_in(folder)?;
+    old.map_or(Ok(()), |old| keep_mode(file.as_file(), old))?;
+    Ok(file)
+}
+
+/// Lets read and write a file whoever might do so with the `old` one, which it will replace.
+#[cfg(unix)]
+pub fn keep_mode(file: &fs::File, old: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(old.permissions().mode() & 0o777))
+}
+
+/// Elsewhere a file has the rights of its folder.
+#[cfg(not(unix))]
+pub fn keep_mode(_: &fs::File, _: &fs::Metadata) -> io::Result<()> {
+    Ok(())
 }

@@ -3,7 +3,7 @@
 mod read;
 
 use std::{
-    collections::HashSet,
+    collections::{HashMap, HashSet},
     fs,
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
@@ -15,7 +15,10 @@ use serde_json::ser::{Formatter, Serializer};
 
 use crate::{
     error::{Error, Result},
-    formats::output::{TEMPORARY, Temporary, folder_of},
+    formats::{
+        csv_text,
+        output::{FilesRead, TEMPORARY, Temporary, folder_of, keep_mode},
+    },
     math::units::UnitNames,
     results::result::{BandResult, CaptorResult, FaceResult, RunResult},
 };
@@ -55,67 +58,96 @@ pub struct SingleCaptor<'a> {
     captor: &'a CaptorResult,
 }
 
-/// A folder for one file per captor.
+/// A folder for one file per captor. Its files stand beside it, or in it if it is there already, until
+/// all are whole.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    staging: Option<tempfile::TempDir>,
+    /// Where it will be, a path without links.
+    place: PathBuf,
+    staging: tempfile::TempDir,
     /// Whether it was not there before.
     new: bool,
 }
 
-impl Drop for OutputFolder {
-    fn drop(&mut self) {
-        self.staging = None;
-        if self.new {
-            // only if it is empty: nothing was written
-            let _ = fs::remove_dir(&self.path);
-        }
-    }
-}
-
 impl OutputFolder {
-    /// Prepares to write into `path`, and creates it. Errors: it cannot be created or written.
+    /// Prepares to write into `path`, or to make it. Errors: it cannot be made or written.
     pub fn create(path: &Path) -> Result<Self> {
         let fail =
             |problem: String| Error::input(path.display(), problem).remedy("write elsewhere");
         if path.exists() && !path.is_dir() {
             return Err(fail("is a file, not a folder".into()));
         }
-        if !folder_of(path).is_dir() {
-            return Err(fail(format!("there is no folder {}", folder_of(path).display())));
+        let above = folder_of(path);
+        if !above.is_dir() {
+            return Err(fail(format!("there is no folder {}", above.display())));
         }
         let new = !path.exists();
-        let made = if new { fs::create_dir(path) } else { Ok(()) };
-        let mut folder = made
-            .map(|()| Self { path: path.to_path_buf(), staging: None, new })
-            .map_err(|e| fail(format!("cannot be created: {}", e.kind())))?;
-        let staging = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(path);
+        let unmade = |e: io::Error| fail(format!("cannot be created: {}", e.kind()));
+        let (place, stands_in) = match path.file_name() {
+            Some(name) if new => {
+                let above = fs::canonicalize(above).map_err(unmade)?;
+                (above.join(name), above)
+            }
+            _ => {
+                let place = fs::canonicalize(path).map_err(unmade)?;
+                (place.clone(), place)
+            }
+        };
+        match fs::symlink_metadata(&place) {
+            Ok(_) if new => return Err(fail("is a link to what is not there".into())),
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(unmade(e)),
+            _ => {}
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(TEMPORARY);
+        // as any other new folder, for the umask to restrict
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let staging = builder.tempdir_in(stands_in);
         let staging = staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
-        folder.staging = Some(staging);
-        Ok(folder)
+        Ok(Self { path: path.to_path_buf(), place, staging, new })
     }
 
-    /// What to remove where the process ends before it is dropped, in this order.
-    pub fn temporary(&self) -> Vec<Temporary> {
-        let staging = self.staging.iter().map(|s| Temporary::Folder(s.path().to_path_buf()));
-        staging.chain(self.new.then(|| Temporary::IfEmpty(self.path.clone()))).collect()
+    /// Where it will be, a path without links.
+    pub fn place(&self) -> &Path {
+        &self.place
     }
 
-    /// Where the files for captors of these ids will be, paths without links.
-    pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
-        let folder = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
-        file_names(ids, "json").iter().map(|name| folder.join(name)).collect()
+    /// What to remove where the process ends before it is dropped.
+    pub fn temporary(&self) -> Temporary {
+        Temporary::Folder(self.staging.path().to_path_buf())
     }
 
-    /// Writes one JSON file for each captor, all of them before any is put in its place.
-    pub fn write(self, result: &RunResult) -> Result<()> {
+    /// Where the files for captors of these ids will be, paths without links. Error: one cannot be there.
+    pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Result<Vec<PathBuf>> {
+        let places = file_names(ids, "json").into_iter().map(|name| self.place.join(name));
+        places
+            .map(|place| match fs::symlink_metadata(&place) {
+                Ok(found) if !found.is_file() => {
+                    Err(Error::input(place.display(), "is not a file").remedy("write elsewhere"))
+                }
+                Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                    let problem = format!("cannot be written: {}", e.kind());
+                    Err(Error::input(place.display(), problem).remedy("write elsewhere"))
+                }
+                _ => Ok(place),
+            })
+            .collect()
+    }
+
+    /// Writes one JSON file for each captor, all of them before any is put in its place, where nothing of `read`
+    /// may be.
+    pub fn write(self, read: &FilesRead, result: &RunResult) -> Result<()> {
+        let ids = result.captors.iter().map(|captor| captor.id.as_str());
+        self.places(ids)?.iter().try_for_each(|place| read.check(place))?;
+        let path = self.path.clone();
         self.stage(result)
-            .map_err(|e| Error::run(self.path.display(), format!("cannot be written: {e}")))
+            .map_err(|e| Error::run(path.display(), format!("cannot be written: {e}")))
     }
 
-    fn stage(&self, result: &RunResult) -> io::Result<()> {
-        let staging = self.staging.as_ref().map_or(&*self.path, |staging| staging.path());
+    fn stage(self, result: &RunResult) -> io::Result<()> {
+        let Self { place, staging, new, .. } = self;
         let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()), "json");
         for (captor, name) in result.captors.iter().zip(&names) {
             let single = SingleCaptor {
@@ -127,31 +159,50 @@ impl OutputFolder {
                 bands: &result.bands,
                 captor,
             };
-            let file = fs::File::create(staging.join(name))?;
+            let file = fs::File::create(staging.path().join(name))?;
+            if let Ok(old) = fs::metadata(place.join(name)) {
+                keep_mode(&file, &old)?;
+            }
             buffered(file, |writer| {
                 single
                     .serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
                 writer.write_all(b"\n")
             })?;
         }
-        names.iter().try_for_each(|name| fs::rename(staging.join(name), self.path.join(name)))
+        if new {
+            fs::rename(staging.path(), &place)?;
+            // it is no longer temporary
+            let _ = staging.keep();
+            return Ok(());
+        }
+        names.iter().try_for_each(|name| fs::rename(staging.path().join(name), place.join(name)))
     }
 }
+
+/// The longest name of a file, bytes: that of Linux, macOS and Windows.
+const LONGEST_NAME: usize = 255;
 
 /// A file name with this ending for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
 /// again gets a number.
 pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<String> {
     let mut taken = HashSet::new();
+    // where to go on counting names that begin alike
+    let mut next: HashMap<String, usize> = HashMap::new();
     ids.map(|id| {
         let safe = |c: char| if c.is_alphanumeric() || "-_.#".contains(c) { c } else { '_' };
         let plain: String = id.chars().take(200).map(safe).collect();
-        let numbered = |n: usize| match n {
-            1 => format!("{plain}.{ending}"),
-            _ => format!("{plain}~{n}.{ending}"),
+        let numbered = |n: usize| {
+            let rest = if n == 1 { format!(".{ending}") } else { format!("~{n}.{ending}") };
+            let most = plain.len().min(LONGEST_NAME - rest.len());
+            let cut = (0..=most).rev().find(|end| plain.is_char_boundary(*end)).unwrap_or(0);
+            format!("{}{rest}", &plain[..cut])
         };
         // file systems that fold case would make one file of two
-        let free = (1..).map(numbered).find(|name| taken.insert(name.to_lowercase()));
-        free.unwrap_or_default()
+        let n = next.entry(plain.to_lowercase()).or_insert(1);
+        while !taken.insert(numbered(*n).to_lowercase()) {
+            *n += 1;
+        }
+        numbered(*n)
     })
     .collect()
 }
@@ -201,8 +252,9 @@ fn write_row<W: Write>(
     error: Option<f64>,
 ) -> io::Result<()> {
     let [captor, face, band, quantity] = key;
+    let (captor, band) = (csv_text::cell(captor), csv_text::cell(band));
     let error = error.map_or(String::new(), |error| error.to_string());
-    Ok(table.write_record([captor, face, band, quantity, &value.to_string(), &error])?)
+    Ok(table.write_record([&*captor, face, &*band, quantity, &value.to_string(), &error])?)
 }
 
 /// JSON with a line for each entry down to the lists in the top-level object, compact below.

@@ -8,7 +8,7 @@ use std::{
 use crate::{
     error::{Error, Result},
     formats::{
-        scene_file::load_with_digest,
+        scene_file::{LoadedScene, load_with_digest},
         share_file::{Line, ShareHead, ShareReader, VERSION},
     },
     results::result::RunResult,
@@ -22,47 +22,77 @@ use crate::{
 /// Joins the files `parts`; `scene` is where the scene is, if not where the parts say. Errors: they are of
 /// other runs, some are missing or twice, the scene has changed, stopped by `control`.
 pub fn join(parts: &[PathBuf], scene: Option<&Path>, control: &Control) -> Result<RunResult> {
-    let mut readers =
-        parts.iter().map(|path| ShareReader::open(path)).collect::<Result<Vec<_>>>()?;
-    let Some(first) = readers.first() else {
-        return Err(Error::input("merge", "no files").remedy("name those of all parts"));
-    };
-    check_version(first)?;
-    readers[1..].iter().try_for_each(|part| check_same(first, part))?;
-    let (head, of) = (first.head.clone(), first.shard.of());
-    readers.sort_by_key(|part| part.shard.index());
-    check_complete(&readers, of)?;
-    let (loaded, settings) = scene_of(&head, scene)?;
-    let mut joined = Joined::new(&loaded, &settings, control)?;
-    let mut blocks = 0;
-    for part in &mut readers {
-        let mut left = joined.range(part.shard);
-        loop {
-            if control.stop.load(Ordering::Relaxed) {
-                return Err(Error::run("merge", "interrupted, nothing was written"));
-            }
-            let fits = match part.next()? {
-                Line::Block { index, sums } => {
-                    blocks += 1;
-                    (control.progress)(Progress { photons: blocks, of: None, worst_error: None });
-                    (left.next() == Some(index)).then(|| joined.add_block(index, sums)).flatten()
-                }
-                Line::Piece { key, words } => joined.add_piece(key, &words),
-                Line::Full { key } => {
-                    joined.end_at(key);
-                    Some(())
-                }
-                Line::End { .. } => {
-                    if left.next().is_some() {
-                        return Err(part.does_not_fit());
-                    }
-                    break;
-                }
-            };
-            fits.ok_or_else(|| part.does_not_fit())?;
-        }
+    Parts::open(parts, scene)?.join(control)
+}
+
+/// All parts of one run, and its scene.
+pub struct Parts {
+    /// Sorted.
+    readers: Vec<ShareReader>,
+    scene: Scene,
+    settings: Settings,
+    /// All files that are read: the parts, the scene, and what it names.
+    pub files: Vec<PathBuf>,
+}
+
+impl Parts {
+    /// Opens the files `parts`, and loads the scene: from `scene`, if not from where the parts say.
+    pub fn open(parts: &[PathBuf], scene: Option<&Path>) -> Result<Self> {
+        let mut readers =
+            parts.iter().map(|path| ShareReader::open(path)).collect::<Result<Vec<_>>>()?;
+        let Some(first) = readers.first() else {
+            return Err(Error::input("merge", "no files").remedy("name those of all parts"));
+        };
+        check_version(first)?;
+        readers[1..].iter().try_for_each(|part| check_same(first, part))?;
+        let (head, of) = (first.head.clone(), first.shard.of());
+        readers.sort_by_key(|part| part.shard.index());
+        check_complete(&readers, of)?;
+        let (loaded, settings) = scene_of(&head, scene)?;
+        let files = parts.iter().chain(&loaded.files).cloned().collect();
+        Ok(Self { readers, scene: loaded.scene, settings, files })
     }
-    Ok(RunResult::new(&loaded, &settings, &joined.finish()?))
+
+    /// Adds them up.
+    pub fn join(self, control: &Control) -> Result<RunResult> {
+        let Self { mut readers, scene, settings, .. } = self;
+        let mut joined = Joined::new(&scene, &settings, control)?;
+        let mut blocks = 0;
+        for part in &mut readers {
+            let mut left = joined.range(part.shard);
+            loop {
+                if control.stop.load(Ordering::Relaxed) {
+                    return Err(Error::run("merge", "interrupted, nothing was written"));
+                }
+                let fits = match part.next()? {
+                    Line::Block { index, sums } => {
+                        blocks += 1;
+                        (control.progress)(Progress {
+                            photons: blocks,
+                            of: None,
+                            worst_error: None,
+                        });
+                        (left.next() == Some(index))
+                            .then(|| joined.add_block(index, sums))
+                            .flatten()
+                    }
+                    Line::Piece { key, words } => joined.add_piece(key, &words),
+                    Line::Full { key } => {
+                        joined.end_at(key);
+                        Some(())
+                    }
+                    Line::End { .. } => {
+                        if left.next().is_some() {
+                            return Err(part.does_not_fit());
+                        }
+                        break;
+                    }
+                };
+                fits.ok_or_else(|| part.does_not_fit())?;
+            }
+        }
+        Ok(RunResult::new(&scene, &settings, &joined.finish()?))
+    }
 }
 
 fn check_version(part: &ShareReader) -> Result<()> {
@@ -116,8 +146,8 @@ fn check_complete(parts: &[ShareReader], of: usize) -> Result<()> {
     }
 }
 
-/// The scene that the parts are of, and its settings.
-fn scene_of(head: &ShareHead, path: Option<&Path>) -> Result<(Scene, Settings)> {
+/// The scene that the parts are of, and the settings of the run.
+fn scene_of(head: &ShareHead, path: Option<&Path>) -> Result<(LoadedScene, Settings)> {
     let path = path.unwrap_or(Path::new(&head.scene));
     if !path.is_file() {
         let problem = "the scene of the parts is not there";
@@ -133,5 +163,5 @@ fn scene_of(head: &ShareHead, path: Option<&Path>) -> Result<(Scene, Settings)> 
     let settings = settings.ok_or_else(|| {
         Error::input("merge", "the parts have settings that no run has").remedy("trace them again")
     })?;
-    Ok((loaded.scene, settings))
+    Ok((loaded, settings))
 }

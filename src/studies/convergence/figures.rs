@@ -11,6 +11,9 @@ const GOAL: f64 = 0.01;
 const NEARLY_ALL: f64 = 0.999;
 
 impl Study {
+    /// Names of all that [`charts`](Self::charts) may give.
+    pub const CHARTS: [&str; 5] = ["error", "bias", "merit", "bounces", "map"];
+
     /// Names of files and their pictures.
     pub fn charts(&self) -> Vec<(&'static str, Chart)> {
         let mut charts = vec![

@@ -4,7 +4,10 @@ use std::{collections::BTreeMap, path::Path};
 
 use crate::{
     error::{Error, Result, nearest},
-    formats::input::{RELATIVE, quoted, read_bytes},
+    formats::{
+        csv_text,
+        input::{RELATIVE, quoted, read_bytes},
+    },
     results::result::{CaptorResult, RunResult},
     scene::world::Scene,
 };
@@ -174,7 +177,7 @@ impl<'a> Places<'a> {
                 None => format!("name a {what} of the scene"),
             })
         };
-        let captor = match self.captors.get(captor) {
+        let captor = match self.captors.get(captor).or(self.captors.get(csv_text::text(captor))) {
             Some(Some(captor)) => *captor,
             Some(None) => {
                 let problem = format!("{} is the end of several captors' ids", quoted(captor));
@@ -187,10 +190,10 @@ impl<'a> Places<'a> {
         let face = found.ok_or_else(|| unknown("face", face, faces.to_vec()))?;
         let bands = &self.scene.bands;
         let number = || band.strip_prefix('b')?.parse().ok().filter(|b: &usize| *b < bands.len());
-        let named = bands.iter().position(|b| b.name == band);
-        let band = named.or_else(number).ok_or_else(|| {
-            unknown("band", band, bands.iter().map(|b| b.name.as_str()).collect())
-        })?;
+        let named = |name: &str| bands.iter().position(|b| b.name == name);
+        let band = named(band).or_else(|| named(csv_text::text(band))).or_else(number).ok_or_else(
+            || unknown("band", band, bands.iter().map(|b| b.name.as_str()).collect()),
+        )?;
         Ok(self.first[captor] + face * bands.len() + band)
     }
 }

@@ -1,0 +1,68 @@
+//! All that reaches the terminal. Names come from files of others, and a terminal obeys some characters: those are
+//! shown and not sent.
+
+use std::{
+    borrow::Cow,
+    fmt::Display,
+    io::{self, Write},
+};
+
+use crate::error::{Error, Result};
+
+/// Prints a text; whoever stops reading has read enough.
+pub fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::run("terminal", e)),
+        _ => Ok(()),
+    }
+}
+
+/// A line for each warning.
+pub fn warn(warnings: &[String]) {
+    for warning in warnings {
+        complain(&format!("warning: {}\n", warning.replace('\n', "\\n")));
+    }
+}
+
+/// The line of an error.
+pub fn fail(error: impl Display) {
+    complain(&format!("error: {error}\n"));
+}
+
+/// Lines about what went wrong; a reader that has gone away needs none.
+pub fn complain(text: &str) {
+    let _ = io::stderr().write_all(harmless(text).as_bytes());
+}
+
+/// The text with all its lines, and with no character that moves the cursor, changes colours or turns the order
+/// of writing: such a one stands there as its code.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| {
+        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        c != '\n' && c.is_control() || turns
+    };
+    if !text.contains(obeyed) {
+        return text.into();
+    }
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match obeyed(c) {
+            true => shown.extend(c.escape_default()),
+            false => shown.push(c),
+        }
+    }
+    shown.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_terminal_obeys_a_name() {
+        assert_eq!(harmless("a leaf, 20 °C\nµmol\n"), "a leaf, 20 °C\nµmol\n");
+        let name = "\u{1b}[2J\u{9b}31m\r\u{7}\u{202e}\u{7f}";
+        assert_eq!(harmless(name), r"\u{1b}[2J\u{9b}31m\r\u{7}\u{202e}\u{7f}");
+    }
+}
