@@ -50,7 +50,7 @@ mod studies;
 pub mod cli;
 
 pub use error::{Error, ErrorKind, Result};
-pub use formats::output::{OpenFile, OutputFile};
+pub use formats::output::{FilesRead, OpenFile, OutputFile};
 pub use formats::result_file::{OutputFolder, read_json, write_csv, write_json};
 pub use formats::scene_file::{LoadedScene, load};
 pub use formats::sweep_file::{Parameter, Run, Sweep};

@@ -1,6 +1,7 @@
 //! Sweeps: what they find, what they leave, and what they refuse.
 
 mod linear;
+mod own;
 mod refused;
 mod stopped;
 mod tables;

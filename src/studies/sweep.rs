@@ -10,9 +10,11 @@ mod linear;
 mod merge;
 mod origin;
 mod response;
+mod sealed;
 mod table;
 mod tables;
 mod work;
+mod written;
 
 use std::{
     collections::BTreeMap,
@@ -109,6 +111,8 @@ pub struct Outcome {
     pub runs: usize,
     /// How many of them were there already.
     pub kept: usize,
+    /// How many were there too, but not as they had been written, and so were done again.
+    pub damaged: usize,
     /// Simulations that they come from, where those are fewer: light is linear in the powers.
     pub simulations: Option<usize>,
     /// Those that failed: number and values, and the error.
@@ -174,25 +178,27 @@ pub fn sweep(
     control: &SweepControl,
 ) -> Result<Outcome> {
     let folder = SweepFolder::open(path)?;
-    folder.write_manifest(sweep)?;
     let inputs = Inputs::new(sweep.folder());
     let jobs = Jobs::new(sweep);
     let mut states = look(path, sweep, &jobs, &inputs, control)?;
     let mine: Vec<usize> = runs_of(sweep, &jobs, plan.shard).map(|run| run.number - 1).collect();
     let kept = mine.iter().filter(|&&run| states[run] == State::Done).count();
-    folder.remove(&tables::names())?;
+    let damaged = mine.iter().filter(|&&run| states[run] == State::Damaged).count();
+    let all = states.iter().all(|state| *state == State::Done);
+    folder.written().clear(&tables::names(), all)?;
+    folder.write_manifest(sweep)?;
     let work = Work::new(sweep, &folder, &inputs, control, plan);
     let held = jobs.jobs.iter().enumerate().filter(|(index, _)| plan.shard.holds(*index));
     let found = work.go(held.map(|(_, job)| job), &states)?;
     for (number, state) in found {
         states[number - 1] = state;
     }
-    let ended = mine.iter().filter(|&&run| states[run] != State::Missing).count();
+    let ended = mine.iter().filter(|&&run| states[run].is_ended()).count();
     if control.stopped() {
         let problem = format!("interrupted, {ended} of {} runs are done", mine.len());
         return Err(Error::run("sweep", problem).remedy("the same command goes on from there"));
     }
-    let missing = states.iter().filter(|state| **state == State::Missing).count();
+    let missing = states.iter().filter(|state| !state.is_ended()).count();
     let mut warned = BTreeMap::new();
     if missing == 0 {
         Times::tidy(&folder, sweep, &Times::read(path))?;
@@ -200,7 +206,7 @@ pub fn sweep(
     }
     let failed = failures(runs_of(sweep, &jobs, plan.shard), &states);
     let simulations = simulations(&jobs, plan.shard);
-    Ok(Outcome { runs: mine.len(), kept, simulations, failed, missing, warned })
+    Ok(Outcome { runs: mine.len(), kept, damaged, simulations, failed, missing, warned })
 }
 
 /// Those that failed: number and values, and the error.

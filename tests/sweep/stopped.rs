@@ -34,7 +34,7 @@ fn start(folder: &TestScene, arguments: &str) -> Child {
 fn a_killed_sweep_ends_like_any_other() {
     let folder = folder(SWEEP);
     assert_eq!(any(&folder, "sweep sweep.json -o whole --threads 1").status.code(), Some(1));
-    assert_eq!(content(&folder.path("whole")).len(), 36 + 10);
+    assert_eq!(content(&folder.path("whole")).len(), 36 + 11);
     let mut moments = Stream::new(5, 0, 0);
     let (mut kills, mut sweeps) = (0, 0);
     while kills < 60 {

@@ -11,13 +11,17 @@ use std::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::origin::{Inputs, Origin};
+use super::{
+    origin::{Inputs, Origin},
+    sealed::{is_whole, seal},
+    written::{OwnFile, Written},
+};
 use crate::{
     error::{Error, Result},
     formats::{
         input::read_bytes,
         json,
-        output::{OutputFile, TEMPORARY},
+        output::{FilesRead, OF_SWEEP, OutputFile, TEMPORARY},
         result_file::write_lines,
         sweep_file::{Run, Sweep},
     },
@@ -72,6 +76,8 @@ impl Manifest {
 #[derive(Debug)]
 pub struct SweepFolder {
     path: PathBuf,
+    /// Its tables and plots.
+    written: Written,
     /// Gone with the process, however it ends.
     _lock: File,
 }
@@ -83,8 +89,17 @@ pub enum State {
     Done,
     /// It ended with this error.
     Failed(String),
-    /// Neither.
+    /// What was there of it is not as it was written.
+    Damaged,
+    /// Nothing is there of it.
     Missing,
+}
+
+impl State {
+    /// Whether it is done or has failed.
+    pub fn is_ended(&self) -> bool {
+        matches!(self, Self::Done | Self::Failed(_))
+    }
 }
 
 /// What the file of a run begins with.
@@ -93,6 +108,8 @@ struct Head {
     sweep: Origin,
     phylux: String,
     error: Option<String>,
+    /// Of all before it; files of before have none.
+    sha256: Option<String>,
 }
 
 /// The results of a run with what they came from.
@@ -140,6 +157,10 @@ impl SweepFolder {
                 }
             }
         }
+        if path.join(PICTURES).is_symlink() {
+            let problem = "is a link, which no sweep has made";
+            return Err(Error::input(path.join(PICTURES).display(), problem).remedy("move it away"));
+        }
         let unwritable = |e: io::Error| fail(format!("cannot be written: {}", e.kind()));
         let lock = File::options().create(true).truncate(false).write(true).open(path.join(LOCK));
         let lock = lock.map_err(unwritable)?;
@@ -149,7 +170,9 @@ impl SweepFolder {
                 .remedy("wait for its end; shards need a folder each"));
         }
         fs::create_dir_all(path.join(RUNS)).map_err(unwritable)?;
-        let folder = Self { path: path.to_path_buf(), _lock: lock };
+        let written = Written::read(path)?;
+        Times::check(path)?;
+        let folder = Self { path: path.to_path_buf(), written, _lock: lock };
         folder.sweep_up();
         Ok(folder)
     }
@@ -159,7 +182,7 @@ impl SweepFolder {
         for folder in [self.path.clone(), self.path.join(RUNS), self.path.join(PICTURES)] {
             let entries = fs::read_dir(folder).into_iter().flatten().flatten();
             for entry in entries {
-                if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+                if entry.file_name().to_string_lossy().starts_with(OF_SWEEP) {
                     let _ = fs::remove_file(entry.path());
                 }
             }
@@ -177,25 +200,22 @@ impl SweepFolder {
         if Manifest::read(&self.path).is_ok_and(|there| there == manifest) {
             return Ok(());
         }
-        let file = OutputFile::create(&self.path.join(MANIFEST))?;
-        file.write(|writer| write_lines(&manifest, writer))
+        let file = OutputFile::of_sweep(&self.path.join(MANIFEST))?;
+        file.write(&FilesRead::default(), |writer| write_lines(&manifest, writer))
     }
 
     /// Keeps the results of a run.
     pub fn write_result(&self, key: &str, origin: &Origin, result: &RunResult) -> Result<()> {
-        let file = OutputFile::create(&result_path(&self.path, key))?;
         let warnings = result.warnings().iter().map(|warning| warning.kind).collect();
-        file.write(|writer| write_lines(&Finished { sweep: origin, warnings, result }, writer))?;
+        write_sealed(&result_path(&self.path, key), &Finished { sweep: origin, warnings, result })?;
         let _ = fs::remove_file(failure_path(&self.path, key));
         Ok(())
     }
 
     /// Keeps the error of a run, in place of results that no longer stand.
     pub fn write_failure(&self, key: &str, origin: &Origin, error: &str) -> Result<()> {
-        let file = OutputFile::create(&failure_path(&self.path, key))?;
-        file.write(|writer| {
-            write_lines(&Failed { sweep: origin, phylux: VERSION, error }, writer)
-        })?;
+        let failed = Failed { sweep: origin, phylux: VERSION, error };
+        write_sealed(&failure_path(&self.path, key), &failed)?;
         let _ = fs::remove_file(result_path(&self.path, key));
         Ok(())
     }
@@ -204,8 +224,8 @@ impl SweepFolder {
     pub fn copy(&self, from: &Path) -> Result<()> {
         let name = from.file_name().unwrap_or_default();
         let bytes = read_bytes(from).map_err(|why| Error::run(from.display(), why))?;
-        let file = OutputFile::create(&self.path.join(RUNS).join(name))?;
-        file.write(|writer| writer.write_all(&bytes))
+        let file = OutputFile::of_sweep(&self.path.join(RUNS).join(name))?;
+        file.write(&FilesRead::default(), |writer| writer.write_all(&bytes))
     }
 
     /// Times of finished runs, to be added to.
@@ -213,28 +233,24 @@ impl SweepFolder {
         Times::open(self.path.join(TIMES))
     }
 
-    /// The folder of the pictures.
-    pub fn pictures(&self) -> Result<PathBuf> {
+    /// Begins to write a picture.
+    pub fn picture(&self, name: &str) -> Result<OwnFile<'_>> {
         let path = self.path.join(PICTURES);
         let made = fs::create_dir_all(&path);
         made.map_err(|e| Error::run(path.display(), format!("cannot be created: {}", e.kind())))?;
-        Ok(path)
+        self.written.create(&format!("{PICTURES}/{name}"))
     }
 
-    /// Removes these tables and the pictures, which no longer say what is there.
-    pub fn remove(&self, tables: &[String]) -> Result<()> {
-        let pictures = fs::read_dir(self.path.join(PICTURES)).into_iter().flatten().flatten();
-        let pictures = pictures.map(|entry| entry.path());
-        for path in tables.iter().map(|name| self.path.join(name)).chain(pictures) {
-            match fs::remove_file(&path) {
-                Err(e) if e.kind() != io::ErrorKind::NotFound => {
-                    return Err(Error::run(path.display(), format!("cannot be removed: {e}")));
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+    /// Its tables and plots.
+    pub fn written(&self) -> &Written {
+        &self.written
     }
+}
+
+/// Writes JSON that shows any damage.
+fn write_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
+    let file = OutputFile::of_sweep(path)?;
+    file.write(&FilesRead::default(), |writer| writer.write_all(&seal(value)?))
 }
 
 /// The place of a run's results in the folder of a sweep.
@@ -259,21 +275,58 @@ pub struct RunFile {
 }
 
 /// What the folder at `path` has of `run`, by this version and from the same scene and `base`: its
-/// results, or else its error.
-pub fn run_file(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>) -> Option<RunFile> {
+/// results, or else its error. Error: it has a file of this name that is damaged.
+pub fn run_file(
+    path: &Path,
+    sweep: &Sweep,
+    run: &Run,
+    base: Option<&str>,
+) -> std::result::Result<Option<RunFile>, Damaged> {
     let key = sweep.key(run);
-    [result_path(path, &key), failure_path(path, &key)].into_iter().find_map(|path| {
-        let head: Head = serde_json::from_slice(&read_bytes(&path).ok()?).ok()?;
-        let state = head.error.map_or(State::Done, State::Failed);
-        let same = head.phylux == VERSION && head.sweep.is_of(sweep, run, base);
-        same.then_some(RunFile { path, state, origin: head.sweep })
-    })
+    let mut found = Ok(None);
+    for path in [result_path(path, &key), failure_path(path, &key)] {
+        match read_head(&path) {
+            Ok(None) => {}
+            Ok(Some(head)) if head.phylux != VERSION || !head.sweep.is_of(sweep, run, base) => {}
+            Ok(Some(Head { sweep: origin, error, .. })) => {
+                let state = error.map_or(State::Done, State::Failed);
+                return Ok(Some(RunFile { path, state, origin }));
+            }
+            Err(damaged) => found = Err(damaged),
+        }
+    }
+    found
+}
+
+/// A file that is not as it was written.
+#[derive(Debug)]
+pub struct Damaged;
+
+/// What the file of a run begins with, if it is there. One without a checksum, as they were once, must at least
+/// hold all that results have.
+fn read_head(path: &Path) -> std::result::Result<Option<Head>, Damaged> {
+    if fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound) {
+        return Ok(None);
+    }
+    let bytes = read_bytes(path).map_err(|_| Damaged)?;
+    json::check_memory(&bytes).map_err(|_| Damaged)?;
+    let head: Head = serde_json::from_slice(&bytes).map_err(|_| Damaged)?;
+    let results = || serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_whole());
+    let whole = match (&head.sha256, &head.error) {
+        (Some(_), _) => is_whole(&bytes),
+        (None, Some(_)) => true,
+        (None, None) => results(),
+    };
+    if whole { Ok(Some(head)) } else { Err(Damaged) }
 }
 
 /// How far `run` is in the folder at `path`: what stands there counts if it came from the same files.
 pub fn state(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>, inputs: &Inputs) -> State {
-    let file = run_file(path, sweep, run, base).filter(|file| file.origin.stands(inputs));
-    file.map_or(State::Missing, |file| file.state)
+    match run_file(path, sweep, run, base) {
+        Ok(Some(file)) if file.origin.stands(inputs) => file.state,
+        Ok(_) => State::Missing,
+        Err(Damaged) => State::Damaged,
+    }
 }
 
 /// How long runs took: a table that grows by a line after each run.
@@ -298,8 +351,8 @@ impl Times {
     fn open(path: PathBuf) -> Result<Self> {
         let fail = |e: io::Error| Error::run(path.display(), format!("cannot be written: {e}"));
         let mut file = File::options().create(true).append(true).open(&path).map_err(fail)?;
-        // a power cut may have left half a line
         let text = fs::read(&path).map_err(fail)?;
+        // a power cut may have left half a line
         let start = match text.last() {
             None => Self::HEAD,
             Some(b'\n') => "",
@@ -307,6 +360,18 @@ impl Times {
         };
         file.write_all(start.as_bytes()).map_err(fail)?;
         Ok(Self { path, file })
+    }
+
+    /// Error: what stands in their place in the folder at `path` is no such table.
+    fn check(path: &Path) -> Result<()> {
+        let path = path.join(TIMES);
+        let Ok(there) = fs::symlink_metadata(&path) else { return Ok(()) };
+        let (text, head) = (fs::read(&path).unwrap_or_default(), Self::HEAD.as_bytes());
+        if there.is_file() && (text.starts_with(head) || head.starts_with(&text)) {
+            return Ok(());
+        }
+        let problem = "is no table of times that a sweep has written";
+        Err(Error::input(path.display(), problem).remedy("move it away"))
     }
 
     /// Adds a run.
@@ -330,8 +395,8 @@ impl Times {
 
     /// Writes the table anew: one line for each run of the sweep that it knows, in order.
     pub fn tidy(folder: &SweepFolder, sweep: &Sweep, known: &HashMap<String, Time>) -> Result<()> {
-        let file = OutputFile::create(&folder.path.join(TIMES))?;
-        file.write(|writer| {
+        let file = OutputFile::of_sweep(&folder.path.join(TIMES))?;
+        file.write(&FilesRead::default(), |writer| {
             writer.write_all(Self::HEAD.as_bytes())?;
             for run in sweep.runs() {
                 let name = format!("{}.json", sweep.key(&run));

@@ -2,13 +2,15 @@
 
 use std::{
     collections::HashMap,
+    fs,
     path::{Path, PathBuf},
 };
 
 use super::{
     Outcome, Step, SweepControl, SweepProgress, failures,
-    folder::{Manifest, RunFile, State, SweepFolder, Times, run_file},
+    folder::{Damaged, Manifest, RunFile, State, SweepFolder, Times, run_file},
     linear::Jobs,
+    sealed::body,
     simulations, tables,
 };
 use crate::{
@@ -33,6 +35,14 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     let Some(first) = parts.first() else {
         return Err(Error::input("merge", "no folders").remedy("name those of all shards"));
     };
+    let same = |part: &&PathBuf| {
+        fs::canonicalize(part)
+            .is_ok_and(|part| fs::canonicalize(path).is_ok_and(|path| part == path))
+    };
+    if let Some(part) = parts.iter().find(same) {
+        let problem = "is a part, and so must stay as it is";
+        return Err(Error::input(part.display(), problem).remedy("name another folder for all"));
+    }
     let manifest = Manifest::read(first)?;
     for part in &parts[1..] {
         check_same(&manifest, first, &Manifest::read(part)?, part)?;
@@ -50,8 +60,8 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     let found = collect(&sweep, &jobs, parts, control)?;
 
     let folder = SweepFolder::open(path)?;
+    folder.written().clear(&tables::names(), true)?;
     folder.write_manifest(&sweep)?;
-    folder.remove(&tables::names())?;
     for found in &found {
         if control.stopped() {
             return Err(Error::run("merge", "interrupted").remedy("the same command does it anew"));
@@ -67,7 +77,7 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     let warned = tables::write(&folder, &sweep, &states, control)?;
     let failed = failures(sweep.runs(), &states);
     let simulations = simulations(&jobs, Shard::WHOLE);
-    Ok(Outcome { runs: states.len(), kept: 0, simulations, failed, missing: 0, warned })
+    Ok(Outcome { runs: states.len(), kept: 0, damaged: 0, simulations, failed, missing: 0, warned })
 }
 
 fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<()> {
@@ -122,7 +132,7 @@ fn collect<'a>(
     Ok(found)
 }
 
-/// The file of a run: of its results, or else of its error. Error: two folders differ.
+/// The file of a run: of its results, or else of its error. Error: two folders differ; the only one is damaged.
 fn find<'a>(
     sweep: &Sweep,
     run: &Run,
@@ -130,12 +140,20 @@ fn find<'a>(
     parts: &'a [PathBuf],
 ) -> Result<Option<Found<'a>>> {
     let mut best: Option<Found> = None;
+    let mut damaged = None;
     for part in parts {
-        let Some(file) = run_file(part, sweep, run, base) else { continue };
+        let file = match run_file(part, sweep, run, base) {
+            Ok(Some(file)) => file,
+            Ok(None) => continue,
+            Err(Damaged) => {
+                damaged.get_or_insert(part);
+                continue;
+            }
+        };
         let done = file.state == State::Done;
         match &best {
             Some(best) if best.file.state == State::Done => {
-                if done && read_bytes(&best.file.path) != read_bytes(&file.path) {
+                if done && !same_results(&best.file.path, &file.path) {
                     let problem = format!(
                         "has other results of run {} than {}",
                         run.number,
@@ -149,5 +167,22 @@ fn find<'a>(
             _ => best = Some(Found { part, file }),
         }
     }
-    Ok(best)
+    match (best, damaged) {
+        (None, Some(part)) => {
+            let problem = format!("its file of run {} is damaged", run.number);
+            Err(Error::input(part.display(), problem)
+                .remedy("do this part again: only what is damaged is run"))
+        }
+        (best, _) => Ok(best),
+    }
+}
+
+/// Whether two files hold the same; those of before have no checksum.
+fn same_results(a: &Path, b: &Path) -> bool {
+    let (Ok(a), Ok(b)) = (read_bytes(a), read_bytes(b)) else { return false };
+    let [a, b] = [&a, &b].map(|bytes| {
+        let whole = body(bytes);
+        whole.strip_suffix(b"\n}\n").unwrap_or(whole)
+    });
+    a == b
 }

@@ -3,15 +3,16 @@
 #[cfg(feature = "parquet")]
 mod parquet_file;
 
-use std::{io, path::Path};
+use std::io;
 
 use serde_json::Value;
 
 #[cfg(feature = "parquet")]
 use self::parquet_file::ParquetTable;
+use super::written::{OwnFile, Written};
 use crate::{
     error::{Error, Result},
-    formats::output::{OpenFile, OutputFile},
+    formats::csv_text,
 };
 
 /// What all cells of a column are.
@@ -63,33 +64,44 @@ impl Cell<'_> {
             Self::Nothing => String::new(),
         }
     }
+
+    fn csv(&self) -> String {
+        let text = self.text();
+        match self {
+            Self::Text(_) | Self::Value(Value::String(_)) => csv_text::cell(&text).into_owned(),
+            _ => text,
+        }
+    }
 }
 
 /// A table while it is written.
-pub struct Table {
-    name: String,
-    csv: csv::Writer<OpenFile>,
+pub struct Table<'a> {
+    name: &'a str,
+    csv: csv::Writer<OwnFile<'a>>,
     #[cfg(feature = "parquet")]
-    parquet: ParquetTable,
+    parquet: ParquetTable<'a>,
 }
 
-impl Table {
+impl<'a> Table<'a> {
     /// What the names of its files end with, by whatever build of the program they were written.
-    pub const ENDINGS: [&str; 2] = ["csv", "parquet"];
+    pub const ENDINGS: [&'static str; 2] = ["csv", "parquet"];
 
     /// Begins a table in a folder. No two columns have one name.
-    pub fn create(folder: &Path, name: &str, columns: Vec<(String, Kind)>) -> Result<Self> {
-        let open = |ending| OutputFile::create(&folder.join(format!("{name}.{ending}")))?.open();
+    pub fn create(
+        written: &'a Written,
+        name: &'a str,
+        columns: Vec<(String, Kind)>,
+    ) -> Result<Self> {
+        let open = |ending| written.create(&format!("{name}.{ending}"));
         let csv = open("csv")?;
         #[cfg(feature = "parquet")]
         let parquet = ParquetTable::begin(open("parquet")?, &columns);
-        let name = folder.join(name).display().to_string();
         let mut csv = csv::Writer::from_writer(csv);
-        csv.write_record(columns.iter().map(|(name, _)| name))
-            .map_err(|e| unwritten(&name, e.into()))?;
+        csv.write_record(columns.iter().map(|(name, _)| csv_text::cell(name).into_owned()))
+            .map_err(|e| unwritten(name, e.into()))?;
         Ok(Self {
             #[cfg(feature = "parquet")]
-            parquet: parquet.map_err(|e| unwritten(&name, e))?,
+            parquet: parquet.map_err(|e| unwritten(name, e))?,
             name,
             csv,
         })
@@ -97,20 +109,20 @@ impl Table {
 
     /// Adds a row: a cell for each column.
     pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
-        let written = self.csv.write_record(cells.iter().map(Cell::text));
-        written.map_err(|e| unwritten(&self.name, e.into()))?;
+        let written = self.csv.write_record(cells.iter().map(Cell::csv));
+        written.map_err(|e| unwritten(self.name, e.into()))?;
         #[cfg(feature = "parquet")]
-        self.parquet.row(cells).map_err(|e| unwritten(&self.name, e))?;
+        self.parquet.row(cells).map_err(|e| unwritten(self.name, e))?;
         Ok(())
     }
 
     /// Puts its files in their places.
     pub fn finish(self) -> Result<()> {
         let Self { name, csv, .. } = self;
-        let csv = csv.into_inner().map_err(|e| unwritten(&name, e.into_error()))?;
+        let csv = csv.into_inner().map_err(|e| unwritten(name, e.into_error()))?;
         #[cfg(feature = "parquet")]
-        self.parquet.end().map_err(|e| unwritten(&name, e))?.finish(Ok(()))?;
-        csv.finish(Ok(()))
+        self.parquet.end().map_err(|e| unwritten(name, e))?.finish()?;
+        csv.finish()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Tables of a whole sweep, made from the files of its runs: one row a run, one row a captor, one
 //! row a group; and the pictures.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, io::Write};
 
 use super::{
     Step, SweepControl, SweepProgress,
@@ -12,7 +12,6 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{
-        output::OutputFile,
         result_file::file_names,
         sweep_file::{BALANCE, Run, Sweep},
     },
@@ -62,8 +61,9 @@ pub fn write(
         &values[..],
         &[("min", Kind::Number), ("max", Kind::Number)],
     ];
-    let mut captors = Table::create(folder.path(), TABLES[0], columns(&[run], &of_captors))?;
-    let mut groups = Table::create(folder.path(), TABLES[1], columns(&[run], &of_groups.concat()))?;
+    let mut captors = Table::create(folder.written(), TABLES[0], columns(&[run], &of_captors))?;
+    let mut groups =
+        Table::create(folder.written(), TABLES[1], columns(&[run], &of_groups.concat()))?;
     let (mut balance, mut responses) = (Balance::default(), Responses::default());
     let mut warned = Warned::new();
     for (run, state) in sweep.runs().zip(states) {
@@ -96,15 +96,17 @@ pub fn write(
     let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), "svg");
     for ((_, chart), name) in charts.iter().zip(pictures) {
         let svg = chart.svg().map_err(|e| Error::run(&name, e))?;
-        let file = OutputFile::create(&folder.pictures()?.join(name))?;
-        file.write(|writer| writer.write_all(svg.as_bytes()))?;
+        let mut file = folder.picture(&name)?;
+        file.write_all(svg.as_bytes())
+            .map_err(|e| Error::run(&name, format!("cannot be written: {e}")))?;
+        file.finish()?;
     }
 
     let mut of_runs = columns(&[run, ("file", Kind::Text)], &[seed, ("photons", Kind::Whole)]);
     let energy = balance.columns().map(|(word, band)| (format!("{word}{band}"), Kind::Number));
     of_runs.extend(energy);
     of_runs.push(("error".into(), Kind::Text));
-    let mut runs = Table::create(folder.path(), TABLES[2], of_runs)?;
+    let mut runs = Table::create(folder.written(), TABLES[2], of_runs)?;
     for ((run, state), found) in sweep.runs().zip(states).zip(&balance.runs) {
         let file = format!("{}.json", sweep.key(&run));
         let mut cells = vec![Cell::Whole(run.number as u64), Cell::Text(&file)];

@@ -11,15 +11,14 @@ use parquet::{
     schema::types::Type,
 };
 
-use super::{Cell, Kind};
-use crate::formats::output::OpenFile;
+use super::{super::written::OwnFile, Cell, Kind};
 
 /// Rows that are kept in memory.
 const ROWS: usize = 50_000;
 
 /// A table while it is written.
-pub struct ParquetTable {
-    writer: SerializedFileWriter<OpenFile>,
+pub struct ParquetTable<'a> {
+    writer: SerializedFileWriter<OwnFile<'a>>,
     columns: Vec<Column>,
 }
 
@@ -35,8 +34,8 @@ enum Values {
     Text(Vec<ByteArray>),
 }
 
-impl ParquetTable {
-    pub fn begin(file: OpenFile, columns: &[(String, Kind)]) -> io::Result<Self> {
+impl<'a> ParquetTable<'a> {
+    pub fn begin(file: OwnFile<'a>, columns: &[(String, Kind)]) -> io::Result<Self> {
         let writer = begin(file, columns)?;
         let columns = columns.iter().map(|(_, kind)| Column::new(*kind)).collect();
         Ok(Self { writer, columns })
@@ -51,7 +50,7 @@ impl ParquetTable {
     }
 
     /// The file with all of its rows.
-    pub fn end(mut self) -> io::Result<OpenFile> {
+    pub fn end(mut self) -> io::Result<OwnFile<'a>> {
         self.write_group()?;
         Ok(self.writer.into_inner()?)
     }
@@ -67,10 +66,10 @@ impl ParquetTable {
     }
 }
 
-fn begin(
-    file: OpenFile,
+fn begin<'a>(
+    file: OwnFile<'a>,
     columns: &[(String, Kind)],
-) -> std::result::Result<SerializedFileWriter<OpenFile>, ParquetError> {
+) -> std::result::Result<SerializedFileWriter<OwnFile<'a>>, ParquetError> {
     let field = |(name, kind): &(String, Kind)| {
         let (physical, logical) = match kind {
             Kind::Whole => (Physical::INT64, Some(LogicalType::integer(64, false))),

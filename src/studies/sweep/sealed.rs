@@ -1,0 +1,62 @@
+//! JSON with a checksum of its own as the last entry, so that damage is found wherever it is.
+
+use std::io;
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use crate::formats::{input::hex, result_file::write_lines};
+
+/// An object as lines of JSON; the last one holds the SHA-256 of all before it.
+pub fn seal(value: &impl Serialize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_lines(value, &mut bytes)?;
+    bytes.truncate(bytes.strip_suffix(b"\n}\n").map_or(0, <[u8]>::len));
+    let seal = seal_of(&bytes);
+    bytes.extend(seal);
+    Ok(bytes)
+}
+
+/// Whether the bytes are as [`seal`] made them.
+pub fn is_whole(bytes: &[u8]) -> bool {
+    body(bytes).len() < bytes.len()
+}
+
+/// What is sealed: the bytes without the last entry, or all where they have no seal that fits.
+pub fn body(bytes: &[u8]) -> &[u8] {
+    let Some(end) = bytes.len().checked_sub(seal_of(b"").len()) else { return bytes };
+    let (body, seal) = bytes.split_at(end);
+    if seal == seal_of(body) { body } else { bytes }
+}
+
+/// What stands behind this.
+fn seal_of(body: &[u8]) -> Vec<u8> {
+    format!(",\n  \"sha256\": \"{}\"\n}}\n", hex(Sha256::new_with_prefix(body))).into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// Every bit of a sealed file, changed alone; every shorter file; a longer one.
+    #[test]
+    fn any_damage_breaks_the_seal() {
+        let value = json!({"a": [1, 2.5], "b": {"c": "d"}});
+        let bytes = seal(&value).expect("memory");
+        assert!(is_whole(&bytes));
+        let mut read: Value = serde_json::from_slice(&bytes).expect("JSON");
+        assert!(read["sha256"].take().is_string());
+        assert_eq!(read["a"], value["a"]);
+        for place in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut damaged = bytes.clone();
+                damaged[place] ^= 1 << bit;
+                assert!(!is_whole(&damaged), "bit {bit} of byte {place}");
+            }
+            assert!(!is_whole(&bytes[..place]), "{place} bytes");
+        }
+        assert!(!is_whole(&[&bytes[..], b" "].concat()));
+    }
+}

@@ -1,0 +1,164 @@
+//! The tables and plots that a sweep has written into its folder: what it may remove or replace there, and
+//! nothing else. They are kept by name and SHA-256, written down before each is put in its place.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::{self, Write},
+    path::{Component, Path, PathBuf},
+    sync::{Mutex, PoisonError},
+};
+
+use sha2::{Digest, Sha256};
+
+use crate::{
+    error::{Error, Result},
+    formats::{
+        input::{hex, read_bytes},
+        json,
+        output::{FilesRead, OpenFile, OutputFile},
+        result_file::write_lines,
+    },
+};
+
+/// Where it stands.
+const RECORD: &str = "written.json";
+
+/// What a sweep has written into its folder.
+#[derive(Debug)]
+pub struct Written {
+    folder: PathBuf,
+    /// Whether the folder said what is written in it.
+    known: bool,
+    /// SHA-256 by name.
+    hashes: Mutex<BTreeMap<String, String>>,
+}
+
+impl Written {
+    /// Of the folder at `folder`; nothing, where that says nothing. Error: it says something else.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(RECORD);
+        let mut hashes = BTreeMap::new();
+        let known = fs::symlink_metadata(&path).is_ok();
+        if known {
+            let name = path.display().to_string();
+            let none = |why: String| {
+                Error::input(&name, why).remedy("move it away, and the tables and plots too")
+            };
+            let value = json::parse(&name, &read_bytes(&path).map_err(none)?)?;
+            hashes = serde_json::from_value(value)
+                .map_err(|e| none(format!("does not say what a sweep has written: {e}")))?;
+            // nothing outside of the folder, whoever wrote this
+            hashes.retain(|name: &String, _: &mut String| {
+                Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+            });
+        }
+        Ok(Self { folder: folder.to_path_buf(), known, hashes: Mutex::new(hashes) })
+    }
+
+    /// Removes what was written before. Error: something else is at one of the places `needed`, or one that was
+    /// written has changed since; then nothing is removed. In a folder of before, which does not say what was
+    /// written, tables stay if they can be made anew at once, for `all` runs are done: then they must be the same.
+    pub fn clear(&self, needed: &[String], all: bool) -> Result<()> {
+        let mut hashes = self.lock();
+        let there = |name: &String| fs::symlink_metadata(self.folder.join(name)).is_ok();
+        let known = hashes.iter().filter(|(name, _)| there(name));
+        let (own, changed): (Vec<_>, Vec<_>) =
+            known.partition(|(name, hash)| self.hash(name).as_ref() == Some(*hash));
+        let strange = needed.iter().filter(|name| !hashes.contains_key(*name) && there(name));
+        if let Some(name) = changed.into_iter().map(|(name, _)| name).chain(strange).next()
+            && (self.known || !all)
+        {
+            return Err(self.foreign(name));
+        }
+        for (name, _) in own {
+            let path = self.folder.join(name);
+            fs::remove_file(&path)
+                .map_err(|e| Error::run(path.display(), format!("cannot be removed: {e}")))?;
+        }
+        hashes.clear();
+        match fs::remove_file(self.folder.join(RECORD)) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::run(
+                self.folder.join(RECORD).display(),
+                format!("cannot be removed: {e}"),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Begins to write the file `name`.
+    pub fn create(&self, name: &str) -> Result<OwnFile<'_>> {
+        let file = OutputFile::of_sweep(&self.folder.join(name))?.open(&FilesRead::default())?;
+        Ok(OwnFile { written: self, name: name.into(), file, hash: Sha256::new() })
+    }
+
+    /// Writes down that `name` is to hold this. Error: it holds something that is not known.
+    fn add(&self, name: &str, hash: String) -> Result<()> {
+        let there = fs::symlink_metadata(self.folder.join(name)).is_ok();
+        if there && self.hash(name).as_ref() != Some(&hash) {
+            return Err(self.foreign(name));
+        }
+        let mut hashes = self.lock();
+        hashes.insert(name.into(), hash);
+        let file = OutputFile::of_sweep(&self.folder.join(RECORD))?;
+        file.write(&FilesRead::default(), |writer| write_lines(&*hashes, writer))
+    }
+
+    /// The SHA-256 of the file `name`; none where it is a link or cannot be read.
+    fn hash(&self, name: &str) -> Option<String> {
+        let path = self.folder.join(name);
+        fs::symlink_metadata(&path).ok().filter(fs::Metadata::is_file)?;
+        let mut hash = Sha256::new();
+        io::copy(&mut File::open(path).ok()?, &mut HashWriter(&mut hash)).ok()?;
+        Some(hex(hash))
+    }
+
+    fn foreign(&self, name: &str) -> Error {
+        let problem = "is not what this sweep has written there";
+        Error::input(self.folder.join(name).display(), problem)
+            .remedy("move it away; the same command goes on from there")
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, String>> {
+        self.hashes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A table or plot that is being written.
+pub struct OwnFile<'a> {
+    written: &'a Written,
+    name: String,
+    file: OpenFile,
+    hash: Sha256,
+}
+
+impl OwnFile<'_> {
+    /// Puts it in its place. Error: there is something else, not of this sweep.
+    pub fn finish(self) -> Result<()> {
+        self.written.add(&self.name, hex(self.hash))?;
+        self.file.finish(Ok(()))
+    }
+}
+
+impl Write for OwnFile<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        Ok(written)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+struct HashWriter<'a>(&'a mut Sha256);
+
+impl Write for HashWriter<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
