@@ -50,9 +50,10 @@ mod studies;
 pub mod cli;
 
 pub use error::{Error, ErrorKind, Result};
+pub use formats::obj::{Mesh, MeshGroup};
 pub use formats::output::{FilesRead, OpenFile, OutputFile};
 pub use formats::result_file::{OutputFolder, read_json, write_csv, write_json};
-pub use formats::scene_file::{LoadedScene, load};
+pub use formats::scene_file::{LoadedScene, load, load_with};
 pub use formats::sweep_file::{Parameter, Run, Sweep};
 pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use math::rng::Stream;
@@ -60,6 +61,7 @@ pub use math::spectrum::Spectrum;
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
 pub use results::compare::{Comparison, Difference};
+pub use results::flat::FlatResult;
 pub use results::result::{
     Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
     NearestResult, RunResult, Warning,

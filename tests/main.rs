@@ -15,6 +15,7 @@ mod exhibit;
 mod in_memory;
 mod invariance;
 mod layers;
+mod meshes_in_memory;
 mod nearest;
 mod nearest_study;
 mod output;

@@ -4,6 +4,7 @@
 //! every line is checked first, and tobj sees only sound `v` and `f` lines, one model per part.
 
 mod lines;
+mod mesh;
 mod mtl;
 mod scan;
 
@@ -16,10 +17,11 @@ use crate::math::geometry::{is_tangled, triangulate};
 use lines::{Lines, decode};
 use scan::Scan;
 
+pub use mesh::{Mesh, MeshGroup};
 pub use mtl::{MtlEntry, MtlLibrary};
 
 /// What an OBJ file holds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjFile {
     /// The groups that have faces, in order of their first face.
     pub groups: Vec<ObjGroup>,

@@ -32,7 +32,7 @@ use crate::{
     formats::{
         input::{Fetch, RELATIVE, hex, read_bytes},
         json,
-        obj::ObjFile,
+        obj::{Mesh, ObjFile},
     },
     math::{spectrum::lanes, units::LengthUnit},
     scene::{
@@ -120,17 +120,46 @@ pub fn load_value(
     read: &Fetch,
     kept: Option<&Kept>,
 ) -> Result<LoadedScene> {
+    load_from(value, path, &Sources { read, kept, meshes: &HashMap::new() })
+}
+
+/// A scene that is in memory: the JSON of a scene file, the folder that the files it names are
+/// relative to, and the meshes that it names as `"obj": "mesh:NAME"` where a path would stand.
+///
+/// It makes the same scene, with the same ids, as [`load`] from files that say the same. Errors: those
+/// of [`load`]; their place is `scene` with a JSON pointer.
+pub fn load_with(
+    scene: Value,
+    folder: &Path,
+    meshes: &HashMap<String, Mesh>,
+) -> Result<LoadedScene> {
+    let path = folder.join("scene");
+    let mut loaded = load_from(scene, &path, &Sources { read: &read_bytes, kept: None, meshes })?;
+    loaded.files.retain(|file| *file != path);
+    Ok(loaded)
+}
+
+fn load_from(value: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
     let file: SceneFile = json::read(&path.display().to_string(), value)?;
-    Loader::new(path, &file, read, kept)?.load(&file)
+    Loader::new(path, &file, sources)?.load(&file)
+}
+
+/// Where a scene finds what its JSON only names.
+struct Sources<'a> {
+    /// Fetches files.
+    read: &'a Fetch<'a>,
+    /// What of other scenes can be used again.
+    kept: Option<&'a Kept>,
+    /// Meshes in memory, by name.
+    meshes: &'a HashMap<String, Mesh>,
 }
 
 /// What is known and collected while a scene is put together.
 struct Loader<'a> {
     path: PathBuf,
-    read: &'a Fetch<'a>,
+    sources: &'a Sources<'a>,
     /// Every file that was read.
     files: RefCell<Vec<PathBuf>>,
-    kept: Option<&'a Kept>,
     metres: f64,
     bands: usize,
     parts: SceneParts,
@@ -146,12 +175,11 @@ struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    fn new(path: &Path, file: &SceneFile, read: &'a Fetch, kept: Option<&'a Kept>) -> Result<Self> {
+    fn new(path: &Path, file: &SceneFile, sources: &'a Sources) -> Result<Self> {
         let mut loader = Self {
             path: path.to_path_buf(),
-            read,
+            sources,
             files: RefCell::new(vec![path.to_path_buf()]),
-            kept,
             metres: file.unit.metres(),
             bands: 0,
             parts: SceneParts::default(),
@@ -199,7 +227,7 @@ impl<'a> Loader<'a> {
         self.parts.groups = groups.into_iter().map(|(_, name)| name).collect();
         self.parts.materials = self.materials.into_used();
         let name = self.path.display().to_string();
-        let scene = match self.kept {
+        let scene = match self.sources.kept {
             Some(kept) => Scene::with_kept(self.parts, &kept.shapes),
             None => Scene::new(self.parts),
         };
@@ -247,7 +275,7 @@ impl<'a> Loader<'a> {
     }
 
     fn fetch(&self, path: &Path) -> std::result::Result<Vec<u8>, String> {
-        let bytes = (self.read)(path)?;
+        let bytes = (self.sources.read)(path)?;
         self.files.borrow_mut().push(path.to_path_buf());
         Ok(bytes)
     }

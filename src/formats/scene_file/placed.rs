@@ -4,12 +4,18 @@ use std::{path::Path, sync::Arc};
 
 use glam::DVec3;
 
-use super::{Loader, Result, format::*};
-use crate::{formats::obj::ObjFile, math::geometry::Transform};
+use super::{Loader, Result, format::*, unknown};
+use crate::{
+    formats::{input::quoted, obj::ObjFile},
+    math::geometry::Transform,
+};
 
 impl Loader<'_> {
-    /// An OBJ file, read once.
+    /// An OBJ file, read once, or what stands in its place: a mesh in memory.
     pub(super) fn obj(&mut self, pointer: &str, file: &str) -> Result<Arc<ObjFile>> {
+        if let Some(name) = file.strip_prefix("mesh:") {
+            return self.mesh(pointer, name);
+        }
         let path = self.sibling(file);
         if let Some(obj) = self.obj_files.get(&path) {
             return Ok(obj.clone());
@@ -19,7 +25,7 @@ impl Loader<'_> {
         }
         let bytes = self.bytes(pointer, &path)?;
         let fetch = |path: &Path| self.fetch(path);
-        let obj = match self.kept {
+        let obj = match self.sources.kept {
             Some(kept) => kept.obj(&bytes, &path, &fetch)?,
             None => Arc::new(ObjFile::parse(&bytes, &path, fetch)?),
         };
@@ -35,6 +41,20 @@ impl Loader<'_> {
         }
         self.obj_files.insert(path, obj.clone());
         Ok(obj)
+    }
+
+    fn mesh(&self, pointer: &str, name: &str) -> Result<Arc<ObjFile>> {
+        let meshes = self.sources.meshes;
+        if let Some(mesh) = meshes.get(name) {
+            return Ok(mesh.as_obj());
+        }
+        let mut known: Vec<&str> = meshes.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let error = self.error(pointer, format!("there is no mesh {} in memory", quoted(name)));
+        Err(match known.is_empty() {
+            true => error.remedy("name an OBJ file; meshes can only be handed over by a program"),
+            false => unknown(error, name, known.into_iter()),
+        })
     }
 
     /// Placements of an object: `transform` alone, or each instance after it.
