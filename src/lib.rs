@@ -55,6 +55,7 @@ pub use formats::output::{FilesRead, OpenFile, OutputFile};
 pub use formats::result_file::{OutputFolder, read_json, write_csv, write_json};
 pub use formats::scene_file::{LoadedScene, load, load_with};
 pub use formats::sweep_file::{Parameter, Run, Sweep};
+pub use formats::{environment_map, iso8601, weather};
 pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use math::rng::Stream;
 pub use math::spectrum::Spectrum;
@@ -70,6 +71,7 @@ pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;
 pub use scene::camera::{Camera, View};
 pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel};
+pub use scene::daylight;
 pub use scene::light::{Light, LightSample, LightShape, Shine, TubeHit};
 pub use scene::material::{
     Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,

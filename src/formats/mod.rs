@@ -1,10 +1,12 @@
 //! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
-//! [`captor_csv`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
+//! [`captor_csv`], [`weather`], [`environment_map`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
 //! the disk; an error names the file and the place in it.
 
 pub mod captor_csv;
 pub mod csv_text;
+pub mod environment_map;
 pub mod input;
+pub mod iso8601;
 pub mod json;
 pub mod obj;
 pub mod output;
@@ -14,3 +16,4 @@ pub mod share_file;
 #[cfg(test)]
 pub mod spoil;
 pub mod sweep_file;
+pub mod weather;

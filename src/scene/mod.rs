@@ -8,6 +8,7 @@
 pub mod bvh;
 pub mod camera;
 pub mod captor;
+pub mod daylight;
 pub mod light;
 pub mod material;
 pub mod patches;

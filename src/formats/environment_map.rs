@@ -1,0 +1,167 @@
+//! Environment maps: latitude-longitude pictures of radiance, OpenEXR or Radiance HDR.
+//!
+//! The top row is at the zenith, the middle column at the heading, east of it to the right: a panorama as
+//! seen from inside. Texels are areas of constant radiance.
+
+mod hdr;
+#[cfg(test)]
+mod tests;
+
+use std::{io::Cursor, path::Path};
+
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+
+use super::input::quoted;
+use crate::{
+    error::{Error, Result},
+    scene::daylight::RadianceMap,
+};
+
+/// The most numbers that a map may hold: texels x channels, or x bands.
+const MOST: usize = 1 << 27;
+
+/// A picture: named channels of equal length, row by row from the upper left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panorama {
+    width: usize,
+    height: usize,
+    channels: Vec<(String, Vec<f32>)>,
+}
+
+impl Panorama {
+    /// Reads the `bytes` of the picture at `path`: `.exr` (its first layer) or Radiance `.hdr`, told by
+    /// their first bytes.
+    ///
+    /// # Errors
+    /// At the file: neither of these, or broken, or more than 2^27 numbers.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
+        let found = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            read_exr(bytes)
+        } else if bytes.starts_with(b"#?") {
+            hdr::read(bytes)
+        } else {
+            Err("is neither OpenEXR nor Radiance HDR".into())
+        };
+        found.map_err(|problem| {
+            Error::input(path.display(), problem).remedy("save the map as .exr or .hdr")
+        })
+    }
+
+    /// Radiance per band over the directions: `scale` (per band) times the texels, for channels called like
+    /// `bands`; or R, G, B in this order for three bands, or their mean for one. `heading`, rad, is the azimuth
+    /// of the middle column, clockwise from +y.
+    ///
+    /// # Errors
+    /// At `path`: bands without channels; a texel that is negative or not finite.
+    pub fn map(
+        &self,
+        path: &Path,
+        bands: &[&str],
+        heading: f64,
+        scale: &[f64],
+    ) -> Result<RadianceMap> {
+        let error = |problem: String| Error::input(path.display(), problem);
+        let texels = self.width * self.height;
+        if texels.saturating_mul(bands.len()) > MOST {
+            let problem =
+                format!("{} x {} texels in {} bands", self.width, self.height, bands.len());
+            return Err(error(problem).remedy("make the picture smaller: 2048 x 1024 is plenty"));
+        }
+        let named = |name: &str| self.channels.iter().find(|(n, _)| n == name).map(|(_, v)| v);
+        let by_name: Option<Vec<&Vec<f32>>> = bands.iter().map(|band| named(band)).collect();
+        let colours: Option<Vec<&Vec<f32>>> = ["R", "G", "B"].into_iter().map(named).collect();
+        let mean = bands.len() == 1 && by_name.is_none();
+        let channels = match (by_name, colours) {
+            (Some(channels), _) => channels,
+            (None, Some(colours)) if matches!(bands.len(), 1 | 3) => colours,
+            _ => {
+                let names: Vec<String> =
+                    self.channels.iter().map(|(name, _)| quoted(name)).collect();
+                let names = names.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
+                let problem =
+                    format!("its channels {names} are not those of the {} bands", bands.len());
+                return Err(error(problem).remedy(
+                    "name the channels of an OpenEXR like the bands; R, G, B serve one band or three",
+                ));
+            }
+        };
+        let mut values = Vec::with_capacity(texels * bands.len());
+        for texel in 0..texels {
+            for &channel in &channels {
+                let value = channel[texel];
+                if !(value.is_finite() && value >= 0.0) {
+                    let (row, column) = (texel / self.width, texel % self.width);
+                    let problem = format!("the texel in row {row}, column {column} is {value}");
+                    return Err(
+                        error(problem).remedy("radiance must be a finite number, at least 0")
+                    );
+                }
+            }
+            match mean {
+                true => {
+                    let sum: f64 = channels.iter().map(|c| f64::from(c[texel])).sum();
+                    values.push((sum / 3.0 * scale[0]) as f32);
+                }
+                false => {
+                    let scaled = channels.iter().zip(scale).map(|(c, s)| f64::from(c[texel]) * s);
+                    values.extend(scaled.map(|value| value as f32));
+                }
+            }
+        }
+        if values.iter().any(|value| !value.is_finite()) {
+            return Err(
+                error("`scale` makes it brighter than numbers go".into()).remedy("lower it")
+            );
+        }
+        let start = heading - std::f64::consts::PI;
+        Ok(match bands.len() {
+            1 => RadianceMap::new(self.width, start, values),
+            bands => RadianceMap::spectral(self.width, start, bands, values),
+        })
+    }
+}
+
+fn read_exr(bytes: &[u8]) -> std::result::Result<Panorama, String> {
+    let broken = |e: exr::error::Error| format!("is not read as OpenEXR: {e}");
+    // its size stands in the header: look before anything of that size is made
+    let meta =
+        exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    let header = meta.headers.first().ok_or("has no layer")?;
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    check_size(width, height, header.channels.list.len())?;
+    let reader = read().no_deep_data().largest_resolution_level().all_channels();
+    let image = reader
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(broken)?;
+    let layer = image.layer_data;
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let channels: Vec<(String, Vec<f32>)> = layer
+        .channel_data
+        .list
+        .into_iter()
+        .map(|channel| {
+            let values = match channel.sample_data {
+                FlatSamples::F16(values) => values.iter().map(|v| v.to_f32()).collect(),
+                FlatSamples::F32(values) => values,
+                FlatSamples::U32(values) => values.iter().map(|&v| v as f32).collect(),
+            };
+            (channel.name.to_string(), values)
+        })
+        .collect();
+    match channels.iter().all(|(_, values)| values.len() == width * height) {
+        true => Ok(Panorama { width, height, channels }),
+        false => Err("has channels of different sizes".into()),
+    }
+}
+
+/// Refuses what would take all memory.
+fn check_size(width: usize, height: usize, channels: usize) -> std::result::Result<(), String> {
+    let numbers = width.checked_mul(height).and_then(|texels| texels.checked_mul(channels));
+    match numbers {
+        Some(1..=MOST) => Ok(()),
+        _ => Err(format!("has {width} x {height} texels in {channels} channels")),
+    }
+}

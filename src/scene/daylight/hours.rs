@@ -1,0 +1,169 @@
+//! From the weather of hours to a sun and a sky: a period's light is the sum of its hours'.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{
+    radiance_map::RadianceMap, sky_model::RelativeSky, sun_position::SunPosition, suns::Suns,
+};
+
+/// Sun and weather of an hour, or of an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hour {
+    /// Its part of the period, 0 to 1; what is missing to 1 is dark.
+    pub weight: f64,
+    /// Where the sun stands.
+    pub sun: SunPosition,
+    /// The day's [`eccentricity`](super::eccentricity).
+    pub eccentricity: f64,
+    /// Direct irradiance across the sun's direction, of the whole spectrum, W/m2, at least 0.
+    pub direct_normal: f64,
+    /// Diffuse irradiance of a horizontal plane, of the whole spectrum, W/m2, at least 0.
+    pub diffuse_horizontal: f64,
+}
+
+/// How radiance is spread over the sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyModel {
+    /// Alike everywhere.
+    Uniform,
+    /// The traditional overcast sky.
+    Overcast,
+    /// One of the CIE's general skies, 1 to 15.
+    Cie(u8),
+    /// The all-weather sky of Perez.
+    Perez,
+}
+
+impl SkyModel {
+    /// The sky of an hour that is not dark.
+    fn sky(self, hour: &Hour) -> RelativeSky {
+        match self {
+            Self::Uniform => RelativeSky::Uniform,
+            Self::Overcast => RelativeSky::Overcast,
+            Self::Cie(kind) => RelativeSky::cie(kind.into()),
+            Self::Perez => RelativeSky::perez(
+                hour.direct_normal,
+                hour.diffuse_horizontal,
+                hour.sun.zenith(),
+                hour.eccentricity,
+            ),
+        }
+    }
+
+    /// Whether it depends on where the sun stands.
+    pub fn has_sun(self) -> bool {
+        !matches!(self, Self::Uniform | Self::Overcast)
+    }
+}
+
+/// Rows of the sky from zenith to horizon, 1 degree high, and columns around it, 1 degree wide.
+const ROWS: usize = 90;
+const COLUMNS: usize = 360;
+
+/// Hours whose skies one task sums up.
+const TASK: usize = 32;
+
+/// Mean direct irradiance on a horizontal plane, W/m2.
+pub fn mean_direct(hours: &[Hour]) -> f64 {
+    hours.iter().map(|h| h.weight * h.direct_normal * h.sun.elevation.sin().max(0.0)).sum()
+}
+
+/// The suns of all hours as one light, and its mean direct normal irradiance, W/m2; none where there is
+/// none. `half_angle` and `north` (see [`azimuth_of`](super::azimuth_of)) in rad.
+pub fn mean_sun(hours: &[Hour], half_angle: f64, north: f64) -> Option<(Suns, f64)> {
+    let irradiance = |hour: &Hour| hour.weight * hour.direct_normal;
+    let mean = hours.iter().map(irradiance).sum();
+    let suns = hours.iter().map(|hour| (hour.sun.direction(north), irradiance(hour)));
+    Some((Suns::new(half_angle, suns)?, mean))
+}
+
+/// The mean sky of all hours, for a horizontal irradiance of 1 W/m2, and its own, W/m2; none where
+/// there is none. `north` (see [`azimuth_of`](super::azimuth_of)) in rad.
+///
+/// Cells of 1 x 1 degree have the mean of the model's radiance, by 4 Gauss points in skies of at most
+/// 48 hours, by their middle in longer sums; each hour's cells are scaled to its diffuse irradiance.
+pub fn mean_sky(model: SkyModel, hours: &[Hour], north: f64) -> Option<(RadianceMap, f64)> {
+    let lit: Vec<&Hour> = hours.iter().filter(|h| h.weight * h.diffuse_horizontal > 0.0).collect();
+    let points: &[f64] =
+        if lit.len() <= 48 { &[0.211_324_865_405_187, 0.788_675_134_594_813] } else { &[0.5] };
+    let quadrature = Quadrature::new(points);
+    // the sum of each task by itself, then in order: the same for any number of threads
+    let tasks: Vec<Vec<f64>> = lit
+        .par_chunks(TASK)
+        .map(|hours| {
+            let mut sum = vec![0.0; ROWS * COLUMNS];
+            for hour in hours {
+                quadrature.add(&model.sky(hour), hour, &mut sum);
+            }
+            sum
+        })
+        .collect();
+    let mut cells = vec![0.0; ROWS * COLUMNS];
+    for task in &tasks {
+        cells.iter_mut().zip(task).for_each(|(sum, part)| *sum += part);
+    }
+    let irradiance: f64 = lit.iter().map(|h| h.weight * h.diffuse_horizontal).sum();
+    let below = std::iter::repeat_n(0.0, ROWS * COLUMNS);
+    let values = cells.iter().map(|l| (l / irradiance) as f32).chain(below).collect();
+    (irradiance > 0.0).then(|| (RadianceMap::new(COLUMNS, north, values), irradiance))
+}
+
+/// Points in the cells of the sky.
+struct Quadrature {
+    /// Sine and cosine of the elevation of each line of points, row by row.
+    elevations: Vec<[f64; 2]>,
+    /// Sine and cosine of the azimuth of each column of points.
+    azimuths: Vec<[f64; 2]>,
+    points: usize,
+}
+
+impl Quadrature {
+    /// `points` are parts of a cell's height and width, alike from both ends.
+    fn new(points: &[f64]) -> Self {
+        let all = |cells: usize| {
+            (0..cells).flat_map(|cell| points.iter().map(move |p| (cell as f64 + p).to_radians()))
+        };
+        let elevations = all(ROWS).map(|z| z.sin_cos()).map(|(sin, cos)| [cos, sin]).collect();
+        let azimuths = all(COLUMNS).map(|a| a.sin_cos()).map(|(sin, cos)| [sin, cos]).collect();
+        Self { elevations, azimuths, points: points.len() }
+    }
+
+    /// Adds the sky of an hour, its diffuse irradiance times its weight, to the cells' radiances.
+    fn add(&self, sky: &RelativeSky, hour: &Hour, cells: &mut [f64]) {
+        let own = self.radiances(sky, hour.sun.direction(0.0));
+        // horizontal irradiance of the cells: all of a row have the same projected solid angle
+        let projected = |row: usize| {
+            let [above, below] = [row, row + 1].map(|r| (r as f64).to_radians().cos().powi(2));
+            0.5 * (above - below) * 1f64.to_radians()
+        };
+        let irradiance: f64 = own
+            .chunks(COLUMNS)
+            .enumerate()
+            .map(|(row, cells)| projected(row) * cells.iter().sum::<f64>())
+            .sum();
+        let due = hour.weight * hour.diffuse_horizontal;
+        match irradiance > 0.0 && irradiance.is_finite() {
+            true => cells.iter_mut().zip(own).for_each(|(sum, l)| *sum += l * due / irradiance),
+            // a formula that is negative everywhere
+            false => cells.iter_mut().for_each(|sum| *sum += due / PI),
+        }
+    }
+
+    /// Mean relative radiance of each cell.
+    fn radiances(&self, sky: &RelativeSky, sun: DVec3) -> Vec<f64> {
+        let mut means = vec![0.0; ROWS * COLUMNS];
+        let share = 1.0 / (self.points * self.points) as f64;
+        for (line, &[sine, cosine]) in self.elevations.iter().enumerate() {
+            let gradation = sky.gradation(sine) * share;
+            let row = &mut means[line / self.points * COLUMNS..][..COLUMNS];
+            for (i, &[east, north]) in self.azimuths.iter().enumerate() {
+                let to_sun = cosine * (east * sun.x + north * sun.y) + sine * sun.z;
+                row[i / self.points] += (gradation * sky.indicatrix(to_sun)).max(0.0);
+            }
+        }
+        means
+    }
+}

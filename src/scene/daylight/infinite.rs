@@ -1,0 +1,278 @@
+//! Light from infinitely far away, as photons and paths meet it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::{
+    radiance_map::{MapEntry, RadianceMap},
+    suns::{Suns, SunsEntry},
+};
+use crate::math::{rng::Stream, sampling::weighted_choice, spectrum::Spectrum};
+
+/// A light that is infinitely far away: the sun, the sky, an environment map.
+///
+/// Directions point towards the light; densities are per solid angle. Units are those of the scene's
+/// quantity: W or umol/s.
+#[derive(Clone, Debug)]
+pub struct InfiniteLight {
+    /// Unique name.
+    pub name: String,
+    parts: Vec<InfinitePart>,
+    /// Running sums of the chances of the parts.
+    running: Vec<f64>,
+}
+
+/// A part of such a light: a shape over the directions, and its strength in each band.
+#[derive(Clone, Debug)]
+pub struct InfinitePart {
+    shape: InfiniteShape,
+    /// Radiance per band over the shape's relative radiance, W/m2/sr.
+    scale: Vec<f64>,
+}
+
+/// Relative radiance over the directions.
+#[derive(Clone, Debug)]
+pub enum InfiniteShape {
+    /// Discs, or parallel rays; the scale is the irradiance across their direction, W/m2.
+    Suns(Arc<Suns>),
+    /// Cells of a sphere.
+    Map(Arc<RadianceMap>),
+}
+
+/// A direction that was chosen as light may come from there.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionSample<const N: usize> {
+    /// Towards the light, unit vector.
+    pub toward: Vec3,
+    /// Radiance divided by the density of the choice, W/m2.
+    pub radiance_over_pdf: Spectrum<N>,
+    /// Density of the choice, 1/sr; none for parallel rays, which no direction meets by chance.
+    pub pdf: Option<f32>,
+}
+
+/// A part of a light as it enters through a plane face.
+#[derive(Debug)]
+pub struct InfiniteEntry {
+    /// Irradiance of the face per band, W/m2.
+    pub irradiance: Vec<f64>,
+    shape: EntryShape,
+}
+
+#[derive(Debug)]
+enum EntryShape {
+    Suns(Arc<Suns>, SunsEntry),
+    /// Per band, unless all bands are alike: integral of density x cosine over that of radiance x cosine.
+    Map(Arc<RadianceMap>, MapEntry, Option<Vec<f32>>),
+}
+
+/// A photon as it enters through a face.
+#[derive(Clone, Copy, Debug)]
+pub struct Entering<const N: usize> {
+    /// Where it goes, unit vector.
+    pub direction: Vec3,
+    /// Its power over the mean of all that enter, per band: 1 unless the bands of a map differ; 0 where
+    /// the band brings nothing.
+    pub factor: Spectrum<N>,
+}
+
+impl InfinitePart {
+    /// From a shape and what its relative radiance is multiplied with in each band (at least 0).
+    pub fn new(shape: InfiniteShape, scale: Vec<f64>) -> Self {
+        Self { shape, scale }
+    }
+
+    /// Strength per band, as given.
+    pub fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+
+    /// Integral of the radiance over all directions, summed over the bands, W/m2.
+    fn strength(&self) -> f64 {
+        let total = match &self.shape {
+            InfiniteShape::Suns(suns) => suns.total(),
+            InfiniteShape::Map(map) => map.total(),
+        };
+        total * self.scale.iter().sum::<f64>()
+    }
+
+    /// Whether it is parallel rays.
+    pub fn is_delta(&self) -> bool {
+        matches!(&self.shape, InfiniteShape::Suns(suns) if suns.is_parallel())
+    }
+
+    /// Radiance, W/m2/sr, and density of [`sample`](InfiniteLight::sample)'s choice within the part, 1/sr.
+    fn look<const N: usize>(&self, toward: Vec3) -> (Spectrum<N>, f64) {
+        let toward = toward.as_dvec3();
+        match &self.shape {
+            InfiniteShape::Suns(suns) => {
+                let radiance = suns.radiance(toward);
+                (self.spectrum(|_| radiance), radiance / suns.total())
+            }
+            InfiniteShape::Map(map) if map.is_dark() => (Spectrum::ZERO, 0.0),
+            InfiniteShape::Map(map) => {
+                let cell = map.cell(toward);
+                let radiance = self.spectrum(|b| f64::from(map.radiance(cell, b)));
+                (radiance, f64::from(map.density(cell)) / map.total())
+            }
+        }
+    }
+
+    fn spectrum<const N: usize>(&self, relative: impl Fn(usize) -> f64) -> Spectrum<N> {
+        let value = |b: usize| self.scale.get(b).map_or(0.0, |scale| (scale * relative(b)) as f32);
+        Spectrum(std::array::from_fn(value))
+    }
+
+    /// Irradiance of a plane that faces `normal`, per band, W/m2.
+    pub fn irradiance(&self, normal: Vec3) -> Vec<f64> {
+        let normal = normal.as_dvec3().normalize();
+        match &self.shape {
+            InfiniteShape::Suns(suns) => self.scaled(&[suns.irradiance(normal)]),
+            InfiniteShape::Map(map) => self.scaled(&map.irradiance(normal)),
+        }
+    }
+
+    /// Relative values, one for all bands or one for each, times the strength of the bands.
+    fn scaled(&self, relative: &[f64]) -> Vec<f64> {
+        let of = |b: usize| relative.get(b).or(relative.first()).copied().unwrap_or(0.0);
+        self.scale.iter().enumerate().map(|(b, scale)| scale * of(b)).collect()
+    }
+
+    /// How it enters through a face whose outer side faces `outward`; none where nothing does.
+    pub fn entry(&self, outward: Vec3) -> Option<InfiniteEntry> {
+        let normal = outward.as_dvec3().normalize();
+        let (irradiance, shape) = match &self.shape {
+            InfiniteShape::Suns(suns) => {
+                let entry = suns.entry(normal)?;
+                (self.scaled(&[suns.irradiance(normal)]), EntryShape::Suns(suns.clone(), entry))
+            }
+            InfiniteShape::Map(map) => {
+                let (entry, relative) = (map.entry(normal)?, map.irradiance(normal));
+                let factors = map.bands().map(|_| {
+                    let of = |&e: &f64| if e > 0.0 { (entry.total() / e) as f32 } else { 0.0 };
+                    relative.iter().map(of).collect()
+                });
+                (self.scaled(&relative), EntryShape::Map(map.clone(), entry, factors))
+            }
+        };
+        let some = irradiance.iter().any(|&e| e > 0.0);
+        some.then_some(InfiniteEntry { irradiance, shape })
+    }
+}
+
+impl InfiniteLight {
+    /// From its parts, at least one.
+    pub fn new(name: String, parts: Vec<InfinitePart>) -> Self {
+        let mut sum = 0.0;
+        let running = parts.iter().map(|part| {
+            sum += part.strength();
+            sum
+        });
+        let running = running.collect();
+        Self { name, parts, running }
+    }
+
+    /// Its parts; each enters by itself.
+    pub fn parts(&self) -> &[InfinitePart] {
+        &self.parts
+    }
+
+    /// Whether it is dark in every band.
+    pub fn is_dark(&self) -> bool {
+        self.running.last().is_none_or(|&sum| sum <= 0.0)
+    }
+
+    /// Radiance that comes from a direction, W/m2/sr; that of parallel rays not included.
+    pub fn radiance<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
+        let looks = self.parts.iter().map(|part| part.look(toward).0);
+        looks.fold(Spectrum::ZERO, |sum, radiance| sum + radiance)
+    }
+
+    /// Density with which [`sample`](Self::sample) chooses a direction, 1/sr, parallel rays not included.
+    pub fn pdf(&self, toward: Vec3) -> f32 {
+        let parts = self.parts.iter().enumerate();
+        parts.map(|(p, part)| self.chance(p) * part.look::<1>(toward).1).sum::<f64>() as f32
+    }
+
+    /// Chance that a direction is chosen by part `p`.
+    fn chance(&self, p: usize) -> f64 {
+        let before = if p == 0 { 0.0 } else { self.running[p - 1] };
+        let total = self.running[self.running.len() - 1];
+        if total > 0.0 { (self.running[p] - before) / total } else { 0.0 }
+    }
+
+    /// Chooses a direction in proportion to the radiance (over all bands); none where it is dark.
+    pub fn sample<const N: usize>(&self, rng: &mut Stream) -> Option<DirectionSample<N>> {
+        if self.is_dark() {
+            return None;
+        }
+        let chosen = match self.parts.len() {
+            1 => 0,
+            _ => weighted_choice(&self.running, rng.uniform().into()).index,
+        };
+        let (part, chance) = (&self.parts[chosen], self.chance(chosen));
+        let (toward, mut radiance, mut pdf) = match &part.shape {
+            InfiniteShape::Suns(suns) => {
+                let (toward, radiance) = suns.sample(rng);
+                if suns.is_parallel() {
+                    let radiance_over_pdf = part.spectrum(|_| 1.0 / chance);
+                    let toward = toward.as_vec3();
+                    return Some(DirectionSample { toward, radiance_over_pdf, pdf: None });
+                }
+                (toward, part.spectrum(|_| radiance), radiance / suns.total())
+            }
+            InfiniteShape::Map(map) => {
+                let (toward, cell) = map.sample(rng);
+                let radiance = part.spectrum(|b| f64::from(map.radiance(cell, b)));
+                (toward, radiance, f64::from(map.density(cell)) / map.total())
+            }
+        };
+        let toward = toward.as_vec3();
+        pdf *= chance;
+        for (p, other) in self.parts.iter().enumerate().filter(|(p, _)| *p != chosen) {
+            let (more, density) = other.look(toward);
+            radiance = radiance + more;
+            pdf += self.chance(p) * density;
+        }
+        let radiance_over_pdf = radiance.scaled((1.0 / pdf) as f32);
+        (pdf > 0.0).then_some(DirectionSample { toward, radiance_over_pdf, pdf: Some(pdf as f32) })
+    }
+
+    /// Irradiance of a plane that faces `normal`, in each band, W/m2.
+    pub fn irradiance(&self, normal: Vec3) -> Vec<f64> {
+        let mut sum: Vec<f64> = Vec::new();
+        for part in &self.parts {
+            let irradiance = part.irradiance(normal);
+            sum.resize(irradiance.len(), 0.0);
+            sum.iter_mut().zip(irradiance).for_each(|(s, e)| *s += e);
+        }
+        sum
+    }
+}
+
+impl InfiniteEntry {
+    /// A photon that enters through the face, with density in proportion to radiance x cosine.
+    pub fn sample<const N: usize>(&self, rng: &mut Stream) -> Entering<N> {
+        let bright = Spectrum(std::array::from_fn(|b| {
+            f32::from(self.irradiance.get(b).is_some_and(|&e| e > 0.0))
+        }));
+        match &self.shape {
+            EntryShape::Suns(suns, entry) => {
+                let toward = suns.sample_entry(entry, rng);
+                Entering { direction: -toward.as_vec3(), factor: bright }
+            }
+            EntryShape::Map(map, entry, factors) => {
+                let (toward, cell) = map.sample_entry(entry, rng);
+                let factor = match factors {
+                    None => bright,
+                    Some(factors) => {
+                        let own = |b: usize| map.radiance(cell, b) / map.density(cell);
+                        let factor = |b: usize| factors.get(b).map_or(0.0, |f| f * own(b));
+                        bright * Spectrum(std::array::from_fn(factor))
+                    }
+                };
+                Entering { direction: -toward.as_vec3(), factor }
+            }
+        }
+    }
+}

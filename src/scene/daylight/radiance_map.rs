@@ -1,0 +1,387 @@
+//! Radiance of the whole sphere of directions, constant on each cell of a grid of latitudes and
+//! longitudes: a sky, or an environment map.
+//!
+//! Integrals and samples are those of the same cells, so photons, paths and quadrature agree exactly.
+//! Directions point towards the light. Row 0 is at the zenith, columns run clockwise seen from above.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::{DVec2, DVec3, Vec2};
+use rayon::prelude::*;
+
+use crate::math::{rng::Stream, sampling::weighted_choice};
+
+/// Tables of chances have at most about so many entries; where there are more cells, runs of
+/// neighbours in a row share an entry.
+const MOST_RUNS: usize = 1 << 18;
+
+/// Cells of relative radiance.
+#[derive(Clone, Debug)]
+pub struct RadianceMap {
+    grid: Grid,
+    /// What directions are chosen by: radiance relative to the scale of each band; row by row.
+    density: Vec<f32>,
+    /// Relative radiance per band, of each cell in turn; none where all bands have that of `density`.
+    spectral: Option<Spectral>,
+    /// Running sums of density x solid angle over runs of cells.
+    running: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct Spectral {
+    bands: usize,
+    values: Vec<f32>,
+}
+
+/// A cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    row: usize,
+    column: usize,
+}
+
+/// What a plane sees of the map: chances of its cells in proportion to radiance x cosine.
+#[derive(Clone, Debug)]
+pub struct MapEntry {
+    normal: DVec3,
+    running: Vec<f64>,
+}
+
+impl RadianceMap {
+    /// From relative radiances alike in all bands, row by row from the zenith, `columns` in each row;
+    /// the first column begins at the azimuth `start`, rad, clockwise from +y. Values are finite and at least 0.
+    pub fn new(columns: usize, start: f64, values: Vec<f32>) -> Self {
+        Self::build(columns, start, values, None)
+    }
+
+    /// From radiances per band, those of each cell side by side. Directions are chosen by the sum over
+    /// bands of the radiance relative to that band's mean.
+    pub fn spectral(columns: usize, start: f64, bands: usize, mut values: Vec<f32>) -> Self {
+        let grid = Grid::new(columns, values.len() / bands / columns, start);
+        let mut totals = vec![0.0; bands];
+        for (cell, radiance) in values.chunks(bands).enumerate() {
+            let solid_angle = grid.rows[cell / columns].solid_angle * grid.width;
+            totals.iter_mut().zip(radiance).for_each(|(t, &l)| *t += solid_angle * f64::from(l));
+        }
+        let weight = |b: usize| if totals[b] > 0.0 { 1.0 / totals[b] } else { 0.0 };
+        let weights: Vec<f64> = (0..bands).map(weight).collect();
+        let density = values.chunks_mut(bands).map(|radiance| {
+            radiance.iter().zip(&weights).map(|(&l, w)| f64::from(l) * w).sum::<f64>() as f32
+        });
+        let density = density.collect();
+        Self::build(columns, start, density, Some(Spectral { bands, values }))
+    }
+
+    fn build(columns: usize, start: f64, density: Vec<f32>, spectral: Option<Spectral>) -> Self {
+        let grid = Grid::new(columns, density.len() / columns, start);
+        let mut map = Self { grid, density, spectral, running: Vec::new() };
+        map.running = map.running_sums(|cell| map.grid.solid_angle(cell));
+        map
+    }
+
+    /// Whether it is dark everywhere.
+    pub fn is_dark(&self) -> bool {
+        self.running.is_empty()
+    }
+
+    /// Integral of the density over all directions.
+    pub fn total(&self) -> f64 {
+        self.running.last().copied().unwrap_or(0.0)
+    }
+
+    /// The cell that lies in a direction.
+    pub fn cell(&self, toward: DVec3) -> Cell {
+        self.grid.cell(toward)
+    }
+
+    /// Relative radiance of a cell in a band.
+    #[inline]
+    pub fn radiance(&self, cell: Cell, band: usize) -> f32 {
+        let index = self.grid.index(cell);
+        match &self.spectral {
+            Some(spectral) => spectral.values[index * spectral.bands + band],
+            None => self.density[index],
+        }
+    }
+
+    /// What directions of a cell are chosen by: relative radiance, alike for all bands.
+    #[inline]
+    pub fn density(&self, cell: Cell) -> f32 {
+        self.density[self.grid.index(cell)]
+    }
+
+    /// Number of bands that differ; none where all are alike.
+    pub fn bands(&self) -> Option<usize> {
+        self.spectral.as_ref().map(|spectral| spectral.bands)
+    }
+
+    /// A direction with density [`density`](Self::density) / [`total`](Self::total), 1/sr. The map is
+    /// not dark.
+    pub fn sample(&self, rng: &mut Stream) -> (DVec3, Cell) {
+        let chance = |cell| self.grid.solid_angle(cell);
+        let cell = self.choose(&self.running, chance, rng.uniform_fine());
+        (self.grid.direction(cell, rng.square()), cell)
+    }
+
+    /// Irradiance of a plane that faces `normal` (a unit vector), in each band, pi for a map of ones.
+    pub fn irradiance(&self, normal: DVec3) -> Vec<f64> {
+        let bands = self.bands().unwrap_or(1);
+        let rows: Vec<Vec<f64>> = (0..self.grid.rows.len())
+            .into_par_iter()
+            .map(|row| {
+                let mut sums = vec![0.0; bands];
+                for column in 0..self.grid.columns.len() {
+                    let cell = Cell { row, column };
+                    if self.density(cell) > 0.0 {
+                        let projected = self.grid.projected(cell, normal);
+                        for (b, sum) in sums.iter_mut().enumerate() {
+                            *sum += projected * f64::from(self.radiance(cell, b));
+                        }
+                    }
+                }
+                sums
+            })
+            .collect();
+        (0..bands).map(|b| rows.iter().map(|sums| sums[b]).sum()).collect()
+    }
+
+    /// What a plane that faces `normal` sees; none where that is nothing.
+    pub fn entry(&self, normal: DVec3) -> Option<MapEntry> {
+        let running = self.running_sums(|cell| self.grid.projected(cell, normal));
+        (!running.is_empty()).then_some(MapEntry { normal, running })
+    }
+
+    /// A direction with density in proportion to density x cosine to the plane of `entry`.
+    pub fn sample_entry(&self, entry: &MapEntry, rng: &mut Stream) -> (DVec3, Cell) {
+        let chance = |cell| self.grid.projected(cell, entry.normal);
+        let cell = self.choose(&entry.running, chance, rng.uniform_fine());
+        let most = self.grid.largest_cosine(cell, entry.normal);
+        loop {
+            let toward = self.grid.direction(cell, rng.square());
+            if f64::from(rng.uniform()) * most < toward.dot(entry.normal) {
+                return (toward, cell);
+            }
+        }
+    }
+
+    /// Cells that share an entry of a table.
+    fn run(&self) -> usize {
+        self.density.len().div_ceil(MOST_RUNS)
+    }
+
+    /// Running sums over runs of cells of density x `measure`, without the dark ones at the end.
+    fn running_sums(&self, measure: impl Fn(Cell) -> f64 + Sync) -> Vec<f64> {
+        let (columns, run) = (self.grid.columns.len(), self.run());
+        let weigh = |row: usize, first: usize| {
+            let cells = (first..(first + run).min(columns)).map(|column| Cell { row, column });
+            cells.map(|cell| self.weight(cell, &measure)).sum::<f64>()
+        };
+        let mut sums: Vec<f64> = (0..self.grid.rows.len())
+            .into_par_iter()
+            .flat_map_iter(|row| (0..columns).step_by(run).map(move |first| (row, first)))
+            .map(|(row, first)| weigh(row, first))
+            .collect();
+        let bright = sums.iter().rposition(|&sum| sum > 0.0).map_or(0, |last| last + 1);
+        sums.truncate(bright);
+        let mut total = 0.0;
+        for sum in &mut sums {
+            total += *sum;
+            *sum = total;
+        }
+        sums
+    }
+
+    fn weight(&self, cell: Cell, measure: impl Fn(Cell) -> f64) -> f64 {
+        let density = f64::from(self.density(cell));
+        if density > 0.0 { density * measure(cell) } else { 0.0 }
+    }
+
+    /// The cell that `u` in [0, 1) chooses from running sums of the same `measure`.
+    fn choose(&self, running: &[f64], measure: impl Fn(Cell) -> f64, u: f64) -> Cell {
+        let chosen = weighted_choice(running, u);
+        let (columns, run) = (self.grid.columns.len(), self.run());
+        let runs = columns.div_ceil(run);
+        let (row, first) = (chosen.index / runs, chosen.index % runs * run);
+        if run == 1 {
+            return Cell { row, column: first };
+        }
+        let cells = || (first..(first + run).min(columns)).map(|column| Cell { row, column });
+        let total: f64 = cells().map(|cell| self.weight(cell, &measure)).sum();
+        let mut rest = f64::from(chosen.rest) * total;
+        let mut last = Cell { row, column: first };
+        for cell in cells() {
+            let weight = self.weight(cell, &measure);
+            if weight > 0.0 {
+                last = cell;
+                if rest < weight {
+                    break;
+                }
+                rest -= weight;
+            }
+        }
+        last
+    }
+}
+
+impl MapEntry {
+    /// Integral of density x cosine over what the plane sees.
+    pub fn total(&self) -> f64 {
+        self.running.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// The cells' borders, and integrals over them.
+#[derive(Clone, Debug)]
+struct Grid {
+    /// Azimuth of the first border, rad.
+    start: f64,
+    /// Width of a column, rad.
+    width: f64,
+    rows: Vec<Row>,
+    columns: Vec<Column>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Elevations of its lower and upper border, rad.
+    from: f64,
+    to: f64,
+    sine_from: f64,
+    /// Integral of cos h, the solid angle per rad of azimuth.
+    solid_angle: f64,
+    /// Integrals of cos^2 h and of sin h cos h.
+    across: f64,
+    up: f64,
+    /// Sine and cosine of its middle.
+    middle: DVec2,
+    /// Angle of a cell's corners from its middle, rad.
+    reach: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    from: f64,
+    /// Integrals of the sine and the cosine of the azimuth.
+    across: DVec2,
+    /// Sine and cosine of its middle.
+    middle: DVec2,
+}
+
+impl Grid {
+    fn new(columns: usize, rows: usize, start: f64) -> Self {
+        let width = TAU / columns as f64;
+        let height = PI / rows as f64;
+        let row = |i: usize| {
+            let (from, to) = (FRAC_PI_2 - height * (i + 1) as f64, FRAC_PI_2 - height * i as f64);
+            let [across, up] = [0, 1].map(|k| moments(to)[k] - moments(from)[k]);
+            let (sin, cos) = (0.5 * (from + to)).sin_cos();
+            let middle = DVec3::new(0.0, cos, sin);
+            let (east, north) = (0.5 * width).sin_cos();
+            let corner = |h: f64| DVec3::new(east * h.cos(), north * h.cos(), h.sin());
+            let far = [from, to].map(|h| corner(h).dot(middle).clamp(-1.0, 1.0).acos());
+            Row {
+                from,
+                to,
+                sine_from: from.sin(),
+                solid_angle: 2.0 * cos * (0.5 * height).sin(),
+                across,
+                up,
+                middle: DVec2::new(sin, cos),
+                // the corners of very wide cells are not their farthest points
+                reach: if columns < 8 || rows < 4 { PI } else { far[0].max(far[1]) + 1e-9 },
+            }
+        };
+        let column = |i: usize| {
+            let from = start + width * i as f64;
+            let middle = DVec2::from((from + 0.5 * width).sin_cos());
+            Column { from, across: 2.0 * (0.5 * width).sin() * middle, middle }
+        };
+        Self {
+            start,
+            width,
+            rows: (0..rows).map(row).collect(),
+            columns: (0..columns).map(column).collect(),
+        }
+    }
+
+    fn index(&self, cell: Cell) -> usize {
+        cell.row * self.columns.len() + cell.column
+    }
+
+    fn solid_angle(&self, cell: Cell) -> f64 {
+        self.rows[cell.row].solid_angle * self.width
+    }
+
+    fn cell(&self, toward: DVec3) -> Cell {
+        let turn = (toward.x.atan2(toward.y) - self.start).rem_euclid(TAU) / TAU;
+        let down = 0.5 - toward.z.atan2(toward.x.hypot(toward.y)) / PI;
+        let place = |part: f64, of: usize| ((part * of as f64) as usize).min(of - 1);
+        Cell { row: place(down, self.rows.len()), column: place(turn, self.columns.len()) }
+    }
+
+    /// A direction uniform over a cell's solid angle.
+    fn direction(&self, cell: Cell, u: Vec2) -> DVec3 {
+        let (row, column) = (&self.rows[cell.row], &self.columns[cell.column]);
+        let z = (row.sine_from + f64::from(u.x) * row.solid_angle).clamp(-1.0, 1.0);
+        let across = ((1.0 - z) * (1.0 + z)).sqrt();
+        let (sin, cos) = (column.from + f64::from(u.y) * self.width).sin_cos();
+        DVec3::new(across * sin, across * cos, z)
+    }
+
+    fn middle(&self, cell: Cell) -> DVec3 {
+        let (row, column) = (&self.rows[cell.row].middle, &self.columns[cell.column].middle);
+        DVec3::new(column.x * row.y, column.y * row.y, row.x)
+    }
+
+    /// At least the largest cosine between a cell's directions and `normal`.
+    fn largest_cosine(&self, cell: Cell, normal: DVec3) -> f64 {
+        let (cos, reach) = (self.middle(cell).dot(normal), self.rows[cell.row].reach);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        if reach >= PI || cos >= reach.cos() { 1.0 } else { cos * reach.cos() + sin * reach.sin() }
+    }
+
+    /// Integral of the cosine to `normal` over what a plane that faces it sees of a cell, sr.
+    fn projected(&self, cell: Cell, normal: DVec3) -> f64 {
+        let (row, column) = (&self.rows[cell.row], &self.columns[cell.column]);
+        if row.reach < FRAC_PI_2 {
+            let (cos, border) = (self.middle(cell).dot(normal), row.reach.sin());
+            if cos < -border {
+                return 0.0;
+            }
+            if cos > border {
+                let across = normal.x * column.across.x + normal.y * column.across.y;
+                return row.across * across + row.up * self.width * normal.z;
+            }
+        }
+        self.projected_at_border(row, column, normal)
+    }
+
+    /// The same where the plane's horizon may cross the cell: exact along elevations, by the
+    /// midpoint rule along azimuths.
+    #[cold]
+    fn projected_at_border(&self, row: &Row, column: &Column, normal: DVec3) -> f64 {
+        let steps = (16_384 / self.columns.len()).max(16);
+        let step = self.width / steps as f64;
+        let sum: f64 = (0..steps)
+            .map(|i| {
+                let (sin, cos) = (column.from + (i as f64 + 0.5) * step).sin_cos();
+                let across = normal.x * sin + normal.y * cos;
+                // across cos h + normal.z sin h is positive within a quarter turn of its largest
+                let top = normal.z.atan2(across);
+                let (from, to) = (row.from.max(top - FRAC_PI_2), row.to.min(top + FRAC_PI_2));
+                if from >= to {
+                    return 0.0;
+                }
+                let [low, high] = [moments(from), moments(to)];
+                across * (high[0] - low[0]) + normal.z * (high[1] - low[1])
+            })
+            .sum();
+        (sum * step).max(0.0)
+    }
+}
+
+/// Integrals from the horizon to elevation `h` of cos^2 and of sin cos.
+fn moments(h: f64) -> [f64; 2] {
+    let (sin, cos) = h.sin_cos();
+    [0.5 * (h + sin * cos), 0.5 * sin * sin]
+}

@@ -1,0 +1,191 @@
+//! The sun's disc, or many of them: where it stood in the hours of a period.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec2};
+
+use crate::math::{
+    geometry::Frame,
+    rng::Stream,
+    sampling::{uniform_cone, weighted_choice},
+};
+
+/// Discs of the same half angle and uniform radiance; together their irradiance across their own
+/// directions is 1.
+#[derive(Clone, Debug)]
+pub struct Suns {
+    /// Lowest first.
+    suns: Vec<Sun>,
+    running: Vec<f64>,
+    half_angle: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sun {
+    toward: DVec3,
+    weight: f64,
+}
+
+/// What a plane sees of some suns: chances in proportion to the irradiance of each.
+#[derive(Clone, Debug)]
+pub struct SunsEntry {
+    normal: DVec3,
+    running: Vec<f64>,
+}
+
+impl Suns {
+    /// From directions towards the suns (unit vectors) and their irradiances across them, in any unit, and
+    /// their half angle, rad, 0 (parallel rays) to 5 degrees; none where there is no light.
+    pub fn new(half_angle: f64, suns: impl IntoIterator<Item = (DVec3, f64)>) -> Option<Self> {
+        let bright = suns.into_iter().filter(|(_, irradiance)| *irradiance > 0.0);
+        let mut suns: Vec<Sun> = bright.map(|(toward, weight)| Sun { toward, weight }).collect();
+        suns.sort_by(|a, b| a.toward.z.total_cmp(&b.toward.z));
+        let total: f64 = suns.iter().map(|sun| sun.weight).sum();
+        let mut sum = 0.0;
+        let mut running = Vec::with_capacity(suns.len());
+        for sun in &mut suns {
+            sun.weight /= total;
+            sum += sun.weight;
+            running.push(sum);
+        }
+        (!suns.is_empty()).then_some(Self { suns, running, half_angle })
+    }
+
+    /// Whether they send parallel rays, which no direction meets by chance.
+    pub fn is_parallel(&self) -> bool {
+        self.half_angle == 0.0
+    }
+
+    /// Square of the sine of the half angle.
+    fn sine2(&self) -> f64 {
+        self.half_angle.sin().powi(2)
+    }
+
+    /// 1 - cos of the half angle.
+    fn versine(&self) -> f64 {
+        2.0 * (0.5 * self.half_angle).sin().powi(2)
+    }
+
+    /// The weight of the suns whose discs lie in a direction; 0 for parallel rays.
+    fn weight(&self, toward: DVec3) -> f64 {
+        if self.is_parallel() {
+            return 0.0;
+        }
+        // an elevation differs at most by the half angle, and its sine by no more
+        let first = self.suns.partition_point(|sun| sun.toward.z < toward.z - self.half_angle);
+        let near =
+            self.suns[first..].iter().take_while(|s| s.toward.z <= toward.z + self.half_angle);
+        let inside = near.filter(|s| 0.5 * (s.toward - toward).length_squared() < self.versine());
+        inside.map(|sun| sun.weight).sum()
+    }
+
+    /// Relative radiance, 1/sr, 0 for parallel rays.
+    pub fn radiance(&self, toward: DVec3) -> f64 {
+        let weight = self.weight(toward);
+        if weight > 0.0 { weight / (PI * self.sine2()) } else { 0.0 }
+    }
+
+    /// Integral of the relative radiance over all directions.
+    pub fn total(&self) -> f64 {
+        match self.is_parallel() {
+            true => 1.0,
+            false => 2.0 * self.versine() / self.sine2(),
+        }
+    }
+
+    /// A direction towards a sun with density radiance / total, and the radiance there (of parallel rays
+    /// 0).
+    pub fn sample(&self, rng: &mut Stream) -> (DVec3, f64) {
+        let sun = &self.suns[weighted_choice(&self.running, rng.uniform_fine()).index];
+        if self.is_parallel() {
+            return (sun.toward, 0.0);
+        }
+        let local = uniform_cone(self.versine() as f32, rng.square());
+        let toward = to_world(sun.toward, local.as_dvec3());
+        // rounding may take it off the disc
+        let own = sun.weight / (PI * self.sine2());
+        (toward, self.radiance(toward).max(own))
+    }
+
+    /// Irradiance of a plane that faces `normal` (a unit vector).
+    pub fn irradiance(&self, normal: DVec3) -> f64 {
+        let seen = |sun: &Sun| sun.weight * disc_cosine(sun.toward.dot(normal), self.half_angle);
+        self.suns.iter().map(seen).sum()
+    }
+
+    /// What a plane that faces `normal` sees; none where that is nothing.
+    pub fn entry(&self, normal: DVec3) -> Option<SunsEntry> {
+        let mut sum = 0.0;
+        let running = self.suns.iter().map(|sun| {
+            sum += sun.weight * disc_cosine(sun.toward.dot(normal), self.half_angle);
+            sum
+        });
+        let mut running: Vec<f64> = running.collect();
+        let last = running.iter().position(|&s| s == sum).unwrap_or(0);
+        running.truncate(last + 1);
+        (sum > 0.0).then_some(SunsEntry { normal, running })
+    }
+
+    /// A direction with density in proportion to radiance x cosine to the plane of `entry`.
+    pub fn sample_entry(&self, entry: &SunsEntry, rng: &mut Stream) -> DVec3 {
+        let sun = weighted_choice(&entry.running, rng.uniform_fine()).index;
+        let toward = self.suns[sun].toward;
+        if self.is_parallel() {
+            return toward;
+        }
+        // on the disc's projection along its axis, with x towards the plane's normal
+        let cos = toward.dot(entry.normal);
+        let aside = entry.normal - cos * toward;
+        let sin = aside.length();
+        let x = aside.try_normalize().unwrap_or_else(|| toward.any_orthonormal_vector());
+        let y = toward.cross(x);
+        let (radius, height) = self.half_angle.sin_cos();
+        // the plane's horizon cuts off what is below the first of these
+        let cut = -cos / sin.max(f64::MIN_POSITIVE);
+        let first = if cos < 0.0 { cut * height } else { cut.max(-radius) };
+        let side =
+            if first > 0.0 { (radius * radius - first * first).max(0.0).sqrt() } else { radius };
+        let most = cos + sin * radius / height;
+        loop {
+            let Vec2 { x: u, y: v } = rng.square();
+            let u = first + f64::from(u) * (radius - first);
+            let v = side * (2.0 * f64::from(v) - 1.0);
+            let z2 = 1.0 - u * u - v * v;
+            if u * u + v * v > radius * radius {
+                continue;
+            }
+            // the solid angle of an area of the projection has the cosine to the axis below it
+            let z = z2.sqrt();
+            if f64::from(rng.uniform()) * most < cos + sin * u / z {
+                return u * x + v * y + z * toward;
+            }
+        }
+    }
+}
+
+fn to_world(axis: DVec3, local: DVec3) -> DVec3 {
+    let frame = Frame::new(axis.as_vec3().normalize());
+    let (x, y) = (frame.tangent.as_dvec3(), frame.bitangent.as_dvec3());
+    (local.x * x + local.y * y + local.z * axis).normalize()
+}
+
+/// Irradiance of a plane by a disc of uniform radiance and half angle `t`, whose middle has this
+/// cosine to the plane's normal, over that across the disc's own direction: the cosine itself, unless the
+/// plane's horizon cuts the disc (Snyder, Area light sources for real-time graphics, MSR-TR-96-11).
+fn disc_cosine(cos: f64, t: f64) -> f64 {
+    let (sin_t, cos_t) = t.sin_cos();
+    if cos >= sin_t || t == 0.0 {
+        return cos.max(0.0);
+    }
+    if cos <= -sin_t {
+        return 0.0;
+    }
+    let sin = (1.0 - cos * cos).sqrt();
+    // where the horizon cuts the disc: a quarter turn about its middle if cos is 0
+    let turn = (-cos * cos_t / (sin * sin_t)).clamp(-1.0, 1.0).acos();
+    let chord = (sin_t * sin_t - cos * cos).max(0.0).sqrt();
+    // the integral of the cosine over the part above, by its border (Lambert): an arc and a great circle
+    let arc = cos * sin_t * sin_t * turn - cos_t * chord;
+    let great_circle = (chord / cos_t).atan();
+    ((arc + great_circle) / (PI * sin_t * sin_t)).max(0.0)
+}
