@@ -3,13 +3,13 @@
 //! The top row is at the zenith, the middle column at the heading, east of it to the right: a panorama as
 //! seen from inside. Texels are areas of constant radiance.
 
+#[cfg(feature = "exr")]
+mod exr_file;
 mod hdr;
-#[cfg(test)]
+#[cfg(all(test, feature = "exr"))]
 mod tests;
 
-use std::{io::Cursor, path::Path};
-
-use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use std::path::Path;
 
 use super::input::quoted;
 use crate::{
@@ -36,7 +36,7 @@ impl Panorama {
     /// At the file: neither of these, or broken, or more than 2^27 numbers.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         let found = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            read_exr(bytes)
+            exr_file::read(bytes)
         } else if bytes.starts_with(b"#?") {
             hdr::read(bytes)
         } else {
@@ -121,39 +121,12 @@ impl Panorama {
     }
 }
 
-fn read_exr(bytes: &[u8]) -> std::result::Result<Panorama, String> {
-    let broken = |e: exr::error::Error| format!("is not read as OpenEXR: {e}");
-    // its size stands in the header: look before anything of that size is made
-    let meta =
-        exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
-    let header = meta.headers.first().ok_or("has no layer")?;
-    let (width, height) = (header.layer_size.width(), header.layer_size.height());
-    check_size(width, height, header.channels.list.len())?;
-    let reader = read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(broken)?;
-    let layer = image.layer_data;
-    let (width, height) = (layer.size.width(), layer.size.height());
-    let channels: Vec<(String, Vec<f32>)> = layer
-        .channel_data
-        .list
-        .into_iter()
-        .map(|channel| {
-            let values = match channel.sample_data {
-                FlatSamples::F16(values) => values.iter().map(|v| v.to_f32()).collect(),
-                FlatSamples::F32(values) => values,
-                FlatSamples::U32(values) => values.iter().map(|&v| v as f32).collect(),
-            };
-            (channel.name.to_string(), values)
-        })
-        .collect();
-    match channels.iter().all(|(_, values)| values.len() == width * height) {
-        true => Ok(Panorama { width, height, channels }),
-        false => Err("has channels of different sizes".into()),
+#[cfg(not(feature = "exr"))]
+mod exr_file {
+    use super::Panorama;
+
+    pub(super) fn read(_: &[u8]) -> std::result::Result<Panorama, String> {
+        Err("is OpenEXR, which this build does not read (feature `exr`)".into())
     }
 }
 

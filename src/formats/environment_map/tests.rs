@@ -1,4 +1,6 @@
-use exr::prelude::{AnyChannel, AnyChannels, Image, SmallVec, WritableImage, f16};
+use std::io::Cursor;
+
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage, f16};
 use proptest::prelude::*;
 
 use super::*;
