@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::{Emitter, Light};
 use crate::math::{
@@ -139,27 +139,32 @@ impl Light {
         }
     }
 
-    /// Where a ray enters a tube from outside, and the cosine there.
+    /// Where a ray enters a tube from outside, and the cosine there. In double precision, and from the
+    /// point of the ray that is nearest to the axis: of a distance of many radii, squared, single
+    /// precision would leave nothing of the radius.
     pub fn tube_hit(&self, ray: &Ray) -> Option<TubeHit> {
         let Emitter::Tube { line, frame, radius } = &self.emitter else { return None };
-        if *radius == 0.0 {
+        let (r, from) = (f64::from(*radius), line.from.as_dvec3());
+        let (origin, direction) = (ray.origin.as_dvec3() - from, ray.direction.as_dvec3());
+        let [x, y, z] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
+        let across = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+        let (o, d) = (across(origin), across(direction));
+        let d2 = d.length_squared();
+        // half of what the ray cuts off the cylinder, seen along the axis
+        let half2 = r * r - o.perp_dot(d).powi(2) / d2;
+        let is_outside = o.length_squared() > r * r;
+        if !(half2 > 0.0 && is_outside) {
             return None;
         }
-        let across = |v: Vec3| Vec2::new(v.dot(frame.tangent), v.dot(frame.bitangent));
-        let (o, d) = (across(ray.origin - line.from), across(ray.direction));
-        let (a, b, c) = (d.length_squared(), o.dot(d), o.length_squared() - radius * radius);
-        let discriminant = b * b - a * c;
-        if a == 0.0 || discriminant <= 0.0 || c <= 0.0 {
-            return None;
-        }
-        let t = (-b - discriminant.sqrt()) / a;
-        let height = (ray.at(t) - line.from).dot(frame.normal);
-        if t <= 0.0 || !(0.0..=line.length).contains(&height) {
+        let half = half2.sqrt();
+        let t = -o.dot(d) / d2 - half / d2.sqrt();
+        let height = origin.dot(z) + t * direction.dot(z);
+        if t <= 0.0 || !(0.0..=f64::from(line.length)).contains(&height) {
             return None;
         }
         let area = 2.0 * PI * radius * line.length;
-        let cos = -(o + t * d).dot(d) / radius;
-        Some(TubeHit { t, cos, shine: Shine { radiance: 1.0 / (PI * area), area } })
+        let cos = (half * d2.sqrt() / r) as f32;
+        Some(TubeHit { t: t as f32, cos, shine: Shine { radiance: 1.0 / (PI * area), area } })
     }
 }
 
