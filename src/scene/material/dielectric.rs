@@ -102,16 +102,27 @@ impl Dielectric {
     }
 }
 
-/// A pane with two parallel faces, seen as one polygon: with F the reflectance of one face,
-/// 2F/(1+F) is mirrored and (1-F)/(1+F) goes straight on, averaged over the polarisations.
+/// A pane with two parallel faces, seen as one polygon. With F the reflectance of a face, and a what one
+/// passage between them leaves of the light, all reflections between the faces sum to
+/// F + F (1-F)^2 a^2 / (1 - F^2 a^2) that is mirrored and (1-F)^2 a / (1 - F^2 a^2) that goes straight on,
+/// averaged over the polarisations (Stokes, Proc. R. Soc. 11, 1862).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pane {
     ior: f32,
     pub(super) tint: Lobe,
 }
 
+/// What becomes of the light that meets a pane; the three sum to 1.
+struct Shares {
+    mirrored: f32,
+    passed: f32,
+    absorbed: f32,
+}
+
 impl Pane {
-    /// From the index of refraction (at least 1) and the tint of the whole pane per band, in [0, 1].
+    /// From the index of refraction (at least 1) and the tint per band, in [0, 1]: the internal
+    /// transmittance, what one passage along the normal leaves of the light. At an angle it is
+    /// tint^(1 / cosine inside), by the Beer-Lambert law.
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
     }
@@ -121,10 +132,33 @@ impl Pane {
         self.tint.check("tint", bands)
     }
 
-    #[inline]
-    fn reflectance(&self, at: &Encounter) -> f32 {
-        let Fresnel { s, p, .. } = Fresnel::new(at.cos, self.ior);
-        s / (1.0 + s) + p / (1.0 + p)
+    /// The shares where the tint is `tint`. `faces`: what each face mirrors.
+    #[inline(always)]
+    fn shares(faces: &Fresnel, tint: f32) -> Shares {
+        let passage = tint.powf(1.0 / faces.cos_refracted);
+        let [s, p] = [faces.s, faces.p].map(|f| {
+            let enters = 1.0 - f;
+            // over 1 - f a, as exact where both are nearly 1
+            let inside =
+                if enters > 0.0 { enters / (1.0 - passage + passage * enters) } else { 0.0 };
+            let passed = enters * passage * inside / (1.0 + f * passage);
+            Shares {
+                mirrored: f + f * passage * passed,
+                passed,
+                absorbed: (1.0 - passage) * inside,
+            }
+        });
+        let mirrored = 0.5 * (s.mirrored + p.mirrored);
+        // what loses nothing loses nothing to rounding either
+        let passed = if passage == 1.0 { 1.0 - mirrored } else { 0.5 * (s.passed + p.passed) };
+        Shares { mirrored, passed, absorbed: 0.5 * (s.absorbed + p.absorbed) }
+    }
+
+    /// One of the shares, per band.
+    #[inline(always)]
+    fn per_band<const N: usize>(&self, at: &Encounter, which: fn(Shares) -> f32) -> Spectrum<N> {
+        let faces = Fresnel::new(at.cos, self.ior);
+        Spectrum(self.tint.fraction::<N>().0.map(|tint| which(Self::shares(&faces, tint))))
     }
 
     #[inline(never)]
@@ -134,34 +168,44 @@ impl Pane {
         transport: Transport,
         rng: &mut Stream,
     ) -> Option<Scatter<N>> {
-        let reflected = self.reflectance(at);
-        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], transport, rng)?;
+        let faces = Fresnel::new(at.cos, self.ior);
+        let (mut mirrored, mut passed) = (Spectrum::<N>::ZERO, Spectrum::<N>::ZERO);
+        for (band, tint) in self.tint.fraction::<N>().0.into_iter().enumerate() {
+            let shares = Self::shares(&faces, tint);
+            (mirrored.0[band], passed.0[band]) = (shares.mirrored, shares.passed);
+        }
+        let largest = [mirrored.largest(), passed.largest()];
+        let choice = choose(largest, transport, rng)?;
+        let relative = |share: Spectrum<N>| {
+            Spectrum(share.0.map(|share| share / largest[choice.lobe] * choice.weight))
+        };
         Some(match choice.lobe {
-            0 => Scatter::specular(at.mirrored(), Spectrum::ONE.scaled(choice.weight), false),
-            _ => Scatter {
-                onward: Onward::Straight,
-                ..Scatter::new(at.direction, self.tint.relative().scaled(choice.weight), true)
-            },
+            0 => Scatter::specular(at.mirrored(), relative(mirrored), false),
+            _ => Self::straight(at, relative(passed)),
         })
     }
 
     #[inline]
+    fn straight<const N: usize>(at: &Encounter, factor: Spectrum<N>) -> Scatter<N> {
+        Scatter { onward: Onward::Straight, ..Scatter::new(at.direction, factor, true) }
+    }
+
+    #[inline]
     pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
-        complement(self.tint.fraction()).scaled(1.0 - self.reflectance(at))
+        self.per_band(at, |shares| shares.absorbed)
     }
 
     /// Both ways on, each with the fraction that it carries.
     pub(super) fn ways<const N: usize>(&self, at: &Encounter) -> [Option<Scatter<N>>; 2] {
-        let reflected = Spectrum::ONE.scaled(self.reflectance(at));
-        let straight = Scatter::new(at.direction, self.transmittance(at), true);
+        let mirrored = self.per_band(at, |shares| shares.mirrored);
         [
-            (self.ior > 1.0).then(|| Scatter::specular(at.mirrored(), reflected, false)),
-            Some(Scatter { onward: Onward::Straight, ..straight }),
+            (self.ior > 1.0).then(|| Scatter::specular(at.mirrored(), mirrored, false)),
+            Some(Self::straight(at, self.transmittance(at))),
         ]
     }
 
     /// Fraction that goes straight through, per band.
     pub fn transmittance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
-        self.tint.fraction().scaled(1.0 - self.reflectance(at))
+        self.per_band(at, |shares| shares.passed)
     }
 }
