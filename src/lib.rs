@@ -80,8 +80,8 @@ pub use scene::material::{
 pub use scene::patches::Patches;
 pub use scene::tiles::{TilePart, Tiles};
 pub use scene::world::{
-    Band, BandSum, CaptorPart, Crossing, LightHit, LightPart, NamedMaterial, Scene, SceneParts,
-    Surface, SurfaceHit, SurfacePart,
+    Band, BandSum, CaptorPart, Crossing, FlushLight, LightHit, LightPart, NamedMaterial, Scene,
+    SceneParts, Surface, SurfaceHit, SurfacePart,
 };
 #[cfg(feature = "show")]
 pub use show::chart::{Chart, Series, Stroke};

@@ -400,3 +400,31 @@ fn many_triangles_in_one_place() {
         warnings[0].ends_with("meets only one: 999 of `thing` on `thing`; remove one of the two")
     );
 }
+
+/// A point in the plane of a surface, to rounding, and a tube that reaches into one; not those a
+/// millimetre off.
+#[test]
+fn lights_in_surfaces_are_told() {
+    let above = |height: f64| {
+        let obj =
+            format!("v -2 -2 {0}\nv 2 -2 {0}\nv 2 2 {0}\nv -2 2 {0}\nf 4 3 2 1\n", 3.0 + height);
+        let object = r#", { "obj": "ceiling.obj", "material": "ground" }"#;
+        scene("", object, "", &[("ceiling.obj", &obj)])
+    };
+    warns(&above(0.0), &["`lamp` in `ceiling`", "middle of the scene"]);
+    warns(&above(1e-6), &["`lamp` in `ceiling`"]);
+    is_clean(&above(1e-3));
+    is_clean(&above(-1e-3));
+    let tube = |z: f64| {
+        let floor = "v -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nf 1 2 3 4\n";
+        let text = format!(
+            r#"{{ "materials": {{ "ground": {{ "type": "lambert", "reflectance": 0.2 }} }},
+                  "objects": [ {{ "obj": "floor.obj", "material": "ground", "captor": true }} ],
+                  "lights": [ {{ "type": "tube", "name": "lamp", "from": [-1, 0, {z}], "to": [1, 0, {z}],
+                                 "radius": 0.013, "power": 10 }} ] }}"#
+        );
+        TestScene::new(&text, &[("floor.obj", floor)])
+    };
+    warns(&tube(0.012), &["`lamp` in `floor`", "beyond"]);
+    is_clean(&tube(0.014));
+}

@@ -452,3 +452,53 @@ fn small_captor_in_a_large_room_is_cheap_by_paths() {
     println!("segments x relative variance: photons {photons:.0}, paths {paths:.1}");
     assert!(10.0 * paths < photons, "photons {photons}, paths {paths}");
 }
+
+/// A grey room with a lamp in its ceiling, the commonest place: a spot, a point and both kinds of lines. All their light
+/// comes into the room, and both estimators find the same of it. Seeds 1 and 2, 1e6 photons and 4e5 paths,
+/// errors at most 1 %; 17 comparisons, odds of a false alarm 2e-3.
+#[test]
+fn lamps_in_the_ceiling_shine_into_the_room() {
+    let lamps = [
+        json!({ "type": "spot", "position": [0.5, 0.5, 1], "direction": [0, 0, -1],
+                "half_angle_deg": 60, "power": 1 }),
+        json!({ "type": "tube", "from": [0.2, 0.4, 1], "to": [0.7, 0.6, 1], "radius": 0, "power": 1 }),
+        json!({ "type": "tube", "from": [0.2, 0.4, 1], "to": [0.7, 0.6, 1], "radius": 0,
+                "emission": "isotropic", "power": 1 }),
+    ];
+    let walls = room([0.0; 3], [1.0; 3]);
+    for lamp in lamps {
+        let mut world = World::new().lambert("grey", 0.5).lambert("black", 0.0).light(lamp);
+        for wall in 0..5 {
+            world = world.counted(&format!("wall {wall}"), "grey", &walls.face(wall));
+        }
+        // what a line sends up lights but a strip of the ceiling, which no path meets
+        world = world.surface("ceiling", "black", &walls.face(5));
+        let (photons, paths) = (world.run(1_000_000, 1), world.run_paths(400_000, 2));
+        assert_eq!(photons.energy.escaped, [0.0]);
+        let mut check = Comparisons::new("lamps in the ceiling", 0.01);
+        for wall in 0..5 {
+            let name = format!("wall {wall}");
+            let [a, b] = [&photons, &paths].map(|run| front(run, &name));
+            let error = a.flux_se[0].expect("light").hypot(b.flux_se[0].expect("light"));
+            check.add(&name, b.flux[0], error, a.flux[0]);
+        }
+        check.finish(5);
+    }
+    // a point in the ceiling: what comes straight down is the solid angle of the floor
+    let floor = 4.0 * (0.25f64 / 1.25).asin() / (4.0 * PI);
+    let world = World::new()
+        .lambert("black", 0.0)
+        .counted("floor", "black", &walls.face(4))
+        .surface(
+            "others",
+            "black",
+            &(0..6).filter(|i| *i != 4).map(|i| walls.face(i)).reduce(Mesh::and).expect("walls"),
+        )
+        .light(json!({ "type": "point", "position": [0.5, 0.5, 1], "power": 1 }));
+    let mut check = Comparisons::new("point in the ceiling", 0.01);
+    let photons = world.run(1_000_000, 1);
+    assert_eq!(photons.energy.escaped, [0.0]);
+    check.flux("photons", front(&photons, "floor"), 0, floor);
+    check.flux("paths", front(&world.run_paths(10_000, 1), "floor"), 0, floor);
+    check.finish(2);
+}

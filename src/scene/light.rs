@@ -279,6 +279,60 @@ impl Light {
         }
     }
 
+    /// Places where a surface may cut it, as far as it is a point, a line or a tube: on its axis, at the middles of so many
+    /// equal pieces.
+    pub(super) fn places(&self, pieces: usize) -> Vec<Vec3> {
+        match &self.emitter {
+            Emitter::Cone { position, .. } => vec![*position],
+            Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => {
+                let at = |i: usize| line.from + (i as f32 + 0.5) / pieces as f32 * line.whole;
+                (0..pieces).map(at).collect()
+            }
+            Emitter::Area { .. } => Vec::new(),
+        }
+    }
+
+    /// Unit vector along a line or tube.
+    pub(super) fn along(&self) -> Option<Vec3> {
+        match &self.emitter {
+            Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => {
+                Some(line.whole / line.length)
+            }
+            Emitter::Cone { .. } | Emitter::Area { .. } => None,
+        }
+    }
+
+    /// Unit vector along the axis of a spot, unless it shines everywhere.
+    pub(super) fn axis(&self) -> Option<Vec3> {
+        match &self.emitter {
+            Emitter::Cone { frame, versine, .. } if *versine < 2.0 => Some(frame.normal),
+            _ => None,
+        }
+    }
+
+    /// Radius of a tube, m; 0 for other lights.
+    pub(super) fn tube_radius(&self) -> f32 {
+        match &self.emitter {
+            Emitter::Tube { radius, .. } => *radius,
+            _ => 0.0,
+        }
+    }
+
+    /// Middle of a ball around it.
+    pub(super) fn middle(&self) -> Vec3 {
+        self.ball.0
+    }
+
+    /// Moves a point, a spot, a line or a tube.
+    pub(super) fn shift(&mut self, by: Vec3) {
+        match &mut self.emitter {
+            Emitter::Cone { position, .. } => *position += by,
+            Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => line.from += by,
+            Emitter::Area { .. } => return,
+        }
+        self.ball.0 += by;
+    }
+
     /// The ray of one photon. It starts `offset` metres off a light that has a surface, and as far
     /// from the edges of a polygon and the ends of a line: a light that reaches from wall to wall
     /// must not shine behind them by rounding.

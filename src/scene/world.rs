@@ -4,6 +4,7 @@
 //! of the scene, so that a scene far from the origin works like one at the origin.
 
 mod build;
+mod flush;
 mod parts;
 mod shapes;
 mod sight;
@@ -28,6 +29,7 @@ use crate::{
 };
 use shapes::{Shapes, has_parallel};
 
+pub use flush::FlushLight;
 pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use sight::LightHit;
@@ -88,6 +90,7 @@ pub struct Scene {
     surfaces: Vec<Surface>,
     /// The object of each part, and the first triangle of it.
     object_parts: Vec<(usize, Option<usize>)>,
+    flush_lights: Vec<FlushLight>,
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
@@ -194,6 +197,11 @@ impl Scene {
     /// Virtual captors that lie in a surface.
     pub fn captors_in_surfaces(&self) -> &[usize] {
         &self.shapes.in_surface
+    }
+
+    /// Lights that lie in a surface, and tubes that one cuts.
+    pub fn flush_lights(&self) -> &[FlushLight] {
+        &self.flush_lights
     }
 
     /// Distance at which rays start off surfaces, m.

@@ -18,7 +18,7 @@ use crate::{
     scene::{
         captor::CaptorKind,
         material::Material,
-        world::{LOOKED_AT, Scene},
+        world::{FlushLight, LOOKED_AT, Scene},
     },
 };
 
@@ -57,13 +57,14 @@ pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
     Ok(pool.map_err(|e| Error::run("threads", e))?.install(|| look_over(loaded)))
 }
 
-/// What looks wrong with the meshes of a scene, where light would go wrong ways: for a run to warn
-/// of. Errors: threads cannot be started.
+/// What looks wrong with the meshes of a scene and the lights in them, where light would go wrong ways: for a run
+/// to warn of. Errors: threads cannot be started.
 pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
     let pool = rayon::ThreadPoolBuilder::new().build();
     pool.map_err(|e| Error::run("threads", e))?.install(|| {
         let mut remarks = Remarks::default();
         check_coincident(scene, &mut remarks);
+        check_flush_lights(scene, &mut remarks);
         if scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
             solids::check_solids(scene, &mesh::weld(scene.triangles()), &mut remarks);
         }
@@ -82,6 +83,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_unit(size, loaded.unit, &mut remarks);
     check_materials(loaded, &mut remarks);
     check_lights(scene, &mut remarks);
+    check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
     check_areas(scene, &mut remarks);
     let vertices = mesh::weld(scene.triangles());
@@ -132,6 +134,33 @@ fn check_lights(scene: &Scene, remarks: &mut Remarks) {
     let dark = scene.lights.iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
     remarks.warn_of(quoted(dark.map(|light| &light.name)), |list| {
         format!("lights without power in any band: {list}; give them power or remove them")
+    });
+}
+
+/// Lights in the plane of a surface, and tubes that reach into one, each with what it is in.
+fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
+    let named = |flush: &&FlushLight| {
+        let surface = scene.surface(flush.triangle);
+        let material = &scene.materials[surface.material as usize].name;
+        let object = scene.object(flush.triangle).map_or(material, |o| &scene.objects[o]);
+        format!("`{}` in `{object}`", scene.lights[flush.light].name)
+    };
+    let list = |lifted: bool| {
+        let lights = scene.flush_lights().iter().filter(|flush| flush.lifted == lifted);
+        lights.map(|flush| named(&flush)).collect::<Vec<_>>()
+    };
+    remarks.warn_of(list(true), |list| {
+        format!(
+            "lights in the plane of a surface: {list}; they shine from just off it, on the side that a spot \
+            points to, others on that of the middle of the scene; move them off the surface by a \
+            millimetre or so to choose the side"
+        )
+    });
+    remarks.warn_of(list(false), |list| {
+        format!(
+            "tubes that reach into a surface: {list}; what they emit beyond it is not seen on this side; \
+            move them off it by more than their radius"
+        )
     });
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    NO_CAPTOR, RAY_OFFSET, Scene, SceneParts, Surface,
+    NO_CAPTOR, RAY_OFFSET, Scene, SceneParts, Surface, flush,
     shapes::{KeptShapes, Outlines},
 };
 use crate::{
@@ -61,7 +61,7 @@ impl Scene {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
-        let lights: Vec<Light> = parts
+        let mut lights: Vec<Light> = parts
             .lights
             .into_iter()
             .map(|light| Light::new(light.name, light.power, &light.shape, center))
@@ -136,6 +136,7 @@ impl Scene {
         }
         let shapes =
             kept.shapes(Outlines { triangles, captor_triangles, captor_of_triangle, radius });
+        let flush_lights = flush::lift(&mut lights, &shapes, RAY_OFFSET * radius);
         Ok(Self {
             name: parts.name,
             quantity: parts.quantity,
@@ -151,6 +152,7 @@ impl Scene {
             shapes,
             surfaces,
             object_parts,
+            flush_lights,
             light_bvh: Bvh::build(&light_triangles),
             light_triangles,
             light_of_triangle,

@@ -1,0 +1,68 @@
+//! Lamps that lie in a surface.
+
+use super::shapes::Shapes;
+use crate::{math::geometry::Triangle, scene::light::Light};
+
+/// Places along a line where surfaces are looked for.
+const PLACES: usize = 9;
+/// Cosine of a spot's axis or a line to a surface's normal below which it runs along the surface.
+const ALONG: f32 = 1e-3;
+
+/// A lamp that reaches into a surface, or lies in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlushLight {
+    /// Index of the light.
+    pub light: usize,
+    /// The first triangle of a surface that it lies in.
+    pub triangle: usize,
+    /// Whether it was taken off that surface, as points, spots and lines are.
+    pub lifted: bool,
+}
+
+/// Takes points, spots and lines within a ray offset of a surface three ray offsets off it: above the points that
+/// rays start from, and above captors in the surface. A spot comes to the side that it shines to, the others
+/// to that of the middle of the scene. For photons and paths alike: rounding alone would decide on
+/// which side of the surface a photon starts, and which shadow rays it stops. Returns which these are, and
+/// tubes that surfaces cut.
+pub fn lift(lights: &mut [Light], shapes: &Shapes, offset: f32) -> Vec<FlushLight> {
+    let mut flush = Vec::new();
+    for (l, light) in lights.iter_mut().enumerate() {
+        let lifted = light.is_delta();
+        let reach = light.tube_radius() + offset;
+        let mut near: Vec<usize> = Vec::new();
+        for place in light.places(PLACES) {
+            shapes.surface_bvh.near(place, reach, |triangle| {
+                let shape = &shapes.triangles[triangle as usize];
+                if shape.nearest_point(place).distance(place) <= reach && !crosses(light, shape) {
+                    near.push(triangle as usize);
+                }
+            });
+        }
+        near.sort_unstable();
+        let Some(&triangle) = near.first() else { continue };
+        flush.push(FlushLight { light: l, triangle, lifted });
+        if lifted {
+            near.into_iter().for_each(|t| leave(light, &shapes.triangles[t], 3.0 * offset));
+        }
+    }
+    flush
+}
+
+/// Whether a line passes a triangle steeply: what lies in it is then but a point.
+fn crosses(light: &Light, triangle: &Triangle) -> bool {
+    light.along().is_some_and(|along| along.dot(triangle.normal()).abs() > ALONG)
+}
+
+/// Takes a light so far off the plane of a triangle, unless it is.
+fn leave(light: &mut Light, triangle: &Triangle, distance: f32) {
+    let front = triangle.normal();
+    let middle = light.middle();
+    let aimed = light.axis().map(|axis| axis.dot(front)).filter(|cos| cos.abs() > ALONG);
+    // the middle of the scene is at zero
+    let behind = aimed.unwrap_or(-middle.dot(front)) < 0.0;
+    let normal = if behind { -front } else { front };
+    let lack = distance - (middle - triangle.a).dot(normal);
+    if lack > 0.0 {
+        light.shift(lack * normal);
+    }
+}
