@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use super::triangle::Met;
 use super::walk::Probe;
 use super::{Bvh, Hit};
 use crate::math::geometry::Ray;
@@ -119,7 +120,7 @@ impl<F: FnMut(Hit) -> bool> Query for Occluded<'_, F> {
     fn answer(self, gather: impl Gather) -> bool {
         let Self { bvh, ray, t_max, mut stops } = self;
         let mut found = false;
-        bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit| {
+        bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit, _| {
             found = found || (hit.t < t_max && stops(hit));
             if found { -1.0 } else { t_max }
         });
@@ -170,18 +171,23 @@ impl<F: FnMut(Hit)> Query for Meet<'_, F> {
 impl Bvh {
     #[inline(always)]
     fn closest_of(&self, probe: &Probe, t_max: f32, gather: impl Gather) -> Option<Hit> {
-        let mut nearest: Option<Hit> = None;
-        self.walk(probe, t_max, gather, |hit| {
-            let nearer = match nearest {
+        let mut nearest: Option<(Hit, Met)> = None;
+        self.walk(probe, t_max, gather, |hit, met| {
+            let nearer = match &nearest {
                 None => hit.t < t_max,
-                Some(n) => hit.t < n.t || (hit.t == n.t && hit.triangle < n.triangle),
+                Some((n, _)) if hit.t < n.t - probe.blur => true,
+                Some((n, other)) => {
+                    met.is_before(other, probe.direction)
+                        .unwrap_or((hit.t, hit.triangle) < (n.t, n.triangle))
+                        && hit.t < t_max
+                }
             };
             if nearer {
-                nearest = Some(hit);
+                nearest = Some((hit, met));
             }
-            nearest.map_or(t_max, |nearest| nearest.t)
+            nearest.map_or(t_max, |(nearest, _)| t_max.min(nearest.t + probe.blur))
         });
-        nearest
+        nearest.map(|(hit, _)| hit)
     }
 
     #[inline(always)]
@@ -192,7 +198,7 @@ impl Bvh {
         gather: impl Gather,
         mut visit: impl FnMut(Hit),
     ) {
-        self.walk(probe, t_max, gather, |hit| {
+        self.walk(probe, t_max, gather, |hit, _| {
             if hit.t < t_max && hit.owned {
                 visit(hit);
             }

@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 
 use super::query::Gather;
-use super::triangle::{INDICES, Leaf, Shear};
+use super::triangle::{INDICES, Leaf, Met, Shear};
 use super::{Bvh, Hit, Row};
 use crate::math::geometry::Ray;
 
@@ -122,12 +122,12 @@ impl Bvh {
     /// Calls `visit` for hits with 0 < t <= limit, where the limit is `t_max` at first and then
     /// what `visit` returned last; a negative one ends the walk.
     #[inline(always)]
-    pub(super) fn walk(
-        &self,
-        Probe { slabs, shear }: &Probe,
+    pub(super) fn walk<'a>(
+        &'a self,
+        Probe { slabs, shear, .. }: &Probe,
         t_max: f32,
         gather: impl Gather,
-        mut visit: impl FnMut(Hit) -> f32,
+        mut visit: impl FnMut(Hit, Met<'a>) -> f32,
     ) {
         let mut limit = t_max;
         let mut stack = ArrayVec::<Waiting, STACK>::new();
@@ -153,7 +153,7 @@ impl Bvh {
                     let lane = mask.trailing_zeros() as usize % 8;
                     mask &= mask - 1;
                     if let Some(hit) = shear.meet(leaf, &sheared, lane, limit) {
-                        limit = visit(hit);
+                        limit = visit(hit, Met { leaf, lane });
                     }
                 }
             } else {
@@ -244,7 +244,14 @@ fn touches(node: &Node, place: usize, center: Vec3, radius: f32) -> bool {
 pub(super) struct Probe {
     slabs: Slabs,
     shear: Shear,
+    pub direction: Vec3,
+    /// Distances less apart than this, m, do not tell which of two triangles with a common edge is in front.
+    pub blur: f32,
 }
+
+/// [`Probe::blur`] over the sum of the scene's reach and that of the ray's origin. Corners are sheared with
+/// errors of some 2^-22 of that sum, and where a ray grazes a triangle its distance errs by many times as much.
+const BLUR: f32 = 1.0 / (1 << 12) as f32;
 
 impl Probe {
     /// For trees of which no corner lies beyond `reach`, m from the origin along each axis.
@@ -253,7 +260,8 @@ impl Probe {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
         let slabs = Slabs::new(origin, direction, reach.into());
         let shear = Shear::new(origin, direction, slabs.inverse);
-        Self { slabs, shear }
+        let blur = BLUR * (reach + ray.origin.abs()).max_element();
+        Self { slabs, shear, direction: ray.direction, blur }
     }
 }
 
