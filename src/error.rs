@@ -9,7 +9,12 @@ pub enum ErrorKind {
     Input,
     /// The run itself failed (disk full, ...): exit code 1.
     Run,
+    /// Somebody ended it: exit code 130.
+    Interrupted,
 }
+
+/// How an interrupted command leaves what it does, as a rule.
+pub const NOTHING_WRITTEN: &str = "nothing was written";
 
 /// A sentence for a person: where it is, what is wrong there, and what would mend it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,6 +37,11 @@ impl Error {
     /// The run failed at `place`, through no fault of the input.
     pub fn run(place: impl fmt::Display, problem: impl fmt::Display) -> Self {
         Self::new(ErrorKind::Run, place, problem)
+    }
+
+    /// Somebody ended what goes on at `place` (a run, a merge); `left` says how that leaves it.
+    pub fn interrupted(place: impl fmt::Display, left: impl fmt::Display) -> Self {
+        Self::new(ErrorKind::Interrupted, place, format!("interrupted, {left}"))
     }
 
     fn new(kind: ErrorKind, place: impl fmt::Display, problem: impl fmt::Display) -> Self {

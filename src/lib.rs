@@ -64,8 +64,8 @@ pub use math::units::{LengthUnit, Quantity, UnitNames};
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{
-    Absorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult, MapResult,
-    NearestResult, RunResult, Warning,
+    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, GroupResult,
+    MapResult, NearestResult, RunResult, ToleranceResult, Warning, WorstResult,
 };
 pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;
@@ -119,7 +119,8 @@ pub use transport::photon_map::{
 pub use transport::settings::{Estimator, Settings};
 pub use transport::shard::Shard;
 pub use transport::simulate::{
-    Choice, Control, End, Progress, Simulation, light_surfaces, simulate,
+    Accuracy, Choice, Control, Dark, End, FaceBand, Progress, Simulation, Worst, light_surfaces,
+    simulate,
 };
 pub use transport::tally::{Ledger, Totals};
 pub use transport::{paths::Unseen, surface_light::SurfaceLight};

@@ -28,6 +28,7 @@ mod stability;
 mod study;
 mod surfaces;
 mod sweep;
+mod tolerance;
 mod truths;
 mod view;
 mod world;

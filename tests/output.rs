@@ -76,7 +76,7 @@ fn an_interrupted_run_leaves_nothing_behind() {
         wait_for_start(&folder);
         signal(&child, name);
         let output = child.wait_with_output().expect("an end");
-        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
         assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");
         assert_eq!(listing(&folder), before);
     }
@@ -95,7 +95,7 @@ fn an_interrupted_view_or_export_leaves_nothing_behind() {
         wait_for_start(&folder);
         signal(&child, "-INT");
         let output = child.wait_with_output().expect("an end");
-        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
         assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");
         assert_eq!(listing(&folder), before);
     }
@@ -263,7 +263,7 @@ fn an_interrupt_while_reading_leaves_nothing_behind() {
     wait_for_start(&folder);
     signal(&child, "-INT");
     let output = child.wait_with_output().expect("an end");
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
     assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");
     assert_eq!(listing(&folder), before);
 }

@@ -10,12 +10,12 @@ use std::{
 use clap::Args;
 
 use super::{
-    interrupt::{Interrupt, NOTHING_WRITTEN},
+    interrupt::Interrupt,
     outputs::check_places,
     run::{show, terminal_bar, threads},
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         output::FilesRead,
         scene_file::{self, LoadedScene},
@@ -107,7 +107,7 @@ pub(super) fn write(
     }
     let exhibit = exhibit?;
     if interrupt.stop().load(Ordering::Relaxed) {
-        return Err(Error::run("run", NOTHING_WRITTEN));
+        return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     interrupt.writing();
     file.write(&read, |writer| write(&exhibit, writer))?;

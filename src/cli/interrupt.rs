@@ -13,15 +13,15 @@ use std::{
 
 use super::terminal;
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         output::{OutputFile, Temporary},
         result_file::OutputFolder,
     },
 };
 
-/// What an interrupted command says.
-pub(super) const NOTHING_WRITTEN: &str = "interrupted, nothing was written";
+/// The exit code of a command that was interrupted: 128 and the number of the signal of Ctrl-C.
+pub(super) const EXIT_CODE: u8 = 130;
 
 /// Watches for signals from when it is installed to the end of the process.
 pub(super) struct Interrupt {
@@ -126,8 +126,11 @@ impl Phase {
                 Temporary::IfEmpty(path) => fs::remove_dir(path),
             };
         }
-        let what = if self.writing { "interrupted while writing" } else { NOTHING_WRITTEN };
-        terminal::fail(format_args!("run: {what}"));
-        process::exit(1)
+        let error = match self.writing {
+            true => Error::interrupted("run", "results were being written"),
+            false => Error::interrupted("run", NOTHING_WRITTEN),
+        };
+        terminal::fail(&error);
+        process::exit(EXIT_CODE.into())
     }
 }

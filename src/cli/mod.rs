@@ -20,7 +20,7 @@ use std::{path::PathBuf, process::ExitCode, sync::LazyLock};
 
 use clap::{Parser, Subcommand};
 
-use crate::error::ErrorKind;
+use crate::error::{ErrorKind, Result};
 use crate::scene::bvh::Kernel;
 use terminal::{print, warn};
 
@@ -70,7 +70,8 @@ enum Command {
     },
 }
 
-/// Runs the command line of this process: 0 done, 1 the run failed, 2 wrong usage or input.
+/// Runs the command line of this process: 0 done, 1 the run failed, 2 wrong usage or input, 3 a tolerance was not
+/// met (results are written), 130 interrupted.
 pub fn main() -> ExitCode {
     let command = match Cli::try_parse() {
         Ok(cli) => cli.command,
@@ -81,7 +82,7 @@ pub fn main() -> ExitCode {
         Err(help) => help.exit(),
     };
     let outcome = match command {
-        Command::Run(arguments) => run::run(&arguments),
+        Command::Run(arguments) => return finish(run::run(&arguments)),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
@@ -93,10 +94,19 @@ pub fn main() -> ExitCode {
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),
     };
-    let Err(error) = outcome else { return ExitCode::SUCCESS };
+    finish(outcome.map(|()| ExitCode::SUCCESS))
+}
+
+/// The exit code; prints the error, if there is one.
+fn finish(outcome: Result<ExitCode>) -> ExitCode {
+    let error = match outcome {
+        Ok(code) => return code,
+        Err(error) => error,
+    };
     terminal::fail(&error);
     match error.kind() {
         ErrorKind::Run => ExitCode::from(1),
         ErrorKind::Input => ExitCode::from(2),
+        ErrorKind::Interrupted => ExitCode::from(interrupt::EXIT_CODE),
     }
 }

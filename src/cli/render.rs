@@ -15,12 +15,12 @@ use std::{
 use clap::{Args, ValueEnum};
 
 use super::{
-    interrupt::{Interrupt, NOTHING_WRITTEN},
+    interrupt::Interrupt,
     outputs::check_places,
     run::{self, terminal_bar},
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         output::{FilesRead, OutputFile},
         scene_file,
@@ -141,7 +141,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
     let made = interrupt.listening(|| make(arguments, &loaded, &interrupt))?;
     if interrupt.stop().load(Ordering::Relaxed) {
-        return Err(Error::run("render", NOTHING_WRITTEN));
+        return Err(Error::interrupted("render", NOTHING_WRITTEN));
     }
     interrupt.writing();
     for (kind, output) in outputs {

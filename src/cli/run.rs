@@ -3,6 +3,7 @@
 use std::{
     io::{self, IsTerminal},
     path::{Path, PathBuf},
+    process::ExitCode,
     sync::atomic::Ordering,
     time::{Duration, Instant},
 };
@@ -12,18 +13,19 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 
 use super::{
-    interrupt::{Interrupt, NOTHING_WRITTEN},
+    interrupt::Interrupt,
     outputs::{OutputArguments, Outputs, check_places},
-    summary::summary,
+    summary::{far_off, summary},
+    terminal,
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         output::{FilesRead, OutputFile},
         scene_file::{self, LoadedScene},
         share_file::{self, ShareHead, ShareSettings, write_share},
     },
-    results::result::RunResult,
+    results::result::{RunResult, ToleranceResult, WorstResult},
     scene::world::Scene,
     studies::check::check_meshes,
     transport::{
@@ -46,7 +48,8 @@ pub(super) struct Arguments {
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Go on until the relative standard error of every captor, face and band is at most this
+    /// Go on until the relative standard error of every captor, face and band is at most this. Where a limit
+    /// ends the run before that, the results are written and the exit code is 3
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// End soon after this time, if --photons or --tolerance have not ended it before: give a large
@@ -137,7 +140,10 @@ struct Stats {
     segments_per_second: f64,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<()> {
+/// The exit code of a run that ended before its tolerance was met; its results are written.
+const TOLERANCE_NOT_MET: u8 = 3;
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let started = Instant::now();
     // first of all, so that neither Ctrl-C nor SIGTERM leaves a temporary file behind
     let interrupt = Interrupt::install()?;
@@ -189,10 +195,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             interrupt.writing();
             outputs.write_part(&read, |writer| write_share(&head, share, writer))
         };
-        return run_share(&scene, &settings, shard, &interrupt, write);
+        run_share(&scene, &settings, shard, &interrupt, write)?;
+        return Ok(ExitCode::SUCCESS);
     }
     let bar = progress_bar(&settings);
-    let progress = |progress: Progress| show(&bar, progress);
+    let progress = |progress: Progress| {
+        if let Some(worst) = progress.worst {
+            let said = far_off(&WorstResult::new(&scene, &worst));
+            bar.set_message(terminal::harmless(&said).into_owned());
+        }
+        show(&bar, progress);
+    };
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let simulation = interrupt.listening(|| simulate(&scene, &settings, &control));
     bar.finish_and_clear();
@@ -201,7 +214,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let result = RunResult::new(&scene, &settings, &simulation);
     let estimated = Instant::now();
     if interrupt.stop().load(Ordering::Relaxed) {
-        return Err(Error::run("run", NOTHING_WRITTEN));
+        return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     interrupt.writing();
 
@@ -224,7 +237,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             writer.write_all(b"\n")
         })?;
     }
-    let summary = summary(&result, reason(simulation.end, &settings));
+    let summary = summary(&result, reason(simulation.end, &result));
     super::warn(&summary.warnings);
     let speed = format!(
         "\n{:.1} s on {} threads, {:.2e} {}/s; wrote {}\n",
@@ -234,7 +247,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         simulation.estimator,
         arguments.outputs.output.display(),
     );
-    super::print(&(summary.text + &speed))
+    super::print(&(summary.text + &speed))?;
+    Ok(match result.tolerance {
+        Some(ToleranceResult { met: false, .. }) => ExitCode::from(TOLERANCE_NOT_MET),
+        _ => ExitCode::SUCCESS,
+    })
 }
 
 /// Traces a part of the run, and writes it with `write`.
@@ -258,10 +275,11 @@ fn run_share(
 }
 
 /// Why it ended, behind a comma.
-fn reason(end: End, settings: &Settings) -> &'static str {
-    match (end, settings.tolerance) {
+fn reason(end: End, result: &RunResult) -> &'static str {
+    match (end, &result.tolerance) {
         (End::Tolerance, _) => ", tolerance met",
-        (End::Time, _) => ", time is up",
+        (End::Time, None) => ", time is up",
+        (End::Time, Some(_)) => ", time is up, tolerance not met",
         (End::Photons, Some(_)) => ", tolerance not met",
         (End::Photons, None) => "",
     }
@@ -294,9 +312,6 @@ pub(super) fn terminal_bar(template: &str) -> ProgressBar {
 pub(super) fn show(bar: &ProgressBar, progress: Progress) {
     if let Some(of) = progress.of {
         bar.set_length(of);
-    }
-    if let Some(worst) = progress.worst_error {
-        bar.set_message(format!("worst relative error {:.2} %", 100.0 * worst));
     }
     bar.set_position(progress.photons);
 }

@@ -1,8 +1,10 @@
 //! What a run found, on one screen.
 
-use std::fmt::Write;
+use std::{collections::HashSet, fmt::Write};
 
-use crate::results::result::{CaptorResult, FaceResult, NearestResult, RunResult};
+use crate::results::result::{
+    CaptorResult, FaceResult, NearestResult, RunResult, ToleranceResult, WorstResult,
+};
 
 /// More bands than this are not shown.
 pub(super) const SHOWN_BANDS: usize = 8;
@@ -28,6 +30,9 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     if let Some(why) = &result.chosen {
         let _ = writeln!(text, "{} were chosen: {why}", result.estimator);
     }
+    if let Some(found) = &result.tolerance {
+        tolerance(&mut text, result, found);
+    }
     energy(&mut text, result);
     let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
     kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
@@ -36,6 +41,41 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     }
     let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
     Summary { text, warnings }
+}
+
+/// What is farthest from the tolerance, and what was not waited for.
+fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
+    if let Some(worst) = &found.worst {
+        let asked = 100.0 * found.asked;
+        let _ = writeln!(text, "farthest from the tolerance of {asked} %: {}", far_off(worst));
+    }
+    let faces: HashSet<(&str, &str)> =
+        found.dark.iter().map(|dark| (dark.captor.as_str(), &*dark.face)).collect();
+    let below = found.dark.iter().map(|dark| dark.below).fold(0.0, f64::max);
+    let (irradiance, s) = (&result.unit.irradiance, if faces.len() == 1 { " is" } else { "s are" });
+    if !faces.is_empty() {
+        let _ = writeln!(
+            text,
+            "{} face{s} dark: below {} {irradiance} with 95 % confidence, less than the tolerance of the median",
+            faces.len(),
+            short(below),
+        );
+    }
+}
+
+/// What is farthest from a tolerance, and how far off it is.
+pub(super) fn far_off(worst: &WorstResult) -> String {
+    let WorstResult { captor, face, band, relative_error, blocks_with_light } = worst;
+    let error = match relative_error {
+        Some(error) => format!("{:.2} %", 100.0 * error),
+        None => "no error is known".into(),
+    };
+    let few = match blocks_with_light {
+        0 => ", nothing arrived yet".into(),
+        1..30 => format!(", from light in {blocks_with_light} blocks only"),
+        _ => String::new(),
+    };
+    format!("{error} at {captor}, {face}, {band}{few}")
 }
 
 fn energy(text: &mut String, result: &RunResult) {

@@ -37,7 +37,7 @@ pub fn complain(text: &str) {
 
 /// The text with all its lines, and with no character that moves the cursor, changes colours or turns the order
 /// of writing: such a one stands there as its code.
-fn harmless(text: &str) -> Cow<'_, str> {
+pub fn harmless(text: &str) -> Cow<'_, str> {
     let obeyed = |c: char| {
         let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
         c != '\n' && c.is_control() || turns

@@ -1,11 +1,13 @@
 //! From block sums to a mean and its standard error.
 
-/// Running sum, sum of squares and largest of equally weighted block estimates that are not negative.
+/// Running sum, sum of squares and largest of equally weighted block estimates that are not negative, and how
+/// many of them are above 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Running {
     sum: f64,
     squares: f64,
     largest: f64,
+    above_zero: u64,
 }
 
 impl Running {
@@ -15,17 +17,18 @@ impl Running {
         self.sum += x;
         self.squares += x * x;
         self.largest = self.largest.max(x);
+        self.above_zero += u64::from(x > 0.0);
     }
 
     /// The sum of independent ones over the same `blocks`, each times a factor: means and variances add
-    /// up. Exact of one alone; of several the largest block is unknown.
+    /// up. Exact of one alone; of several the largest block is unknown, and how many are above 0.
     pub fn mixed(parts: impl Iterator<Item = (Self, f64)>, blocks: u64) -> Self {
         let mut lit = parts.filter(|(part, factor)| part.sum != 0.0 && *factor != 0.0).peekable();
         let Some((first, factor)) = lit.next() else { return Self::default() };
         if lit.peek().is_none() {
-            let Self { sum, squares, largest } = first;
+            let Self { sum, squares, largest, above_zero } = first;
             let squares = squares * factor * factor;
-            return Self { sum: sum * factor, squares, largest: largest * factor };
+            return Self { sum: sum * factor, squares, largest: largest * factor, above_zero };
         }
         let n = blocks as f64;
         let (mut sum, mut spread) = (0.0, 0.0);
@@ -34,7 +37,18 @@ impl Running {
             sum += part.sum * factor;
             spread += (part.squares / n - mean * mean).max(0.0) * factor * factor;
         }
-        Self { sum, squares: n * (spread + (sum / n).powi(2)), largest: 0.0 }
+        let squares = n * (spread + (sum / n).powi(2));
+        Self { sum, squares, largest: 0.0, above_zero: 0 }
+    }
+
+    /// Blocks of which the estimate is above 0.
+    pub fn above_zero(&self) -> u64 {
+        self.above_zero
+    }
+
+    /// The largest block's estimate.
+    pub fn largest(&self) -> f64 {
+        self.largest
     }
 
     /// Mean over `blocks` blocks and, from two blocks on, its standard error (1 sigma).
@@ -53,6 +67,38 @@ impl Running {
         let squares = self.squares - self.sum * mean;
         if squares > 0.0 { ((self.largest - mean).powi(2) / squares).min(1.0) } else { 0.0 }
     }
+}
+
+/// The rate of events per block that is exceeded with a confidence of 5 %, where `hit` of `blocks` blocks had
+/// any: the exact bound of a binomial share p (Clopper and Pearson, "The use of confidence or fiducial limits",
+/// Biometrika 26, 1934), and the rate -ln(1 - p) at which such a share of the blocks has an event. Of no hit it
+/// is the rule of three, 3 / blocks; infinite where every block was hit.
+pub fn rate_bound(hit: u64, blocks: u64) -> f64 {
+    const CONFIDENCE: f64 = 0.05;
+    if hit >= blocks {
+        return f64::INFINITY;
+    }
+    // the odds of at most so many hits fall as the share grows: halve the interval, in the rate
+    let n = blocks as f64;
+    let few = |rate: f64| {
+        // (1 - p)^n (p / (1 - p))^k (n over k), summed over k; in logarithms, as the first may vanish
+        let odds = rate.exp_m1().ln();
+        let (mut term, mut sum) = (-rate * n, 0.0);
+        for k in 0..=hit {
+            sum += f64::exp(term);
+            term += ((n - k as f64) / (k + 1) as f64).ln() + odds;
+        }
+        sum
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    while few(high) > CONFIDENCE {
+        (low, high) = (high, 2.0 * high);
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if few(middle) > CONFIDENCE { low = middle } else { high = middle }
+    }
+    high
 }
 
 /// A mean with its standard error.
@@ -79,6 +125,21 @@ mod tests {
         assert!((running.concentration(4) - 9.0 / 14.0).abs() < 1e-12);
         assert_eq!(running.estimate(1).standard_error, None);
         assert_eq!((running.concentration(1), Running::default().concentration(4)), (0.0, 0.0));
+    }
+
+    /// Against closed forms: of no hit 1 - 0.05^(1/n); of one short of all 0.95^(1/n); and Clopper and Pearson's own
+    /// share of 3 in 20, and Poisson's bound of 2 events, 6.296.
+    #[test]
+    fn bounds_of_rates() {
+        let share = |hit, blocks| -f64::exp_m1(-rate_bound(hit, blocks));
+        for blocks in [1, 2, 128, 9728] {
+            let n = blocks as f64;
+            assert!((share(0, blocks) - (1.0 - 0.05f64.powf(1.0 / n))).abs() < 1e-9);
+            assert!((share(blocks - 1, blocks) - 0.95f64.powf(1.0 / n)).abs() < 1e-9);
+            assert_eq!(rate_bound(blocks, blocks), f64::INFINITY);
+        }
+        assert!((share(3, 20) - 0.34366).abs() < 1e-5);
+        assert!((rate_bound(2, 1_000_000) * 1e6 - 6.2958).abs() < 1e-3);
     }
 
     #[test]

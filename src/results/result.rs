@@ -58,6 +58,9 @@ pub struct RunResult {
     /// they could still have found is missing. Absent where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_off: Option<f64>,
+    /// Of a run that was to go on until a tolerance is met: whether it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<ToleranceResult>,
     /// What the k-nearest estimates were made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<MapResult>,
@@ -123,6 +126,47 @@ mod or_null {
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
         Ok(Option::deserialize(deserializer)?.unwrap_or_default())
     }
+}
+
+/// How accurate a run is, beside the tolerance that was asked for.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct ToleranceResult {
+    /// The largest relative standard error that was asked for, in (0, 1).
+    pub asked: f64,
+    /// Whether every face in every band that carries power has it, or is dark.
+    pub met: bool,
+    /// The value that is farthest from it; null where there is none.
+    pub worst: Option<WorstResult>,
+    /// Faces that hardly any light reaches, which were not waited for.
+    pub dark: Vec<DarkResult>,
+}
+
+/// The value of a run that is farthest from its tolerance.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct WorstResult {
+    /// Id of the captor.
+    pub captor: String,
+    /// `front` or `back`.
+    pub face: Cow<'static, str>,
+    /// Name of the band, or sum.
+    pub band: String,
+    /// Its standard error over itself; null where nothing arrived.
+    pub relative_error: Option<f64>,
+    /// Blocks that found light there: of fewer than 30 the error is not to be trusted, and the tolerance is not met.
+    pub blocks_with_light: u64,
+}
+
+/// A face that hardly any light reaches, in a band.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct DarkResult {
+    /// Id of the captor.
+    pub captor: String,
+    /// `front` or `back`.
+    pub face: Cow<'static, str>,
+    /// Name of the band, or sum.
+    pub band: String,
+    /// The irradiance that it has at most, with 95 % confidence.
+    pub below: f64,
 }
 
 /// The photon map that k-nearest estimates were made from.

@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
-    error::{Error, Result, catch_panic},
+    error::{Error, NOTHING_WRITTEN, Result, catch_panic},
     math::{machine, stats::Estimate},
     results::{
         result::RunResult,
@@ -277,13 +277,13 @@ fn local(
                 values.iter_mut().zip(all).for_each(|(into, value)| *into = value as f32);
             }
             let photons = done.fetch_add(CHUNK as u64, Ordering::Relaxed);
-            (control.progress)(Progress { photons, of: Some(count as u64), worst_error: None });
+            (control.progress)(Progress { photons, of: Some(count as u64), worst: None });
         });
         Ok(())
     };
     catch_panic("run", || pool.install(all))?;
     if control.stop.load(Ordering::Relaxed) {
-        return Err(Error::run("run", "interrupted, nothing was written"));
+        return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     Ok(values)
 }

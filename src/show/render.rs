@@ -14,7 +14,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
-    error::{Error, Result, catch_panic},
+    error::{Error, NOTHING_WRITTEN, Result, catch_panic},
     math::{
         geometry::Ray,
         machine,
@@ -173,13 +173,13 @@ fn each_row<T: Send>(
                 work(Samples { eye, sampling, y }, row);
             }
             let photons = done.fetch_add(width, Ordering::Relaxed) + width;
-            (control.progress)(Progress { photons, of: Some(width * height), worst_error: None });
+            (control.progress)(Progress { photons, of: Some(width * height), worst: None });
         });
         Ok(())
     };
     catch_panic("render", || pool.install(all))?;
     if stopped() {
-        return Err(Error::run("render", "interrupted, nothing was written"));
+        return Err(Error::interrupted("render", NOTHING_WRITTEN));
     }
     Ok(())
 }

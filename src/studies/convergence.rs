@@ -191,7 +191,7 @@ impl Ladder<'_> {
         let (all, report) = (self.all, self.control.progress);
         let progress = |progress: Progress| {
             let photons = before + progress.photons;
-            report(Progress { photons, of: Some(all), worst_error: None });
+            report(Progress { photons, of: Some(all), worst: None });
         };
         let control = Control { stop: self.control.stop, progress: &progress };
         let simulation = simulate(self.scene, settings, &control)?;

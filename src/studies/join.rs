@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         scene_file::{LoadedScene, load_with_digest},
         share_file::{Line, ShareHead, ShareReader, VERSION},
@@ -62,16 +62,12 @@ impl Parts {
             let mut left = joined.range(part.shard);
             loop {
                 if control.stop.load(Ordering::Relaxed) {
-                    return Err(Error::run("merge", "interrupted, nothing was written"));
+                    return Err(Error::interrupted("merge", NOTHING_WRITTEN));
                 }
                 let fits = match part.next()? {
                     Line::Block { index, sums } => {
                         blocks += 1;
-                        (control.progress)(Progress {
-                            photons: blocks,
-                            of: None,
-                            worst_error: None,
-                        });
+                        (control.progress)(Progress { photons: blocks, of: None, worst: None });
                         (left.next() == Some(index))
                             .then(|| joined.add_block(index, sums))
                             .flatten()

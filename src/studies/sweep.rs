@@ -160,7 +160,7 @@ fn look(
     let mut states = Vec::with_capacity(of);
     for run in runs {
         if control.stopped() {
-            return Err(Error::run("sweep", "interrupted"));
+            return Err(Error::interrupted("sweep", "no run was started"));
         }
         (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
         states.push(folder::state(path, sweep, &run, jobs.base(&run), inputs));
@@ -195,8 +195,8 @@ pub fn sweep(
     }
     let ended = mine.iter().filter(|&&run| states[run].is_ended()).count();
     if control.stopped() {
-        let problem = format!("interrupted, {ended} of {} runs are done", mine.len());
-        return Err(Error::run("sweep", problem).remedy("the same command goes on from there"));
+        let left = format!("{ended} of {} runs are done", mine.len());
+        return Err(Error::interrupted("sweep", left).remedy("the same command goes on from there"));
     }
     let missing = states.iter().filter(|state| !state.is_ended()).count();
     let mut warned = BTreeMap::new();

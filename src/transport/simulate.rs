@@ -4,6 +4,7 @@
 //! exact share, and random streams belong to (seed, block, history): so neither the number of
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
+mod accuracy;
 mod blocks;
 mod memory;
 mod mixed;
@@ -23,7 +24,7 @@ use std::{
 };
 
 use crate::{
-    error::{Error, Result, catch_panic},
+    error::{Error, NOTHING_WRITTEN, Result, catch_panic},
     math::{machine, spectrum::with_lanes},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
@@ -34,6 +35,7 @@ use crate::{
     },
 };
 
+pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 use plan::Plan;
 pub use share::{Joined, Share, check_shareable, simulate_share};
 pub use surfaces::light_surfaces;
@@ -56,8 +58,8 @@ pub struct Progress {
     pub photons: u64,
     /// Histories to do, where that is known.
     pub of: Option<u64>,
-    /// With a tolerance: the largest relative standard error after the last round.
-    pub worst_error: Option<f64>,
+    /// With a tolerance: what was farthest from it when it was last looked at.
+    pub worst: Option<Worst>,
 }
 
 /// What a run is watched and stopped by.
@@ -93,6 +95,8 @@ pub struct Simulation {
     pub unseen: Option<Unseen>,
     /// Why it ended.
     pub end: End,
+    /// With a tolerance: whether it is met, and what is farthest from it.
+    pub accuracy: Option<Accuracy>,
     /// Threads that took part.
     pub threads: usize,
 }
@@ -142,6 +146,9 @@ struct Run<'a> {
     done: AtomicU64,
     /// Whether a thread has panicked, so that the others need not go on.
     broken: AtomicBool,
+    /// Of paths, per band: the bits of the largest irradiance that one of them found. Bits of floats that are not
+    /// negative have the order of these.
+    brightest: Vec<AtomicU64>,
 }
 
 /// Which photons the map keeps.
@@ -190,7 +197,20 @@ impl<'a> Run<'a> {
             Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
         };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
-        Ok(Self { scene, settings, keep, control, pool, started, work, part_of, done, broken })
+        let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();
+        Ok(Self {
+            scene,
+            settings,
+            keep,
+            control,
+            pool,
+            started,
+            work,
+            part_of,
+            done,
+            broken,
+            brightest,
+        })
     }
 
     fn tally(&self) -> Tally {
@@ -287,13 +307,14 @@ impl<'a> Run<'a> {
             map,
             unseen,
             end,
+            accuracy: None,
             threads: self.pool.current_num_threads(),
         })
     }
 
-    fn report(&self, of: Option<u64>, worst_error: Option<f64>) {
+    fn report(&self, of: Option<u64>, worst: Option<Worst>) {
         let photons = self.done.load(Ordering::Relaxed);
-        (self.control.progress)(Progress { photons, of, worst_error });
+        (self.control.progress)(Progress { photons, of, worst });
     }
 
     fn time_is_up(&self) -> bool {
@@ -310,7 +331,7 @@ impl<'a> Run<'a> {
 
     fn check_stopped(&self) -> Result<()> {
         if self.stopped() {
-            return Err(Error::run("run", "interrupted, nothing was written"));
+            return Err(Error::interrupted("run", NOTHING_WRITTEN));
         }
         Ok(())
     }

@@ -71,7 +71,7 @@ fn an_interrupted_sweep_goes_on() {
     assert!(stderr(&output).starts_with("error: out: another phylux is at work in this folder"));
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
     let output = child.wait_with_output().expect("an end");
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(130));
     let said =
         "error: sweep: interrupted, 1 of 2 runs are done; the same command goes on from there\n";
     assert_eq!(stderr(&output), said);

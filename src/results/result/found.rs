@@ -1,8 +1,8 @@
 //! From sums to results.
 
 use super::{
-    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
-    MapResult, NearestResult, Range, RunResult,
+    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult,
+    GroupResult, MapResult, NearestResult, Range, RunResult, ToleranceResult, WorstResult,
 };
 use crate::{
     math::stats::{Estimate, Running},
@@ -15,7 +15,7 @@ use crate::{
         nearest::{self, NearestEstimate},
         paths::Unseen,
         settings::{Estimator, Settings},
-        simulate::Simulation,
+        simulate::{Accuracy, Dark, FaceBand, Simulation, Worst},
         tally::{Ledger, Totals},
     },
 };
@@ -69,6 +69,7 @@ impl RunResult {
             energy,
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
+            tolerance: simulation.accuracy.as_ref().map(|found| ToleranceResult::new(scene, found)),
             map: map.as_ref().map(|map| MapResult {
                 arrivals: map.photons.len() as u64,
                 photons: map.histories,
@@ -96,6 +97,37 @@ fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
     let (hidden, all) = (scene.with_sums(&unseen.hidden), scene.with_sums(&unseen.all));
     let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
     hidden.into_iter().zip(all).map(share).collect()
+}
+
+impl ToleranceResult {
+    fn new(scene: &Scene, accuracy: &Accuracy) -> Self {
+        let dark = |dark: &Dark| {
+            let (captor, face, band) = names(scene, &dark.at);
+            DarkResult { captor, face: face.into(), band, below: dark.below }
+        };
+        Self {
+            asked: accuracy.tolerance,
+            met: accuracy.met,
+            worst: accuracy.worst.as_ref().map(|worst| WorstResult::new(scene, worst)),
+            dark: accuracy.dark.iter().map(dark).collect(),
+        }
+    }
+}
+
+impl WorstResult {
+    /// With the names that captor and band have in `scene`.
+    pub fn new(scene: &Scene, worst: &Worst) -> Self {
+        let (captor, face, band) = names(scene, &worst.at);
+        let Worst { relative_error, blocks_with_light, .. } = *worst;
+        Self { captor, face: face.into(), band, relative_error, blocks_with_light }
+    }
+}
+
+/// Captor, face and band.
+fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
+    let face = if at.face == Channel::Back { "back" } else { "front" };
+    let band = scene.band_names().nth(at.band).unwrap_or_default();
+    (scene.captors[at.captor].id.clone(), face, band.into())
 }
 
 /// The energy balance of a photon run.

@@ -53,6 +53,7 @@ impl RunResult {
         Ok(Self {
             mixed: Some(mixed),
             energy: mix.energy(&self.energy, lights),
+            tolerance: None,
             map: None,
             captors,
             groups,

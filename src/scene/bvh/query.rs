@@ -172,20 +172,20 @@ impl Bvh {
     #[inline(always)]
     fn closest_of(&self, probe: &Probe, t_max: f32, gather: impl Gather) -> Option<Hit> {
         let mut nearest: Option<(Hit, Met)> = None;
+        let (blur, mut limit) = (probe.blur(), t_max);
         self.walk(probe, t_max, gather, |hit, met| {
             let nearer = match &nearest {
-                None => hit.t < t_max,
-                Some((n, _)) if hit.t < n.t - probe.blur => true,
-                Some((n, other)) => {
-                    met.is_before(other, probe.direction)
-                        .unwrap_or((hit.t, hit.triangle) < (n.t, n.triangle))
-                        && hit.t < t_max
+                Some((n, other)) if hit.t >= n.t - blur => {
+                    let before = met.is_before(other, probe.direction());
+                    before.unwrap_or((hit.t, hit.triangle) < (n.t, n.triangle)) && hit.t < t_max
                 }
+                _ => hit.t < t_max,
             };
             if nearer {
+                limit = t_max.min(hit.t + blur);
                 nearest = Some((hit, met));
             }
-            nearest.map_or(t_max, |(nearest, _)| t_max.min(nearest.t + probe.blur))
+            limit
         });
         nearest.map(|(hit, _)| hit)
     }

@@ -72,7 +72,7 @@ pub(super) struct Shear {
     /// direction.
     slope: [f32; 3],
     origin: Vec3A,
-    direction: Vec3A,
+    pub direction: Vec3A,
 }
 
 /// A leaf's triangles as the ray sees them, a lane each.

@@ -244,14 +244,7 @@ fn touches(node: &Node, place: usize, center: Vec3, radius: f32) -> bool {
 pub(super) struct Probe {
     slabs: Slabs,
     shear: Shear,
-    pub direction: Vec3,
-    /// Distances less apart than this, m, do not tell which of two triangles with a common edge is in front.
-    pub blur: f32,
 }
-
-/// [`Probe::blur`] over the sum of the scene's reach and that of the ray's origin. Corners are sheared with
-/// errors of some 2^-22 of that sum, and where a ray grazes a triangle its distance errs by many times as much.
-const BLUR: f32 = 1.0 / (1 << 12) as f32;
 
 impl Probe {
     /// For trees of which no corner lies beyond `reach`, m from the origin along each axis.
@@ -260,8 +253,21 @@ impl Probe {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
         let slabs = Slabs::new(origin, direction, reach.into());
         let shear = Shear::new(origin, direction, slabs.inverse);
-        let blur = BLUR * (reach + ray.origin.abs()).max_element();
-        Self { slabs, shear, direction: ray.direction, blur }
+        Self { slabs, shear }
+    }
+
+    /// Distances less apart than this, m, do not tell which of two triangles with a common edge is in front: 2^-12
+    /// of the reach of scene and ray. Corners are sheared with errors of some 2^-22 of it, and where a ray grazes a
+    /// triangle its distance errs by many times as much.
+    #[inline(always)]
+    pub fn blur(&self) -> f32 {
+        256.0 * self.slabs.extent
+    }
+
+    /// The way of the ray.
+    #[inline(always)]
+    pub fn direction(&self) -> Vec3 {
+        self.shear.direction.into()
     }
 }
 
@@ -280,6 +286,8 @@ struct Slabs {
     far: Vec3A,
     /// Bit 0, 1, 2: whether the ray meets the upper planes across x, y, z first.
     downward: usize,
+    /// The largest r + o, times [`PAD`], m.
+    extent: f32,
 }
 
 /// Which of the children a ray enters before its limit, as a bit mask, and at what distance.
@@ -302,10 +310,11 @@ impl Slabs {
         let infinite = Vec3A::splat(LARGEST_INVERSE).copysign(direction);
         let inverse = Vec3A::select(zero, infinite, 1.0 / direction);
         let (extent, slowness) = ((reach + origin.abs()) * PAD, inverse.abs());
-        let pad = extent * slowness + extent.max_element() * slowness.min_element();
+        let largest = extent.max_element();
+        let pad = extent * slowness + largest * slowness.min_element();
         let shift = -origin * inverse;
         let downward = direction.is_negative_bitmask() as usize;
-        Self { inverse, near: shift - pad, far: shift + pad, downward }
+        Self { inverse, near: shift - pad, far: shift + pad, downward, extent: largest }
     }
 
     #[inline(always)]

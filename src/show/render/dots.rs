@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::Eye;
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     math::{machine, rng::Stream, spectrum::with_lanes},
     scene::{light::Strata, world::Scene},
     transport::{
@@ -52,7 +52,7 @@ pub fn photon_dots(
         let found = points.par_iter().enumerate().filter_map(|(i, point)| dot((first + i, point)));
         dots.extend(pool.install(|| found.collect::<Vec<Dot>>()));
         let (photons, of) = ((first + points.len()) as u64, Some(positions.len() as u64));
-        (control.progress)(Progress { photons, of, worst_error: None });
+        (control.progress)(Progress { photons, of, worst: None });
     }
     dots.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     Ok(dots)
@@ -63,7 +63,7 @@ const CHUNK: usize = 50_000;
 
 fn check_stopped(control: &Control) -> Result<()> {
     if control.stop.load(Ordering::Relaxed) {
-        return Err(Error::run("render", "interrupted, nothing was written"));
+        return Err(Error::interrupted("render", NOTHING_WRITTEN));
     }
     Ok(())
 }
@@ -98,7 +98,7 @@ pub fn path_dots(
             }
         }
         let (photons, of) = (index as u64 + 1, Some(paths));
-        (control.progress)(Progress { photons, of, worst_error: None });
+        (control.progress)(Progress { photons, of, worst: None });
     }
     Ok(dots)
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use serde::Serialize;
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     math::{rng::Stream, spectrum::with_lanes},
     scene::{light::Strata, world::Scene},
     transport::{
@@ -58,7 +58,7 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     for index in 0..photons {
         if control.stop.load(Ordering::Relaxed) {
-            return Err(Error::run("chart", "interrupted, nothing was written"));
+            return Err(Error::interrupted("chart", NOTHING_WRITTEN));
         }
         let mut rng = Stream::new(Settings::default().seed, 0, index);
         let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);

@@ -14,7 +14,7 @@ use super::{
     simulations, tables,
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         input::read_bytes,
         sweep_file::{Run, Sweep},
@@ -64,7 +64,8 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     folder.write_manifest(&sweep)?;
     for found in &found {
         if control.stopped() {
-            return Err(Error::run("merge", "interrupted").remedy("the same command does it anew"));
+            return Err(Error::interrupted("merge", "not all was written")
+                .remedy("the same command does it anew"));
         }
         folder.copy(&found.file.path)?;
     }
@@ -105,7 +106,7 @@ fn collect<'a>(
     let mut contents: HashMap<String, (Option<String>, &Path)> = HashMap::new();
     for run in sweep.runs() {
         if control.stopped() {
-            return Err(Error::run("merge", "interrupted"));
+            return Err(Error::interrupted("merge", NOTHING_WRITTEN));
         }
         (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
         let Some(file) = find(sweep, &run, jobs.base(&run), parts)? else {

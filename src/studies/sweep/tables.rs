@@ -68,7 +68,7 @@ pub fn write(
     let mut warned = Warned::new();
     for (run, state) in sweep.runs().zip(states) {
         if control.stopped() {
-            return Err(Error::run("sweep", "interrupted while writing tables")
+            return Err(Error::interrupted("sweep", "the tables are not written")
                 .remedy("the same command writes them again"));
         }
         let step = Step::Writing;

@@ -62,6 +62,7 @@ impl Run<'_> {
             if self.stopped() {
                 return;
             }
+            let mut brightest = [0.0f32; N];
             let sequence = Sequence::new(seed, block, f as u64);
             for index in first..first + histories {
                 let stream = index * faces.len() as u64 + f as u64;
@@ -69,6 +70,13 @@ impl Run<'_> {
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
                 let score = face.path::<N>(reflectors, &mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
+                for (most, flux) in brightest.iter_mut().zip(score.flux.0) {
+                    *most = most.max(flux);
+                }
+            }
+            let area = self.scene.captors[face.captor].area;
+            for (all, most) in self.brightest.iter().zip(brightest) {
+                all.fetch_max((f64::from(most) / area).to_bits(), Ordering::Relaxed);
             }
         }
     }

@@ -11,11 +11,7 @@ use std::{
 use super::{BLOCKS, End, Run, Simulation, Work, lock, memory::most_open, parts, plan::Plan};
 use crate::{
     error::{Error, Result},
-    scene::world::Scene,
-    transport::{
-        settings::MAX_PHOTONS,
-        tally::{Tally, Totals},
-    },
+    transport::{settings::MAX_PHOTONS, tally::Tally},
 };
 
 impl Run<'_> {
@@ -40,21 +36,29 @@ impl Run<'_> {
         };
         let plan = short.unwrap_or(whole);
         let (mut totals, map) = (self.totals(), self.map_builder());
+        let (mut look, mut accuracy) = (1, None);
         let mut end = End::Photons;
-        for round in 0..rounds {
-            self.round::<N>(&plan, round, limit, &mut totals, map.as_ref())?;
-            let worst = worst_error(self.scene, &totals);
-            if worst.is_none_or(|worst| worst <= tolerance) {
+        for round in 1..=rounds {
+            self.round::<N>(&plan, round - 1, limit, &mut totals, map.as_ref())?;
+            let time_is_up = short.is_some() || self.time_is_up();
+            if round < look && round < rounds && !time_is_up {
+                continue;
+            }
+            look = next_look(round);
+            let found = self.accuracy(&plan, &totals, tolerance);
+            let (met, worst) = (found.met, found.worst);
+            accuracy = Some(found);
+            if met {
                 end = End::Tolerance;
                 break;
             }
             self.report(limit, worst);
-            if short.is_some() || self.time_is_up() {
+            if time_is_up {
                 end = End::Time;
                 break;
             }
         }
-        self.finish::<N>(totals, map, &plan, end)
+        Ok(Simulation { accuracy, ..self.finish::<N>(totals, map, &plan, end)? })
     }
 
     /// All blocks side by side, piece by piece, so that the run can end after any piece with
@@ -135,6 +139,7 @@ impl Run<'_> {
             let began = Instant::now();
             self.round::<N>(&cut(parts), 0, None, &mut self.totals(), None)?;
             self.done.store(0, Ordering::Relaxed);
+            self.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
             let taken = began.elapsed();
             let left = limit.saturating_sub(self.started.elapsed());
             let fit = parts as f64 * left.as_secs_f64() / taken.as_secs_f64();
@@ -150,22 +155,20 @@ impl Run<'_> {
     }
 }
 
-/// The largest relative standard error over captors, faces and bands that carry power and that
-/// photons have reached; none where no photon reached any.
-fn worst_error(scene: &Scene, totals: &Totals) -> Option<f64> {
-    let powered: Vec<bool> = (0..scene.bands.len())
-        .map(|b| scene.lights.iter().any(|light| light.power[b] > 0.0))
-        .collect();
-    let faces = scene
-        .captors
-        .iter()
-        .flat_map(|captor| captor.first_channel..captor.first_channel + captor.kind.faces().len());
-    faces
-        .flat_map(|channel| {
-            totals.running(channel).iter().zip(&powered).filter(|(_, powered)| **powered)
-        })
-        .map(|(running, _)| running.estimate(totals.blocks))
-        .filter(|estimate| estimate.mean > 0.0)
-        .map(|estimate| estimate.standard_error.map_or(f64::INFINITY, |se| se / estimate.mean))
-        .max_by(f64::total_cmp)
+/// The round after which the tolerance is looked at again, after it was after `round`: each of the first six, then
+/// after a quarter more. To look more often gives chance more occasions to end a run too early.
+fn next_look(round: u64) -> u64 {
+    (round + 1).max((5 * round + 2) / 4)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_look;
+
+    #[test]
+    fn looks_become_rarer() {
+        let looks: Vec<u64> =
+            std::iter::successors(Some(1), |&at| Some(next_look(at))).take(13).collect();
+        assert_eq!(looks, [1, 2, 3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 31]);
+    }
 }

@@ -1,0 +1,220 @@
+//! Whether every captor is accurate enough: the rule by which a run with a tolerance ends.
+//!
+//! Every face of every captor, in every band that carries power and every sum of such, must have a relative
+//! standard error of at most the tolerance. Of few arrivals such an error is not to be trusted, and of none there
+//! is none. So a face on which fewer than [`ENOUGH`] blocks found light holds the run up, unless that is because
+//! there is next to no light: its value is below the tolerance times that of the median captor, with 95 %
+//! confidence. Then it is dark, and listed with that bound.
+
+use std::sync::atomic::Ordering;
+
+use super::{Run, Work, plan::Plan};
+use crate::{
+    math::stats::{Running, rate_bound},
+    scene::{
+        captor::{Captor, CaptorKind, Channel},
+        light::Strata,
+        world::Scene,
+    },
+    transport::tally::Totals,
+};
+
+/// Blocks that must have found light on a face, and so at least as many histories, for its error to be trusted.
+const ENOUGH: u64 = 30;
+
+/// A face of a captor, in a band.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceBand {
+    /// Index of the captor.
+    pub captor: usize,
+    /// Front or back.
+    pub face: Channel,
+    /// Index of the band, or the number of bands plus that of the sum.
+    pub band: usize,
+}
+
+/// The value that is farthest from the tolerance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// Where.
+    pub at: FaceBand,
+    /// Its standard error over itself; none where nothing arrived.
+    pub relative_error: Option<f64>,
+    /// Blocks that found light there; of fewer than 30 the error is not to be trusted.
+    pub blocks_with_light: u64,
+}
+
+/// A face that hardly any light reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dark {
+    /// Where.
+    pub at: FaceBand,
+    /// The irradiance that it has at most, with 95 % confidence, W/m2 or umol/m2/s.
+    pub below: f64,
+}
+
+/// How accurate a run is, beside the tolerance that was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// The largest relative standard error that was asked for.
+    pub tolerance: f64,
+    /// Whether nothing is farther from it.
+    pub met: bool,
+    /// What is farthest from it; none where nothing has an error.
+    pub worst: Option<Worst>,
+    /// What was left out.
+    pub dark: Vec<Dark>,
+}
+
+/// What a run found on a face.
+struct Found<'a> {
+    captor: &'a Captor,
+    at: FaceBand,
+    running: Running,
+    irradiance: f64,
+}
+
+impl Found<'_> {
+    fn is_enough(&self) -> bool {
+        self.running.above_zero() >= ENOUGH
+    }
+}
+
+impl Run<'_> {
+    /// What all `blocks` so far say of the tolerance.
+    pub(super) fn accuracy(&self, plan: &Plan, totals: &Totals, tolerance: f64) -> Accuracy {
+        let brightest = self.brightest(plan);
+        let rates: Vec<f64> = (0..ENOUGH).map(|hit| rate_bound(hit, totals.blocks)).collect();
+        // so many hits alone make an error this small
+        let enough = tolerance.powi(-2).max(ENOUGH as f64);
+        let (mut worst, mut farthest, mut dark) = (None, 0.0, Vec::new());
+        for band in (0..brightest.powers.len()).filter(|&band| brightest.powers[band] > 0.0) {
+            let found = found(self.scene, totals, band);
+            let medians = Medians::of(&found);
+            for face in &found {
+                let Found { captor, at, running, .. } = *face;
+                let blocks_with_light = running.above_zero();
+                if !face.is_enough() {
+                    let history = brightest.on(captor, band).max(running.largest());
+                    let below = rates[blocks_with_light as usize] * history / captor.area;
+                    let median = medians.beside(face);
+                    if below < tolerance * median.unwrap_or(brightest.evenly(self.scene, band)) {
+                        dark.push(Dark { at, below });
+                        continue;
+                    }
+                }
+                let estimate = running.estimate(totals.blocks);
+                let error = estimate.standard_error.filter(|_| blocks_with_light > 0);
+                let relative_error = error.map(|error| error / estimate.mean);
+                // how many times as many histories are needed, about
+                let by_error = (relative_error.unwrap_or(0.0) / tolerance).powi(2);
+                let by_number = enough / (blocks_with_light as f64).max(0.5);
+                let more = if face.is_enough() { by_error } else { by_error.max(by_number) };
+                if more > farthest || worst.is_none() {
+                    farthest = more;
+                    worst = Some(Worst { at, relative_error, blocks_with_light });
+                }
+            }
+        }
+        Accuracy { tolerance, met: farthest <= 1.0, worst, dark }
+    }
+
+    /// The most that one history can bring.
+    fn brightest(&self, plan: &Plan) -> Brightest {
+        let bands = self.scene.bands.len();
+        let powers = (0..bands).map(|b| self.scene.lights.iter().map(|light| light.power[b]).sum());
+        let powers: Vec<f64> = powers.collect();
+        let block = plan.blocks - 1;
+        let histories = plan.block(block) as f64;
+        let (flux, irradiance) = match &self.work {
+            Work::Photons(_) => {
+                let mut most = vec![0.0; bands];
+                for piece in [0, plan.pieces(block) - 1] {
+                    let (_, length) = plan.range(block, piece);
+                    let strata = Strata::new(&self.scene.lights, length, bands);
+                    for weights in (0..self.scene.lights.len()).map(|l| strata.weights(l)) {
+                        most.iter_mut().zip(weights).for_each(|(most, w)| *most = w.max(*most));
+                    }
+                }
+                (most, vec![0.0; bands])
+            }
+            Work::Paths(..) => {
+                let bits = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
+                let irradiance: Vec<f64> = bits.map(f64::from_bits).collect();
+                // where no path has found any, as if one had found all there is
+                let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
+                (powers.iter().zip(&irradiance).map(none).collect(), irradiance)
+            }
+        };
+        let of_block = |most: Vec<f64>| {
+            self.scene.with_sums(&most).into_iter().map(|most| most / histories).collect()
+        };
+        Brightest {
+            flux: of_block(flux),
+            irradiance: of_block(irradiance),
+            powers: self.scene.with_sums(&powers),
+        }
+    }
+}
+
+/// The most that one history can bring to the estimate of a block, per band and sum.
+struct Brightest {
+    /// Photons: the power of the heaviest, W or umol/s.
+    flux: Vec<f64>,
+    /// Paths: the irradiance of the brightest that was found on any face.
+    irradiance: Vec<f64>,
+    /// Power of all lights.
+    powers: Vec<f64>,
+}
+
+impl Brightest {
+    fn on(&self, captor: &Captor, band: usize) -> f64 {
+        self.flux[band] + self.irradiance[band] * captor.area
+    }
+
+    /// The irradiance of all captors if all light came to them.
+    fn evenly(&self, scene: &Scene, band: usize) -> f64 {
+        self.powers[band] / scene.captors.iter().map(|captor| captor.area).sum::<f64>()
+    }
+}
+
+/// What was found on all faces in a band, or sum.
+fn found<'a>(scene: &'a Scene, totals: &Totals, band: usize) -> Vec<Found<'a>> {
+    let on = |(index, captor): (usize, &'a Captor)| {
+        captor.kind.faces().iter().map(move |&face| {
+            let running = totals.running(captor.first_channel + face as usize)[band];
+            let irradiance = running.estimate(totals.blocks).mean / captor.area;
+            Found { captor, at: FaceBand { captor: index, face, band }, running, irradiance }
+        })
+    };
+    scene.captors.iter().enumerate().flat_map(on).collect()
+}
+
+/// Median irradiances over the faces that have enough light.
+struct Medians {
+    /// Of fronts and backs of sensors, then of surfaces.
+    alike: [Option<f64>; 4],
+    all: Option<f64>,
+}
+
+impl Medians {
+    fn of(found: &[Found]) -> Self {
+        let median = |of: &dyn Fn(&Found) -> bool| {
+            let lit = found.iter().filter(|face| face.is_enough() && of(face));
+            let mut values: Vec<f64> = lit.map(|face| face.irradiance).collect();
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied()
+        };
+        let alike = [0, 1, 2, 3].map(|kind| median(&|face| kind_of(face) == kind));
+        Self { alike, all: median(&|_| true) }
+    }
+
+    /// That of the same kind of face, or where none of these has enough light, of all faces.
+    fn beside(&self, face: &Found) -> Option<f64> {
+        self.alike[kind_of(face)].or(self.all)
+    }
+}
+
+fn kind_of(face: &Found) -> usize {
+    2 * usize::from(face.captor.kind == CaptorKind::Surface) + face.at.face as usize
+}
