@@ -79,6 +79,9 @@ fn what_does_not_belong_together_is_refused() {
     fs::write(folder.path("cut.json"), &part[..part.len() - 100]).expect("a file");
     fs::write(folder.path("old.json"), part.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
         .expect("a file");
+    let before = part.replacen("\"format\":2,", "", 1);
+    assert_ne!(before, part);
+    fs::write(folder.path("before.json"), before).expect("a file");
     let spoiled = part.replacen("\"segments\":", "\"segments\":1", 1);
     fs::write(folder.path("spoiled.json"), spoiled).expect("a file");
     for (name, more) in [("more.json", "x"), ("blank.json", "\n"), ("twice.json", &*part)] {
@@ -122,6 +125,14 @@ fn what_does_not_belong_together_is_refused() {
         (
             "merge old.json -o m.json",
             "old.json: is of phylux 9.1.0, this is 0.1.0; merge with the version",
+        ),
+        (
+            "merge before.json -o m.json",
+            "before.json: was written by a phylux with other random numbers and counts; trace",
+        ),
+        (
+            "merge p1.json before.json p3.json -o m.json",
+            "before.json: was written by a phylux with other random numbers and counts; trace",
         ),
         (
             "merge p1.json old.json p3.json -o m.json",

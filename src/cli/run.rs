@@ -186,6 +186,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(shard) = arguments.shard {
         let head = ShareHead {
             phylux_part: shard.to_string(),
+            format: share_file::FORMAT,
             phylux: share_file::VERSION.into(),
             scene: arguments.scene.display().to_string(),
             inputs: digest,

@@ -28,11 +28,17 @@ const LONGEST: u64 = 1 << 30;
 /// The version that wrote it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+/// Goes up by one where random numbers or sums change, so that no shares of before and after are joined.
+pub const FORMAT: u32 = 2;
+
 /// What a share is of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShareHead {
     /// Which one: `3/16`.
     pub phylux_part: String,
+    /// What its random numbers and sums are, [`FORMAT`]; 0 of those that do not say.
+    #[serde(default)]
+    pub format: u32,
     /// Version of phylux.
     pub phylux: String,
     /// The scene file, as it was named.

@@ -18,7 +18,7 @@ use crate::{
     math::{
         geometry::Ray,
         machine,
-        rng::{Sequence, Stream},
+        rng::{Purpose, Stream, Streams},
         spectrum::with_lanes,
     },
     scene::world::SurfaceHit,
@@ -73,8 +73,6 @@ pub struct Pixels {
 
 /// The most memory that the values of a picture may take, bytes.
 const MAX_BYTES: usize = 2 << 30;
-/// Out of the way of the blocks of photons.
-const BLOCK: u64 = 1 << 23;
 
 impl Pixels {
     /// The values of a pixel.
@@ -197,8 +195,9 @@ impl Samples<'_> {
         let Self { eye, sampling: Sampling { rays, seed, .. }, y } = *self;
         let pixel = (y * eye.camera.width + x) as u64;
         (0..rays).map(move |ray| {
-            let stream = Stream::new(seed, BLOCK + u64::from(ray), pixel);
-            let sequence = Sequence::new(seed, BLOCK, pixel);
+            let streams = |batch| Streams::new(seed, Purpose::Picture, batch);
+            let sequence = streams(0).sequence(pixel);
+            let stream = streams(ray.into()).history(pixel);
             let mut rng = stream.with_sobol(sequence, u64::from(ray), 2);
             let within = rng.square();
             (eye.camera.ray(x as f32 + within.x, y as f32 + within.y), rng)

@@ -9,7 +9,7 @@ use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         scene_file::{LoadedScene, load_with_digest},
-        share_file::{Line, ShareHead, ShareReader, VERSION},
+        share_file::{FORMAT, Line, ShareHead, ShareReader, VERSION},
     },
     results::result::RunResult,
     scene::world::Scene,
@@ -45,6 +45,7 @@ impl Parts {
         };
         check_version(first)?;
         readers[1..].iter().try_for_each(|part| check_same(first, part))?;
+        readers[1..].iter().try_for_each(check_version)?;
         let (head, of) = (first.head.clone(), first.shard.of());
         readers.sort_by_key(|part| part.shard.index());
         check_complete(&readers, of)?;
@@ -92,9 +93,13 @@ impl Parts {
 }
 
 fn check_version(part: &ShareReader) -> Result<()> {
-    let ShareHead { phylux, .. } = &part.head;
+    let ShareHead { phylux, format, .. } = &part.head;
     if phylux == VERSION {
-        return Ok(());
+        if *format == FORMAT {
+            return Ok(());
+        }
+        let problem = "was written by a phylux with other random numbers and counts";
+        return Err(Error::input(part.path().display(), problem).remedy("trace this part again"));
     }
     let problem = format!("is of phylux {phylux}, this is {VERSION}");
     Err(Error::input(part.path().display(), problem).remedy("merge with the version that ran"))

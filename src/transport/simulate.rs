@@ -1,7 +1,7 @@
 //! Blocks, threads, ordered merge: from a scene and settings to totals and a photon map.
 //!
 //! A run is cut into blocks of histories, a block into pieces. Each piece emits every light in its
-//! exact share, and random streams belong to (seed, block, history): so neither the number of
+//! exact share, and random streams belong to (seed, purpose, block, history): so neither the number of
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
 mod accuracy;
@@ -25,7 +25,7 @@ use std::{
 
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result, catch_panic},
-    math::{machine, spectrum::with_lanes},
+    math::{machine, rng::Purpose, spectrum::with_lanes},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         paths::{Face, Reflectors, Unseen},
@@ -137,6 +137,8 @@ struct Run<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     keep: Keep<'a>,
+    /// What its random numbers are for.
+    purpose: Purpose,
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
@@ -202,6 +204,7 @@ impl<'a> Run<'a> {
             scene,
             settings,
             keep,
+            purpose: Purpose::Run,
             control,
             pool,
             started,

@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
-        rng::Stream,
+        rng::{Purpose, Streams},
         spectrum::{Spectrum, with_lanes},
     },
     scene::{
@@ -64,7 +64,7 @@ impl<'a> SurfaceLight<'a> {
             self.sum::<N>(triangle, point, [true, false], |material, at, photon| {
                 // without a closed form: what the photon would leave behind once
                 material.absorptance(at).unwrap_or_else(|| {
-                    let mut rng = Stream::new(0, 0, photon as u64);
+                    let mut rng = Streams::new(0, Purpose::Surfaces, 0).history(photon as u64);
                     let scatter = material.sample::<N>(at, Transport::Light, &mut rng);
                     let kept = |scattered: f32| 1.0 - scattered;
                     scatter.map_or(Spectrum::ONE, |s| Spectrum(s.factor.0.map(kept)))

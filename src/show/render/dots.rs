@@ -8,7 +8,11 @@ use rayon::prelude::*;
 use super::Eye;
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
-    math::{machine, rng::Stream, spectrum::with_lanes},
+    math::{
+        machine,
+        rng::{Purpose, Streams},
+        spectrum::with_lanes,
+    },
     scene::{light::Strata, world::Scene},
     transport::{
         simulate::{Control, Progress},
@@ -138,9 +142,10 @@ fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
     let all = paths.max(scene.lights.len() as u64);
     with_lanes!(scene.lanes(), N => {
         let strata = Strata::new(&scene.lights, all, N);
+        let streams = Streams::new(seed, Purpose::Dots, 0);
         (0..paths)
             .map(|index| {
-                let mut rng = Stream::new(seed, 0, index);
+                let mut rng = streams.history(index);
                 let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
                 let mut corners = vec![photon.ray.origin];
                 trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {

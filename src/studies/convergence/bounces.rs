@@ -6,7 +6,10 @@ use serde::Serialize;
 
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
-    math::{rng::Stream, spectrum::with_lanes},
+    math::{
+        rng::{Purpose, Streams},
+        spectrum::with_lanes,
+    },
     scene::{light::Strata, world::Scene},
     transport::{
         settings::Settings,
@@ -56,11 +59,12 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
     let width = scene.channels() * bands;
     let mut sums = vec![vec![0.0; width]; LIMITS.len()];
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let streams = Streams::new(Settings::default().seed, Purpose::Bounces, 0);
     for index in 0..photons {
         if control.stop.load(Ordering::Relaxed) {
             return Err(Error::interrupted("chart", NOTHING_WRITTEN));
         }
-        let mut rng = Stream::new(Settings::default().seed, 0, index);
+        let mut rng = streams.history(index);
         let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut bounces = 0;
         trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {

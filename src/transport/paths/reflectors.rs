@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use super::{Vertex, choice::LightChoice};
 use crate::{
     math::{
-        rng::Stream,
+        rng::{Purpose, Stream, Streams},
         sampling::{Chosen, uniform_triangle, weighted_choice},
     },
     scene::{light::Light, world::Scene},
@@ -101,8 +101,9 @@ impl Reflectors {
 /// The triangles with a glossy lobe that a light's photons meet first, and what they reflect.
 fn shone_on(scene: &Scene, light: &Light, photons: Range<u64>, seed: u64) -> BTreeMap<usize, f64> {
     let mut found = BTreeMap::new();
+    let streams = Streams::new(seed, Purpose::Reflectors, 0);
     for photon in photons {
-        let mut rng = Stream::new(seed, 0, photon);
+        let mut rng = streams.history(photon);
         let ray = light.emit(scene.ray_offset(), &mut rng);
         let Some(hit) = scene.closest(&ray) else { continue };
         let glossy = scene.material(scene.surface(hit.triangle)).glossy();

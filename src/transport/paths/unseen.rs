@@ -1,7 +1,10 @@
 //! What paths cannot find.
 
 use crate::{
-    math::{rng::Stream, spectrum::Spectrum},
+    math::{
+        rng::{Purpose, Streams},
+        spectrum::Spectrum,
+    },
     scene::{
         light::{Light, Strata},
         material::Onward,
@@ -41,9 +44,10 @@ impl Unseen {
         let photons = PHOTONS.max(2 * scene.lights.len() as u64);
         let strata = Strata::new(&scene.lights, photons, N);
         let (mut done, mut rays) = (0, 0);
+        let streams = Streams::new(seed, Purpose::Unseen, 0);
         // neighbouring histories share the lights well, so it can end after any
         while done < photons && rays < MOST_RAYS {
-            let mut rng = Stream::new(seed, 0, done);
+            let mut rng = streams.history(done);
             let photon = strata.emit(&scene.lights, done, scene.ray_offset(), &mut rng);
             let delta = scene.lights[photon.light].is_delta();
             let (mut hidden, mut diffused) = (false, false);

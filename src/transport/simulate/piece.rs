@@ -4,10 +4,7 @@ use std::sync::{Mutex, atomic::Ordering};
 
 use super::{BLOCKS, Keep, Run, Work, lock, plan::Plan};
 use crate::{
-    math::{
-        rng::{Sequence, Stream},
-        spectrum::Spectrum,
-    },
+    math::{rng::Streams, spectrum::Spectrum},
     scene::{light::Strata, material::Onward, world::Scene},
     transport::{
         paths::{Face, Reflectors},
@@ -47,6 +44,11 @@ impl Run<'_> {
         self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
     }
 
+    /// The random streams of a block.
+    fn streams(&self, round: u64, block: u64) -> Streams {
+        Streams::new(self.settings.seed, self.purpose, round * BLOCKS + block)
+    }
+
     /// Follows paths from every face.
     fn paths<const N: usize>(
         &self,
@@ -57,16 +59,16 @@ impl Run<'_> {
         tally: &mut Tally,
     ) {
         let (first, histories) = plan.range(block, piece);
-        let (seed, block) = (self.settings.seed, round * BLOCKS + block);
+        let streams = self.streams(round, block);
         for (f, face) in faces.iter().enumerate() {
             if self.stopped() {
                 return;
             }
             let mut brightest = [0.0f32; N];
-            let sequence = Sequence::new(seed, block, f as u64);
+            let sequence = streams.sequence(f as u64);
             for index in first..first + histories {
                 let stream = index * faces.len() as u64 + f as u64;
-                let rng = Stream::new(seed, block, stream);
+                let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
                 let score = face.path::<N>(reflectors, &mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
@@ -95,12 +97,13 @@ impl Run<'_> {
         let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
         let bands = self.scene.bands.len();
+        let streams = self.streams(round, block);
         let flights = self.scene.flights(self.settings.splitting);
         for index in 0..histories {
             if self.stopped() {
                 return;
             }
-            let mut rng = Stream::new(self.settings.seed, round * BLOCKS + block, first + index);
+            let mut rng = streams.history(first + index);
             let photon = strata.emit(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
             let part = self.part_of.get(photon.light).copied();
             tally.emitted(part, photon.weights);

@@ -3,7 +3,7 @@
 use super::{Control, Keep, Run, Simulation};
 use crate::{
     error::{Result, catch_panic},
-    math::spectrum::with_lanes,
+    math::{rng::Purpose, spectrum::with_lanes},
     scene::{patches::Patches, world::Scene},
     transport::{
         settings::{Estimator, Settings},
@@ -31,7 +31,7 @@ pub fn light_surfaces<'a>(
     control: &Control,
 ) -> Result<SurfaceLight<'a>> {
     let patches = Patches::new(scene);
-    let trace = |photons: u64, control: &Control| -> Result<Simulation> {
+    let trace = |purpose, photons: u64, control: &Control| -> Result<Simulation> {
         let settings = Settings {
             estimator: Estimator::Photons,
             photons: Some(photons.max(scene.lights.len() as u64)),
@@ -42,6 +42,7 @@ pub fn light_surfaces<'a>(
         };
         catch_panic("run", || {
             let run = Run::new(scene, &settings, Vec::new(), Keep::OnSurfaces(&patches), control)?;
+            let run = Run { purpose, ..run };
             with_lanes!(scene.lanes(), N => run.go::<N>())
         })
     };
@@ -49,9 +50,9 @@ pub fn light_surfaces<'a>(
         Some(photons) => photons,
         None => {
             let control = Control { progress: &|_| {}, ..*control };
-            let Totals { histories, segments, .. } = trace(FIRST, &control)?.totals;
+            let Totals { histories, segments, .. } = trace(Purpose::Trial, FIRST, &control)?.totals;
             let least = (RAYS * histories / segments.max(1)).clamp(FIRST, TRIAL);
-            let trial = trace(least, &control)?;
+            let trial = trace(Purpose::Trial, least, &control)?;
             let kept = trial.map.map_or(0, |map| map.photons.len()) as f64;
             let wanted = settings.map_photons as u64;
             // a little more, for chance
@@ -59,7 +60,7 @@ pub fn light_surfaces<'a>(
             (needed.ceil() as u64).clamp(least, (MOST * wanted).max(least))
         }
     };
-    let map = trace(photons, control)?.map.expect("a run of photons keeps a map");
+    let map = trace(Purpose::Run, photons, control)?.map.expect("a run of photons keeps a map");
     let k = settings.k.filter(|k| *k > 1).unwrap_or(SurfaceLight::DEFAULT_K);
     Ok(SurfaceLight { scene, patches, map, k })
 }

@@ -6,7 +6,11 @@
 use super::{BLOCKS, Control, Keep, Run, faces};
 use crate::{
     error::Result,
-    math::{rng::Stream, spectrum::with_lanes, stats::Estimate},
+    math::{
+        rng::{Purpose, Streams},
+        spectrum::with_lanes,
+        stats::Estimate,
+    },
     scene::world::Scene,
     transport::{
         paths::{Face, Reflectors, Unseen},
@@ -66,6 +70,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
         ..settings.clone()
     };
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let run = Run { purpose: Purpose::Trial, ..run };
     // one photon of each light in each block, then twice as many, ...
     let mut histories = BLOCKS * scene.lights.len() as u64;
     let totals = loop {
@@ -92,10 +97,12 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     let mut paths_found = Found::default();
     let (mut sums, mut squares) = (vec![[0.0; N]; tried.len()], vec![[0.0; N]; tried.len()]);
     let mut paths = 0;
+    // the photons had the batches before
+    let streams = Streams::new(settings.seed, Purpose::Trial, BLOCKS);
     let reflectors = Reflectors::find(scene, settings.seed);
     while paths < LEAST || (paths < TRIAL / tried.len() as u64 && paths_found.rays < RAYS) {
         for (f, face) in tried.iter().enumerate() {
-            let mut rng = Stream::new(settings.seed, BLOCKS, paths * tried.len() as u64 + f as u64);
+            let mut rng = streams.history(paths * tried.len() as u64 + f as u64);
             let score = face.path::<N>(reflectors.as_ref(), &mut rng);
             paths_found.rays += u64::from(score.rays);
             for (b, flux) in score.flux.0.into_iter().map(f64::from).enumerate() {
