@@ -256,6 +256,10 @@ impl CaptorResult {
 pub struct FaceResult {
     /// Photons counted; paths that started here.
     pub photons: u64,
+    /// Histories that they are of: emitted photons that came here, however often and in however many flights;
+    /// not known of groups.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histories: Option<u64>,
     /// Power that arrived, per band.
     pub flux: Vec<f64>,
     /// Its standard error; null where nothing arrived.

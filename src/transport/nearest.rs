@@ -50,12 +50,13 @@ struct Gathered {
 /// The least k that is chosen: an error of 14 %.
 const LEAST_K: usize = 50;
 
-/// The k for a face that `photons` arrived on: their number to the power 2/3, the law of the least
-/// mean square error in the plane (Silverman, Density Estimation, 1986, 5.2). The relative error
-/// and the share of the captor's area are then alike, photons^(-1/3), from 354 photons on.
-fn chosen_k(photons: usize) -> usize {
-    let k = (photons as f64).powf(2.0 / 3.0).round() as usize;
-    k.max(LEAST_K)
+/// The k for a face that `photons` of so many `histories` arrived on: those of the number of histories to the power
+/// 2/3, the law of the least mean square error in the plane (Silverman, Density Estimation, 1986, 5.2). The
+/// relative error and the share of the captor's area are then alike, histories^(-1/3), from 354 histories on:
+/// photons that come of one, as flights that it was split into, are no more independent for being many.
+fn chosen_k(photons: usize, histories: usize) -> usize {
+    let independent = (histories as f64).powf(2.0 / 3.0).round().max(LEAST_K as f64);
+    (independent * photons as f64 / histories.max(1) as f64).ceil() as usize
 }
 
 /// The estimates for a captor, front then back; none for a face that no photon has reached. Without
@@ -160,7 +161,7 @@ fn gather(
         return None;
     }
     let shelf = (captor.first_channel + face as usize) as u32;
-    let k = k.unwrap_or_else(|| chosen_k(map.count(shelf)));
+    let k = k.unwrap_or_else(|| chosen_k(map.count(shelf), map.histories_on(shelf)));
     let mut photons = map.nearest(shelf, query, k);
     let triangles = scene.triangles_of(captor);
     let found = photons.len();

@@ -171,6 +171,13 @@ impl PhotonMap {
         self.shelves.get(&shelf).map_or(0, |shelf| shelf.range.len())
     }
 
+    /// How many histories these are of.
+    pub fn histories_on(&self, shelf: u32) -> usize {
+        let Some(Shelf { range, .. }) = self.shelves.get(&shelf) else { return 0 };
+        // they are stored in the order of their histories
+        self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count()
+    }
+
     /// The `k` (at least 1) photons of a shelf nearest to `point`, nearest first; fewer where the
     /// shelf has fewer.
     pub fn nearest(&self, shelf: u32, point: Vec3, k: usize) -> Vec<Neighbour> {

@@ -65,12 +65,33 @@ impl Ledger {
     }
 }
 
+/// What a channel has counted.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    /// Photons: one that comes twice, or in two flights, counts twice.
+    photons: u64,
+    /// Histories that they are of.
+    histories: u64,
+    /// Number of the last of these.
+    last: u64,
+}
+
+impl Counts {
+    /// Adds what `other` has counted, of other histories, and empties it.
+    fn add(&mut self, other: &mut Self) {
+        self.photons += std::mem::take(&mut other.photons);
+        self.histories += std::mem::take(&mut other.histories);
+    }
+}
+
 /// Sums over some histories, per channel and band. Powers are in the units of [`crate::scene::light::Strata::weights`].
 #[derive(Clone, Debug)]
 pub struct Tally {
     bands: usize,
     flux: Vec<f64>,
-    photons: Vec<u64>,
+    counts: Vec<Counts>,
+    /// Number of the history that is under way.
+    history: u64,
     /// Channels that are not empty.
     touched: Vec<u32>,
     /// Straight flights between emission, interactions and escape.
@@ -89,7 +110,8 @@ impl Tally {
         Self {
             bands,
             flux: vec![0.0; scene.channels() * bands],
-            photons: vec![0; scene.channels()],
+            counts: vec![Counts::default(); scene.channels()],
+            history: 0,
             touched: Vec::new(),
             segments: 0,
             cut_off: 0,
@@ -101,13 +123,15 @@ impl Tally {
     /// Bytes that one takes for `scene` split into so many parts, about.
     pub fn bytes(scene: &Scene, parts: usize) -> usize {
         let ledger = (scene.materials.len() + 3) * scene.bands.len();
-        let sums = (scene.channels() * (scene.bands.len() + 1) + ledger) * size_of::<f64>();
+        let sums = (scene.channels() * scene.bands.len() + ledger) * size_of::<f64>();
+        let sums = sums + scene.channels() * size_of::<Counts>();
         (parts + 1) * (2 * size_of::<Self>() + sums)
     }
 
     /// Scores the emission of a photon with all of its power, also in its `part`.
     #[inline]
     pub fn emitted(&mut self, part: Option<usize>, weights: &[f64]) {
+        self.history += 1;
         for (sum, weight) in self.ledger.emitted.iter_mut().zip(weights) {
             *sum += weight;
         }
@@ -181,6 +205,7 @@ impl Tally {
         score: &PathScore<N>,
     ) {
         let ones = std::iter::repeat(&1.0);
+        self.history += 1;
         self.segments += u64::from(score.rays);
         self.cut_off += u64::from(score.cut_off);
         self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
@@ -196,10 +221,13 @@ impl Tally {
         weights: impl IntoIterator<Item = &'a f64>,
         power: &Spectrum<N>,
     ) {
-        if self.photons[channel] == 0 {
+        let counts = &mut self.counts[channel];
+        if counts.photons == 0 {
             self.touched.push(channel as u32);
         }
-        self.photons[channel] += 1;
+        counts.photons += 1;
+        counts.histories += u64::from(counts.last != self.history);
+        counts.last = self.history;
         accumulate(&mut self.flux[channel * self.bands..][..self.bands], weights, power);
     }
 
@@ -207,10 +235,10 @@ impl Tally {
     pub fn drain(&mut self, other: &mut Self) {
         for channel in std::mem::take(&mut other.touched) {
             let c = channel as usize;
-            if self.photons[c] == 0 {
+            if self.counts[c].photons == 0 {
                 self.touched.push(channel);
             }
-            self.photons[c] += std::mem::take(&mut other.photons[c]);
+            self.counts[c].add(&mut other.counts[c]);
             for b in c * self.bands..(c + 1) * self.bands {
                 self.flux[b] += std::mem::take(&mut other.flux[b]);
             }

@@ -319,6 +319,7 @@ fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
     let flux = Sums::of(totals, channel);
     FaceResult {
         photons: totals.photons(channel),
+        histories: totals.histories_in(channel),
         irradiance: flux.mean.iter().map(|f| f / area).collect(),
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
         flux: flux.mean,

@@ -154,6 +154,7 @@ impl Mix<'_> {
                 FaceResult {
                     // those of a dark light bring nothing
                     photons: if factor > 0.0 { part.photons } else { 0 },
+                    histories: part.histories.map(|n| if factor > 0.0 { n } else { 0 }),
                     flux: times(&part.flux, factor),
                     flux_se: error_times(&part.flux_se, factor),
                     irradiance: times(&part.irradiance, factor),
@@ -165,6 +166,9 @@ impl Mix<'_> {
         let values = || parts.values();
         FaceResult {
             photons: values().fold(0, |sum, part| sum.saturating_add(part.photons)),
+            // no two lights share a history
+            histories: values()
+                .try_fold(0u64, |sum, part| Some(sum.saturating_add(part.histories?))),
             flux: sum(values().map(|part| &part.flux[..]), bands),
             flux_se: error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands),
             irradiance: sum(values().map(|part| &part.irradiance[..]), bands),

@@ -8,8 +8,8 @@ const MUCH_LOST: f64 = 1e-3;
 /// Blocks below which standard errors are off by more than a fifth: their own relative error is
 /// 1 / sqrt(2 (blocks - 1)).
 const FEW_BLOCKS: u64 = 16;
-/// Photons below which a value and its error are not reliable.
-const FEW_PHOTONS: u64 = 30;
+/// Histories below which a value and its error are not reliable.
+const FEW_HISTORIES: u64 = 30;
 /// One thing that a user should know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
@@ -103,7 +103,9 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             ),
         );
     }
-    let faint = |face: &FaceResult| lit(face) && face.photons < FEW_PHOTONS;
+    // flights of one photon know no more than it
+    let histories = |face: &FaceResult| face.histories.unwrap_or(face.photons);
+    let faint = |face: &FaceResult| lit(face) && histories(face) < FEW_HISTORIES;
     let rough: Vec<&str> = match result.estimator {
         Estimator::Paths => Vec::new(),
         _ => {
@@ -115,7 +117,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         warn(
             "few photons on a face of a captor",
             format!(
-                "fewer than {FEW_PHOTONS} photons on a face of {}: neither their values nor their \
+                "fewer than {FEW_HISTORIES} photons on a face of {}: neither their values nor their \
              errors are reliable; trace more, or try --estimator paths",
                 some(&rough)
             ),

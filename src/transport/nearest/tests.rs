@@ -226,6 +226,22 @@ fn standard_error_is_the_spread() {
     }
 }
 
+/// Photons that come of one history are gathered as one: 27,000 of 1000 are as many as 1000 alone, and cover
+/// as much. The 2700-th of 27,000 uniform numbers is within 5 standard deviations (odds 1e-6), seed 5.
+#[test]
+fn k_grows_with_the_histories() {
+    let scene = scene_of(rectangle(0.0, 0.0, 1.0, 1.0), None);
+    let mut all = arrivals(&scene, 27_000, &mut Stream::new(5, 0, 0));
+    for (i, arrival) in all.iter_mut().enumerate() {
+        arrival.photon.history = i as u32 / 27;
+    }
+    let map = PhotonMap::new(all, [1.0, 3.0].repeat(27_000), 2, 1000);
+    let [front, _] = estimate(&scene, &map, &scene.captors[0], None);
+    let front = front.unwrap();
+    assert_eq!(front.k, 2700);
+    assert!((front.coverage / 0.1 - 1.0).abs() < 5.0 / 2700f64.sqrt(), "{}", front.coverage);
+}
+
 /// Without a k it is the number of photons to the power 2/3: from 1000 photons on it covers
 /// photons^(-1/3) of the captor and has that relative error; of few it takes at least 50, of fewer all.
 #[test]

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Ledger, Tally};
+use super::{Counts, Ledger, Tally};
 
 /// What a tally holds, channel by channel where anything was counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
     channels: Vec<u32>,
     photons: Vec<u64>,
+    histories: Vec<u64>,
     /// Per channel and band.
     flux: Vec<f64>,
     segments: u64,
@@ -26,8 +27,12 @@ impl Tally {
     pub fn take(&mut self) -> Sums {
         let mut channels = std::mem::take(&mut self.touched);
         channels.sort_unstable();
-        let photons = |&c: &u32| std::mem::take(&mut self.photons[c as usize]);
-        let photons = channels.iter().map(photons).collect();
+        let counts = |&c: &u32| {
+            let mut counts = Counts::default();
+            counts.add(&mut self.counts[c as usize]);
+            (counts.photons, counts.histories)
+        };
+        let (photons, histories) = channels.iter().map(counts).unzip();
         let mut flux = Vec::with_capacity(channels.len() * self.bands);
         for &c in &channels {
             let all = &mut self.flux[c as usize * self.bands..][..self.bands];
@@ -39,6 +44,7 @@ impl Tally {
         Sums {
             channels,
             photons,
+            histories,
             flux,
             segments: std::mem::take(&mut self.segments),
             cut_off: std::mem::take(&mut self.cut_off),
@@ -50,14 +56,15 @@ impl Tally {
     /// Puts what another one of the same scene held into this one, which is empty. None, and anything in it, where
     /// that cannot be.
     pub fn fill(&mut self, sums: Sums) -> Option<()> {
-        let Sums { channels, photons, flux, segments, cut_off, ledger, parts } = sums;
-        let mut counts = photons.iter().chain([&segments, &cut_off]);
+        let Sums { channels, photons, histories, flux, segments, cut_off, ledger, parts } = sums;
+        let mut counts = photons.iter().chain(&histories).chain([&segments, &cut_off]);
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };
         let fits = channels.is_sorted_by(|a, b| a < b)
-            && channels.last().is_none_or(|last| (*last as usize) < self.photons.len())
+            && channels.last().is_none_or(|last| (*last as usize) < self.counts.len())
             && photons.len() == channels.len()
+            && histories.len() == channels.len()
             && flux.len() == channels.len() * self.bands
             && counts.all(|count| *count <= MOST)
             && entries(&ledger) == entries(&self.ledger)
@@ -67,7 +74,8 @@ impl Tally {
         }
         for (i, &channel) in channels.iter().enumerate() {
             let (c, bands) = (channel as usize, self.bands);
-            self.photons[c] = photons[i];
+            self.counts[c].photons = photons[i];
+            self.counts[c].histories = histories[i];
             self.flux[c * bands..][..bands].copy_from_slice(&flux[i * bands..][..bands]);
         }
         (self.touched, self.ledger) = (channels, ledger);

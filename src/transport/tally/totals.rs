@@ -1,6 +1,6 @@
 //! What all blocks found.
 
-use super::{Ledger, Tally};
+use super::{Counts, Ledger, Tally};
 use crate::{
     math::stats::Running,
     scene::{captor::CHANNELS, world::Scene},
@@ -21,6 +21,8 @@ pub struct Totals {
     columns: usize,
     running: Vec<Running>,
     photons: Vec<u64>,
+    /// Per channel of captors.
+    arrived: Vec<u64>,
     ledger: Ledger,
     captor_of_channel: Vec<u32>,
     group_values: Vec<f64>,
@@ -48,6 +50,7 @@ impl Totals {
             columns,
             running: vec![Running::default(); channels * columns],
             photons: vec![0; channels],
+            arrived: vec![0; scene.channels()],
             ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
@@ -82,15 +85,17 @@ impl Totals {
             for (s, sum) in scene.sums.iter().enumerate() {
                 row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
             }
-            let photons = std::mem::take(&mut block.photons[channel]);
-            self.photons[channel] += photons;
+            let mut counts = Counts::default();
+            counts.add(&mut block.counts[channel]);
+            self.photons[channel] += counts.photons;
+            self.arrived[channel] += counts.histories;
             for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
                 running.add(*value);
             }
             let captor = &scene.captors[self.captor_of_channel[channel] as usize];
             for &group in &captor.groups {
                 let group_channel = group * CHANNELS.len() + channel - captor.first_channel;
-                self.photons[scene.channels() + group_channel] += photons;
+                self.photons[scene.channels() + group_channel] += counts.photons;
                 let values = &mut self.group_values[group_channel * self.columns..];
                 values.iter_mut().zip(&row).for_each(|(sum, value)| *sum += value);
             }
@@ -127,6 +132,7 @@ impl Totals {
         Self {
             running: (0..self.running.len()).map(mix).collect(),
             photons: self.photons.clone(),
+            arrived: self.arrived.clone(),
             ledger,
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
@@ -138,6 +144,12 @@ impl Totals {
     /// Photons counted in a channel.
     pub fn photons(&self, channel: usize) -> u64 {
         self.photons[channel]
+    }
+
+    /// Histories that the photons counted in a channel are of; none for a channel of a group, whose captors share
+    /// histories.
+    pub fn histories_in(&self, channel: usize) -> Option<u64> {
+        self.arrived.get(channel).copied()
     }
 
     /// Mean and standard error per band, then per sum, of a channel.
