@@ -104,15 +104,15 @@ impl Scene {
                 CaptorKind::Surface => std::mem::take(&mut captor_moments[index]),
                 CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
             };
-            if let CaptorKind::Virtual { .. } = part.kind {
-                check_rounding(("captor", &part.id), &corners, local, radius)?;
-                captor_triangles.extend(corners.iter().map(local));
-                captor_of_triangle.resize(captor_triangles.len(), index as u32);
-            }
             let Moments { area, center, normal } = Moments::of(&corners);
             if area <= 0.0 {
                 return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
                     .remedy("leave it out, or correct its corners"));
+            }
+            if let CaptorKind::Virtual { .. } = part.kind {
+                check_rounding(("captor", &part.id), &corners, local, radius)?;
+                captor_triangles.extend(corners.iter().map(local));
+                captor_of_triangle.resize(captor_triangles.len(), index as u32);
             }
             let first_channel =
                 captors.last().map_or(0, |c: &Captor| c.first_channel + c.kind.channels());
