@@ -1,4 +1,5 @@
-//! The modules of `src/` stand in layers: a file uses only its own module and those above it.
+//! The modules of `src/` stand in layers: a file uses only its own module and those above it, and
+//! no two files use each other, not even by way of others.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -29,6 +30,24 @@ fn a_module_uses_only_those_above_it() {
         }
     }
     assert!(seen > 300, "only {seen} uses were found: does the test still read them?");
+}
+
+#[test]
+fn no_two_files_use_each_other() {
+    let mut uses = uses(&sources());
+    // take away files that use none of those left, or that none of those left uses: what stays goes
+    // in circles, or lies between two circles
+    loop {
+        let used: BTreeSet<String> = uses.values().flatten().cloned().collect();
+        let before = uses.len();
+        uses.retain(|file, of_file| !of_file.is_empty() && used.contains(file));
+        let left: BTreeSet<String> = uses.keys().cloned().collect();
+        uses.values_mut().for_each(|of_file| of_file.retain(|file| left.contains(file)));
+        if uses.len() == before {
+            break;
+        }
+    }
+    assert!(uses.is_empty(), "files that use each other: {uses:#?}");
 }
 
 #[test]

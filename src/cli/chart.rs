@@ -80,7 +80,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let read = FilesRead::new(loaded.files.iter().chain(&arguments.truth));
     outputs::check_places(&places.collect::<Vec<_>>(), &read)?;
     let scene = &loaded.scene;
-    super::warn(&loaded.warnings);
+    super::terminal::warn(&loaded.warnings);
     if scene.captors.is_empty() {
         return Err(Error::input(
             format!("{}: /captors", arguments.scene.display()),
@@ -115,7 +115,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
             file.write(&read, |writer| writer.write_all(svg.as_bytes()))?;
         }
     }
-    super::print(&format!("{}wrote {}\n", found.words(), folder.display()))
+    super::terminal::print(&format!("{}wrote {}\n", found.words(), folder.display()))
 }
 
 fn write_rows(rows: &[Row], writer: &mut dyn Write) -> io::Result<()> {

@@ -16,8 +16,8 @@ const LISTED: usize = 30;
 pub(super) fn run(path: &Path) -> Result<()> {
     let loaded = scene_file::load(path)?;
     let summary = check(&loaded)?;
-    super::print(&describe(&loaded.scene, &summary))?;
-    super::warn(&summary.warnings);
+    super::terminal::print(&describe(&loaded.scene, &summary))?;
+    super::terminal::warn(&summary.warnings);
     Ok(())
 }
 

@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
     }
     describe(&mut text, &comparison, arguments.worst);
-    super::print(&text)
+    super::terminal::print(&text)
 }
 
 fn describe(text: &mut String, comparison: &Comparison, worst: usize) {

@@ -72,7 +72,7 @@ pub(super) fn write(
     let read = FilesRead::new(files.iter().chain(&source.results));
     check_places(place.as_slice(), &read)?;
     check(&scene)?;
-    super::warn(&warnings);
+    super::terminal::warn(&warnings);
 
     let settings = Settings { threads: source.threads.unwrap_or(settings.threads), ..settings };
     let plan = match results {
@@ -111,5 +111,5 @@ pub(super) fn write(
     }
     interrupt.writing();
     file.write(&read, |writer| write(&exhibit, writer))?;
-    super::print(&format!("wrote {}\n", output.display()))
+    super::terminal::print(&format!("wrote {}\n", output.display()))
 }

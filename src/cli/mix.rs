@@ -45,9 +45,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     interrupt.writing();
     outputs.write(&read, &mixed)?;
     let summary = summary(&mixed, ", mixed");
-    super::warn(&summary.warnings);
+    super::terminal::warn(&summary.warnings);
     let wrote = format!("\nwrote {}\n", arguments.outputs.output.display());
-    super::print(&(summary.text + &powers(&mixed) + &wrote))
+    super::terminal::print(&(summary.text + &powers(&mixed) + &wrote))
 }
 
 /// Names and factors, from text such as `row 1=0.5,row 2=2`; names may have commas.

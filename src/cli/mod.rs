@@ -22,7 +22,6 @@ use clap::{Parser, Subcommand};
 
 use crate::error::{ErrorKind, Result};
 use crate::scene::bvh::Kernel;
-use terminal::{print, warn};
 
 /// What `--version` says.
 static VERSION: LazyLock<String> = LazyLock::new(|| {

@@ -166,8 +166,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
     places.extend(outputs.captor_places(scene.captors.iter().map(|captor| captor.id.as_str()))?);
     let read = FilesRead::new(&files);
     check_places(&places, &read)?;
-    super::warn(&warnings);
-    super::warn(&check_meshes(&scene)?);
+    super::terminal::warn(&warnings);
+    super::terminal::warn(&check_meshes(&scene)?);
     let settings = Settings {
         estimator: arguments.estimator.unwrap_or(settings.estimator),
         photons: arguments.photons.or(settings.photons),
@@ -239,7 +239,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
         })?;
     }
     let summary = summary(&result, reason(simulation.end, &result));
-    super::warn(&summary.warnings);
+    super::terminal::warn(&summary.warnings);
     let speed = format!(
         "\n{:.1} s on {} threads, {:.2e} {}/s; wrote {}\n",
         trace_seconds,
@@ -248,7 +248,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
         simulation.estimator,
         arguments.outputs.output.display(),
     );
-    super::print(&(summary.text + &speed))?;
+    super::terminal::print(&(summary.text + &speed))?;
     Ok(match result.tolerance {
         Some(ToleranceResult { met: false, .. }) => ExitCode::from(TOLERANCE_NOT_MET),
         _ => ExitCode::SUCCESS,
@@ -272,7 +272,7 @@ fn run_share(
     let share = share?;
     let text = format!("part {shard} of {}: {} blocks\n", scene.name, share.blocks.len());
     write(share)?;
-    super::print(&text)
+    super::terminal::print(&text)
 }
 
 /// Why it ended, behind a comma.

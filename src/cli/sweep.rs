@@ -75,8 +75,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         SweepPlan { shard: arguments.shard, threads: arguments.threads, jobs: arguments.jobs };
     let file = Sweep::load(&arguments.sweep)?;
     let base = load_base(&file)?;
-    super::warn(&base.warnings);
-    super::warn(&check_meshes(&base.scene)?);
+    super::terminal::warn(&base.warnings);
+    super::terminal::warn(&check_meshes(&base.scene)?);
     drop(base);
     match &arguments.output {
         Some(folder) if !arguments.dry_run => {
@@ -122,9 +122,11 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     interrupt.writing();
     output.write(&read, |writer| write_json(&result, writer))?;
     let summary = summary(&result, "");
-    super::warn(&summary.warnings);
+    super::terminal::warn(&summary.warnings);
     let from = format!("\nfrom {} parts; ", arguments.parts.len());
-    super::print(&(summary.text + &from + &format!("wrote {}\n", arguments.output.display())))
+    super::terminal::print(
+        &(summary.text + &from + &format!("wrote {}\n", arguments.output.display())),
+    )
 }
 
 /// Does `work` with a progress bar, and ends it in order at a signal.
@@ -151,17 +153,17 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
     let Outcome { runs, kept, damaged, simulations, failed, missing, warned } = outcome;
     if *damaged > 0 {
         let s = if *damaged == 1 { " was" } else { "s were" };
-        super::warn(&[format!("{damaged} run{s} done again, whose files were damaged")]);
+        super::terminal::warn(&[format!("{damaged} run{s} done again, whose files were damaged")]);
     }
     for (run, error) in failed.iter().take(LISTED) {
-        super::warn(&[format!("{run}: {error}")]);
+        super::terminal::warn(&[format!("{run}: {error}")]);
     }
     if failed.len() > LISTED {
-        super::warn(&[format!("and {} more", failed.len() - LISTED)]);
+        super::terminal::warn(&[format!("and {} more", failed.len() - LISTED)]);
     }
     for (kind, runs) in warned {
         let s = if *runs == 1 { "" } else { "s" };
-        super::warn(&[format!("{runs} run{s}: {kind}")]);
+        super::terminal::warn(&[format!("{runs} run{s}: {kind}")]);
     }
     let mut text = String::new();
     if let Some(simulations) = simulations {
@@ -176,7 +178,7 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
         0 => writeln!(text, "; wrote {folder}"),
         _ => writeln!(text, "; {missing} runs of other shards are not in {folder}: no tables yet"),
     };
-    super::print(&text)?;
+    super::terminal::print(&text)?;
     match failed.len() {
         0 => Ok(()),
         n => Err(Error::run("sweep", format!("{n} of {runs} runs failed")).remedy(format!(
@@ -203,5 +205,5 @@ fn dry_run(
         let _ = writeln!(text, "{run}: {state}");
     }
     let _ = writeln!(text, "{forecast}");
-    super::print(&text)
+    super::terminal::print(&text)
 }

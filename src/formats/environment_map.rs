@@ -6,27 +6,20 @@
 #[cfg(feature = "exr")]
 mod exr_file;
 mod hdr;
+mod panorama;
 #[cfg(all(test, feature = "exr"))]
 mod tests;
 
 use std::path::Path;
+
+use panorama::MOST;
+pub use panorama::Panorama;
 
 use super::input::quoted;
 use crate::{
     error::{Error, Result},
     scene::daylight::RadianceMap,
 };
-
-/// The most numbers that a map may hold: texels x channels, or x bands.
-const MOST: usize = 1 << 27;
-
-/// A picture: named channels of equal length, row by row from the upper left.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Panorama {
-    width: usize,
-    height: usize,
-    channels: Vec<(String, Vec<f32>)>,
-}
 
 impl Panorama {
     /// Reads the `bytes` of the picture at `path`: `.exr` (its first layer) or Radiance `.hdr`, told by
@@ -123,18 +116,9 @@ impl Panorama {
 
 #[cfg(not(feature = "exr"))]
 mod exr_file {
-    use super::Panorama;
+    use super::panorama::Panorama;
 
     pub(super) fn read(_: &[u8]) -> std::result::Result<Panorama, String> {
         Err("is OpenEXR, which this build does not read (feature `exr`)".into())
-    }
-}
-
-/// Refuses what would take all memory.
-fn check_size(width: usize, height: usize, channels: usize) -> std::result::Result<(), String> {
-    let numbers = width.checked_mul(height).and_then(|texels| texels.checked_mul(channels));
-    match numbers {
-        Some(1..=MOST) => Ok(()),
-        _ => Err(format!("has {width} x {height} texels in {channels} channels")),
     }
 }

@@ -6,6 +6,7 @@
 mod lines;
 mod mesh;
 mod mtl;
+mod part;
 mod scan;
 
 use std::path::Path;
@@ -19,6 +20,7 @@ use scan::Scan;
 
 pub use mesh::{Mesh, MeshGroup};
 pub use mtl::{MtlEntry, MtlLibrary};
+pub use part::{ObjGroup, ObjPart};
 
 /// What an OBJ file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,31 +31,6 @@ pub struct ObjFile {
     pub parts: Vec<ObjPart>,
     /// The material entries of its MTL files.
     pub mtl: MtlLibrary,
-}
-
-/// The faces under one name.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ObjGroup {
-    /// What the last `o` or `g` line named (`default` where it gave no name); none for the faces
-    /// before any such line.
-    pub name: Option<String>,
-}
-
-/// One run of faces with one group and one material.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ObjPart {
-    /// Index into [`ObjFile::groups`].
-    pub group: usize,
-    /// The name after `usemtl`, as written.
-    pub material: Option<String>,
-    /// Line of its first face, from 1.
-    pub line: usize,
-    /// Corners in the file's unit, all finite, counter-clockwise seen from the front; at least one
-    /// triangle, possibly without area.
-    pub triangles: Vec<[DVec3; 3]>,
-    /// How many of its faces have an outline that crosses itself, so that it is unclear what they
-    /// cover.
-    pub tangled: usize,
 }
 
 impl ObjFile {

@@ -7,6 +7,7 @@
 
 mod binary;
 mod build;
+mod layout;
 mod pages;
 mod query;
 mod triangle;
@@ -16,46 +17,12 @@ mod wide;
 #[cfg(test)]
 mod tests;
 
-use glam::Vec3;
-
 use crate::math::geometry::{Ray, Triangle};
 use query::{Closest, Crossings, Meet, Occluded};
 use walk::ROOT_NODES;
 
+pub use layout::{Bvh, Hit};
 pub use query::Kernel;
-
-/// Where a ray meets a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Distance along the ray, > 0, in lengths of its direction (m when that is a unit vector).
-    pub t: f32,
-    /// Index of the triangle in the list the structure was built from.
-    pub triangle: u32,
-    /// Weight of the triangle's corner b, in [0, 1].
-    pub u: f32,
-    /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
-    pub v: f32,
-    /// That point, m.
-    pub point: Vec3,
-    /// False where the ray passes through an edge that belongs to the triangle across it.
-    pub owned: bool,
-}
-
-/// Eight numbers that the processor takes at once.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-struct Row([f32; 8]);
-
-/// Triangles arranged for rays. Coordinates of triangles and rays must stay below 1e9 m.
-#[derive(Clone, Debug, Default)]
-pub struct Bvh {
-    /// Nodes and leaves, a parent before its children.
-    rows: Vec<Row>,
-    /// So many nodes, the first ones, are together the root; 0 where there is no triangle.
-    root_nodes: usize,
-    /// Largest |x|, |y|, |z| of any corner: the scale of rounding errors, m.
-    reach: Vec3,
-}
 
 impl Bvh {
     /// Arranges `triangles`, all finite. Those without area are left out: no ray hits them. It runs

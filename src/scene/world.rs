@@ -27,17 +27,13 @@ use crate::{
         material::Material,
     },
 };
-use shapes::{Shapes, has_parallel};
+use shapes::{RAY_OFFSET, Shapes, has_parallel};
 
 pub use flush::FlushLight;
 pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use sight::LightHit;
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
-
-/// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
-/// scene: well above the rounding of single precision (2^-24), far below any geometry.
-const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
 
 /// One triangle of a surface: what the hot loop asks of it.
 #[derive(Clone, Copy, Debug)]

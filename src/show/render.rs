@@ -5,6 +5,7 @@
 mod dots;
 mod eye;
 mod radiance;
+mod shared;
 #[cfg(test)]
 mod tests;
 
@@ -21,7 +22,6 @@ use crate::{
         rng::{Purpose, Stream, Streams},
         spectrum::with_lanes,
     },
-    scene::world::SurfaceHit,
     transport::{
         simulate::{Control, Progress},
         surface_light::SurfaceLight,
@@ -31,6 +31,7 @@ use crate::{
 pub use dots::{Dot, path_dots, photon_dots};
 pub use eye::{Eye, Sight};
 use radiance::Whitted;
+use shared::{PIXELS, Shared};
 
 /// What a picture of light shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -205,40 +206,6 @@ impl Samples<'_> {
     }
 }
 
-/// What rays of one pixel have found, for others that come to the same place.
-#[derive(Default)]
-struct Shared(Vec<Found>);
-
-struct Found {
-    triangle: usize,
-    front: bool,
-    point: Vec3,
-    value: Vec<f64>,
-}
-
-impl Shared {
-    /// What was found within `reach` of a hit on the same side of its triangle, or else `find`s it.
-    fn value(
-        &mut self,
-        hit: &SurfaceHit,
-        front: bool,
-        reach: f32,
-        find: impl FnOnce() -> Vec<f64>,
-    ) -> &[f64] {
-        let near = |found: &Found| {
-            found.triangle == hit.triangle
-                && found.front == front
-                && found.point.distance_squared(hit.point) <= reach * reach
-        };
-        let index = self.0.iter().position(near).unwrap_or_else(|| {
-            let (triangle, point) = (hit.triangle, hit.point);
-            self.0.push(Found { triangle, front, point, value: find() });
-            self.0.len() - 1
-        });
-        &self.0[index].value
-    }
-}
-
 /// A value of the first surface that cannot be seen through.
 fn flat<'s>(
     eye: &Eye,
@@ -251,9 +218,6 @@ fn flat<'s>(
     let reach = PIXELS * eye.camera.pixel() * hit.t;
     Some(shared.value(&hit, front, reach, || find(hit.triangle, front, hit.point)))
 }
-
-/// How far apart, in pixels, points may be that share an estimate.
-const PIXELS: f32 = 2.0;
 
 /// Refuses a picture that would not fit into memory.
 pub fn check_size(eye: &Eye, bands: usize) -> Result<()> {

@@ -1,12 +1,16 @@
 //! What a scene holds, and what looks wrong in it.
 
 mod mesh;
+mod remarks;
 mod solids;
 
 use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+
+pub(crate) use remarks::decimals;
+use remarks::{Remarks, length, quoted};
 
 use crate::{
     error::{Error, Result},
@@ -22,8 +26,6 @@ use crate::{
     },
 };
 
-/// Names listed in one remark.
-const LISTED: usize = 5;
 /// The usual size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
 
@@ -257,70 +259,8 @@ fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-/// What there is to say, collected.
-#[derive(Default)]
-struct Remarks {
-    warnings: Vec<String>,
-    notes: Vec<String>,
-}
-
-impl Remarks {
-    /// Warns of `things`, where there are any, in the sentence that `say` makes of their list.
-    fn warn_of(
-        &mut self,
-        things: impl IntoIterator<Item = String>,
-        say: impl FnOnce(&str) -> String,
-    ) {
-        self.warnings.extend(some(things).map(|list| say(&list)));
-    }
-
-    fn note_of(
-        &mut self,
-        things: impl IntoIterator<Item = String>,
-        say: impl FnOnce(&str) -> String,
-    ) {
-        self.notes.extend(some(things).map(|list| say(&list)));
-    }
-}
-
-/// The first few, and how many more.
-fn some(things: impl IntoIterator<Item = String>) -> Option<String> {
-    let mut things = things.into_iter();
-    let first: Vec<String> = things.by_ref().take(LISTED).collect();
-    let more = match things.count() {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    (!first.is_empty()).then(|| first.join(", ") + &more)
-}
-
-fn quoted<'a>(names: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = String> {
-    names.into_iter().map(|name| format!("`{name}`"))
-}
-
 /// Twice the area along the normal, m2.
 fn cross(t: &Triangle) -> DVec3 {
     let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
     (b - a).cross(c - a)
-}
-
-/// A length in m or mm, two digits.
-fn length(metres: f64) -> String {
-    let (value, unit) = if metres >= 0.1 { (metres, "m") } else { (1e3 * metres, "mm") };
-    format!("{value:.*} {unit}", decimals(value, 2))
-}
-
-/// A point in the user's coordinates, to a thousandth of the scene.
-fn place(scene: &Scene, point: Vec3) -> String {
-    let decimals = decimals(scene.radius.into(), 4);
-    let p = (scene.center + point.as_dvec3()).to_array();
-    // no minus before zero
-    let scale = 10f64.powi(decimals as i32);
-    let [x, y, z] = p.map(|v| format!("{:.decimals$}", (v * scale).round() / scale + 0.0));
-    format!("({x}, {y}, {z}) m")
-}
-
-/// Decimals that show so many digits of `value`.
-pub(crate) fn decimals(value: f64, digits: i32) -> usize {
-    if value > 0.0 { (digits - 1 - value.log10().floor() as i32).clamp(0, 12) as usize } else { 0 }
 }

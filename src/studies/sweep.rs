@@ -4,6 +4,7 @@
 //! alone. So it does not matter when a sweep was stopped, in how many parts it ran, or on how many
 //! threads.
 
+mod control;
 mod folder;
 mod forecast;
 mod linear;
@@ -16,12 +17,7 @@ mod tables;
 mod work;
 mod written;
 
-use std::{
-    collections::BTreeMap,
-    fmt,
-    path::Path,
-    sync::atomic::{AtomicBool, Ordering},
-};
+use std::{collections::BTreeMap, path::Path};
 
 use crate::{
     error::{Error, Result},
@@ -29,7 +25,6 @@ use crate::{
         scene_file::LoadedScene,
         sweep_file::{Run, Sweep},
     },
-    math::machine,
     transport::shard::Shard,
 };
 use folder::{SweepFolder, Times};
@@ -37,72 +32,10 @@ use linear::Jobs;
 use origin::Inputs;
 use work::Work;
 
+pub use control::{Step, SweepControl, SweepPlan, SweepProgress};
 pub use folder::State;
 pub use forecast::{Forecast, from_simulations};
 pub use merge::merge;
-
-/// How a sweep is to be done.
-#[derive(Clone, Copy, Debug)]
-pub struct SweepPlan {
-    /// Which runs.
-    pub shard: Shard,
-    /// Threads; 0 takes all processors. The results do not depend on it.
-    pub threads: usize,
-    /// The most runs at a time; 0 takes as many as there are threads.
-    pub jobs: usize,
-}
-
-impl SweepPlan {
-    fn threads(&self) -> usize {
-        machine::threads(self.threads)
-    }
-}
-
-/// What a sweep is watched and stopped by.
-pub struct SweepControl<'a> {
-    /// Set it to end the sweep with an error; what is finished stays.
-    pub stop: &'a AtomicBool,
-    /// Called now and then, from any thread.
-    pub progress: &'a (dyn Fn(SweepProgress) + Sync),
-}
-
-impl SweepControl<'_> {
-    fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
-
-/// How far a sweep has come.
-#[derive(Clone, Copy, Debug)]
-pub struct SweepProgress {
-    /// What it is at.
-    pub step: Step,
-    /// Runs behind it, with the parts of those that are under way.
-    pub runs: f64,
-    /// Runs in this step.
-    pub of: usize,
-}
-
-/// What a sweep is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// It looks what is there already.
-    Looking,
-    /// It runs.
-    Running,
-    /// It writes tables.
-    Writing,
-}
-
-impl fmt::Display for Step {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Looking => "looking what is done",
-            Self::Running => "running",
-            Self::Writing => "writing tables",
-        })
-    }
-}
 
 /// What has become of a sweep.
 #[derive(Clone, Debug)]

@@ -14,6 +14,7 @@ mod reflectors;
 #[cfg(test)]
 mod tests;
 mod unseen;
+mod vertex;
 
 use glam::Vec3;
 
@@ -32,20 +33,11 @@ pub use joined::Joined;
 pub use joined::radiance;
 pub use reflectors::Reflectors;
 pub use unseen::Unseen;
+use vertex::Vertex;
 
 /// Where surfaces have left less of a path than this, it goes on by chance (Russian roulette; Arvo
 /// and Kirk, SIGGRAPH 1990), with this much.
 const LEAST: f32 = 1.0 / 3.0;
-
-/// A point that light is gathered at.
-#[derive(Clone, Copy)]
-struct Vertex {
-    point: Vec3,
-    /// Normal of the surface that a shadow ray must step off, on either side.
-    step: Option<Vec3>,
-    /// Normal of the only side that light counts from.
-    one_sided: Option<Vec3>,
-}
 
 /// How a path goes on from a point.
 struct Leg {

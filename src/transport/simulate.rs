@@ -36,13 +36,12 @@ use crate::{
 };
 
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
+pub use plan::BLOCKS;
 use plan::Plan;
 pub use share::{Joined, Share, check_shareable, simulate_share};
 pub use surfaces::light_surfaces;
 pub use trial::Choice;
 
-/// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
-pub const BLOCKS: u64 = 128;
 /// Histories of a piece, unless there are more lights than that.
 const PIECE: u64 = 1024;
 /// The least number of paths from each face.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    What,
+    arguments::What,
     task::{Made, Task, photons},
 };
 use crate::{

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    By,
+    arguments::By,
     task::{Made, Task, photons},
 };
 use crate::{

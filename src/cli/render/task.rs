@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Arguments, What};
+use super::arguments::{Arguments, What};
 use crate::{
     cli::{
         interrupt::Interrupt,

@@ -13,7 +13,7 @@ use crate::{
 
 /// The camera; what is not given is the scene's, or chosen.
 #[derive(Args)]
-pub(super) struct ViewArguments {
+pub struct ViewArguments {
     /// Where the eye is, in the scene's unit of length [default: the scene's camera, or outside with
     /// what is in the way cut off]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read as reader};
 
-use super::{Panorama, check_size};
+use super::panorama::{Panorama, check_size};
 
 /// Reads the bytes of a picture.
 pub(super) fn read(bytes: &[u8]) -> std::result::Result<Panorama, String> {

@@ -1,7 +1,7 @@
 //! Radiance's pictures (Ward, Real pixels, Graphics Gems II, 1991): a header, then for each texel three bytes
 //! and their common exponent, in runs.
 
-use super::{Panorama, check_size};
+use super::panorama::{Panorama, check_size};
 
 type Problem = String;
 

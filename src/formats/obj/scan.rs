@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use super::lines::{Line, values};
-use super::{ObjGroup, ObjPart};
+use super::part::{ObjGroup, ObjPart};
 use crate::error::{Error, Result, nearest};
 use crate::formats::input::quoted;
 

@@ -4,9 +4,13 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::{Loader, Result, format::*, objects::area, stem};
+use super::{
+    format::*,
+    loader::{Loader, stem},
+    objects::area,
+};
 use crate::{
-    error::Error,
+    error::{Error, Result},
     formats::captor_csv,
     math::geometry::{Transform, unit_vector},
     scene::{captor::CaptorKind, world::CaptorPart},

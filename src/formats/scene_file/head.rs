@@ -2,11 +2,18 @@
 
 use glam::DVec3;
 
-use super::{Band, BandSum, Count, Loader, Result, format::*, unknown};
+use super::{
+    format::*,
+    loader::{Loader, unknown},
+};
 use crate::{
+    error::Result,
     formats::json,
     math::spectrum::MAX_BANDS,
-    scene::camera::View,
+    scene::{
+        camera::View,
+        world::{Band, BandSum},
+    },
     transport::settings::{Checked, Settings},
 };
 

@@ -4,14 +4,15 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{Loader, MAX_LIGHTS, Result, format::*, objects::area};
+use super::{format::*, loader::Loader, objects::area};
 use crate::{
+    error::Result,
     math::geometry::triangulate,
     scene::{
         light::{
             LightShape, check_area, check_axis, check_direction, check_half_angle, check_power,
         },
-        world::{LightPart, SurfacePart},
+        world::{LightPart, MAX_LIGHTS, SurfacePart},
     },
 };
 

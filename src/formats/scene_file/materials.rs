@@ -1,11 +1,18 @@
 //! Materials: of the scene file, and of MTL entries.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
-use super::{Loader, NamedMaterial, Result, format::*, json, numbers::single, unknown};
+use super::{
+    format::*,
+    loader::{Loader, unknown},
+    numbers::single,
+};
 use crate::{
-    error::{Error, Problem},
-    formats::obj::{MtlEntry, MtlLibrary},
+    error::{Error, Problem, Result},
+    formats::{
+        json,
+        obj::{MtlEntry, MtlLibrary},
+    },
     scene::material::{
         Dielectric, Lambert, Leaf, LeafFace, MAX_EXPONENT, Material, Mirror, Pane, Phong,
         PhongFractions, check_ior, normal_fresnel,
@@ -14,57 +21,6 @@ use crate::{
 
 /// Index of refraction of a leaf's cuticle (Jacquemoud and Baret 1990; Bousquet et al. 2005).
 const LEAF_IOR: f64 = 1.425;
-
-/// The materials of a scene: all of its file's, and the MTL entries that are used.
-#[derive(Default)]
-pub(super) struct Library {
-    entries: Vec<Entry>,
-    by_name: BTreeMap<String, usize>,
-    by_mtl_place: BTreeMap<String, usize>,
-    names: HashSet<String>,
-    used: usize,
-}
-
-struct Entry {
-    named: NamedMaterial,
-    /// Index among the materials that surfaces have.
-    used: Option<usize>,
-    reciprocal: bool,
-}
-
-impl Library {
-    fn add(&mut self, name: String, material: Material, reciprocal: bool) -> usize {
-        self.names.insert(name.clone());
-        let named = NamedMaterial { name, material };
-        self.entries.push(Entry { named, used: None, reciprocal });
-        self.entries.len() - 1
-    }
-
-    /// The index that a material has in the scene, now that a surface has it.
-    fn use_entry(&mut self, entry: usize) -> usize {
-        *self.entries[entry].used.get_or_insert_with(|| {
-            self.used += 1;
-            self.used - 1
-        })
-    }
-
-    pub(super) fn unused(&self) -> Vec<String> {
-        let unused = self.entries.iter().filter(|entry| entry.used.is_none());
-        unused.map(|entry| entry.named.name.clone()).collect()
-    }
-
-    pub(super) fn non_reciprocal(&self) -> Vec<String> {
-        let found = self.entries.iter().filter(|e| e.used.is_some() && !e.reciprocal);
-        found.map(|entry| entry.named.name.clone()).collect()
-    }
-
-    pub(super) fn into_used(self) -> Vec<NamedMaterial> {
-        let mut used: Vec<(usize, NamedMaterial)> =
-            self.entries.into_iter().filter_map(|e| Some((e.used?, e.named))).collect();
-        used.sort_by_key(|(index, _)| *index);
-        used.into_iter().map(|(_, named)| named).collect()
-    }
-}
 
 impl Loader<'_> {
     pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialFile>) -> Result<()> {

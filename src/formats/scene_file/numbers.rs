@@ -1,7 +1,7 @@
 //! Numbers in their ranges, one for each band.
 
-use super::{Loader, Result, format::PerBand};
-use crate::error::{check_length, check_range};
+use super::{format::PerBand, loader::Loader};
+use crate::error::{Result, check_length, check_range};
 
 impl Loader<'_> {
     /// Refuses a number outside [`low`, `high`].

@@ -4,9 +4,12 @@ use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
 use glam::DVec3;
 
-use super::{Loader, Result, format::*, stem};
+use super::{
+    format::*,
+    loader::{Loader, stem},
+};
 use crate::{
-    error::Error,
+    error::{Error, Result},
     formats::obj::{ObjFile, ObjPart},
     math::geometry::Transform,
     scene::{

@@ -4,8 +4,12 @@ use std::{path::Path, sync::Arc};
 
 use glam::DVec3;
 
-use super::{Loader, Result, format::*, unknown};
+use super::{
+    format::*,
+    loader::{Loader, unknown},
+};
 use crate::{
+    error::Result,
     formats::{input::quoted, obj::ObjFile},
     math::geometry::Transform,
 };

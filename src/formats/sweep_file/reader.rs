@@ -5,9 +5,9 @@ use std::{collections::HashSet, fmt::Display};
 use serde_json::Value;
 
 use super::{
-    BALANCE, COLUMNS, Parameter,
     design::{self, Choices, Points},
     format::{CombineFile, FullFile, SampleFile, SampleKind, SweepFile, VaryFile, Whole},
+    parameter::{BALANCE, COLUMNS, Parameter},
 };
 use crate::{
     error::{Error, Result, nearest},

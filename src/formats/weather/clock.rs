@@ -1,7 +1,7 @@
 //! Whether a file's clock is right: global = direct sin(elevation) + diffuse holds in every hour, with the
 //! sun where it really stood.
 
-use super::{HOUR, Record, Site, Weather};
+use super::record::{HOUR, Record, Site, Weather};
 use crate::scene::daylight::{SunPosition, Timestamp};
 
 /// The test of a file's clock.

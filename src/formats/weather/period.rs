@@ -1,6 +1,6 @@
 //! What an instant or a period takes of a weather file.
 
-use super::{Clock, DAY, HOUR, Record, Site, Weather, YEAR};
+use super::record::{Clock, DAY, HOUR, Record, Site, Weather, YEAR};
 use crate::{
     error::{Error, Result},
     scene::daylight::{Date, Hour, SunPosition, Timestamp, eccentricity},

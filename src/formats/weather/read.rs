@@ -2,7 +2,7 @@
 
 use std::{fmt::Display, path::Path};
 
-use super::{Clock, DAY, HOUR, Record, Site, Stamp, Weather};
+use super::record::{Clock, DAY, HOUR, Record, Site, Stamp, Weather};
 use crate::{
     error::{Error, Result},
     formats::{input::quoted, iso8601::parse_time},

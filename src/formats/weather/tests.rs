@@ -2,7 +2,9 @@
 
 use proptest::prelude::*;
 
+use super::record::{DAY, HOUR};
 use super::*;
+use crate::scene::daylight::Timestamp;
 use crate::{
     formats::{iso8601::parse_time, spoil::spoiled},
     scene::daylight::Date,

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::Bvh;
 use super::binary::binary_tree;
+use super::layout::Bvh;
 use super::pages::in_large_pages;
 use super::walk::STACK;
 use super::wide::{Branch, widen};

@@ -3,7 +3,7 @@
 #[cfg(target_os = "linux")]
 use std::mem::MaybeUninit;
 
-use super::Row;
+use super::layout::Row;
 
 /// 2 MB, as x86-64 and most others have it.
 const LARGE_PAGE: usize = 1 << 21;

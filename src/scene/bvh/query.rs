@@ -2,15 +2,10 @@
 
 use std::sync::LazyLock;
 
+use super::layout::{Bvh, Gather, Hit};
 use super::triangle::Met;
 use super::walk::Probe;
-use super::{Bvh, Hit};
 use crate::math::geometry::Ray;
-
-/// Gathers one bit of each of eight numbers, which are all ones or all zeros.
-pub(super) trait Gather: Fn([u32; 8]) -> u32 + Copy {}
-
-impl<F: Fn([u32; 8]) -> u32 + Copy> Gather for F {}
 
 /// A question and all that it needs. Its answer must be inlined: what it calls is then compiled
 /// for the processor too, and the ray stays in registers.

@@ -8,8 +8,7 @@
 
 use glam::{DVec2, DVec3, Vec3, Vec3A};
 
-use super::query::Gather;
-use super::{Hit, Row};
+use super::layout::{Gather, Hit, Row};
 
 /// Up to eight triangles: the corners a, b, c along x, along y and along z, m, and the triangles'
 /// indices. A place that is not filled has corners that are no numbers, which no ray meets.

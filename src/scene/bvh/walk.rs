@@ -3,9 +3,8 @@
 use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 
-use super::query::Gather;
+use super::layout::{Bvh, Gather, Hit, Row};
 use super::triangle::{INDICES, Leaf, Met, Shear};
-use super::{Bvh, Hit, Row};
 use crate::math::geometry::Ray;
 
 /// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.

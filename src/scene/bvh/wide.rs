@@ -2,7 +2,7 @@
 
 use arrayvec::ArrayVec;
 
-use super::Row;
+use super::layout::Row;
 use super::triangle::{INDICES, Leaf};
 use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, ROOT_NODES};
 use crate::math::geometry::{Extent, Triangle};

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::{
-    NO_CAPTOR, RAY_OFFSET, Scene, SceneParts, Surface, flush,
-    shapes::{KeptShapes, Outlines},
+    NO_CAPTOR, Scene, SceneParts, Surface, flush,
+    shapes::{KeptShapes, Outlines, RAY_OFFSET},
 };
 use crate::{
     error::{Error, Result, number},

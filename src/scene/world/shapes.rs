@@ -9,11 +9,14 @@ use std::{
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::RAY_OFFSET;
 use crate::{
     math::geometry::{Ray, Triangle},
     scene::bvh::Bvh,
 };
+
+/// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
+/// scene: well above the rounding of single precision (2^-24), far below any geometry.
+pub(super) const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
 
 /// Triangles, before they are arranged.
 #[derive(Debug, PartialEq)]

@@ -2,7 +2,10 @@
 //! (Whitted, Communications of the ACM 23 (6), 1980), and see lamps; where a surface scatters, the
 //! photons there tell how bright it is.
 
-use super::{Eye, PIXELS, Shared};
+use super::{
+    eye::Eye,
+    shared::{PIXELS, Shared},
+};
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{

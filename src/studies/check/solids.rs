@@ -6,9 +6,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    Remarks, length,
     mesh::{Piece, Pieces, pieces},
-    place,
+    remarks::{Remarks, length, place},
 };
 use crate::{
     math::{

@@ -1,12 +1,12 @@
 //! A table, written row by row as CSV and, with the feature `parquet`, as Parquet at once.
 
+mod cell;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 
 use std::io;
 
-use serde_json::Value;
-
+pub use self::cell::{Cell, Kind};
 #[cfg(feature = "parquet")]
 use self::parquet_file::ParquetTable;
 use super::written::{OwnFile, Written};
@@ -14,65 +14,6 @@ use crate::{
     error::{Error, Result},
     formats::csv_text,
 };
-
-/// What all cells of a column are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Whole numbers, at least 0.
-    Whole,
-    /// Numbers.
-    Number,
-    /// Texts.
-    Text,
-}
-
-impl Kind {
-    /// Of a parameter with these values: text, unless all are numbers.
-    pub fn of(values: &[Value]) -> Self {
-        if values.iter().all(Value::is_number) { Self::Number } else { Self::Text }
-    }
-}
-
-/// What stands in a column of a row.
-#[derive(Clone, Debug)]
-pub enum Cell<'a> {
-    /// A whole number.
-    Whole(u64),
-    /// A number.
-    Number(f64),
-    /// A text.
-    Text(&'a str),
-    /// The value of a parameter.
-    Value(&'a Value),
-    /// Nothing.
-    Nothing,
-}
-
-impl Cell<'_> {
-    /// A number, or nothing.
-    pub fn number(value: Option<f64>) -> Self {
-        value.map_or(Self::Nothing, Self::Number)
-    }
-
-    fn text(&self) -> String {
-        match self {
-            Self::Whole(n) => n.to_string(),
-            Self::Number(v) => v.to_string(),
-            Self::Text(text) => text.to_string(),
-            Self::Value(Value::String(text)) => text.clone(),
-            Self::Value(value) => value.to_string(),
-            Self::Nothing => String::new(),
-        }
-    }
-
-    fn csv(&self) -> String {
-        let text = self.text();
-        match self {
-            Self::Text(_) | Self::Value(Value::String(_)) => csv_text::cell(&text).into_owned(),
-            _ => text,
-        }
-    }
-}
 
 /// A table while it is written.
 pub struct Table<'a> {

@@ -4,7 +4,7 @@
 use std::{collections::BTreeMap, io::Write};
 
 use super::{
-    Step, SweepControl, SweepProgress,
+    control::{Step, SweepControl, SweepProgress},
     folder::{State, SweepFolder, result_path},
     response::Responses,
     table::{Cell, Kind, Table},

@@ -10,8 +10,8 @@ use std::{
 };
 
 use super::{
-    State, Step, SweepControl, SweepPlan, SweepProgress,
-    folder::{SweepFolder, Time, Times},
+    control::{Step, SweepControl, SweepPlan, SweepProgress},
+    folder::{State, SweepFolder, Time, Times},
     linear::{Base, Job, at_powers},
     origin::{Inputs, Origin},
 };

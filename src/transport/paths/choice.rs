@@ -1,6 +1,6 @@
 //! Which light a point is joined with.
 
-use super::Vertex;
+use super::vertex::Vertex;
 use crate::scene::light::Light;
 
 /// The chances of the lights at a point: one half in proportion to what each may contribute

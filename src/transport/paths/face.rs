@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Aim, Leg, Path, Reflectors, Vertex};
+use super::{Aim, Leg, Path, Reflectors, vertex::Vertex};
 use crate::{
     math::{
         geometry::{Frame, Ray, Triangle},

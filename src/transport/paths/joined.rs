@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Path, Vertex, next_event_density};
+use super::{Path, next_event_density, vertex::Vertex};
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{

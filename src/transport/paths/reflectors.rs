@@ -8,7 +8,7 @@ use std::{
 
 use glam::{Vec2, Vec3};
 
-use super::{Vertex, choice::LightChoice};
+use super::{choice::LightChoice, vertex::Vertex};
 use crate::{
     math::{
         rng::{Purpose, Stream, Streams},

@@ -1,7 +1,9 @@
 //! How a run is cut: rounds into blocks, blocks into pieces.
 
-use super::BLOCKS;
 use crate::transport::photon_map::PieceKey;
+
+/// Blocks of a run, and of each round of a run that goes on until it is accurate enough.
+pub const BLOCKS: u64 = 128;
 
 /// The cut of a round into blocks and pieces.
 #[derive(Clone, Copy, Debug, PartialEq)]

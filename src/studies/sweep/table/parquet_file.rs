@@ -11,7 +11,10 @@ use parquet::{
     schema::types::Type,
 };
 
-use super::{super::written::OwnFile, Cell, Kind};
+use super::{
+    super::written::OwnFile,
+    cell::{Cell, Kind},
+};
 
 /// Rows that are kept in memory.
 const ROWS: usize = 50_000;

@@ -1,0 +1,185 @@
+//! What is known and collected while a scene is put together, and the errors that say where.
+
+use std::{
+    cell::RefCell,
+    collections::{BTreeMap, HashMap, HashSet},
+    fmt::Display,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use glam::DVec3;
+
+use super::{format::SceneFile, kept::Kept, library::Library};
+use crate::{
+    error::{Error, Result, nearest},
+    formats::{
+        input::{Fetch, RELATIVE},
+        json,
+        obj::{Mesh, ObjFile},
+    },
+    scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
+};
+
+/// Where a scene finds what its JSON only names.
+pub(super) struct Sources<'a> {
+    /// Fetches files.
+    pub(super) read: &'a Fetch<'a>,
+    /// What of other scenes can be used again.
+    pub(super) kept: Option<&'a Kept>,
+    /// Meshes in memory, by name.
+    pub(super) meshes: &'a HashMap<String, Mesh>,
+}
+
+/// What is known and collected while a scene is put together.
+pub(super) struct Loader<'a> {
+    pub(super) path: PathBuf,
+    pub(super) sources: &'a Sources<'a>,
+    /// Every file that was read.
+    pub(super) files: RefCell<Vec<PathBuf>>,
+    pub(super) metres: f64,
+    pub(super) bands: usize,
+    pub(super) parts: SceneParts,
+    pub(super) obj_files: HashMap<PathBuf, Arc<ObjFile>>,
+    pub(super) materials: Library,
+    pub(super) groups: BTreeMap<String, usize>,
+    /// Names of captor entries and captor objects: each is a group of its own.
+    pub(super) entries: HashSet<String>,
+    pub(super) captor_ids: HashSet<String>,
+    pub(super) light_names: HashSet<String>,
+    pub(super) triangles: usize,
+    pub(super) warnings: Vec<String>,
+}
+
+impl<'a> Loader<'a> {
+    pub(super) fn new(path: &Path, file: &SceneFile, sources: &'a Sources) -> Result<Self> {
+        let mut loader = Self {
+            path: path.to_path_buf(),
+            sources,
+            files: RefCell::new(vec![path.to_path_buf()]),
+            metres: file.unit.metres(),
+            bands: 0,
+            parts: SceneParts::default(),
+            obj_files: HashMap::new(),
+            materials: Library::default(),
+            groups: BTreeMap::new(),
+            entries: HashSet::new(),
+            captor_ids: HashSet::new(),
+            light_names: HashSet::new(),
+            triangles: 0,
+            warnings: Vec::new(),
+        };
+        let stem = stem(path);
+        loader.parts.name = file.name.clone().unwrap_or(stem);
+        loader.parts.quantity = file.quantity;
+        loader.load_bands(file)?;
+        Ok(loader)
+    }
+
+    /// A JSON pointer of the scene file.
+    pub(super) fn place(&self, pointer: impl Display) -> String {
+        json::place(&self.path.display().to_string(), &pointer.to_string())
+    }
+
+    /// An error there.
+    pub(super) fn error(&self, pointer: impl Display, problem: impl Display) -> Error {
+        Error::input(self.place(pointer), problem)
+    }
+
+    pub(super) fn warn(&mut self, place: impl Display, problem: impl Display) {
+        const MOST: usize = 100;
+        match self.warnings.len() {
+            0..MOST => self.warnings.push(format!("{place}: {problem}")),
+            MOST => self.warnings.push("and more warnings than these".into()),
+            _ => {}
+        }
+    }
+
+    /// The path of a file that the scene file names.
+    pub(super) fn sibling(&self, file: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(file)
+    }
+
+    /// The bytes of a file that the scene file names at `pointer`.
+    pub(super) fn bytes(&self, pointer: &str, path: &Path) -> Result<Vec<u8>> {
+        let error = |why| self.error(pointer, format!("{}: {why}", path.display()));
+        self.fetch(path).map_err(|why| error(why).remedy(RELATIVE))
+    }
+
+    pub(super) fn fetch(&self, path: &Path) -> std::result::Result<Vec<u8>, String> {
+        let bytes = (self.sources.read)(path)?;
+        self.files.borrow_mut().push(path.to_path_buf());
+        Ok(bytes)
+    }
+
+    pub(super) fn count_triangles(&mut self, more: usize) -> Result<()> {
+        self.triangles += more;
+        if self.triangles <= MAX_TRIANGLES {
+            return Ok(());
+        }
+        Err(self
+            .error("", format!("more than {MAX_TRIANGLES} triangles"))
+            .remedy("use fewer instances, coarser meshes or fewer captors"))
+    }
+
+    pub(super) fn point(&self, p: [f64; 3]) -> DVec3 {
+        DVec3::from(p) * self.metres
+    }
+
+    /// The index of the group `name`.
+    pub(super) fn group(&mut self, name: &str) -> usize {
+        let next = self.groups.len();
+        *self.groups.entry(name.to_string()).or_insert(next)
+    }
+
+    /// Takes the name of a captor entry or captor object, which must be new.
+    pub(super) fn claim_group(&mut self, pointer: &str, name: &str) -> Result<()> {
+        if self.entries.insert(name.to_string()) {
+            return Ok(());
+        }
+        Err(self
+            .error(pointer, format!("a second captor entry or captor object named `{name}`"))
+            .remedy("give one of them a `name` of its own"))
+    }
+
+    /// Takes a captor's id, which must be new.
+    pub(super) fn claim_id(&mut self, pointer: &str, id: &str) -> Result<()> {
+        if self.captor_ids.len() == MAX_CAPTORS {
+            return Err(self
+                .error(pointer, format!("more than {MAX_CAPTORS} captors"))
+                .remedy("let groups count in place of triangles, or fewer instances"));
+        }
+        if self.captor_ids.insert(id.to_string()) {
+            return Ok(());
+        }
+        Err(self
+            .error(pointer, format!("a second captor with the id `{id}`"))
+            .remedy("give one of the entries a `name` of its own"))
+    }
+}
+
+/// The name of a file without folder and extension.
+pub(super) fn stem(path: &Path) -> String {
+    path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Adds to an error about an unknown `name` the nearest known one, or all.
+pub(super) fn unknown<'a>(
+    error: Error,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> Error {
+    let mut all: Vec<&str> = known.clone().take(21).collect();
+    let list = match all.len() {
+        0 => return error.remedy("there is none"),
+        21 => {
+            all[20] = "...";
+            format!("there are {}", all.join(", "))
+        }
+        _ => format!("there are {}", all.join(", ")),
+    };
+    match nearest(name, known) {
+        Some(near) => error.remedy(format!("did you mean `{near}`? ({list})")),
+        None => error.remedy(list),
+    }
+}

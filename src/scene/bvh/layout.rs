@@ -1,0 +1,41 @@
+//! How triangles lie in memory for rays, and what a ray that meets one is told.
+
+use glam::Vec3;
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, > 0, in lengths of its direction (m when that is a unit vector).
+    pub t: f32,
+    /// Index of the triangle in the list the structure was built from.
+    pub triangle: u32,
+    /// Weight of the triangle's corner b, in [0, 1].
+    pub u: f32,
+    /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
+    pub v: f32,
+    /// That point, m.
+    pub point: Vec3,
+    /// False where the ray passes through an edge that belongs to the triangle across it.
+    pub owned: bool,
+}
+
+/// Eight numbers that the processor takes at once.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub(super) struct Row(pub [f32; 8]);
+
+/// Triangles arranged for rays. Coordinates of triangles and rays must stay below 1e9 m.
+#[derive(Clone, Debug, Default)]
+pub struct Bvh {
+    /// Nodes and leaves, a parent before its children.
+    pub(super) rows: Vec<Row>,
+    /// So many nodes, the first ones, are together the root; 0 where there is no triangle.
+    pub(super) root_nodes: usize,
+    /// Largest |x|, |y|, |z| of any corner: the scale of rounding errors, m.
+    pub(super) reach: Vec3,
+}
+
+/// Gathers one bit of each of eight numbers, which are all ones or all zeros.
+pub(super) trait Gather: Fn([u32; 8]) -> u32 + Copy {}
+
+impl<F: Fn([u32; 8]) -> u32 + Copy> Gather for F {}

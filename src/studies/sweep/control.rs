@@ -1,0 +1,71 @@
+//! How a sweep is done, watched and stopped.
+
+use std::{
+    fmt,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use crate::{math::machine, transport::shard::Shard};
+
+/// How a sweep is to be done.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepPlan {
+    /// Which runs.
+    pub shard: Shard,
+    /// Threads; 0 takes all processors. The results do not depend on it.
+    pub threads: usize,
+    /// The most runs at a time; 0 takes as many as there are threads.
+    pub jobs: usize,
+}
+
+impl SweepPlan {
+    pub(super) fn threads(&self) -> usize {
+        machine::threads(self.threads)
+    }
+}
+
+/// What a sweep is watched and stopped by.
+pub struct SweepControl<'a> {
+    /// Set it to end the sweep with an error; what is finished stays.
+    pub stop: &'a AtomicBool,
+    /// Called now and then, from any thread.
+    pub progress: &'a (dyn Fn(SweepProgress) + Sync),
+}
+
+impl SweepControl<'_> {
+    pub(super) fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// How far a sweep has come.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepProgress {
+    /// What it is at.
+    pub step: Step,
+    /// Runs behind it, with the parts of those that are under way.
+    pub runs: f64,
+    /// Runs in this step.
+    pub of: usize,
+}
+
+/// What a sweep is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// It looks what is there already.
+    Looking,
+    /// It runs.
+    Running,
+    /// It writes tables.
+    Writing,
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Looking => "looking what is done",
+            Self::Running => "running",
+            Self::Writing => "writing tables",
+        })
+    }
+}

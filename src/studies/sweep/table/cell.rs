@@ -1,0 +1,64 @@
+//! What stands in a table.
+
+use serde_json::Value;
+
+use crate::formats::csv_text;
+
+/// What all cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Whole numbers, at least 0.
+    Whole,
+    /// Numbers.
+    Number,
+    /// Texts.
+    Text,
+}
+
+impl Kind {
+    /// Of a parameter with these values: text, unless all are numbers.
+    pub fn of(values: &[Value]) -> Self {
+        if values.iter().all(Value::is_number) { Self::Number } else { Self::Text }
+    }
+}
+
+/// What stands in a column of a row.
+#[derive(Clone, Debug)]
+pub enum Cell<'a> {
+    /// A whole number.
+    Whole(u64),
+    /// A number.
+    Number(f64),
+    /// A text.
+    Text(&'a str),
+    /// The value of a parameter.
+    Value(&'a Value),
+    /// Nothing.
+    Nothing,
+}
+
+impl Cell<'_> {
+    /// A number, or nothing.
+    pub fn number(value: Option<f64>) -> Self {
+        value.map_or(Self::Nothing, Self::Number)
+    }
+
+    pub(super) fn text(&self) -> String {
+        match self {
+            Self::Whole(n) => n.to_string(),
+            Self::Number(v) => v.to_string(),
+            Self::Text(text) => text.to_string(),
+            Self::Value(Value::String(text)) => text.clone(),
+            Self::Value(value) => value.to_string(),
+            Self::Nothing => String::new(),
+        }
+    }
+
+    pub(super) fn csv(&self) -> String {
+        let text = self.text();
+        match self {
+            Self::Text(_) | Self::Value(Value::String(_)) => csv_text::cell(&text).into_owned(),
+            _ => text,
+        }
+    }
+}
