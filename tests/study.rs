@@ -232,9 +232,12 @@ fn bad_tables_of_truths() {
         ("captor,band,irradiance\nwall,b1,1\n", "truth.csv:2: no band `b1` in the scene"),
         (
             "captor,band,irradiance\nwall,b0,nan\n",
-            "truth.csv:2: `nan` must be a number, at least 0",
+            "truth.csv:2: `nan` must be a number, 0 or from 1e-60 to 1e60",
         ),
-        ("captor,band,irradiance\nwall,b0,-1\n", "truth.csv:2: `-1` must be a number, at least 0"),
+        (
+            "captor,band,irradiance\nwall,b0,-1\n",
+            "truth.csv:2: `-1` must be a number, 0 or from 1e-60 to 1e60",
+        ),
         ("captor,band,irradiance\nwall,b0\n", "is no CSV table"),
         ("captor,face,band,irradiance\nwall,back,b0,1\n", "truth.csv:2: no face `back`"),
     ] {

@@ -73,6 +73,9 @@ impl ShareSettings {
     /// A run with them, on so many threads; none where a number is none that a run may have.
     pub fn settings(&self, threads: usize) -> Option<Settings> {
         let Self { estimator, photons, seed, k, map_photons, splitting, by_light } = *self;
+        if matches!(estimator, Estimator::Auto) {
+            return None;
+        }
         let photons = Some(Settings::check_photons(photons).ok()?);
         let k = k.map(|k| Settings::check_k(k as u64)).transpose().ok()?;
         let map_photons = Settings::check_map_photons(map_photons as u64).ok()?;

@@ -1,8 +1,73 @@
 //! Text files gone wrong, for property tests: sound ones with words, bytes and lines changed.
 
-use proptest::collection::vec;
-use proptest::prelude::*;
-use proptest::sample::{Index, select};
+use std::{fmt::Debug, path::Path, sync::atomic::AtomicBool};
+
+use proptest::{
+    collection::vec,
+    prelude::*,
+    sample::{Index, select},
+};
+
+use crate::{
+    error::Error,
+    formats::{
+        json,
+        scene_file::{LoadedScene, load_value},
+    },
+    results::result::RunResult,
+    transport::{
+        settings::Settings,
+        simulate::{Control, simulate},
+    },
+};
+
+/// A leaf and a sensor below two lamps.
+pub const SCENE: &str = r#"{"bands": [{"name": "a", "from_nm": 400, "to_nm": 500}, {"name": "b", "from_nm": 500, "to_nm": 600}],
+    "sums": {"ab": ["a", "b"]},
+    "materials": {"green": {"type": "lambert", "reflectance": [0.1, 0.5]}},
+    "objects": [{"name": "leaf", "obj": "leaf.obj", "material": "green", "captor": true, "group": "g"}],
+    "lights": [{"name": "l1", "type": "point", "position": [0.2, 0.2, 0.6], "power": [1, 2]},
+        {"name": "l2", "type": "point", "position": [0.1, 0.1, 0.5], "power": 3}],
+    "captors": [{"name": "s", "disc": {"center": [0.2, 0.2, 0.3], "normal": [0, 0, 1], "radius": 0.1},
+        "sides": "both", "group": "g"}]}"#;
+
+/// The mesh that it names `leaf.obj`.
+pub const LEAF: &str = "v 0 0 0\nv 0.4 0 0\nv 0.4 0.4 0\nv 0 0.4 0\nf 1 2 3 4\n";
+
+/// [`SCENE`], which stands in no file.
+pub fn small_scene() -> LoadedScene {
+    let value = json::parse("scene.json", SCENE.as_bytes()).expect("JSON");
+    let read = |_: &Path| Ok(LEAF.as_bytes().to_vec());
+    load_value(value, Path::new("scene.json"), &read, None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// What a run of it finds with few photons.
+pub fn small_run(settings: Settings) -> RunResult {
+    let scene = small_scene().scene;
+    let settings = Settings { photons: Some(256), threads: 1, ..settings };
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let simulation = simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
+    RunResult::new(&scene, &settings, &simulation)
+}
+
+/// Panics where an error does not begin with its place, or is no sentence that a person reads.
+pub fn check_error(error: &Error, place: &Path) {
+    let sentence = error.to_string();
+    assert!(sentence.starts_with(&place.display().to_string()), "{sentence}");
+    assert!(!sentence.contains(char::is_control), "{sentence:?}");
+    assert!(sentence.len() < 3000, "{sentence}");
+}
+
+/// Panics where a number in `value` is not finite.
+pub fn check_finite(value: &impl Debug) {
+    let text = format!("{value:?}");
+    // names may be anything
+    let unquoted = text.replace("\\\\", "").replace("\\\"", "");
+    for part in unquoted.split('"').step_by(2) {
+        let mut words = part.split(|c: char| !c.is_alphanumeric());
+        assert!(words.all(|word| !["inf", "NaN"].contains(&word)), "{text}");
+    }
+}
 
 /// Words that readers stumble over, wherever they stand.
 #[rustfmt::skip]

@@ -10,6 +10,14 @@ pub struct Running {
     above_zero: u64,
 }
 
+/// The largest number that is read as a result: squares of such numbers, and sums of them, stay finite.
+pub const LARGEST: f64 = 1e100;
+
+/// Whether a number that was read may be a result.
+pub fn is_possible(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
 impl Running {
     /// Adds one block's estimate; blocks that are never added count as zero.
     #[inline]

@@ -122,7 +122,9 @@ impl Comparison {
     /// Root mean square of z, where errors are known: about 1 for two runs of one scene.
     pub fn rms(&self) -> Option<f64> {
         let z: Vec<f64> = self.differences.iter().filter_map(|d| d.z).collect();
-        (!z.is_empty()).then(|| (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt())
+        // squares of very large ones would be infinite
+        let length = z.iter().fold(0.0, |length, z| f64::hypot(length, *z));
+        (!z.is_empty()).then(|| length / (z.len() as f64).sqrt())
     }
 }
 

@@ -4,7 +4,7 @@
 mod found;
 mod mix;
 mod warnings;
-mod whole;
+pub mod whole;
 
 use std::borrow::Cow;
 

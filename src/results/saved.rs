@@ -2,7 +2,13 @@
 
 use serde::Deserialize;
 
-use crate::results::result::{CaptorResult, FaceResult};
+use crate::{
+    math::stats::is_possible,
+    results::result::{
+        CaptorResult, FaceResult,
+        whole::{are_errors, are_values},
+    },
+};
 
 /// What comparisons and tables read of a results file.
 #[derive(Clone, Debug, Deserialize)]
@@ -25,6 +31,36 @@ pub struct ResultsFile {
     pub(crate) energy: EnergyValues,
     pub(crate) captors: Vec<CaptorValues>,
     pub(crate) groups: Vec<GroupValues>,
+}
+
+impl ResultsFile {
+    /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
+    /// sums and squares of such ones are infinite.
+    pub(crate) fn is_whole(&self) -> bool {
+        let bands = self.bands.len();
+        let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
+        let known = [emitted, absorbed, escaped, lost].into_iter().flatten();
+        let groups = self.groups.iter().map(|group| &group.values);
+        known.chain([power]).all(|values| are_values(values, bands))
+            && self.captors.iter().chain(groups).all(|captor| captor.is_whole(bands))
+    }
+}
+
+impl CaptorValues {
+    fn is_whole(&self, bands: usize) -> bool {
+        let mut numbers = self.center.iter().flatten().chain([&self.area]);
+        numbers.all(|number| is_possible(*number))
+            && std::iter::once(&self.front).chain(&self.back).all(|face| face.is_whole(bands))
+            && self.absorbed.iter().all(|values| are_values(values, bands))
+            && self.absorbed_se.iter().all(|errors| are_errors(errors, bands))
+    }
+}
+
+impl FaceValues {
+    fn is_whole(&self, bands: usize) -> bool {
+        let mut values = [&self.irradiance].into_iter().chain(&self.min).chain(&self.max);
+        values.all(|values| are_values(values, bands)) && are_errors(&self.irradiance_se, bands)
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Deserialize)]

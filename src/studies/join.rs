@@ -46,10 +46,10 @@ impl Parts {
         check_version(first)?;
         readers[1..].iter().try_for_each(|part| check_same(first, part))?;
         readers[1..].iter().try_for_each(check_version)?;
-        let (head, of) = (first.head.clone(), first.shard.of());
+        let (head, of, place) = (first.head.clone(), first.shard.of(), first.path().to_path_buf());
         readers.sort_by_key(|part| part.shard.index());
         check_complete(&readers, of)?;
-        let (loaded, settings) = scene_of(&head, scene)?;
+        let (loaded, settings) = scene_of(&head, &place, scene)?;
         let files = parts.iter().chain(&loaded.files).cloned().collect();
         Ok(Self { readers, scene: loaded.scene, settings, files })
     }
@@ -147,8 +147,13 @@ fn check_complete(parts: &[ShareReader], of: usize) -> Result<()> {
     }
 }
 
-/// The scene that the parts are of, and the settings of the run.
-fn scene_of(head: &ShareHead, path: Option<&Path>) -> Result<(LoadedScene, Settings)> {
+/// The scene that the parts are of, and the settings of the run, as the part at `place` says; the scene is
+/// at `path`, if not where that says.
+fn scene_of(
+    head: &ShareHead,
+    place: &Path,
+    path: Option<&Path>,
+) -> Result<(LoadedScene, Settings)> {
     let path = path.unwrap_or(Path::new(&head.scene));
     if !path.is_file() {
         let problem = "the scene of the parts is not there";
@@ -162,7 +167,105 @@ fn scene_of(head: &ShareHead, path: Option<&Path>) -> Result<(LoadedScene, Setti
     }
     let settings = head.settings.settings(loaded.settings.threads);
     let settings = settings.ok_or_else(|| {
-        Error::input("merge", "the parts have settings that no run has").remedy("trace them again")
+        Error::input(place.display(), "has settings that no run has").remedy("trace it again")
     })?;
     Ok((loaded, settings))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        fs,
+        sync::{LazyLock, atomic::AtomicBool},
+    };
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{
+        formats::{
+            share_file::{FORMAT, ShareSettings, write_share},
+            spoil::{LEAF, SCENE, check_error, check_finite, spoiled},
+            sweep_file::hash,
+        },
+        transport::{shard::Shard, simulate::simulate_share},
+    };
+
+    #[rustfmt::skip]
+    const WORDS: &[&str] = &[
+        "null", "[", "]", "{", "}", "\"block\":", "1/2", "\"photons\":", "9007199254740992", "1000000000",
+        "2139095039", "4294967295", "1e300", "-1e300", "1e-300", "auto",
+    ];
+
+    /// The scene and what is read.
+    static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("scene.json"), SCENE).expect("a file");
+        fs::write(folder.path().join("leaf.obj"), LEAF).expect("a file");
+        folder
+    });
+
+    /// The only part of a run.
+    static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+        let scene = FOLDER.path().join("scene.json");
+        let (loaded, inputs) = load_with_digest(&scene).unwrap_or_else(|e| panic!("{e}"));
+        let settings = Settings {
+            photons: Some(128),
+            k: Some(2),
+            by_light: true,
+            threads: 1,
+            ..loaded.settings
+        };
+        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let share = simulate_share(&loaded.scene, &settings, Shard::WHOLE, &control);
+        let head = ShareHead {
+            phylux_part: "1/1".into(),
+            format: FORMAT,
+            phylux: VERSION.into(),
+            scene: scene.display().to_string(),
+            inputs,
+            settings: ShareSettings::new(&settings),
+        };
+        let mut bytes = Vec::new();
+        write_share(&head, share.unwrap_or_else(|e| panic!("{e}")), &mut bytes).expect("memory");
+        vec![String::from_utf8(bytes).expect("UTF-8").leak()]
+    });
+
+    /// With the checksum of what it holds now.
+    fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+        let end = b"{\"end\"";
+        let at = bytes.windows(end.len()).rposition(|words| words == end);
+        bytes.truncate(at.unwrap_or(bytes.len()));
+        let seal = format!("{{\"end\":{{\"sha256\":\"{}\"}}}}\n", hash(&bytes));
+        bytes.extend(seal.into_bytes());
+        bytes
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the text: an error that names the file. What someone has put a new checksum under may be
+        /// believed, but makes no number that is not finite.
+        #[test]
+        fn no_spoiled_part_panics(bytes in spoiled(FILES.as_slice(), WORDS), seal: bool) {
+            let (scene, path) = (FOLDER.path().join("scene.json"), FOLDER.path().join("p.json"));
+            let bytes = if seal { sealed(bytes) } else { bytes };
+            fs::write(&path, &bytes).expect("a file");
+            let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+            match join(std::slice::from_ref(&path), Some(&scene), &control) {
+                Ok(result) => {
+                    assert!(seal || bytes == FILES[0].as_bytes());
+                    check_finite(&result);
+                }
+                Err(error) if error.to_string().starts_with("merge: part") => {}
+                Err(error) if error.to_string().starts_with("merge: not all blocks") => {}
+                Err(error) => check_error(&error, FOLDER.path()),
+            }
+        }
+    }
+
+    #[test]
+    fn the_sound_part_is_read() {
+        assert_eq!(sealed(FILES[0].into()), FILES[0].as_bytes());
+    }
 }

@@ -7,32 +7,109 @@ use serde::de::DeserializeOwned;
 use crate::{
     error::{Error, Result},
     formats::{input::read_bytes, json},
+    math::stats::LARGEST,
     results::{result::RunResult, saved::ResultsFile},
 };
 
 impl ResultsFile {
     /// Reads the results at `path`. Errors: they cannot be read, or are none.
     pub fn read(path: &Path) -> Result<Self> {
-        read(path)
+        read(path, Self::is_whole)
     }
-}
-
-fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
-    json::check_memory(&bytes).map_err(|why| Error::input(path.display(), why))?;
-    serde_json::from_slice(&bytes).map_err(|e| no_results(path, e))
-}
-
-fn no_results(path: &Path, why: impl Display) -> Error {
-    Error::input(path.display(), format!("is no results file: {why}"))
-        .remedy("name a file that `phylux run -o` has written")
 }
 
 /// Reads all of the results at `path`. Errors: they cannot be read, or are none.
 pub fn read_json(path: &Path) -> Result<RunResult> {
-    let result: RunResult = read(path)?;
-    match result.is_whole() {
+    read(path, RunResult::is_whole)
+}
+
+fn read<T: DeserializeOwned>(path: &Path, is_whole: impl Fn(&T) -> bool) -> Result<T> {
+    let none = |why: &dyn Display| {
+        Error::input(path.display(), format!("is no results file: {why}"))
+            .remedy("name a file that `phylux run -o` has written")
+    };
+    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    json::check_memory(&bytes).map_err(|why| Error::input(path.display(), why))?;
+    let result = serde_json::from_slice(&bytes).map_err(|e| none(&e))?;
+    match is_whole(&result) {
         true => Ok(result),
-        false => Err(no_results(path, "a list has not one entry for each band")),
+        false => Err(none(&format!(
+            "a list has not one entry for each band, or a number is above {LARGEST:e}"
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use proptest::{prelude::*, sample::select};
+
+    use super::*;
+    use crate::{
+        formats::{
+            result_file::write_json,
+            spoil::{check_error, check_finite, small_run, spoiled},
+        },
+        results::compare::Comparison,
+        transport::settings::{Estimator, Settings},
+    };
+
+    const WORDS: &[&str] = &["null", "[", "]", "{", "}", "1e300", "-1e300", "\"back\":", "l1"];
+
+    /// Of photons, split by light, and of paths.
+    static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+        let paths = Settings { estimator: Estimator::Paths, ..Settings::default() };
+        let split = Settings { by_light: true, k: Some(2), ..Settings::default() };
+        [split, paths].map(|settings| text(&small_run(settings))).to_vec()
+    });
+
+    fn text(result: &RunResult) -> &'static str {
+        let mut bytes = Vec::new();
+        write_json(result, &mut bytes).expect("memory");
+        String::from_utf8(bytes).expect("UTF-8").leak()
+    }
+
+    /// The file that is read.
+    static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("sound.json"), FILES[0]).expect("a file");
+        folder
+    });
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the text: an error that names the file, or finite numbers in all that is made of it.
+        #[test]
+        fn no_spoiled_results_panic(
+            bytes in spoiled(FILES.as_slice(), WORDS),
+            factor in select(&[0.0, 0.5, 1e30][..]),
+        ) {
+            let (sound, path) = (FOLDER.path().join("sound.json"), FOLDER.path().join("r.json"));
+            std::fs::write(&path, &bytes).expect("a file");
+            match ResultsFile::read(&path) {
+                Err(error) => check_error(&error, &path),
+                Ok(results) => {
+                    let sound = ResultsFile::read(&sound).expect("results");
+                    for pair in [[&results, &sound], [&sound, &results], [&results, &results]] {
+                        if let Ok(comparison) = Comparison::new(pair[0], pair[1]) {
+                            check_finite(&comparison);
+                            check_finite(&comparison.rms());
+                        }
+                    }
+                }
+            }
+            match read_json(&path) {
+                Err(error) => check_error(&error, &path),
+                Ok(result) => {
+                    let lights = result.energy.by_light.iter().flatten();
+                    let factors = lights.map(|(name, _)| (name.clone(), factor)).collect();
+                    if let Ok(mixed) = result.mix(&factors) {
+                        check_finite(&mixed);
+                    }
+                }
+            }
+        }
     }
 }

@@ -1,21 +1,32 @@
 //! Whether a result that was read is one.
 
-use super::{Absorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, RunResult};
+use super::{
+    Absorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, NearestResult, RunResult,
+};
+use crate::math::stats::is_possible;
 
 impl RunResult {
-    /// Whether every list has an entry for each band, as those of a run have.
+    /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
+    /// sums and squares of such ones are infinite.
     pub fn is_whole(&self) -> bool {
         let bands = self.bands.len();
         let of_captors = |captor: &CaptorResult| {
-            captor.faces().all(|face| face.is_whole(bands))
-                && fits(&captor.absorbed, &captor.absorbed_se, &captor.by_light, bands)
+            let CaptorResult { area, center, normal, absorbed, absorbed_se, by_light, .. } = captor;
+            let mut numbers = center.iter().chain(normal).chain([area]);
+            numbers.all(|number| is_possible(*number))
+                && captor.faces().all(|face| face.is_whole(bands))
+                && fits(absorbed, absorbed_se, by_light, bands)
         };
         let of_groups = |group: &GroupResult| {
-            std::iter::once(&group.front).chain(&group.back).all(|face| face.is_whole(bands))
+            is_possible(group.area)
+                && std::iter::once(&group.front).chain(&group.back).all(|f| f.is_whole(bands))
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
         };
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
+        let factors = self.mixed.iter().flat_map(ByLight::values);
         parts.chain([&self.energy]).all(|energy| energy.is_whole(bands))
+            && factors.chain(&self.cut_off).all(|number| is_possible(*number))
+            && self.unseen.iter().flatten().all(|share| is_possible(*share))
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)
     }
@@ -27,8 +38,8 @@ impl Energy {
         let by_material = absorbed_by.iter().flat_map(ByLight::values);
         let mut known = [emitted, absorbed, escaped, lost].into_iter().chain(by_material);
         let paths = [emitted, absorbed, escaped, lost].iter().all(|values| values.is_empty());
-        power.len() == bands
-            && (paths && absorbed_by.is_none() || known.all(|values| values.len() == bands))
+        are_values(power, bands)
+            && (paths && absorbed_by.is_none() || known.all(|values| are_values(values, bands)))
     }
 }
 
@@ -37,14 +48,19 @@ impl FaceResult {
         let mut values =
             [&self.flux, &self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
-        values.all(|values| values.len() == bands)
-            && errors.all(|errors| errors.len() == bands)
+        values.all(|values| are_values(values, bands))
+            && errors.all(|errors| are_errors(errors, bands))
             && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_whole(bands))
-            && self
-                .knn
-                .iter()
-                .flatten()
-                .all(|knn| knn.irradiance.len() == bands && knn.irradiance_se.len() == bands)
+            && self.knn.iter().flatten().all(|knn| knn.is_whole(bands))
+    }
+}
+
+impl NearestResult {
+    fn is_whole(&self, bands: usize) -> bool {
+        let Self { radius, coverage, irradiance, irradiance_se, radiance, radiance_se, .. } = self;
+        [radius, coverage].into_iter().all(|number| is_possible(*number))
+            && radiance.iter().chain([irradiance]).all(|values| are_values(values, bands))
+            && radiance_se.iter().chain([irradiance_se]).all(|errors| are_errors(errors, bands))
     }
 }
 
@@ -55,6 +71,16 @@ fn fits(
     bands: usize,
 ) -> bool {
     let parts = || parts.iter().flat_map(ByLight::values);
-    absorbed.iter().chain(parts().map(|p| &p.absorbed)).all(|values| values.len() == bands)
-        && errors.iter().chain(parts().map(|p| &p.absorbed_se)).all(|e| e.len() == bands)
+    absorbed.iter().chain(parts().map(|p| &p.absorbed)).all(|values| are_values(values, bands))
+        && errors.iter().chain(parts().map(|p| &p.absorbed_se)).all(|e| are_errors(e, bands))
+}
+
+/// Whether these are values of so many bands.
+pub fn are_values(values: &[f64], bands: usize) -> bool {
+    values.len() == bands && values.iter().all(|value| is_possible(*value))
+}
+
+/// Whether these are standard errors of so many bands, some of which are not known.
+pub fn are_errors(errors: &[Option<f64>], bands: usize) -> bool {
+    errors.len() == bands && errors.iter().flatten().all(|error| is_possible(*error))
 }

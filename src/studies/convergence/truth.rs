@@ -15,6 +15,9 @@ use crate::{
 /// Relative standard error up to which a run stands in for the truth.
 const KNOWN: f64 = 0.05;
 
+/// Irradiances and their errors that a table may hold: squares of their ratios are finite.
+const VALUES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+
 /// Irradiances to compare with, one for each captor, face and band that has one.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -71,8 +74,11 @@ impl Reference {
             let place = format!("{}:{line}", path.display());
             let number = |column: usize| {
                 let cell = &record[column];
-                let number = cell.parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0);
-                let problem = || format!("{} must be a number, at least 0", quoted(cell));
+                let number = cell.parse().ok().filter(|v| *v == 0.0 || VALUES.contains(v));
+                let problem = || {
+                    let range = format!("from {:e} to {:e}", VALUES.start(), VALUES.end());
+                    format!("{} must be a number, 0 or {range}", quoted(cell))
+                };
                 number.ok_or_else(|| Error::input(&place, problem()).remedy("mend it"))
             };
             let face = columns.face.map_or("front", |face| &record[face]);
@@ -195,5 +201,67 @@ impl<'a> Places<'a> {
             || unknown("band", band, bands.iter().map(|b| b.name.as_str()).collect()),
         )?;
         Ok(self.first[captor] + face * bands.len() + band)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::formats::spoil::{check_error, check_finite, small_scene, spoiled};
+
+    const FILES: &[&str] = &[
+        "captor,face,band,irradiance_W_m2,stderr\nleaf,front,a,1.5,0.01\nleaf,back,b,2.5,0\ns,front,b0,3,0.1\n",
+        "captor,band,irradiance\r\nleaf,a,1.5\r\ns,b1,1e-3\r\n",
+    ];
+    const WORDS: &[&str] = &[
+        "captor",
+        "band",
+        "face",
+        "front",
+        "back",
+        "leaf",
+        "'leaf",
+        "s",
+        "b0",
+        "b1",
+        "b9",
+        "a",
+        "irradiance",
+        "standard_error",
+        "\"\"",
+        "1e60",
+        "1e-60",
+        "1e-300",
+    ];
+
+    /// The scene, and the folder of the table.
+    static SCENE: LazyLock<Scene> = LazyLock::new(|| small_scene().scene);
+    static FOLDER: LazyLock<tempfile::TempDir> =
+        LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the text: an error that names the file, or values to compare with.
+        #[test]
+        fn no_spoiled_table_panics(bytes in spoiled(FILES, WORDS)) {
+            let path = FOLDER.path().join("truth.csv");
+            std::fs::write(&path, &bytes).expect("a file");
+            match Reference::read(&path, &SCENE) {
+                Err(error) => check_error(&error, &path),
+                Ok(reference) => {
+                    check_finite(&reference);
+                    check_finite(&reference.floor());
+                    assert!(reference.compared() > 0);
+                    let faces = SCENE.captors.iter().map(|captor| captor.kind.faces().len());
+                    let most = faces.sum::<usize>() * SCENE.bands.len();
+                    assert!(reference.values.iter().all(|(i, v)| *i < most && v.value > 0.0));
+                }
+            }
+        }
     }
 }

@@ -25,7 +25,7 @@ use crate::{
         result_file::write_lines,
         sweep_file::{Run, Sweep},
     },
-    results::result::RunResult,
+    results::{result::RunResult, saved::ResultsFile},
 };
 
 /// What the folder is of.
@@ -311,7 +311,10 @@ fn read_head(path: &Path) -> std::result::Result<Option<Head>, Damaged> {
     let bytes = read_bytes(path).map_err(|_| Damaged)?;
     json::check_memory(&bytes).map_err(|_| Damaged)?;
     let head: Head = serde_json::from_slice(&bytes).map_err(|_| Damaged)?;
-    let results = || serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_whole());
+    let results = || {
+        serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_whole())
+            && serde_json::from_slice(&bytes).is_ok_and(|r: ResultsFile| r.is_whole())
+    };
     let whole = match (&head.sha256, &head.error) {
         (Some(_), _) => is_whole(&bytes),
         (None, Some(_)) => true,
@@ -387,7 +390,9 @@ impl Times {
         let line = |line: &str| {
             let mut cells = line.split(',').skip(1);
             let name = cells.next()?.to_string();
-            let (seconds, threads) = (cells.next()?.parse().ok()?, cells.next()?.parse().ok()?);
+            let seconds =
+                cells.next()?.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0)?;
+            let threads = cells.next()?.parse().ok()?;
             Some((name, Time { seconds, threads }))
         };
         text.lines().filter_map(line).collect()
@@ -406,5 +411,107 @@ impl Times {
             }
             Ok(())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{collections::BTreeMap, sync::LazyLock};
+
+    use proptest::prelude::*;
+    use serde_json::{Map, json};
+
+    use super::*;
+    use crate::{
+        formats::{
+            spoil::{SCENE, check_error, check_finite, small_run, spoiled},
+            sweep_file::hash,
+        },
+        transport::settings::Settings,
+    };
+
+    #[rustfmt::skip]
+    const WORDS: &[&str] = &[
+        "null", "[", "]", "{", "}", "1e300", "\"error\": \"x\",", "\"sha256\":", "\"warnings\":", "\"base\":",
+    ];
+
+    static SWEEP: LazyLock<Sweep> = LazyLock::new(|| {
+        let file = json!({ "scene": "s.json", "vary": { "/lights/0/power": [1, 2] } });
+        let scene = serde_json::from_str(SCENE).expect("JSON");
+        Sweep::new("sweep", file, scene, PathBuf::new()).unwrap_or_else(|e| panic!("{e}"))
+    });
+    static FOLDER: LazyLock<tempfile::TempDir> =
+        LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
+
+    /// Results and an error with their checksums, and results of before, which had none.
+    static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+        let (run, path) = (SWEEP.run(0), FOLDER.path().join("own"));
+        let (key, folder) = (SWEEP.key(&run), SweepFolder::open(&path));
+        let folder = folder.unwrap_or_else(|e| panic!("{e}"));
+        let scene = hash(SWEEP.document(&run).to_string().as_bytes());
+        let files = BTreeMap::from([("leaf.obj".into(), Some(hash(b"")))]);
+        let origin = Origin { parameters: Map::new(), scene, base: None, files };
+        let result = small_run(Settings { k: Some(0), ..Settings::default() });
+        folder.write_result(&key, &origin, &result).unwrap_or_else(|e| panic!("{e}"));
+        let results = fs::read_to_string(result_path(&path, &key)).expect("results");
+        folder.write_failure(&key, &origin, "no light").unwrap_or_else(|e| panic!("{e}"));
+        let failure = fs::read_to_string(failure_path(&path, &key)).expect("an error");
+        let before =
+            String::from_utf8(unsealed(results.as_bytes()).to_vec()).expect("UTF-8") + "\n}\n";
+        [results, failure, before].map(|text| &*text.leak()).to_vec()
+    });
+
+    /// Without the checksum.
+    fn unsealed(bytes: &[u8]) -> &[u8] {
+        let seal = b",\n  \"sha256\"";
+        let at = bytes.windows(seal.len()).rposition(|words| words == seal);
+        &bytes[..at.unwrap_or(bytes.len())]
+    }
+
+    #[test]
+    fn the_sound_files_are_believed() {
+        let states = FILES.iter().map(|text| state_of(text.as_bytes()).expect("not damaged"));
+        let failed = State::Failed("no light".into());
+        assert_eq!(states.collect::<Vec<_>>(), [State::Done, failed, State::Done].map(Some));
+    }
+
+    /// What a file of these bytes says of the first run.
+    fn state_of(bytes: &[u8]) -> std::result::Result<Option<State>, Damaged> {
+        let path = result_path(FOLDER.path(), &SWEEP.key(&SWEEP.run(0)));
+        fs::create_dir_all(FOLDER.path().join(RUNS)).expect("a folder");
+        fs::write(&path, bytes).expect("a file");
+        let file = run_file(FOLDER.path(), &SWEEP, &SWEEP.run(0), None)?;
+        Ok(file.map(|file| file.state))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the text: what has a checksum is believed only as it was written, and what is believed
+        /// goes into tables as finite numbers.
+        #[test]
+        fn no_spoiled_run_panics(bytes in spoiled(FILES.as_slice(), WORDS)) {
+            if let Ok(Some(state)) = state_of(&bytes) {
+                let value: Value = serde_json::from_slice(&bytes).expect("JSON");
+                assert!(value.get("sha256").is_none_or(|seal| {
+                    seal.is_null() || FILES.iter().any(|file| file.as_bytes() == bytes)
+                }));
+                if state == State::Done {
+                    let path = result_path(FOLDER.path(), &SWEEP.key(&SWEEP.run(0)));
+                    check_finite(&ResultsFile::read(&path).expect("results"));
+                }
+            }
+        }
+
+        /// Whatever the text: times that are numbers.
+        #[test]
+        fn no_spoiled_times_panic(
+            bytes in spoiled(&["run,file,seconds,threads\n1,a.json,0.5,2\n2,b.json,7,1\n"], &["1e300"]),
+        ) {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            fs::write(folder.path().join(TIMES), &bytes).expect("a file");
+            check_finite(&Times::read(folder.path()));
+            Times::check(folder.path()).unwrap_or_else(|e| check_error(&e, &folder.path().join(TIMES)));
+        }
     }
 }

@@ -162,3 +162,66 @@ impl Write for HashWriter<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::formats::spoil::{check_error, spoiled};
+
+    /// SHA-256 of what [`OWN`] hold, and of what others hold.
+    const FILES: &[&str] = &[
+        "{\n  \"captors.csv\": \"ca978112ca1bbdcafac231b39a23dc4da786eff8147c4e72b9807785afee48bb\",\n  \"plots/p.svg\": \"ca978112ca1bbdcafac231b39a23dc4da786eff8147c4e72b9807785afee48bb\"\n}\n",
+        "{\"../outside\": \"3e23e8160039594a33894f6564e1b1348bbd7a0088d42c4acb73eeaed59c009d\", \"plots/../../outside\": \"3e23e8160039594a33894f6564e1b1348bbd7a0088d42c4acb73eeaed59c009d\"}",
+    ];
+    const WORDS: &[&str] = &[
+        "{",
+        "}",
+        ":",
+        "null",
+        "[]",
+        "\"\":",
+        "\"/\":",
+        "\"..\":",
+        "\"plots\":",
+        "\"notes\":",
+        "\"\\u0000\":",
+    ];
+    const OWN: [&str; 2] = ["captors.csv", "plots/p.svg"];
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the text: an error that names a file, or nothing goes but what it says.
+        #[test]
+        fn no_spoiled_record_panics(bytes in spoiled(FILES, WORDS), all: bool) {
+            let above = tempfile::tempdir().expect("a temporary folder");
+            let folder = above.path().join("sweep");
+            fs::create_dir_all(folder.join("plots")).expect("a folder");
+            for name in OWN {
+                fs::write(folder.join(name), "a").expect("a file");
+            }
+            let others = [folder.join("notes"), above.path().join("outside")];
+            for other in &others {
+                fs::write(other, "b").expect("a file");
+            }
+            fs::write(folder.join(RECORD), &bytes).expect("a file");
+            match Written::read(&folder) {
+                Err(error) => check_error(&error, &folder.join(RECORD)),
+                Ok(written) => {
+                    let said = written.lock().clone();
+                    let cleared = written.clear(&OWN.map(String::from), all);
+                    for name in OWN {
+                        assert!(folder.join(name).exists() || said.contains_key(name));
+                        assert!(folder.join(name).exists() || cleared.is_ok());
+                    }
+                    cleared.unwrap_or_else(|error| check_error(&error, &folder));
+                }
+            }
+            for other in &others {
+                assert_eq!(fs::read(other).expect("not ours"), b"b");
+            }
+        }
+    }
+}

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Counts, Ledger, Tally};
+use crate::math::stats::is_possible;
 
 /// What a tally holds, channel by channel where anything was counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,12 +62,15 @@ impl Tally {
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };
+        let Ledger { emitted, absorbed, escaped, lost } = &ledger;
+        let possible = |powers: &Vec<f64>| powers.iter().all(|power| is_possible(*power));
         let fits = channels.is_sorted_by(|a, b| a < b)
             && channels.last().is_none_or(|last| (*last as usize) < self.counts.len())
             && photons.len() == channels.len()
             && histories.len() == channels.len()
             && flux.len() == channels.len() * self.bands
             && counts.all(|count| *count <= MOST)
+            && [emitted, absorbed, escaped, lost, &flux].into_iter().all(possible)
             && entries(&ledger) == entries(&self.ledger)
             && parts.len() == self.parts.len();
         if !fits {
