@@ -380,7 +380,7 @@ fn of_coincident_triangles_the_first() {
     let mut random = Random::new(5);
     let t = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
     let mut triangles = random.soup(300, 0.1);
-    triangles.extend([t; 10_000]);
+    triangles.extend(std::iter::repeat_n(t, 10_000));
     for t in &mut triangles[..300] {
         (t.a.z, t.b.z, t.c.z) = (t.a.z - 2.0, t.b.z - 2.0, t.c.z - 2.0);
     }
