@@ -3,8 +3,8 @@
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
 use glam::{DVec3, Vec3};
 use phylux::{
-    Dielectric, Encounter, Lambert, Leaf, LeafFace, Light, LightShape, Material, Mirror, Pane,
-    Phong, PhongFractions, Stream, Transport,
+    Dielectric, Encounter, Extent, Lambert, Leaf, LeafFace, Light, LightShape, Material, Mirror,
+    Pane, Phong, PhongFractions, Stream, Transport,
 };
 
 const EVENTS: u64 = 10_000;
@@ -22,7 +22,7 @@ fn emit(bencher: Bencher, shape: &str) {
             LightShape::Area { triangles, two_sided: false }
         }
     };
-    let light = Light::new("lamp".into(), vec![1.0], &shape, DVec3::ZERO);
+    let light = Light::new("lamp".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY);
     sample(bencher, |rng| light.emit(1e-5, rng));
 }
 

@@ -53,7 +53,7 @@ pub use error::{Error, ErrorKind, Result};
 pub use formats::obj::{Mesh, MeshGroup};
 pub use formats::output::{FilesRead, OpenFile, OutputFile};
 pub use formats::result_file::{OutputFolder, read_json, write_csv, write_json};
-pub use formats::scene_file::{LoadedScene, load, load_with};
+pub use formats::scene_file::{LoadedScene, OpenField, load, load_with};
 pub use formats::sweep_file::{Parameter, Run, Sweep};
 pub use formats::{environment_map, iso8601, weather};
 pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};

@@ -49,7 +49,7 @@ pub fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
 }
 
 /// That `phylux run` refuses a scene.
-fn bad_scene(scene: &str, files: &[(&str, &str)], words: &[&str]) {
+pub fn bad_scene(scene: &str, files: &[(&str, &str)], words: &[&str]) {
     let scene = TestScene::new(scene, files);
     refused(scene.path("").as_path(), &["run", "scene.json"], words);
 }
@@ -156,8 +156,8 @@ fn keys_and_types() {
         ),
         (
             "lights",
-            r#"[{"type": "sun"}]"#,
-            &["/lights/0/type: unknown type `sun`", "point, spot, tube, area"],
+            r#"[{"type": "moon"}]"#,
+            &["/lights/0/type: unknown type `moon`", "area, sun, sky, environment"],
         ),
         (
             "lights",
@@ -401,7 +401,12 @@ fn materials() {
 #[test]
 fn lights() {
     let rows: &[(&str, &[&str])] = &[
-        ("", &["/lights: the scene has no light; add a point, spot, tube or area light"]),
+        (
+            "",
+            &[
+                "/lights: the scene has no light; add a light: point, spot, tube, area, sun, sky or environment",
+            ],
+        ),
         (
             r#"{"type": "point", "position": [0, 0, 1], "power": -1}"#,
             &["/lights/0/power: -1, must be at least 0"],

@@ -9,6 +9,7 @@ mod common;
 mod compare;
 mod contract;
 mod coverage;
+mod daylight;
 mod exact;
 mod examples;
 mod exhibit;

@@ -5,7 +5,7 @@ use std::{fmt::Write, path::Path};
 use super::summary::{SHOWN_BANDS, short};
 use crate::{
     error::Result,
-    formats::scene_file,
+    formats::scene_file::{self, LoadedScene, OpenField},
     scene::{captor::CaptorKind, world::Scene},
     studies::check::{SceneSummary, check, decimals},
 };
@@ -16,12 +16,13 @@ const LISTED: usize = 30;
 pub(super) fn run(path: &Path) -> Result<()> {
     let loaded = scene_file::load(path)?;
     let summary = check(&loaded)?;
-    super::terminal::print(&describe(&loaded.scene, &summary))?;
+    super::terminal::print(&describe(&loaded, &summary))?;
     super::terminal::warn(&summary.warnings);
     Ok(())
 }
 
-fn describe(scene: &Scene, summary: &SceneSummary) -> String {
+fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
+    let scene = &loaded.scene;
     let size = summary.size;
     let decimals = decimals(size.max_element(), 3);
     let mut text = format!(
@@ -30,6 +31,9 @@ fn describe(scene: &Scene, summary: &SceneSummary) -> String {
     );
     surfaces(&mut text, summary);
     lights(&mut text, scene);
+    if let Some(open_field) = &loaded.open_field {
+        daylight(&mut text, open_field);
+    }
     captors(&mut text, scene);
     for note in &summary.notes {
         let _ = writeln!(text, "\nnote: {note}");
@@ -59,6 +63,28 @@ fn lights(text: &mut String, scene: &Scene) {
         let _ = write!(title, ", {} of {} bands", bands.len(), scene.bands.len());
     }
     Table { title, columns, rows: rows.collect() }.write(text);
+}
+
+/// Where the sun stands and how bright it is outside: what a wrong clock or place shows in.
+fn daylight(text: &mut String, open_field: &OpenField) {
+    if let Some(sun) = open_field.sun {
+        let [elevation, azimuth] = [sun.elevation, sun.azimuth].map(f64::to_degrees);
+        let _ = writeln!(
+            text,
+            "\nthe sun stands {elevation:.2} degrees high, {azimuth:.2} clockwise from north"
+        );
+    }
+    let (Some([normal, direct, diffuse]), Some(ppfd)) = (open_field.weather, open_field.ppfd())
+    else {
+        return;
+    };
+    let global = short(direct + diffuse);
+    let (normal, diffuse, ppfd) = (short(normal), short(diffuse), short(ppfd));
+    let _ = writeln!(
+        text,
+        "in the open, W/m2: global {global}, diffuse {diffuse}, direct normal {normal}; \
+        PPFD {ppfd} umol/m2/s"
+    );
 }
 
 fn captors(text: &mut String, scene: &Scene) {

@@ -84,9 +84,12 @@ fn energy(text: &mut String, result: &RunResult) {
         return;
     }
     let unit = &result.unit.flux;
+    // daylight passes by what is there
+    let daylight = !energy.missed.is_empty();
+    let missed = if daylight { format!("{:>11}", "missed") } else { String::new() };
     let _ = writeln!(
         text,
-        "\n{:<24}{:>11}{:>11}{:>11}{:>11}",
+        "\n{:<24}{:>11}{:>11}{:>11}{:>11}{missed}",
         format!("energy, {unit}"),
         "emitted",
         "absorbed",
@@ -94,9 +97,11 @@ fn energy(text: &mut String, result: &RunResult) {
         "lost"
     );
     for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+        let missed =
+            if daylight { format!("{:>11}", short(energy.missed[b])) } else { String::new() };
         let _ = writeln!(
             text,
-            "  {:<22}{:>11}{:>11}{:>11}{:>11}",
+            "  {:<22}{:>11}{:>11}{:>11}{:>11}{missed}",
             band.name,
             short(energy.emitted[b]),
             short(energy.absorbed[b]),

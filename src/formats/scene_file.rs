@@ -1,6 +1,7 @@
 //! Scene files: JSON with its OBJ, MTL and CSV files -> [`Scene`], with all checking.
 
 mod captors;
+mod daylight;
 mod format;
 #[cfg(test)]
 mod fuzz;
@@ -23,6 +24,7 @@ use std::{
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+pub use daylight::OpenField;
 pub use format::{Count, SceneFile};
 pub use kept::Kept;
 use loader::{Loader, Sources};
@@ -57,6 +59,8 @@ pub struct LoadedScene {
     pub warnings: Vec<String>,
     /// Materials of the file that no surface has.
     pub unused_materials: Vec<String>,
+    /// Daylight in the open, where there is any.
+    pub open_field: Option<OpenField>,
     /// Thin leaves whose transmittance differs between the faces.
     pub non_reciprocal_leaves: Vec<String>,
     /// The scene file and all OBJ, MTL and CSV files that were read for it.
@@ -152,12 +156,14 @@ impl Loader<'_> {
         }
         self.load_materials(&file.materials)?;
         self.load_objects(&file.objects)?;
-        self.load_lights(&file.lights)?;
+        let sky = self.load_sky(file)?;
+        self.load_lights(&file.lights, sky.as_ref())?;
+        let open_field = sky.map(|sky| self.open_field(&sky));
         self.load_captors(&file.captors)?;
         if self.parts.lights.is_empty() {
             return Err(self
                 .error("/lights", "the scene has no light")
-                .remedy("add a point, spot, tube or area light"));
+                .remedy("add a light: point, spot, tube, area, sun, sky or environment"));
         }
         let unused_materials = self.materials.unused();
         let non_reciprocal_leaves = self.materials.non_reciprocal();
@@ -180,6 +186,7 @@ impl Loader<'_> {
             view,
             warnings: self.warnings,
             unused_materials,
+            open_field,
             non_reciprocal_leaves,
             files: self.files.into_inner(),
         })

@@ -104,7 +104,7 @@ pub enum Line {
         /// Its index.
         index: u64,
         /// What was counted.
-        sums: Sums,
+        sums: Box<Sums>,
     },
     /// Arrivals on captors.
     Piece {
@@ -136,7 +136,7 @@ pub fn write_share(head: &ShareHead, share: Share, writer: &mut dyn Write) -> io
     };
     line(serde_json::to_vec(head)?)?;
     for (index, sums) in share.blocks {
-        line(serde_json::to_vec(&Line::Block { index, sums })?)?;
+        line(serde_json::to_vec(&Line::Block { index, sums: Box::new(sums) })?)?;
     }
     for (key, piece) in share.pieces {
         line(serde_json::to_vec(&Line::Piece { key, words: piece.words() })?)?;

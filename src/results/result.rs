@@ -104,6 +104,9 @@ pub struct Energy {
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub escaped: Vec<f64>,
+    /// What of that met no surface, where light comes from infinitely far away.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missed: Vec<f64>,
     /// What was on paths cut off by the length limits.
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]

@@ -1,6 +1,6 @@
 //! Where photons start: point, spot, tube and area lights.
 
-use std::collections::BinaryHeap;
+use std::{collections::BinaryHeap, sync::Arc};
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -15,12 +15,15 @@ use crate::{
         },
         spectrum::Spectrum,
     },
+    scene::daylight::InfiniteLight,
 };
 
+mod entrance;
 mod illuminate;
 #[cfg(test)]
 mod tests;
 
+pub use entrance::{Entrance, MARGIN};
 pub use illuminate::{LightSample, Shine, TubeHit};
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
@@ -63,6 +66,8 @@ pub enum LightShape {
         /// Whether the back emits too.
         two_sided: bool,
     },
+    /// Infinitely far away: what enters the scene's box is its power.
+    Infinite(InfiniteLight),
 }
 
 /// Powers that single precision can carry, W or umol/s.
@@ -136,6 +141,7 @@ impl LightShape {
                 let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
                 check_area(triangles.iter().map(area).sum())
             }
+            Self::Infinite(_) => Ok(()),
         }
     }
 }
@@ -158,6 +164,7 @@ enum Emitter {
     Tube { line: Line, frame: Frame, radius: f32 },
     IsotropicLine(Line),
     Area { surface: EmittingSurface, two_sided: bool },
+    Infinite(Arc<Entrance>),
 }
 
 /// The axis of a tube, or a line that shines.
@@ -233,8 +240,15 @@ impl EmittingSurface {
 }
 
 impl Light {
-    /// From its shape, with coordinates taken relative to `center`.
-    pub fn new(name: String, power: Vec<f64>, shape: &LightShape, center: DVec3) -> Self {
+    /// From its shape, with coordinates taken relative to `center`. The power of a light at infinity is what
+    /// enters `inside`, a box relative to it.
+    pub fn new(
+        name: String,
+        mut power: Vec<f64>,
+        shape: &LightShape,
+        center: DVec3,
+        inside: &Extent,
+    ) -> Self {
         let local = |p: DVec3| (p - center).as_vec3();
         let along = |v: DVec3| Frame::new(unit_vector(v).unwrap_or(DVec3::Z).as_vec3().normalize());
         let emitter = match shape {
@@ -260,6 +274,13 @@ impl Light {
                 let surface = EmittingSurface::new(triangles, local);
                 Emitter::Area { surface, two_sided: *two_sided }
             }
+            LightShape::Infinite(light) => {
+                let entrance = Entrance::new(light.clone(), power.len(), inside);
+                for (b, power) in power.iter_mut().enumerate() {
+                    *power = (0..entrance.doors()).map(|door| entrance.power(door)[b]).sum();
+                }
+                Emitter::Infinite(Arc::new(entrance))
+            }
         };
         let ball = emitter.ball();
         Self { name, power, emitter, ball }
@@ -276,6 +297,7 @@ impl Light {
             }
             Emitter::IsotropicLine(line) => Extent::of([line.from, line.from + line.whole]),
             Emitter::Area { surface, .. } => Extent::of_triangles(&surface.triangles),
+            Emitter::Infinite(_) => Extent::EMPTY,
         }
     }
 
@@ -288,7 +310,7 @@ impl Light {
                 let at = |i: usize| line.from + (i as f32 + 0.5) / pieces as f32 * line.whole;
                 (0..pieces).map(at).collect()
             }
-            Emitter::Area { .. } => Vec::new(),
+            Emitter::Area { .. } | Emitter::Infinite(_) => Vec::new(),
         }
     }
 
@@ -298,7 +320,7 @@ impl Light {
             Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => {
                 Some(line.whole / line.length)
             }
-            Emitter::Cone { .. } | Emitter::Area { .. } => None,
+            _ => None,
         }
     }
 
@@ -328,9 +350,28 @@ impl Light {
         match &mut self.emitter {
             Emitter::Cone { position, .. } => *position += by,
             Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => line.from += by,
-            Emitter::Area { .. } => return,
+            Emitter::Area { .. } | Emitter::Infinite(_) => return,
         }
         self.ball.0 += by;
+    }
+
+    /// How it enters the scene, for a light at infinity.
+    #[inline]
+    pub fn entrance(&self) -> Option<&Entrance> {
+        match &self.emitter {
+            Emitter::Infinite(entrance) => Some(entrance),
+            _ => None,
+        }
+    }
+
+    /// How many strata its photons are of: one, or the doors that it enters by.
+    pub fn sources(&self) -> usize {
+        self.entrance().map_or(1, Entrance::doors)
+    }
+
+    /// Power of one of them, per band, W or umol/s.
+    fn source_power(&self, source: usize) -> &[f64] {
+        self.entrance().map_or(&self.power, |entrance| entrance.power(source))
     }
 
     /// The ray of one photon. It starts `offset` metres off a light that has a surface, and as far
@@ -357,8 +398,17 @@ impl Light {
                 let front = !*two_sided || rng.uniform() < 0.5;
                 leave(point, if front { normal } else { -normal }, offset, rng)
             }
+            Emitter::Infinite(entrance) => {
+                let dark = || Ray { origin: Vec3::ZERO, direction: Vec3::NEG_Z };
+                entrance.enter_anywhere(rng).unwrap_or_else(dark)
+            }
         }
     }
+}
+
+/// Strata of all lights: each needs a history of its own.
+pub fn sources(lights: &[Light]) -> usize {
+    lights.iter().map(Light::sources).sum::<usize>().max(1)
 }
 
 /// A ray with Lambertian direction from a surface.
@@ -371,49 +421,61 @@ fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
 }
 
 /// A photon as it leaves its light.
-pub struct Emission<'a> {
+pub struct Emission<'a, const N: usize> {
     /// Index of the light.
     pub light: usize,
-    /// Power of the photon per lane, times the histories of the piece, W or umol/s.
+    /// Index of its stratum.
+    pub source: usize,
+    /// Mean power of the photons of its stratum per lane, times the histories of the piece, W or umol/s.
     pub weights: &'a [f64],
     /// Where it starts.
     pub ray: Ray,
-}
-
-impl Emission<'_> {
-    /// What the photon starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit.
-    #[inline]
-    pub fn power<const N: usize>(&self) -> Spectrum<N> {
-        Spectrum(std::array::from_fn(|b| f32::from(self.weights[b] > 0.0)))
-    }
+    /// What it starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit;
+    /// something else where the bands of a light at infinity come from different directions.
+    pub power: Spectrum<N>,
 }
 
 /// How the histories of one piece are shared among the lights: which history belongs to which
-/// light, and the power that each carries.
+/// light, and the power that each carries. A light at infinity has a stratum for each face that it enters by.
 #[derive(Clone, Debug)]
 pub struct Strata {
-    /// First rank of each light, and the number of histories at the end.
+    /// Light of each stratum, and its index there.
+    sources: Vec<(usize, usize)>,
+    /// First rank of each stratum, and the number of histories at the end.
     first: Vec<u64>,
     stride: u64,
-    /// Per light and lane: power of a photon x histories of the piece.
+    /// Per stratum and lane: power of a photon x histories of the piece.
     weights: Vec<f64>,
     lanes: usize,
 }
 
 impl Strata {
-    /// Shares `histories` (at least one for each light) in proportion to the lights' largest band
-    /// power, but at least 1 % / number of lights each.
+    /// Shares `histories` (at least one for each of the [`sources`]) in proportion to the strata's largest
+    /// band power, but at least 1 % / number of strata each.
     pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
-        let counts = apportion(lights, histories);
-        let mut first = vec![0];
-        let mut weights = vec![0.0; lights.len() * lanes];
+        let mut sources: Vec<(usize, usize)> = Vec::with_capacity(lights.len());
         for (l, light) in lights.iter().enumerate() {
-            first.push(first[l] + counts[l]);
-            for (b, power) in light.power.iter().enumerate() {
-                weights[l * lanes + b] = power * (histories as f64 / counts[l] as f64);
+            sources.extend((0..light.sources()).map(|source| (l, source)));
+        }
+        let powers = sources.iter().map(|&(l, source)| lights[l].source_power(source));
+        let powers: Vec<&[f64]> = powers.collect();
+        // where all is dark
+        if sources.is_empty() {
+            sources.push((0, 0));
+        }
+        let counts = match powers.is_empty() {
+            true => vec![histories],
+            false => apportion(&powers, histories),
+        };
+        let mut first = vec![0];
+        let mut weights = vec![0.0; sources.len() * lanes];
+        for s in 0..sources.len() {
+            first.push(first[s] + counts[s]);
+            for (b, power) in powers.get(s).copied().unwrap_or_default().iter().enumerate() {
+                weights[s * lanes + b] = power * (histories as f64 / counts[s] as f64);
             }
         }
-        Self { first, stride: golden_stride(histories), weights, lanes }
+        Self { sources, first, stride: golden_stride(histories), weights, lanes }
     }
 
     /// Number of histories.
@@ -421,10 +483,10 @@ impl Strata {
         self.first[self.first.len() - 1]
     }
 
-    /// The light of history `index`. Ranks follow a golden-ratio sequence, so that any run of
-    /// neighbouring histories has nearly each light's share.
+    /// The stratum of history `index`. Ranks follow a golden-ratio sequence, so that any run of
+    /// neighbouring histories has nearly each stratum's share.
     #[inline]
-    pub fn light(&self, index: u64) -> usize {
+    fn source(&self, index: u64) -> usize {
         // a piece has far fewer than 2^32 histories
         let rank = index * self.stride % self.histories();
         self.first.partition_point(|&first| first <= rank) - 1
@@ -432,30 +494,60 @@ impl Strata {
 
     /// Emits history `index`, from `offset` metres off its light.
     #[inline]
-    pub fn emit(
+    pub fn emit<const N: usize>(
         &self,
         lights: &[Light],
         index: u64,
         offset: f32,
         rng: &mut Stream,
-    ) -> Emission<'_> {
-        let light = self.light(index);
-        Emission { light, weights: self.weights(light), ray: lights[light].emit(offset, rng) }
+    ) -> Emission<'_, N> {
+        self.emit_of(lights, self.source(index), offset, rng)
     }
 
-    /// Power of a photon of `light` per lane, times the histories of the piece, W or umol/s.
+    /// Emits a history of stratum `source`.
     #[inline]
-    pub fn weights(&self, light: usize) -> &[f64] {
-        &self.weights[light * self.lanes..][..self.lanes]
+    pub fn emit_of<const N: usize>(
+        &self,
+        lights: &[Light],
+        source: usize,
+        offset: f32,
+        rng: &mut Stream,
+    ) -> Emission<'_, N> {
+        let (light, door) = self.sources[source];
+        let weights = self.weights(source);
+        let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+        let (ray, power) = match lights[light].entrance() {
+            Some(entrance) if entrance.doors() > 0 => {
+                let (ray, factor) = entrance.enter(door, rng);
+                (ray, power * factor)
+            }
+            _ => (lights[light].emit(offset, rng), power),
+        };
+        Emission { light, source, weights, ray, power }
+    }
+
+    /// Power of a photon of stratum `source` per lane, times the histories of the piece, W or umol/s.
+    #[inline]
+    pub fn weights(&self, source: usize) -> &[f64] {
+        &self.weights[source * self.lanes..][..self.lanes]
+    }
+
+    /// Whether no path meets by chance the light of stratum `source`: that of a point, a line or the sun.
+    pub fn is_delta(&self, lights: &[Light], source: usize) -> bool {
+        let (light, door) = self.sources[source];
+        match lights[light].entrance() {
+            Some(entrance) => entrance.doors() > 0 && entrance.is_sun(door),
+            None => lights[light].is_delta(),
+        }
     }
 }
 
 /// Whole numbers of histories: largest remainders, at least one each.
-fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
+fn apportion(powers: &[&[f64]], histories: u64) -> Vec<u64> {
     let largest: Vec<f64> =
-        lights.iter().map(|light| light.power.iter().copied().fold(0.0, f64::max)).collect();
+        powers.iter().map(|power| power.iter().copied().fold(0.0, f64::max)).collect();
     let total: f64 = largest.iter().sum();
-    let least = 0.01 / lights.len() as f64;
+    let least = 0.01 / powers.len() as f64;
     let shares: Vec<f64> = largest
         .iter()
         .map(|power| if total > 0.0 { (power / total).max(least) } else { 1.0 })
@@ -465,7 +557,7 @@ fn apportion(lights: &[Light], histories: u64) -> Vec<u64> {
         shares.iter().map(|share| ((share * scale).floor() as u64).max(1)).collect();
     let remainder = |counts: &[u64], l: usize| shares[l] * scale - counts[l] as f64;
     let mut rest = histories as i64 - counts.iter().sum::<u64>() as i64;
-    let mut order: Vec<usize> = (0..lights.len()).collect();
+    let mut order: Vec<usize> = (0..powers.len()).collect();
     order.sort_by(|&a, &b| remainder(&counts, b).total_cmp(&remainder(&counts, a)));
     for &l in order.iter().cycle() {
         if rest <= 0 {

@@ -23,7 +23,7 @@ use crate::{
     scene::{
         bvh::{Bvh, Hit},
         captor::{Captor, CaptorKind},
-        light::Light,
+        light::{Light, sources},
         material::Material,
     },
 };
@@ -90,6 +90,8 @@ pub struct Scene {
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
+    /// Indices of the lights at infinity.
+    infinite: Vec<usize>,
 }
 
 /// A ray's meeting with a surface.
@@ -120,6 +122,16 @@ impl Scene {
     /// Number of lanes that its bands are carried in.
     pub fn lanes(&self) -> usize {
         lanes(self.bands.len())
+    }
+
+    /// Strata of the lights: the least number of photons of a run.
+    pub fn sources(&self) -> usize {
+        sources(&self.lights)
+    }
+
+    /// Whether light comes from infinitely far away.
+    pub fn has_daylight(&self) -> bool {
+        !self.infinite.is_empty()
     }
 
     /// Channels of all captors.

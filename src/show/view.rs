@@ -129,7 +129,9 @@ fn facts(exhibit: &Exhibit) -> Value {
         scene.sums.iter().map(|sum| json!({ "name": sum.name, "of": sum.bands, "sum": true }));
     let materials = scene.materials.iter();
     let few_paths = exhibit.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
-    let lights = scene.lights.iter().take(MOST_LIGHTS).map(|light| {
+    // those that have a place
+    let lights = scene.lights.iter().filter(|light| light.entrance().is_none());
+    let lights = lights.take(MOST_LIGHTS).map(|light| {
         let Extent { min, max } = light.extent();
         json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
     });

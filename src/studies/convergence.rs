@@ -120,9 +120,7 @@ pub fn study(
         return Err(Error::input("seeds", problem).remedy("a spread needs several runs"));
     }
     let budgets: Vec<u64> = (1 - RUNGS..=0)
-        .map(|i| {
-            ((plan.photons as f64 * RUNG.powi(i)).round() as u64).max(scene.lights.len() as u64)
-        })
+        .map(|i| ((plan.photons as f64 * RUNG.powi(i)).round() as u64).max(scene.sources() as u64))
         .collect();
     let all = 3 * plan.seeds * budgets.iter().sum::<u64>()
         + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
@@ -156,7 +154,7 @@ pub fn study(
             rungs.push(Rung::of(&same, &reference));
         }
     }
-    let enough = MOST_FOR_BOUNCES.max(scene.lights.len() as u64);
+    let enough = MOST_FOR_BOUNCES.max(scene.sources() as u64);
     let bounces = Bounces::count(scene, budgets[budgets.len() - 3].min(enough), control)?;
     Ok(Study {
         scene: scene.name.clone(),

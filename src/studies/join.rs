@@ -70,7 +70,7 @@ impl Parts {
                         blocks += 1;
                         (control.progress)(Progress { photons: blocks, of: None, worst: None });
                         (left.next() == Some(index))
-                            .then(|| joined.add_block(index, sums))
+                            .then(|| joined.add_block(index, *sums))
                             .flatten()
                     }
                     Line::Piece { key, words } => joined.add_piece(key, &words),

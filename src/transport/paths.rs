@@ -5,7 +5,7 @@
 //! by a shadow ray (next-event estimation); the path itself may meet a light too, and where both
 //! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
 //! are aimed at the reflectors of lamps ([`Reflectors`]). What it cannot find is light of
-//! a point or a line that comes by way of a mirror or refraction: [`Unseen`] says how much that is.
+//! a point, a line or the sun that comes by way of a mirror or refraction: [`Unseen`] says how much that is.
 
 mod choice;
 mod face;
@@ -21,6 +21,7 @@ use glam::Vec3;
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
+        daylight::{DirectionSample, InfiniteLight},
         material::{Encounter, Material, Onward, Transport},
         world::{LightHit, Scene, SurfaceHit},
     },
@@ -83,6 +84,9 @@ impl Path<'_, '_> {
         let scene = self.scene;
         let (light, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
         let light = &scene.lights[light];
+        if let Some(entrance) = light.entrance() {
+            return self.next_event_at_infinity(&entrance.light, chance, at, otherwise);
+        }
         let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
         let towards = (sample.point - at.point).try_normalize()?;
         if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
@@ -98,6 +102,50 @@ impl Path<'_, '_> {
         };
         let power = power::<N>(&light.power);
         Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
+    }
+
+    /// The same from a direction of a light at infinity that was chosen with this `chance`.
+    fn next_event_at_infinity<const N: usize>(
+        &mut self,
+        light: &InfiniteLight,
+        chance: f32,
+        at: &Vertex,
+        otherwise: impl Fn(Vec3) -> f32,
+    ) -> Option<(Vec3, Spectrum<N>)> {
+        let scene = self.scene;
+        let DirectionSample { toward, radiance_over_pdf, pdf } = light.sample::<N>(self.rng)?;
+        if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
+            return None;
+        }
+        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
+        let ray = Ray { origin: at.point + at.step.map_or(Vec3::ZERO, step), direction: toward };
+        self.rays += 1;
+        let visible: Spectrum<N> = scene.visibility_along(&ray, f32::INFINITY)?;
+        let weight = match pdf {
+            Some(pdf) => pdf * chance / (pdf * chance + otherwise(toward)),
+            None => 1.0,
+        };
+        Some((toward, radiance_over_pdf.scaled(weight / chance) * visible))
+    }
+
+    /// Radiance of the lights at infinity that a ray meets which leaves the scene, but what a direction
+    /// chosen at the beginning of the leg counts for. The sun by way of a mirror or refraction is too small for
+    /// chance: [`Unseen`] says how much that is.
+    fn sky<const N: usize>(&self, leg: &Leg) -> Spectrum<N> {
+        let toward = leg.ray.direction;
+        let mut radiance = Spectrum::ZERO;
+        for (l, light) in self.scene.infinite_lights() {
+            radiance = radiance
+                + match leg.density {
+                    None => light.radiance_without_suns::<N>(toward),
+                    Some(density) => {
+                        let other =
+                            next_event_density_of_sky(self.scene, &leg.at, l, light, toward);
+                        light.radiance::<N>(toward).scaled(density / (density + other))
+                    }
+                };
+        }
+        radiance
     }
 
     /// Chance that a direction is not aimed at a reflector.
@@ -139,7 +187,12 @@ impl Path<'_, '_> {
                 });
             }
 
-            let Some(hit) = hit else { return radiance };
+            let Some(hit) = hit else {
+                if leg.aimed.is_none() && scene.has_daylight() {
+                    radiance = radiance + throughput * self.sky(&leg);
+                }
+                return radiance;
+            };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
             let encounter = Encounter::new(leg.ray.direction, surface.normal);
@@ -246,6 +299,17 @@ fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> 
     let chance = LightChoice::new(&scene.lights, at).chance(hit.light);
     let d2 = ray.at(hit.t).distance_squared(at.point);
     chance * d2 / (hit.shine.area * hit.cos)
+}
+
+/// Density with which [`Path::next_event`] at `at` chooses a direction of the light at infinity `l`.
+fn next_event_density_of_sky(
+    scene: &Scene,
+    at: &Vertex,
+    l: usize,
+    light: &InfiniteLight,
+    toward: Vec3,
+) -> f32 {
+    LightChoice::new(&scene.lights, at).chance(l) * light.pdf(toward)
 }
 
 /// A light's power in lanes.

@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
         let work = match settings.estimator {
             // what a trial finds cheaper is known by now
             Estimator::Photons | Estimator::Auto => {
-                let piece = PIECE.max((scene.lights.len() as u64).next_power_of_two());
+                let piece = PIECE.max((scene.sources() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
             }
             Estimator::Paths if !part_of.is_empty() => {
@@ -245,11 +245,15 @@ impl<'a> Run<'a> {
             let each = (histories / self.unit()).max(MIN_PATHS);
             return Ok(Plan::new(each, 1, self.full_piece()));
         }
-        let lights = self.scene.lights.len() as u64;
+        let lights = self.scene.sources() as u64;
         if histories < lights {
-            let problem = format!("{histories} photons for {lights} lights");
+            let (what, each) = match self.scene.has_daylight() {
+                true => ("lights and faces that daylight enters by", "each of them"),
+                false => ("lights", "every light"),
+            };
+            let problem = format!("{histories} photons for {lights} {what}");
             return Err(Error::input("photons", problem)
-                .remedy(format!("every light needs one: ask for at least {lights}")));
+                .remedy(format!("{each} needs one: ask for at least {lights}")));
         }
         Ok(Plan::new(histories, lights, self.full_piece()))
     }

@@ -29,6 +29,9 @@ pub struct Ledger {
     pub absorbed: Vec<f64>,
     /// What left the scene.
     pub escaped: Vec<f64>,
+    /// What of that met no surface, where light comes from infinitely far away; else empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missed: Vec<f64>,
     /// What was on paths longer than the limits.
     pub lost: Vec<f64>,
 }
@@ -37,17 +40,19 @@ impl Ledger {
     fn new(bands: usize, materials: usize) -> Self {
         let zeros = || vec![0.0; bands];
         let absorbed = vec![0.0; bands * materials];
-        Self { emitted: zeros(), absorbed, escaped: zeros(), lost: zeros() }
+        Self { emitted: zeros(), absorbed, escaped: zeros(), missed: Vec::new(), lost: zeros() }
     }
 
-    fn entries(&mut self) -> [&mut Vec<f64>; 4] {
-        [&mut self.emitted, &mut self.absorbed, &mut self.escaped, &mut self.lost]
+    fn entries(&mut self) -> [&mut Vec<f64>; 5] {
+        let Self { emitted, absorbed, escaped, missed, lost } = self;
+        [emitted, absorbed, escaped, missed, lost]
     }
 
     /// Adds `other` x `factors`, which are per band.
     fn add(&mut self, other: &Self, factors: &[f64]) {
         let bands = self.emitted.len();
-        let other = [&other.emitted, &other.absorbed, &other.escaped, &other.lost];
+        let other = [&other.emitted, &other.absorbed, &other.escaped, &other.missed, &other.lost];
+        self.missed.resize(self.missed.len().max(other[3].len()), 0.0);
         for (mine, theirs) in self.entries().into_iter().zip(other) {
             for (i, (a, b)) in mine.iter_mut().zip(theirs).enumerate() {
                 *a += b * factors[i % bands];
@@ -57,11 +62,14 @@ impl Ledger {
 
     /// Adds `other` x `scale` and empties it.
     fn drain(&mut self, other: &mut Self, scale: f64) {
+        self.missed.resize(self.missed.len().max(other.missed.len()), 0.0);
         for (mine, theirs) in self.entries().into_iter().zip(other.entries()) {
             for (a, b) in mine.iter_mut().zip(theirs) {
                 *a += std::mem::take(b) * scale;
             }
         }
+        // empty again, so that no later sums show what was here
+        other.missed.clear();
     }
 }
 
@@ -130,13 +138,16 @@ impl Tally {
 
     /// Scores the emission of a photon with all of its power, also in its `part`.
     #[inline]
-    pub fn emitted(&mut self, part: Option<usize>, weights: &[f64]) {
+    pub fn emitted<const N: usize>(
+        &mut self,
+        part: Option<usize>,
+        weights: &[f64],
+        power: &Spectrum<N>,
+    ) {
         self.history += 1;
-        for (sum, weight) in self.ledger.emitted.iter_mut().zip(weights) {
-            *sum += weight;
-        }
+        accumulate(&mut self.ledger.emitted, weights, power);
         if let Some(part) = part {
-            self.parts[part].emitted(None, weights);
+            self.parts[part].emitted(None, weights, power);
         }
     }
 
@@ -189,9 +200,13 @@ impl Tally {
                     self.add(channel, weights, &absorbed);
                 }
             }
-            Event::Escaped(power) => {
+            Event::Escaped { power, missed } => {
                 self.segments += 1;
                 accumulate(&mut self.ledger.escaped, weights, power);
+                if missed && scene.has_daylight() {
+                    self.ledger.missed.resize(self.bands, 0.0);
+                    accumulate(&mut self.ledger.missed, weights, power);
+                }
             }
             Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
         }

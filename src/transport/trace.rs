@@ -6,7 +6,6 @@ use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
         captor::{Captor, Channel},
-        light::Light,
         material::{Encounter, Onward, Scatter, Transport},
         world::{Crossing, Scene, Surface, SurfaceHit},
     },
@@ -45,7 +44,12 @@ pub enum Event<'a, const N: usize> {
         onward: Option<Onward>,
     },
     /// It leaves the scene.
-    Escaped(&'a Spectrum<N>),
+    Escaped {
+        /// What it carries.
+        power: &'a Spectrum<N>,
+        /// Whether it has met no surface.
+        missed: bool,
+    },
     /// Its path is longer than the limits allow.
     Lost(&'a Spectrum<N>),
 }
@@ -76,7 +80,7 @@ impl<const N: usize> Event<'_, N> {
             Self::Arrival { surface, encounter, power, .. } => {
                 (surface.captor()?, encounter.front, power)
             }
-            Self::Escaped(_) | Self::Lost(_) => return None,
+            Self::Escaped { .. } | Self::Lost(_) => return None,
         };
         let captor = &scene.captors[captor];
         let face = if front { Channel::Front } else { Channel::Back };
@@ -97,12 +101,14 @@ pub fn trace<const N: usize>(
 ) {
     let share = 1.0 / flights as f32;
     let mut total_reflections = 0;
-    for _ in 0..MAX_INTERACTIONS {
+    for interactions in 0..MAX_INTERACTIONS {
         let direction = ray.direction;
         let shared = &power.scaled(share);
         let hit =
             scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
-        let Some(hit) = &hit else { return on(Event::Escaped(&power)) };
+        let Some(hit) = &hit else {
+            return on(Event::Escaped { power: &power, missed: interactions == 0 });
+        };
         let surface = scene.surface(hit.triangle);
         let encounter = &Encounter::new(direction, surface.normal);
         let scatter = scene.material(surface).sample::<N>(encounter, Transport::Light, rng);
@@ -127,7 +133,7 @@ pub fn trace<const N: usize>(
     on(Event::Lost(&power));
 }
 
-/// Splits a photon that leaves `light` with `power` into so many flights, and tells `on` which virtual
+/// Splits a photon that leaves its light into so many flights, each as `emit` has it, and tells `on` which virtual
 /// captors it crosses in all but the one to follow (Arvo and Kirk, "Particle Transport and Image
 /// Synthesis", SIGGRAPH 1990). Each is as likely as that one: their mean is right on average, and
 /// varies less.
@@ -135,15 +141,15 @@ pub fn trace<const N: usize>(
 #[inline(never)]
 pub fn split_at_light<const N: usize>(
     scene: &Scene,
-    light: &Light,
-    power: Spectrum<N>,
+    emit: impl Fn(&mut Stream) -> (Ray, Spectrum<N>),
     flights: usize,
     rng: &mut Stream,
     mut on: impl FnMut(Event<'_, N>),
 ) {
-    let shared = &power.scaled(1.0 / flights as f32);
+    let share = 1.0 / flights as f32;
     for _ in 1..flights {
-        glance(scene, &light.emit(scene.ray_offset(), rng), shared, &mut on);
+        let (ray, power) = emit(rng);
+        glance(scene, &ray, &power.scaled(share), &mut on);
     }
 }
 

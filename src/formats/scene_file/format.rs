@@ -49,6 +49,109 @@ pub struct SceneFile {
     pub settings: SettingsFile,
     /// The view to render.
     pub camera: Option<CameraFile>,
+    /// Where on the earth the scene is, and its north; +z is up.
+    pub site: Option<SiteFile>,
+    /// When it is: an ISO 8601 time with offset, a period, or "year".
+    pub time: Option<TimeFile>,
+    /// Irradiances of the whole spectrum.
+    pub weather: Option<WeatherFile>,
+    /// Where the sun stands, in place of `site` and `time`.
+    pub sun_at: Option<SunAtFile>,
+}
+
+/// A place on the earth.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SiteFile {
+    /// Degrees, north is positive.
+    pub latitude: Option<f64>,
+    /// Degrees, east is positive.
+    pub longitude: Option<f64>,
+    /// Where north is (default [0, 1, 0]); its z does not matter.
+    pub north: Option<[f64; 3]>,
+}
+
+/// Where the sun stands.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SunAtFile {
+    /// Degrees above the horizon.
+    #[schemars(range(min = -90, max = 90))]
+    pub elevation_deg: f64,
+    /// Degrees clockwise from north: east is 90.
+    pub azimuth_deg: f64,
+}
+
+/// An instant, a period or a year.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum TimeFile {
+    /// ISO 8601 with offset, or "year".
+    Text(String),
+    /// A period.
+    Span {
+        /// Its start.
+        from: String,
+        /// Its end, not included.
+        to: String,
+    },
+}
+
+impl<'de> Deserialize<'de> for TimeFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Span {
+            from: String,
+            to: String,
+        }
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = TimeFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a time, {\"from\", \"to\"} or \"year\"")
+            }
+            fn visit_str<E>(self, text: &str) -> Result<TimeFile, E> {
+                Ok(TimeFile::Text(text.into()))
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<TimeFile, A::Error> {
+                let Span { from, to } =
+                    Span::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                Ok(TimeFile::Span { from, to })
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// Irradiances of the whole spectrum, W/m2, or a file of them.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WeatherFile {
+    /// Direct irradiance across the sun's direction, W/m2.
+    #[schemars(range(min = 0, max = 2000))]
+    pub direct_normal: Option<f64>,
+    /// Diffuse irradiance of a horizontal plane, W/m2.
+    #[schemars(range(min = 0, max = 2000))]
+    pub diffuse_horizontal: Option<f64>,
+    /// EPW, TMY3 or CSV (time, ghi, dni, dhi) file.
+    pub file: Option<String>,
+    /// Hours that the file's clock is put forward (default 0).
+    pub shift_h: Option<f64>,
+    /// Of CSV: where in its interval the time of a row stands.
+    pub stamp: Option<StampFile>,
+}
+
+/// Where in its interval a time stands.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum StampFile {
+    /// At its start.
+    Start,
+    /// In its middle.
+    Middle,
+    /// At its end.
+    End,
 }
 
 /// A wavelength interval.
@@ -316,7 +419,88 @@ tagged! {
         "tube" => Tube(TubeFile),
         /// Polygon or OBJ file, Lambertian.
         "area" => Area(AreaFile),
+        /// The sun: a disc infinitely far away.
+        "sun" => Sun(SunFile),
+        /// The sky above the horizon.
+        "sky" => Sky(SkyFile),
+        /// A picture of the light from all directions.
+        "environment" => Environment(EnvironmentFile),
     }
+}
+
+impl LightFile {
+    /// Whether it is infinitely far away.
+    pub fn is_infinite(&self) -> bool {
+        matches!(self, Self::Sun(_) | Self::Sky(_) | Self::Environment(_))
+    }
+}
+
+/// Light `sun`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SunFile {
+    /// Unique name (default sun).
+    pub name: Option<String>,
+    /// Half angle of its disc, degrees (default 0.2666); 0 is parallel rays.
+    #[schemars(range(min = 0, max = 5))]
+    pub half_angle_deg: Option<f64>,
+    /// Irradiance across its direction, in the scene's quantity per m2; or `weather`.
+    pub irradiance: Option<PerBand>,
+    /// The scene's quantity per J of the whole spectrum (default: by the band's wavelengths).
+    pub share: Option<PerBand>,
+    /// Reflectance of the ground below the horizon, lit without shadows (default 0).
+    pub ground: Option<PerBand>,
+}
+
+/// Light `sky`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SkyFile {
+    /// Unique name (default sky).
+    pub name: Option<String>,
+    /// How its radiance is spread (default perez).
+    #[serde(default)]
+    pub model: SkyModelFile,
+    /// Of the model `cie`: 1 to 15.
+    #[schemars(range(min = 1, max = 15))]
+    pub cie_type: Option<Count>,
+    /// Irradiance of a horizontal plane, in the scene's quantity per m2; or `weather`.
+    pub irradiance: Option<PerBand>,
+    /// The scene's quantity per J of the whole spectrum (default: by the band's wavelengths).
+    pub share: Option<PerBand>,
+    /// Reflectance of the ground below the horizon, lit without shadows (default 0).
+    pub ground: Option<PerBand>,
+}
+
+/// How the radiance of the sky is spread.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SkyModelFile {
+    /// By the weather (Perez, Seals and Michalsky, 1993).
+    #[default]
+    Perez,
+    /// Alike everywhere.
+    Uniform,
+    /// The traditional overcast sky: the zenith three times as bright as the horizon.
+    Overcast,
+    /// A general sky of the CIE.
+    Cie,
+}
+
+/// Light `environment`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentFile {
+    /// Unique name (default environment).
+    pub name: Option<String>,
+    /// Latitude-longitude picture, .exr or .hdr.
+    pub file: String,
+    /// Azimuth of its middle column, degrees clockwise from north (default 0).
+    pub heading_deg: Option<f64>,
+    /// What its texels are multiplied with to be radiances (default 1).
+    pub scale: Option<PerBand>,
+    /// Irradiance of an upward plane, in place of `scale`.
+    pub irradiance: Option<PerBand>,
 }
 
 /// Light `point`.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{format::*, loader::Loader, objects::area};
+use super::{daylight::Sky, format::*, loader::Loader, objects::area};
 use crate::{
     error::Result,
     math::geometry::triangulate,
@@ -20,14 +20,20 @@ use crate::{
 const TUBE_SIDES: usize = 64;
 
 impl Loader<'_> {
-    pub(super) fn load_lights(&mut self, lights: &[LightFile]) -> Result<()> {
+    pub(super) fn load_lights(&mut self, lights: &[LightFile], sky: Option<&Sky>) -> Result<()> {
         for (i, file) in lights.iter().enumerate() {
             let pointer = format!("/lights/{i}");
+            if let Some(sky) = sky
+                && self.load_infinite(&pointer, file, sky)?
+            {
+                continue;
+            }
             let (name, light) = match file {
                 LightFile::Point(light) => (&light.name, self.point_light(&pointer, light)?),
                 LightFile::Spot(light) => (&light.name, self.spot_light(&pointer, light)?),
                 LightFile::Tube(light) => (&light.name, self.tube_light(&pointer, light)?),
                 LightFile::Area(light) => (&light.name, self.area_light(&pointer, light)?),
+                LightFile::Sun(_) | LightFile::Sky(_) | LightFile::Environment(_) => continue,
             };
             let name = name.clone().unwrap_or(format!("light{i}"));
             self.make_solid(&name, &light);
@@ -35,6 +41,23 @@ impl Loader<'_> {
             self.add_light(&pointer, LightPart { name, power, shape })?;
         }
         Ok(())
+    }
+
+    /// Adds a light at infinity, if `file` is one.
+    fn load_infinite(&mut self, pointer: &str, file: &LightFile, sky: &Sky) -> Result<bool> {
+        let (name, usual, shape) = match file {
+            LightFile::Sun(light) => (&light.name, "sun", self.sun_light(pointer, light, sky)?),
+            LightFile::Sky(light) => (&light.name, "sky", self.sky_light(pointer, light, sky)?),
+            LightFile::Environment(light) => {
+                (&light.name, "environment", self.environment_light(pointer, light, sky)?)
+            }
+            _ => return Ok(false),
+        };
+        let name = name.clone().unwrap_or(usual.into());
+        // what enters the scene is known when all of it is
+        let power = vec![0.0; self.bands];
+        self.add_light(pointer, LightPart { name, power, shape })?;
+        Ok(true)
     }
 
     /// Adds a light; its name must be new, and its power one that single precision can carry.

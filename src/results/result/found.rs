@@ -132,7 +132,7 @@ fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
 
 /// The energy balance of a photon run.
 fn balance(scene: &Scene, power: &[f64], ledger: Ledger) -> Energy {
-    let Ledger { emitted, absorbed, escaped, lost } = ledger;
+    let Ledger { emitted, absorbed, escaped, mut missed, lost } = ledger;
     let bands = scene.bands.len();
     let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
     let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
@@ -142,6 +142,13 @@ fn balance(scene: &Scene, power: &[f64], ledger: Ledger) -> Energy {
         emitted: scene.with_sums(&emitted),
         absorbed: scene.with_sums(&total),
         escaped: scene.with_sums(&escaped),
+        missed: match scene.has_daylight() {
+            true => {
+                missed.resize(bands, 0.0);
+                scene.with_sums(&missed)
+            }
+            false => Vec::new(),
+        },
         lost: scene.with_sums(&lost),
         absorbed_by: Some(
             named.map(|(m, values)| (m.name.clone(), scene.with_sums(values))).collect(),

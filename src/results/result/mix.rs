@@ -91,6 +91,7 @@ impl Mix<'_> {
             emitted: times(&part.emitted, factor),
             absorbed: times(&part.absorbed, factor),
             escaped: times(&part.escaped, factor),
+            missed: times(&part.missed, factor),
             lost: times(&part.lost, factor),
             absorbed_by: part.absorbed_by.as_ref().map(|materials| {
                 materials
@@ -111,6 +112,7 @@ impl Mix<'_> {
             emitted: all(|part| &part.emitted),
             absorbed: all(|part| &part.absorbed),
             escaped: all(|part| &part.escaped),
+            missed: all(|part| &part.missed),
             lost: all(|part| &part.lost),
             absorbed_by: energy.absorbed_by.as_ref().map(|all| all.iter().map(by).collect()),
             by_light: Some(parts),

@@ -8,7 +8,10 @@ use super::{
     radiance_map::{MapEntry, RadianceMap},
     suns::{Suns, SunsEntry},
 };
-use crate::math::{rng::Stream, sampling::weighted_choice, spectrum::Spectrum};
+use crate::{
+    error::{Problem, check_length, check_range},
+    math::{rng::Stream, sampling::weighted_choice, spectrum::Spectrum},
+};
 
 /// A light that is infinitely far away: the sun, the sky, an environment map.
 ///
@@ -96,9 +99,26 @@ impl InfinitePart {
         total * self.scale.iter().sum::<f64>()
     }
 
-    /// Whether it is parallel rays.
-    pub fn is_delta(&self) -> bool {
-        matches!(&self.shape, InfiniteShape::Suns(suns) if suns.is_parallel())
+    /// Whether it is suns: discs too small for chance, or parallel rays.
+    pub fn is_sun(&self) -> bool {
+        matches!(&self.shape, InfiniteShape::Suns(_))
+    }
+
+    /// Whether a plane that faces `normal` may see it.
+    fn may_shine_on(&self, normal: Vec3) -> bool {
+        match &self.shape {
+            InfiniteShape::Suns(suns) => suns.may_shine_on(normal.as_dvec3()),
+            InfiniteShape::Map(_) => true,
+        }
+    }
+
+    /// Irradiance across all directions, a quarter of it, in the brightest of so many bands, W/m2.
+    pub fn mean_irradiance(&self, bands: usize) -> f64 {
+        let total = match &self.shape {
+            InfiniteShape::Suns(suns) => suns.total(),
+            InfiniteShape::Map(map) => map.total() / map.bands().unwrap_or(1) as f64,
+        };
+        0.25 * total * self.scale.iter().take(bands).copied().fold(0.0, f64::max)
     }
 
     /// Radiance, W/m2/sr, and density of [`sample`](InfiniteLight::sample)'s choice within the part, 1/sr.
@@ -172,6 +192,22 @@ impl InfiniteLight {
         Self { name, parts, running }
     }
 
+    /// Refuses strengths that are not one finite number, at least 0, for each of so many bands.
+    pub fn check(&self, bands: usize) -> Result<(), Problem> {
+        for part in &self.parts {
+            check_length(part.scale.len(), bands).map_err(|problem| problem.of("strength"))?;
+            for &scale in &part.scale {
+                check_range(scale, 0.0, 1e30).map_err(|problem| problem.of("strength"))?;
+            }
+            if let InfiniteShape::Map(map) = &part.shape
+                && let Some(of_map) = map.bands()
+            {
+                check_length(of_map, bands).map_err(|problem| problem.of("map"))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Its parts; each enters by itself.
     pub fn parts(&self) -> &[InfinitePart] {
         &self.parts
@@ -199,6 +235,22 @@ impl InfiniteLight {
         let before = if p == 0 { 0.0 } else { self.running[p - 1] };
         let total = self.running[self.running.len() - 1];
         if total > 0.0 { (self.running[p] - before) / total } else { 0.0 }
+    }
+
+    /// Whether a plane that faces `normal` may see it.
+    pub fn may_shine_on(&self, normal: Vec3) -> bool {
+        self.parts.iter().any(|part| part.may_shine_on(normal))
+    }
+
+    /// Whether suns are part of it.
+    pub fn has_sun(&self) -> bool {
+        self.parts.iter().any(InfinitePart::is_sun)
+    }
+
+    /// Radiance that comes from a direction but from suns, W/m2/sr.
+    pub fn radiance_without_suns<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
+        let looks = self.parts.iter().filter(|part| !part.is_sun()).map(|part| part.look(toward).0);
+        looks.fold(Spectrum::ZERO, |sum, radiance| sum + radiance)
     }
 
     /// Chooses a direction in proportion to the radiance (over all bands); none where it is dark.

@@ -107,6 +107,13 @@ impl Suns {
         (toward, self.radiance(toward).max(own))
     }
 
+    /// Whether a plane that faces `normal` may see one.
+    pub fn may_shine_on(&self, normal: DVec3) -> bool {
+        // of many some are nearly always in front
+        let border = -self.half_angle.sin() - 1e-6;
+        self.suns.len() > 16 || self.suns.iter().any(|sun| sun.toward.dot(normal) > border)
+    }
+
     /// Irradiance of a plane that faces `normal` (a unit vector).
     pub fn irradiance(&self, normal: DVec3) -> f64 {
         let seen = |sun: &Sun| sun.weight * disc_cosine(sun.toward.dot(normal), self.half_angle);

@@ -44,12 +44,13 @@ pub struct TubeHit {
 }
 
 impl Light {
-    /// Whether it is a point or a line, which no ray can hit.
+    /// Whether it is a point or a line, which no ray can hit, or the sun, which none hits by chance.
     pub fn is_delta(&self) -> bool {
-        match self.emitter {
+        match &self.emitter {
             Emitter::Cone { .. } | Emitter::IsotropicLine { .. } => true,
-            Emitter::Tube { radius, .. } => radius == 0.0,
+            Emitter::Tube { radius, .. } => *radius == 0.0,
             Emitter::Area { .. } => false,
+            Emitter::Infinite(entrance) => entrance.light.has_sun(),
         }
     }
 
@@ -64,6 +65,11 @@ impl Light {
     /// About the irradiance at `point` per W of its power, 1/m2, for choosing among lights; zero only
     /// where it sheds no light directly. `normal`: of a face that light from behind does not reach.
     pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
+        if let Emitter::Infinite(entrance) = &self.emitter {
+            let most = self.power.iter().copied().fold(0.0, f64::max) as f32;
+            let seen = normal.is_none_or(|normal| entrance.light.may_shine_on(normal));
+            return if seen && most > 0.0 { entrance.irradiance() / most } else { 0.0 };
+        }
         let (middle, radius) = self.ball;
         let towards = middle - point;
         if normal.is_some_and(|normal| towards.dot(normal) < -radius) {
@@ -123,6 +129,8 @@ impl Light {
                 };
                 seen(point, on_light, normal, surface.area() as f32, sides, offset)
             }
+            // in directions, not points
+            Emitter::Infinite(_) => None,
         }
     }
 
@@ -181,6 +189,7 @@ impl Emitter {
                 let max = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
                 (0.5 * (min + max), 0.5 * min.distance(max))
             }
+            Self::Infinite(_) => (Vec3::ZERO, f32::INFINITY),
         }
     }
 }

@@ -11,7 +11,7 @@ const CENTER: DVec3 = DVec3::new(3.0, -2.0, 1.0);
 const OFFSET: f32 = 1e-3;
 
 fn light(power: &[f64], shape: &LightShape) -> Light {
-    Light::new("lamp".into(), power.to_vec(), shape, CENTER)
+    Light::new("lamp".into(), power.to_vec(), shape, CENTER, &Extent::EMPTY)
 }
 
 /// Each photon of a light: its place in the user's coordinates, and its direction.
@@ -278,7 +278,7 @@ fn strata_are_exact() {
             assert_eq!(strata.histories(), histories);
             let mut counts = vec![0u64; powers.len()];
             for index in 0..histories {
-                counts[strata.light(index)] += 1;
+                counts[strata.source(index)] += 1;
             }
             let least = 0.01 / n as f64;
             for (l, &count) in counts.iter().enumerate() {
@@ -314,7 +314,7 @@ fn neighbouring_histories_have_each_lights_share() {
             let mut range = vec![[0.0f64; 2]; powers.len()];
             let shares: Vec<f64> = (0..powers.len()).map(share).collect();
             for index in 0..histories {
-                ahead[strata.light(index)] += 1.0;
+                ahead[strata.source(index)] += 1.0;
                 // how far ahead of its share each light is after so many histories
                 if powers.len() <= 7 || index % 64 == 0 {
                     for l in 0..powers.len() {

@@ -1,6 +1,6 @@
 //! From parts to a scene, with all checking.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::{
     NO_CAPTOR, Scene, SceneParts, Surface, flush,
@@ -8,11 +8,14 @@ use super::{
 };
 use crate::{
     error::{Error, Result, number},
-    math::{geometry::Triangle, spectrum::lanes},
+    math::{
+        geometry::{Extent, Triangle},
+        spectrum::lanes,
+    },
     scene::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
-        light::{Light, LightShape},
+        light::{Light, LightShape, MARGIN},
     },
 };
 
@@ -61,12 +64,6 @@ impl Scene {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
-        let mut lights: Vec<Light> = parts
-            .lights
-            .into_iter()
-            .map(|light| Light::new(light.name, light.power, &light.shape, center))
-            .collect();
-
         let mut surface_parts = parts.surfaces;
         // a captor's triangles side by side, whatever the order of the files
         surface_parts.sort_by_key(|part| part.captor);
@@ -128,6 +125,16 @@ impl Scene {
             });
         }
 
+        let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
+        let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
+        let margin = Vec3::splat(MARGIN * RAY_OFFSET * radius);
+        let inside = Extent { min: around.min - margin, max: around.max + margin };
+        let mut lights: Vec<Light> = parts
+            .lights
+            .into_iter()
+            .map(|light| Light::new(light.name, light.power, &light.shape, center, &inside))
+            .collect();
+
         let mut light_triangles = Vec::new();
         let mut light_of_triangle = Vec::new();
         for (l, light) in lights.iter().enumerate() {
@@ -144,6 +151,7 @@ impl Scene {
             sums: parts.sums,
             materials: parts.materials,
             objects: parts.objects,
+            infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
             lights,
             captors,
             groups: parts.groups,
@@ -218,7 +226,12 @@ impl Bounds {
                 LightShape::Area { triangles, .. } => {
                     triangles.iter().flatten().for_each(|&p| bounds.add(p));
                 }
+                LightShape::Infinite(_) => {}
             }
+        }
+        // the sky above nothing
+        if bounds.min.x > bounds.max.x {
+            bounds.add(DVec3::ZERO);
         }
         bounds
     }

@@ -54,7 +54,8 @@ pub struct SurfacePart {
 pub struct LightPart {
     /// Unique name.
     pub name: String,
-    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s.
+    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s; of a light at infinity it is found
+    /// from the scene's extent, whatever stands here.
     pub power: Vec<f64>,
     /// Shape, m from the user's origin.
     pub shape: LightShape,

@@ -6,6 +6,7 @@ use super::Scene;
 use crate::{
     math::{geometry::Ray, spectrum::Spectrum},
     scene::{
+        daylight::InfiniteLight,
         light::Shine,
         material::{Encounter, Material},
     },
@@ -45,13 +46,28 @@ impl Scene {
         });
     }
 
+    /// The lights at infinity, with their indices.
+    pub fn infinite_lights(&self) -> impl Iterator<Item = (usize, &InfiniteLight)> {
+        let infinite = self.infinite.iter();
+        infinite.filter_map(|&l| Some((l, &self.lights[l].entrance()?.light)))
+    }
+
     /// What of the light goes straight from one point to another, per band: all, nothing, or what
     /// thin panes let through.
     pub fn visibility<const N: usize>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<N>> {
         let distance = from.distance(to);
         let ray = Ray { origin: from, direction: (to - from) / distance };
+        self.visibility_along(&ray, distance)
+    }
+
+    /// The same along a ray, as far as `distance`, m.
+    pub fn visibility_along<const N: usize>(
+        &self,
+        ray: &Ray,
+        distance: f32,
+    ) -> Option<Spectrum<N>> {
         let mut through = Spectrum::ONE;
-        let occluded = self.shapes.surface_bvh.occluded(&ray, distance, |hit| {
+        let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
             let Material::Pane(pane) = self.material(surface) else { return true };
             // an edge between two triangles of a pane counts once

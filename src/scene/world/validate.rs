@@ -151,6 +151,9 @@ impl BandSum {
 impl LightPart {
     fn check(&self, bands: usize) -> Checked {
         check_power(&self.power, bands)?;
+        if let LightShape::Infinite(light) = &self.shape {
+            light.check(bands)?;
+        }
         self.shape.check()
     }
 }

@@ -139,16 +139,16 @@ fn dot(eye: &Eye, point: Vec3, index: usize) -> Option<Dot> {
 
 /// The corners of so many paths of photons, from their lights on.
 fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
-    let all = paths.max(scene.lights.len() as u64);
+    let all = paths.max(scene.sources() as u64);
     with_lanes!(scene.lanes(), N => {
         let strata = Strata::new(&scene.lights, all, N);
         let streams = Streams::new(seed, Purpose::Dots, 0);
         (0..paths)
             .map(|index| {
                 let mut rng = streams.history(index);
-                let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
+                let photon = strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
                 let mut corners = vec![photon.ray.origin];
-                trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
+                trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
                     if let Event::Arrival { hit, .. } = event {
                         corners.push(hit.point);
                     }

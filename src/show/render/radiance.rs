@@ -71,6 +71,10 @@ impl<const N: usize> Whitted<'_, N> {
             start,
             rng,
             |_, _| 1.0,
+            |way| {
+                let lights = self.light.scene.infinite_lights();
+                lights.fold(Spectrum::ZERO, |sum, (_, l)| sum + l.radiance(way.ray.direction))
+            },
             |place, rng| match gather {
                 0 => {
                     let front = place.encounter.front;
@@ -89,6 +93,7 @@ impl<const N: usize> Whitted<'_, N> {
         start: Way<N>,
         rng: &mut Stream,
         lamp: impl Fn(&Way<N>, &LightHit) -> f32,
+        sky: impl Fn(&Way<N>) -> Spectrum<N>,
         mut seen: impl FnMut(&Place, &mut Stream) -> Spectrum<N>,
     ) -> Spectrum<N> {
         let scene = self.light.scene;
@@ -105,7 +110,12 @@ impl<const N: usize> Whitted<'_, N> {
                 let power = power::<N>(&scene.lights[hit.light].power);
                 radiance = radiance + throughput * power.scaled(brightness);
             });
-            let Some(hit) = hit else { continue };
+            let Some(hit) = hit else {
+                if scene.has_daylight() {
+                    radiance = radiance + throughput * sky(&way);
+                }
+                continue;
+            };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
             let encounter = Encounter::new(ray.direction, surface.normal);
@@ -157,6 +167,10 @@ impl<const N: usize> Whitted<'_, N> {
         let lamp = |way: &Way<N>, hit: &LightHit| {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
         };
+        let sky = |way: &Way<N>| match way.straight {
+            true => joined.sky(way.ray.direction),
+            false => Spectrum::ZERO,
+        };
         let mut sum = Spectrum::ZERO;
         for _ in 0..directions {
             sum = sum + joined.radiance(rng);
@@ -165,7 +179,7 @@ impl<const N: usize> Whitted<'_, N> {
             let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
             let ray = scene.leave(hit.point, side, scatter.direction);
             let start = Way::new(ray, false);
-            let there = self.follow(start, rng, lamp, |place, _| load(&self.seen(place)));
+            let there = self.follow(start, rng, lamp, sky, |place, _| load(&self.seen(place)));
             sum = sum + scatter.factor * there;
         }
         let caustic = self.light.caustic_radiance(hit.triangle, hit.point, outgoing);

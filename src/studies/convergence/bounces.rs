@@ -65,9 +65,9 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
             return Err(Error::interrupted("chart", NOTHING_WRITTEN));
         }
         let mut rng = streams.history(index);
-        let photon = strata.emit(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let photon = strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut bounces = 0;
-        trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
+        trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {
                 let first = counted.channel() * bands;
                 let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];

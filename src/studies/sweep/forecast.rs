@@ -149,7 +149,7 @@ fn trial(sweep: &Sweep, run: &Run, control: &SweepControl) -> Result<Trial> {
     let load = started.elapsed();
     let asked = &loaded.settings;
     let photons = asked.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
-    let few = photons.min(TRIAL.max(loaded.scene.lights.len() as u64));
+    let few = photons.min(TRIAL.max(loaded.scene.sources() as u64));
     let (tolerance, max_time) = (None, None);
     let settings =
         Settings { photons: Some(few), tolerance, max_time, threads: 1, ..asked.clone() };

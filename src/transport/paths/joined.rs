@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Path, next_event_density, vertex::Vertex};
+use super::{Path, next_event_density, next_event_density_of_sky, vertex::Vertex};
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
@@ -54,6 +54,19 @@ impl<'a> Joined<'a> {
         let arriving = Encounter::new(-towards, self.surface.normal);
         let f = material.evaluate(&arriving, -self.encounter.direction);
         f.scaled(arriving.cos) * irradiance
+    }
+
+    /// What the lights at infinity count that a sampled direction meets straight or through panes.
+    pub fn sky<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
+        let material = self.scene.material(self.surface);
+        let density = material.density(&self.encounter, Transport::Importance, toward);
+        let mut radiance = Spectrum::ZERO;
+        for (l, light) in self.scene.infinite_lights() {
+            let other = next_event_density_of_sky(self.scene, &self.at, l, light, toward);
+            let weight = density / (density + other);
+            radiance = radiance + light.radiance::<N>(toward).scaled(weight);
+        }
+        radiance
     }
 
     /// What a lamp counts that a sampled direction meets straight or through panes.

@@ -41,17 +41,17 @@ impl Unseen {
             Self { all: zeros.clone(), hidden: zeros }
         };
         let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
-        let photons = PHOTONS.max(2 * scene.lights.len() as u64);
+        let photons = PHOTONS.max(2 * scene.sources() as u64);
         let strata = Strata::new(&scene.lights, photons, N);
         let (mut done, mut rays) = (0, 0);
         let streams = Streams::new(seed, Purpose::Unseen, 0);
         // neighbouring histories share the lights well, so it can end after any
         while done < photons && rays < MOST_RAYS {
             let mut rng = streams.history(done);
-            let photon = strata.emit(&scene.lights, done, scene.ray_offset(), &mut rng);
-            let delta = scene.lights[photon.light].is_delta();
+            let photon = strata.emit::<N>(&scene.lights, done, scene.ray_offset(), &mut rng);
+            let delta = strata.is_delta(&scene.lights, photon.source);
             let (mut hidden, mut diffused) = (false, false);
-            trace(scene, photon.ray, photon.power::<N>(), 1, &mut rng, |event| {
+            trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
                 if let Some(counted) = event.counted(scene) {
                     on_captors.add(photon.weights, counted.power, hidden);
                 }

@@ -23,7 +23,7 @@ pub(super) fn most_open() -> u64 {
 /// Refuses a run whose sums and results would not fit into memory, before it begins. The light is split
 /// into so many `parts` (0: not split); `nearest` says whether there are k-nearest estimates.
 pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) -> Result<()> {
-    let strata = scene.lights.len() * scene.lanes() * size_of::<f64>();
+    let strata = scene.sources() * scene.lanes() * size_of::<f64>();
     let of_each = 2 * Tally::bytes(scene, parts) + strata;
     // at the end sums and results stand side by side
     let results = result_bytes(scene, parts, nearest);

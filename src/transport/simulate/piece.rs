@@ -4,7 +4,10 @@ use std::sync::{Mutex, atomic::Ordering};
 
 use super::{BLOCKS, Keep, Run, Work, lock, plan::Plan};
 use crate::{
-    math::{rng::Streams, spectrum::Spectrum},
+    math::{
+        rng::{Stream, Streams},
+        spectrum::Spectrum,
+    },
     scene::{light::Strata, material::Onward, world::Scene},
     transport::{
         paths::{Face, Reflectors},
@@ -104,9 +107,10 @@ impl Run<'_> {
                 return;
             }
             let mut rng = streams.history(first + index);
-            let photon = strata.emit(&self.scene.lights, index, self.scene.ray_offset(), &mut rng);
+            let offset = self.scene.ray_offset();
+            let photon = strata.emit::<N>(&self.scene.lights, index, offset, &mut rng);
             let part = self.part_of.get(photon.light).copied();
-            tally.emitted(part, photon.weights);
+            tally.emitted(part, photon.weights, &photon.power);
             let mut way = Way::default();
             let mut on = |event: Event<'_, N>| {
                 tally.score(self.scene, part, photon.weights, &event);
@@ -125,12 +129,14 @@ impl Run<'_> {
                     way = way.then(onward);
                 }
             };
-            let power = photon.power();
             if flights > 1 {
-                let light = &self.scene.lights[photon.light];
-                split_at_light(self.scene, light, power, flights, &mut rng, &mut on);
+                let emit = |rng: &mut Stream| {
+                    let other = strata.emit_of::<N>(&self.scene.lights, photon.source, offset, rng);
+                    (other.ray, other.power)
+                };
+                split_at_light(self.scene, emit, flights, &mut rng, &mut on);
             }
-            trace(self.scene, photon.ray, power, flights, &mut rng, &mut on);
+            trace(self.scene, photon.ray, photon.power, flights, &mut rng, &mut on);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);
@@ -163,7 +169,7 @@ impl Keep<'_> {
                 (crossing.point, direction, crossing.triangle)
             }
             Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
-            Event::Escaped(_) | Event::Lost(_) => return None,
+            Event::Escaped { .. } | Event::Lost(_) => return None,
         };
         let (shelf, power) = match (self, event) {
             (Keep::OnCaptors, _) => {

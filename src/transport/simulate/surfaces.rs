@@ -34,7 +34,7 @@ pub fn light_surfaces<'a>(
     let trace = |purpose, photons: u64, control: &Control| -> Result<Simulation> {
         let settings = Settings {
             estimator: Estimator::Photons,
-            photons: Some(photons.max(scene.lights.len() as u64)),
+            photons: Some(photons.max(scene.sources() as u64)),
             splitting: 1,
             tolerance: None,
             max_time: None,

@@ -72,7 +72,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Trial, ..run };
     // one photon of each light in each block, then twice as many, ...
-    let mut histories = BLOCKS * scene.lights.len() as u64;
+    let mut histories = BLOCKS * scene.sources() as u64;
     let totals = loop {
         let mut totals = run.totals();
         run.round::<N>(&run.plan(histories)?, 0, None, &mut totals, None)?;

@@ -128,7 +128,7 @@ impl Run<'_> {
     fn less_than<const N: usize>(&self, plan: &Plan, most: u64) -> Result<Option<Plan>> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
         let each = match &self.work {
-            Work::Photons(_) => self.scene.lights.len() as u64,
+            Work::Photons(_) => self.scene.sources() as u64,
             Work::Paths(..) => 1,
         };
         // like parts of all blocks

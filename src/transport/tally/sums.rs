@@ -41,6 +41,7 @@ impl Tally {
         }
         let mut ledger = self.ledger.clone();
         ledger.entries().into_iter().for_each(|entry| entry.fill(0.0));
+        ledger.missed.clear();
         std::mem::swap(&mut ledger, &mut self.ledger);
         Sums {
             channels,
@@ -62,7 +63,7 @@ impl Tally {
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };
-        let Ledger { emitted, absorbed, escaped, lost } = &ledger;
+        let Ledger { emitted, absorbed, escaped, missed, lost } = &ledger;
         let possible = |powers: &Vec<f64>| powers.iter().all(|power| is_possible(*power));
         let fits = channels.is_sorted_by(|a, b| a < b)
             && channels.last().is_none_or(|last| (*last as usize) < self.counts.len())
@@ -70,8 +71,9 @@ impl Tally {
             && histories.len() == channels.len()
             && flux.len() == channels.len() * self.bands
             && counts.all(|count| *count <= MOST)
-            && [emitted, absorbed, escaped, lost, &flux].into_iter().all(possible)
+            && [emitted, absorbed, escaped, missed, lost, &flux].into_iter().all(possible)
             && entries(&ledger) == entries(&self.ledger)
+            && (missed.is_empty() || missed.len() == self.bands)
             && parts.len() == self.parts.len();
         if !fits {
             return None;

@@ -1,0 +1,502 @@
+//! Sun, sky and environment maps: when and where, and what the weather says.
+
+use std::{f64::consts::PI, sync::Arc};
+
+use glam::DVec3;
+
+use super::{format::*, loader::Loader};
+use crate::{
+    error::Result,
+    formats::{
+        environment_map::Panorama,
+        iso8601::parse_time,
+        weather::{Period, Site, Stamp, Weather},
+    },
+    math::units::Quantity,
+    scene::{
+        daylight::{
+            DaylightSource, Hour, InfiniteLight, InfinitePart, InfiniteShape, RadianceMap,
+            SkyModel, SunPosition, Suns, Timestamp, WAVELENGTHS, azimuth_of, band_share,
+            eccentricity, mean_direct, mean_sky, mean_sun,
+        },
+        light::LightShape,
+    },
+};
+
+/// What daylight is like in the open, for people to check.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenField {
+    /// Where the sun stands; none for a period.
+    pub sun: Option<SunPosition>,
+    /// Broadband irradiances by the weather: mean direct normal, direct on a horizontal plane, diffuse
+    /// horizontal, W/m2; none where no light uses the weather.
+    pub weather: Option<[f64; 3]>,
+}
+
+impl OpenField {
+    /// Photon flux density of 400 to 700 nm on a horizontal plane, umol/m2/s, by the standard's spectra.
+    pub fn ppfd(&self) -> Option<f64> {
+        let [_, direct, diffuse] = self.weather?;
+        let share = |source| band_share(source, Quantity::Micromole, 400.0, 700.0);
+        Some(direct * share(DaylightSource::Sun)? + diffuse * share(DaylightSource::Sky)?)
+    }
+}
+
+/// When and where it is, and the weather.
+pub(super) struct Sky {
+    /// Azimuth of north, rad, clockwise from +y.
+    north: f64,
+    /// Where the sun stands, if the scene says so; none for a period.
+    sun: Option<SunPosition>,
+    is_period: bool,
+    /// None where the scene has no weather.
+    hours: Option<Vec<Hour>>,
+}
+
+impl Loader<'_> {
+    /// What the scene says about daylight; nothing without a sun, sky or map.
+    pub(super) fn load_sky(&mut self, file: &SceneFile) -> Result<Option<Sky>> {
+        let keys = [
+            ("site", file.site.is_some()),
+            ("time", file.time.is_some()),
+            ("weather", file.weather.is_some()),
+            ("sun_at", file.sun_at.is_some()),
+        ];
+        if !file.lights.iter().any(LightFile::is_infinite) {
+            return match keys.iter().find(|(_, given)| *given) {
+                None => Ok(None),
+                Some((key, _)) => Err(self
+                    .error(format!("/{key}"), "no light uses it")
+                    .remedy("add a light of type `sun` or `sky`, or leave it out")),
+            };
+        }
+        let north = file.site.as_ref().and_then(|site| site.north).map_or(DVec3::Y, DVec3::from);
+        if !(north.truncate().length() > 0.0 && north.is_finite()) {
+            return Err(self
+                .error("/site/north", "does not point to a side")
+                .remedy("say where north is: [0, 1, 0] is +y; +z is up"));
+        }
+        let mut sky = Sky { north: azimuth_of(north), sun: None, is_period: false, hours: None };
+        let weather = match &file.weather {
+            Some(WeatherFile { file: Some(name), .. }) => Some(self.weather_file(file, name)?),
+            _ => None,
+        };
+        let site = self.site(file, weather.as_ref())?;
+        let when = self.when(file)?;
+        if let Some(at) = &file.sun_at {
+            if file.time.is_some() {
+                return Err(self
+                    .error("/sun_at", "both `sun_at` and `time`")
+                    .remedy("say where the sun stands, or when it is"));
+            }
+            self.in_range("/sun_at/elevation_deg", at.elevation_deg, -90.0, 90.0)?;
+            self.in_range("/sun_at/azimuth_deg", at.azimuth_deg, -360.0, 360.0)?;
+            let [elevation, azimuth] = [at.elevation_deg, at.azimuth_deg].map(f64::to_radians);
+            sky.sun = Some(SunPosition { elevation, azimuth });
+        }
+        match when {
+            Some(Period::Instant(time)) => {
+                let site = site.ok_or_else(|| {
+                    self.error("/time", "the scene does not say where it is")
+                        .remedy("add `\"site\": {\"latitude\": ..., \"longitude\": ...}`")
+                })?;
+                let [latitude, longitude] = [site.latitude, site.longitude].map(f64::to_radians);
+                sky.sun = Some(SunPosition::at(time, latitude, longitude));
+            }
+            Some(_) => sky.is_period = true,
+            None => {}
+        }
+        sky.hours = match (&file.weather, weather) {
+            (None, _) => None,
+            (Some(given), Some(weather)) => {
+                let (Some(when), Some(site)) = (when, site) else {
+                    return Err(self
+                        .error("/weather/file", "a weather file needs `time`, and a place")
+                        .remedy(
+                            "add `time` (an instant, {\"from\", \"to\"} or \"year\") and `site`",
+                        ));
+                };
+                Some(self.hours_of_file(&weather, given, when, site)?)
+            }
+            (Some(given), None) => Some(vec![self.given_hour(given, &sky, when)?]),
+        };
+        Ok(Some(sky))
+    }
+
+    fn weather_file(&self, file: &SceneFile, name: &str) -> Result<Weather> {
+        let stamp = file.weather.as_ref().and_then(|weather| weather.stamp);
+        let stamp = stamp.map(|stamp| match stamp {
+            StampFile::Start => Stamp::Start,
+            StampFile::Middle => Stamp::Middle,
+            StampFile::End => Stamp::End,
+        });
+        let path = self.sibling(name);
+        Weather::parse(&self.bytes("/weather/file", &path)?, &path, stamp)
+    }
+
+    /// Where the scene is: as it says, or as its weather file does.
+    fn site(&mut self, file: &SceneFile, weather: Option<&Weather>) -> Result<Option<Site>> {
+        let of_file = weather.and_then(|weather| weather.site);
+        let Some(site) = &file.site else { return Ok(of_file) };
+        let (latitude, longitude) = match (site.latitude, site.longitude) {
+            (None, None) => return Ok(of_file),
+            (Some(latitude), Some(longitude)) => (latitude, longitude),
+            _ => {
+                return Err(self
+                    .error("/site", "only one of `latitude` and `longitude`")
+                    .remedy("give both, in degrees; north and east are positive"));
+            }
+        };
+        self.in_range("/site/latitude", latitude, -90.0, 90.0)?;
+        self.in_range("/site/longitude", longitude, -180.0, 180.0)?;
+        if let Some(other) = of_file
+            && (other.latitude - latitude).abs().max((other.longitude - longitude).abs()) > 0.5
+        {
+            let problem = format!(
+                "the weather is of another place: latitude {}, longitude {}",
+                other.latitude, other.longitude
+            );
+            self.warn("/site", problem);
+        }
+        Ok(Some(Site { latitude, longitude }))
+    }
+
+    fn when(&self, file: &SceneFile) -> Result<Option<Period>> {
+        let time = |pointer: &str, text: &str| -> Result<Timestamp> {
+            parse_time(text, self.place(pointer))
+        };
+        Ok(match &file.time {
+            None => None,
+            Some(TimeFile::Text(text)) if text == "year" => Some(Period::Year),
+            Some(TimeFile::Text(text)) => Some(Period::Instant(time("/time", text)?)),
+            Some(TimeFile::Span { from, to }) => {
+                Some(Period::Span { from: time("/time/from", from)?, to: time("/time/to", to)? })
+            }
+        })
+    }
+
+    fn hours_of_file(
+        &mut self,
+        weather: &Weather,
+        given: &WeatherFile,
+        when: Period,
+        site: Site,
+    ) -> Result<Vec<Hour>> {
+        if given.direct_normal.is_some() || given.diffuse_horizontal.is_some() {
+            return Err(self
+                .error("/weather", "both a `file` and irradiances")
+                .remedy("leave out one of them"));
+        }
+        let shift = given.shift_h.unwrap_or(0.0);
+        self.in_range("/weather/shift_h", shift, -24.0, 24.0)?;
+        let selected = weather.select(when, site, shift)?;
+        for warning in selected.warnings() {
+            self.warn("/weather/file", warning);
+        }
+        if let Some(warning) = weather.check_clock(site, shift).and_then(|check| check.warning()) {
+            self.warn("/weather/file", warning);
+        }
+        Ok(selected.hours)
+    }
+
+    /// The weather that the scene itself gives.
+    fn given_hour(&self, given: &WeatherFile, sky: &Sky, when: Option<Period>) -> Result<Hour> {
+        for (key, given) in [("stamp", given.stamp.is_some()), ("shift_h", given.shift_h.is_some())]
+        {
+            if given {
+                return Err(self
+                    .error(format!("/weather/{key}"), "goes with `file` only")
+                    .remedy("leave it out"));
+            }
+        }
+        let (Some(direct), Some(diffuse)) = (given.direct_normal, given.diffuse_horizontal) else {
+            return Err(self
+                .error("/weather", "neither `file` nor `direct_normal` and `diffuse_horizontal`")
+                .remedy("give both irradiances of the whole spectrum, W/m2, or a file"));
+        };
+        self.in_range("/weather/direct_normal", direct, 0.0, 2000.0)?;
+        self.in_range("/weather/diffuse_horizontal", diffuse, 0.0, 2000.0)?;
+        if sky.is_period {
+            return Err(self
+                .error("/weather", "a period needs a weather file")
+                .remedy("name one as `file`, or give `time` as an instant"));
+        }
+        let Some(sun) = sky.sun else {
+            return Err(self
+                .error("/weather", "the scene does not say where the sun stands")
+                .remedy("add `site` and `time`, or `sun_at`"));
+        };
+        if direct > 0.0 && sun.elevation <= 0.0 {
+            let below = -sun.elevation.to_degrees();
+            let problem =
+                format!("direct light, but the sun stands {below:.2} degrees below the horizon");
+            return Err(self
+                .error("/weather/direct_normal", problem)
+                .remedy("correct the time and its offset, the site or the weather"));
+        }
+        let eccentricity = match when {
+            Some(Period::Instant(time)) => eccentricity(time.date()),
+            _ => 1.0,
+        };
+        Ok(Hour {
+            weight: 1.0,
+            sun,
+            eccentricity,
+            direct_normal: direct,
+            diffuse_horizontal: diffuse,
+        })
+    }
+
+    pub(super) fn open_field(&self, sky: &Sky) -> OpenField {
+        let weather = sky.hours.as_ref().map(|hours| {
+            let sum = |of: &dyn Fn(&Hour) -> f64| hours.iter().map(|h| h.weight * of(h)).sum();
+            let normal = sum(&|h| h.direct_normal);
+            [normal, mean_direct(hours), sum(&|h| h.diffuse_horizontal)]
+        });
+        OpenField { sun: sky.sun, weather }
+    }
+
+    pub(super) fn sun_light(
+        &mut self,
+        pointer: &str,
+        light: &SunFile,
+        sky: &Sky,
+    ) -> Result<LightShape> {
+        let half_angle = light.half_angle_deg.unwrap_or(0.2666);
+        self.in_range(&format!("{pointer}/half_angle_deg"), half_angle, 0.0, 5.0)?;
+        let half_angle = half_angle.to_radians();
+        let (suns, normal, horizontal) = match &light.irradiance {
+            Some(irradiance) => {
+                self.refuse_share(pointer, &light.share)?;
+                let sun = self.position(pointer, sky)?;
+                let normal = self.per_band(&format!("{pointer}/irradiance"), irradiance, 1e9)?;
+                if normal.iter().any(|&e| e > 0.0) && sun.elevation <= 0.0 {
+                    let below = -sun.elevation.to_degrees();
+                    let problem = format!("the sun stands {below:.2} degrees below the horizon");
+                    return Err(self
+                        .error(format!("{pointer}/irradiance"), problem)
+                        .remedy("correct the time and its offset, the site or `sun_at`"));
+                }
+                let suns = Suns::new(half_angle, [(sun.direction(sky.north), 1.0)]);
+                let sine = sun.elevation.sin();
+                let horizontal = normal.iter().map(|e| e * sine).collect();
+                (suns, normal, horizontal)
+            }
+            None => {
+                let hours = self.weather(pointer, sky)?;
+                let shares = self.shares(pointer, &light.share, DaylightSource::Sun)?;
+                let direct = mean_direct(hours);
+                let horizontal: Vec<f64> = shares.iter().map(|share| share * direct).collect();
+                match mean_sun(hours, half_angle, sky.north) {
+                    Some((suns, mean)) => {
+                        let normal = shares.iter().map(|share| share * mean).collect();
+                        (Some(suns), normal, horizontal)
+                    }
+                    None => (None, shares, horizontal),
+                }
+            }
+        };
+        let suns = suns.filter(|_| normal.iter().any(|&e| e > 0.0));
+        let sun = suns.map(|suns| InfinitePart::new(InfiniteShape::Suns(Arc::new(suns)), normal));
+        self.with_ground(pointer, "sun", sun, &light.ground, &horizontal)
+    }
+
+    pub(super) fn sky_light(
+        &mut self,
+        pointer: &str,
+        light: &SkyFile,
+        sky: &Sky,
+    ) -> Result<LightShape> {
+        let model = self.sky_model(pointer, light)?;
+        let (map, horizontal) = match &light.irradiance {
+            Some(irradiance) => {
+                self.refuse_share(pointer, &light.share)?;
+                if model == SkyModel::Perez {
+                    return Err(self
+                        .error(
+                            format!("{pointer}/irradiance"),
+                            "the sky of Perez follows from the weather",
+                        )
+                        .remedy("name another `model`, or give `weather`"));
+                }
+                let horizontal =
+                    self.per_band(&format!("{pointer}/irradiance"), irradiance, 1e9)?;
+                let sun = match model.has_sun() {
+                    true => self.position(pointer, sky)?,
+                    false => SunPosition { elevation: 0.0, azimuth: 0.0 },
+                };
+                let hour = Hour {
+                    weight: 1.0,
+                    sun,
+                    eccentricity: 1.0,
+                    direct_normal: 0.0,
+                    diffuse_horizontal: 1.0,
+                };
+                (mean_sky(model, &[hour], sky.north).map(|(map, _)| map), horizontal)
+            }
+            None => {
+                let hours = self.weather(pointer, sky)?;
+                let shares = self.shares(pointer, &light.share, DaylightSource::Sky)?;
+                let found = mean_sky(model, hours, sky.north);
+                let mean = found.as_ref().map_or(0.0, |(_, mean)| *mean);
+                let some_direct = hours.iter().any(|hour| hour.direct_normal > 0.0);
+                if mean == 0.0 && some_direct {
+                    self.warn(pointer, "direct light but no diffuse: there is no sky");
+                }
+                (found.map(|(map, _)| map), shares.iter().map(|share| share * mean).collect())
+            }
+        };
+        let map = map.filter(|_| horizontal.iter().any(|&e| e > 0.0));
+        let part =
+            map.map(|map| InfinitePart::new(InfiniteShape::Map(Arc::new(map)), horizontal.clone()));
+        self.with_ground(pointer, "sky", part, &light.ground, &horizontal)
+    }
+
+    fn sky_model(&self, pointer: &str, light: &SkyFile) -> Result<SkyModel> {
+        if (light.model == SkyModelFile::Cie) != light.cie_type.is_some() {
+            let problem = "`cie_type` (1 to 15) goes with the model `cie`, and only with it";
+            return Err(self.error(pointer, problem).remedy("give both, or neither"));
+        }
+        Ok(match light.model {
+            SkyModelFile::Uniform => SkyModel::Uniform,
+            SkyModelFile::Overcast => SkyModel::Overcast,
+            SkyModelFile::Perez => SkyModel::Perez,
+            SkyModelFile::Cie => {
+                let kind = light.cie_type.map_or(0, |kind| kind.0);
+                self.in_range(&format!("{pointer}/cie_type"), kind as f64, 1.0, 15.0)?;
+                SkyModel::Cie(kind as u8)
+            }
+        })
+    }
+
+    /// A light, with what the ground below the horizon sends back of it.
+    fn with_ground(
+        &mut self,
+        pointer: &str,
+        name: &str,
+        part: Option<InfinitePart>,
+        ground: &Option<PerBand>,
+        horizontal: &[f64],
+    ) -> Result<LightShape> {
+        if part.is_none() {
+            self.warn(pointer, "no light comes from it: it is dark");
+        }
+        let mut parts: Vec<InfinitePart> = part.into_iter().collect();
+        if let Some(ground) = ground {
+            let reflectance = self.per_band(&format!("{pointer}/ground"), ground, 1.0)?;
+            let radiance: Vec<f64> =
+                reflectance.iter().zip(horizontal).map(|(r, e)| r * e / PI).collect();
+            if radiance.iter().any(|&l| l > 0.0) {
+                // nothing above the horizon, one below
+                let below = RadianceMap::new(1, 0.0, vec![0.0, 1.0]);
+                parts.push(InfinitePart::new(InfiniteShape::Map(Arc::new(below)), radiance));
+            }
+        }
+        Ok(LightShape::Infinite(InfiniteLight::new(name.into(), parts)))
+    }
+
+    pub(super) fn environment_light(
+        &mut self,
+        pointer: &str,
+        light: &EnvironmentFile,
+        sky: &Sky,
+    ) -> Result<LightShape> {
+        let path = self.sibling(&light.file);
+        let place = format!("{pointer}/file");
+        let bytes = self.bytes(&place, &path)?;
+        let heading = light.heading_deg.unwrap_or(0.0);
+        self.in_range(&format!("{pointer}/heading_deg"), heading, -360.0, 360.0)?;
+        let scale = match &light.scale {
+            Some(scale) => self.per_band(&format!("{pointer}/scale"), scale, 1e9)?,
+            None => vec![1.0; self.bands],
+        };
+        let names: Vec<&str> = self.parts.bands.iter().map(|band| band.name.as_str()).collect();
+        let heading = sky.north + heading.to_radians();
+        let map = Panorama::parse(&bytes, &path)?.map(&path, &names, heading, &scale)?;
+        let mut strength = vec![1.0; self.bands];
+        if let Some(irradiance) = &light.irradiance {
+            if light.scale.is_some() {
+                return Err(self
+                    .error(pointer, "both `scale` and `irradiance`")
+                    .remedy("give one of them"));
+            }
+            strength = self.per_band(&format!("{pointer}/irradiance"), irradiance, 1e9)?;
+            let found = map.irradiance(DVec3::Z);
+            for (b, strength) in strength.iter_mut().enumerate() {
+                let found = found.get(b).or(found.first()).copied().unwrap_or(0.0);
+                if *strength > 0.0 && found <= 0.0 {
+                    let problem = format!("the upper half of the map is black in band {b}");
+                    return Err(self
+                        .error(format!("{pointer}/irradiance"), problem)
+                        .remedy("use `scale`, or another map"));
+                }
+                *strength = if found > 0.0 { *strength / found } else { 0.0 };
+            }
+        }
+        if map.is_dark() {
+            self.warn(pointer, "no light comes from it: it is black");
+        }
+        let part = InfinitePart::new(InfiniteShape::Map(Arc::new(map)), strength);
+        Ok(LightShape::Infinite(InfiniteLight::new("environment".into(), vec![part])))
+    }
+
+    /// Where the sun stands, for a light whose irradiance is given.
+    fn position(&self, pointer: &str, sky: &Sky) -> Result<SunPosition> {
+        if sky.is_period {
+            return Err(self
+                .error(format!("{pointer}/irradiance"), "a period needs a weather file")
+                .remedy("give `time` as an instant, or leave `irradiance` to the weather"));
+        }
+        sky.sun.ok_or_else(|| {
+            self.error(pointer, "the scene does not say where the sun stands")
+                .remedy("add `site` and `time`, or `sun_at`")
+        })
+    }
+
+    fn weather<'s>(&self, pointer: &str, sky: &'s Sky) -> Result<&'s [Hour]> {
+        sky.hours.as_deref().ok_or_else(|| {
+            self.error(pointer, "neither `irradiance` nor weather")
+                .remedy("add `weather` to the scene, or `irradiance` to the light")
+        })
+    }
+
+    fn refuse_share(&self, pointer: &str, share: &Option<PerBand>) -> Result<()> {
+        match share {
+            None => Ok(()),
+            Some(_) => Err(self
+                .error(format!("{pointer}/share"), "both `share` and `irradiance`")
+                .remedy("`share` goes with the weather alone")),
+        }
+    }
+
+    /// The scene's quantity per W of the whole spectrum, per band.
+    fn shares(
+        &self,
+        pointer: &str,
+        share: &Option<PerBand>,
+        source: DaylightSource,
+    ) -> Result<Vec<f64>> {
+        let quantity = self.parts.quantity;
+        if let Some(share) = share {
+            let most = match quantity {
+                Quantity::Watt => 1.0,
+                Quantity::Micromole => 100.0,
+            };
+            return self.per_band(&format!("{pointer}/share"), share, most);
+        }
+        let [first, last] = WAVELENGTHS;
+        let of = |(b, band): (usize, &crate::scene::world::Band)| {
+            let found = match (band.from_nm, band.to_nm) {
+                (Some(from), Some(to)) => band_share(source, quantity, from, to),
+                _ => None,
+            };
+            found.ok_or_else(|| {
+                let problem = format!("band `{}` needs its part of daylight", band.name);
+                self.error(format!("/bands/{b}"), problem).remedy(format!(
+                    "give it `from_nm` and `to_nm` within {first} to {last}, or the light a `share`"
+                ))
+            })
+        };
+        self.parts.bands.iter().enumerate().map(of).collect()
+    }
+}

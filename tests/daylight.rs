@@ -1,0 +1,504 @@
+//! Sun, sky and environment maps against closed forms, by photons and by paths, and their wrong input.
+
+use std::{f64::consts::PI, path::Path};
+
+use phylux::{Estimator, FaceResult, RunResult};
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::bad_scene,
+    common::{TestScene, run_file, shared},
+    exact::{Comparisons, fresnel},
+    world::{Mesh, Point, World, check_ledger, front, room},
+};
+
+const UP: Point = [0.0, 0.0, 1.0];
+
+/// By both estimators, with the captors' names and exact irradiances.
+fn both(check: &mut Comparisons, world: &World, exact: &[(String, f64)], histories: [u64; 2]) {
+    for (how, run) in [
+        ("photons", world.run(histories[0], 1)),
+        ("paths", world.run_paths(histories[1] * exact.len() as u64, 1)),
+    ] {
+        for (name, exact) in exact {
+            if *exact > 0.0 {
+                check.irradiance(format!("{name}, {how}"), front(&run, name), 0, *exact);
+            } else {
+                assert_eq!(front(&run, name).irradiance[0], 0.0, "{name}, {how}");
+            }
+        }
+    }
+}
+
+/// A normal tilted by so many degrees towards the south.
+fn tilted(tilt: f64) -> Point {
+    let (sin, cos) = tilt.to_radians().sin_cos();
+    [0.0, -sin, cos]
+}
+
+const TILTS: [f64; 5] = [0.0, 30.0, 90.0, 120.0, 180.0];
+
+/// Squares in the open, tilted; they do not shade each other.
+fn open_field() -> World {
+    TILTS.iter().fold(World::new(), |world, &tilt| {
+        world.captor(&format!("tilt {tilt}"), &Mesh::square([0.0; 3], tilted(tilt), 1.0))
+    })
+}
+
+/// Uniform and overcast skies, a sun of parallel rays and one of a disc, over tilted planes in the open.
+/// Standard errors at most 0.2 %; 32 comparisons, odds of a false alarm 4e-3.
+#[test]
+fn open_planes_have_their_closed_forms() {
+    let mut check = Comparisons::new("open field", 0.002).rounding(1e-4);
+    let zenith = 900.0 / (7.0 * PI);
+    let uniform = |b: f64| 50.0 * (1.0 + b.cos());
+    let overcast =
+        |b: f64| zenith * (PI / 6.0 * (1.0 + b.cos()) + 4.0 / 9.0 * (b.sin() + (PI - b) * b.cos()));
+    type Tilted<'a> = &'a dyn Fn(f64) -> f64;
+    for (model, formula) in [("uniform", &uniform as Tilted), ("overcast", &overcast)] {
+        let sky = json!({ "type": "sky", "model": model, "irradiance": 100 });
+        let exact = TILTS.map(|tilt| {
+            let e = if tilt == 180.0 { 0.0 } else { formula(tilt.to_radians()) };
+            (format!("tilt {tilt}"), e)
+        });
+        both(&mut check, &open_field().light(sky), &exact, [6_000_000, 200_000]);
+    }
+    // the sun stands in the south, 35 degrees high
+    for half_angle in [0.0, 0.2666] {
+        let sun = json!({ "type": "sun", "irradiance": 800, "half_angle_deg": half_angle });
+        let world = open_field()
+            .light(sun)
+            .with("sun_at", json!({ "elevation_deg": 35, "azimuth_deg": 180 }));
+        let exact = TILTS.map(|tilt: f64| {
+            let cos = (tilt - 55.0).to_radians().cos();
+            (format!("tilt {tilt}"), 800.0 * cos.max(0.0))
+        });
+        both(&mut check, &world, &exact, [1_000_000, 20_000]);
+    }
+    check.finish(32);
+}
+
+/// Light of the ground: half of what falls on it, uniform below the horizon, whether from the sky or the
+/// sun; a wall sees half of it. Standard errors at most 0.2 %; 8 comparisons, odds of a false alarm 9e-4.
+#[test]
+fn the_ground_sends_light_back() {
+    let mut check = Comparisons::new("ground", 0.002).rounding(1e-4);
+    let world = || {
+        World::new()
+            .captor("down", &Mesh::square([0.0; 3], [0.0, 0.0, -1.0], 1.0))
+            .captor("wall", &Mesh::square([0.0; 3], [0.0, 1.0, 0.0], 1.0))
+    };
+    let sky = json!({ "type": "sky", "model": "uniform", "irradiance": 100, "ground": 0.5 });
+    let exact = [("down".into(), 50.0), ("wall".into(), 75.0)];
+    both(&mut check, &world().light(sky), &exact, [5_000_000, 100_000]);
+    let sun = json!({ "type": "sun", "irradiance": 200, "ground": 0.5 });
+    // behind the wall, 30 degrees high: 100 on the ground
+    let world =
+        world().light(sun).with("sun_at", json!({ "elevation_deg": 30, "azimuth_deg": 180 }));
+    let exact = [("down".into(), 50.0), ("wall".into(), 25.0)];
+    both(&mut check, &world, &exact, [5_000_000, 100_000]);
+    check.finish(8);
+}
+
+/// A map of 4 x 2 texels, all of this radiance: 64 x 2^(127 - 136) = 1 / 8.
+fn map(texels: &str) -> String {
+    format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n{texels}")
+}
+
+/// A box in a constant map: every face receives pi L, what enters is what is absorbed. And one texel
+/// alone, which the captor that faces it sees whole. Standard errors at most 0.2 %; 2 comparisons, odds 2e-4.
+#[test]
+fn a_map_shines_from_all_sides() {
+    let furnace = World::new()
+        .lambert("black", 0.0)
+        .counted("box", "black", &Mesh::cuboid([0.0; 3], [1.0, 2.0, 3.0]))
+        .light(json!({ "type": "environment", "file": "map.hdr", "scale": 8 }));
+    let with = |world: &World, texels: &str| {
+        let scene = world.write();
+        std::fs::write(scene.path("map.hdr"), map(texels)).expect("a map");
+        scene
+    };
+    let run = with(&furnace, &"@@@\x7f".repeat(8)).run(100_000, 1);
+    check_ledger(&run);
+    let flux = PI * 22.0;
+    assert!((run.energy.emitted[0] / flux - 1.0).abs() < 1e-3, "{:?}", run.energy);
+    assert!((run.energy.absorbed[0] / flux - 1.0).abs() < 1e-3);
+    assert!(run.energy.missed[0] < 1e-3 * flux && run.energy.missed == run.energy.escaped);
+    // the texel right of the middle of the upper row: azimuths 0 to 90 with heading 0, 90 to 180 with 90
+    let mut check = Comparisons::new("texel", 0.002).rounding(1e-4);
+    let mut texels = ["\0\0\0\0"; 8];
+    texels[2] = "@@@\x7f";
+    let wall = Mesh::square([0.0; 3], [1.0, 0.0, 0.0], 1.0);
+    let away = Mesh::square([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], 1.0);
+    let world = World::new()
+        .captor("east", &wall)
+        .captor("west", &away)
+        .light(json!({ "type": "environment", "file": "map.hdr", "scale": 8, "heading_deg": 90 }));
+    let scene = with(&world, &texels.concat());
+    for run in [scene.run(500_000, 1), scene.run_paths(1_000_000, 1)] {
+        // the integral of the squared cosine of the elevation, times that of the azimuth's
+        check.irradiance("east", front(&run, "east"), 0, PI / 4.0);
+        assert_eq!(front(&run, "west").irradiance[0], 0.0);
+    }
+    check.finish(2);
+}
+
+/// The sun 30 degrees high through a thin pane: (1 - R) / (1 + R), averaged over polarisations.
+/// Standard errors at most 0.2 %; 2 comparisons, odds of a false alarm 2e-4.
+#[test]
+fn the_sun_shines_through_a_pane() {
+    let transmitted = fresnel(0.5, 1.52).map(|r| (1.0 - r) / (1.0 + r));
+    let transmitted = 0.5 * (transmitted[0] + transmitted[1]);
+    assert!((transmitted - 0.8435).abs() < 1e-4);
+    let world = World::new()
+        .material("pane", json!({ "type": "transparent", "ior": 1.52, "thin": true }))
+        .surface("pane", "pane", &Mesh::square([0.0, 0.0, 0.05], UP, 1.3))
+        .captor("sensor", &Mesh::square([0.0; 3], UP, 1.0))
+        .light(json!({ "type": "sun", "irradiance": 800 }))
+        .with("sun_at", json!({ "elevation_deg": 30, "azimuth_deg": 77 }));
+    let mut check = Comparisons::new("pane", 0.002).rounding(1e-4);
+    both(&mut check, &world, &[("sensor".into(), 400.0 * transmitted)], [2_000_000, 20_000]);
+    check.finish(2);
+}
+
+/// A mirror sends the sun to a sensor that it does not shine upon: photons find it, paths say that they
+/// do not; of the light of a map they miss nothing.
+#[test]
+fn the_mirrored_sun_is_unseen() {
+    let world = || {
+        World::new()
+            .material("mirror", json!({ "type": "mirror", "reflectance": 1 }))
+            .surface("mirror", "mirror", &Mesh::square([0.0; 3], UP, 2.0))
+            .captor("down", &Mesh::square([0.0, 0.0, 0.3], [0.0, 0.0, -1.0], 0.5))
+    };
+    let sun = world()
+        .light(json!({ "type": "sun", "irradiance": 100 }))
+        .with("sun_at", json!({ "elevation_deg": 45, "azimuth_deg": 0 }));
+    let photons = sun.run(400_000, 1);
+    assert!(front(&photons, "down").irradiance[0] > 20.0);
+    let paths = sun.run_paths(10_000, 1);
+    assert_eq!(front(&paths, "down").irradiance[0], 0.0);
+    assert!(paths.unseen.expect("unseen")[0] > 0.99);
+    let sky = world().light(json!({ "type": "sky", "model": "uniform", "irradiance": 100 }));
+    let (photons, paths) = (sky.run(400_000, 1), sky.run_paths(100_000, 1));
+    assert_eq!(paths.unseen, None);
+    assert_alike("mirrored sky", front(&photons, "down"), front(&paths, "down"));
+}
+
+/// Within 4 combined standard errors.
+fn assert_alike(what: &str, a: &FaceResult, b: &FaceResult) {
+    for i in 0..a.irradiance.len() {
+        let se = |face: &FaceResult| face.irradiance_se[i].expect("a standard error");
+        let allowed = 4.0 * se(a).hypot(se(b));
+        let (a, b) = (a.irradiance[i], b.irradiance[i]);
+        assert!((a - b).abs() <= allowed, "{what}, band {i}: {a} and {b}, allowed {allowed}");
+    }
+}
+
+/// A grey room with a window under the sun and a clear sky, in two bands.
+fn room_by_day() -> World {
+    let low = [0.0; 3];
+    let walls = room(low, [4.0, 6.0, 3.0]);
+    // all but the wall in the south, which is y = 0
+    let south = |x: [f64; 2], z: [f64; 2]| {
+        Mesh::rectangle([x[0], 0.0, z[0]], [0.0, 0.0, z[1] - z[0]], [x[1] - x[0], 0.0, 0.0])
+    };
+    let mut mesh = Mesh::default();
+    for (i, face) in walls.0.iter().enumerate() {
+        if face.iter().any(|p| p[1] > 0.0) {
+            mesh = mesh.and(walls.face(i));
+        }
+    }
+    for (x, z) in [
+        ([0.0, 1.0], [0.0, 3.0]),
+        ([3.0, 4.0], [0.0, 3.0]),
+        ([1.0, 3.0], [0.0, 1.0]),
+        ([1.0, 3.0], [2.5, 3.0]),
+    ] {
+        mesh = mesh.and(south(x, z));
+    }
+    let bands = json!([{ "name": "PAR", "from_nm": 400, "to_nm": 700 }, { "name": "NIR", "from_nm": 700, "to_nm": 1100 }]);
+    World::new()
+        .with("bands", bands)
+        .with("site", json!({ "latitude": 43.61, "longitude": 3.88 }))
+        .with("time", json!("2025-03-21T11:00+01:00"))
+        .with("weather", json!({ "direct_normal": 700, "diffuse_horizontal": 90 }))
+        .material("wall", json!({ "type": "lambert", "reflectance": [0.5, 0.7] }))
+        .surface("room", "wall", &mesh)
+        .captor("near", &Mesh::square([2.0, 1.0, 0.8], UP, 0.4))
+        .captor("far", &Mesh::square([2.0, 4.5, 0.8], UP, 0.4))
+        .light(json!({ "type": "sun" }))
+        .light(json!({ "type": "sky", "ground": 0.2 }))
+}
+
+/// Photons and paths find the same; split photons too, and the parts of the lights are the whole; no
+/// number of threads can be seen. Within 4 combined standard errors; 8 comparisons, odds 5e-4.
+#[test]
+fn estimators_agree_in_a_room_by_day() {
+    let scene = room_by_day().write();
+    let run = |change: &dyn Fn(&mut phylux::Settings)| {
+        run_file(&scene.path("scene.json"), |settings| {
+            (settings.photons, settings.k) = (Some(400_000), Some(0));
+            change(settings);
+        })
+    };
+    let photons = run(&|settings| (settings.by_light, settings.threads) = (true, 1));
+    check_ledger(&photons);
+    let paths = run(&|settings| settings.estimator = Estimator::Paths);
+    let split = run(&|settings| (settings.splitting, settings.seed) = (8, 5));
+    check_ledger(&split);
+    for name in ["near", "far"] {
+        assert_alike(name, front(&photons, name), front(&paths, name));
+        assert_alike(&format!("{name}, split"), front(&split, name), front(&paths, name));
+        let parts = front(&photons, name).by_light.as_ref().expect("lights");
+        assert_eq!(parts.len(), 2);
+        for b in 0..2 {
+            let sum: f64 = parts.values().map(|part| part.flux[b]).sum();
+            assert!((sum / front(&photons, name).flux[b] - 1.0).abs() < 1e-9, "{name}");
+        }
+    }
+    assert!(paths.unseen.is_none());
+    let text = |run: &RunResult| serde_json::to_string(run).expect("JSON");
+    let again = run(&|settings| (settings.by_light, settings.threads) = (true, 3));
+    assert_eq!(text(&photons), text(&again));
+}
+
+/// A year of weather and its hours: the sum of the runs' weights. The file has the sun and the sky of one
+/// day, and nights.
+#[test]
+fn a_period_is_the_mean_of_its_hours() {
+    let mut csv = String::from("time,ghi,dni,dhi\n");
+    for (hour, direct, diffuse) in [(9, 300, 80), (10, 500, 100), (11, 0, 200), (12, 600, 90)] {
+        csv += &format!("2025-06-21T{hour:02}:00Z,0,{direct},{diffuse}\n");
+    }
+    let scene = |time: Value| {
+        let world = World::new()
+            .with("bands", json!([{ "name": "PAR", "from_nm": 400, "to_nm": 700 }]))
+            .with("quantity", json!("umol/s"))
+            .with("site", json!({ "latitude": 43.61, "longitude": 3.88 }))
+            .with("weather", json!({ "file": "w.csv", "stamp": "start" }))
+            .with("time", time)
+            .captor("tilt", &Mesh::square([0.0; 3], tilted(40.0), 1.0))
+            .captor("up", &Mesh::square([0.0, 2.0, 0.0], UP, 1.0))
+            .light(json!({ "type": "sun" }))
+            .light(json!({ "type": "sky" }));
+        let scene = world.write();
+        std::fs::write(scene.path("w.csv"), &csv).expect("weather");
+        scene.run_paths(200_000, 1)
+    };
+    let whole = scene(json!({ "from": "2025-06-21T09:00Z", "to": "2025-06-21T13:00Z" }));
+    // the sun of a record stands where it does in its middle
+    let hours: Vec<RunResult> =
+        (9..13).map(|hour| scene(json!(format!("2025-06-21T{hour:02}:30Z")))).collect();
+    for name in ["tilt", "up"] {
+        let mean = hours.iter().map(|run| front(run, name).irradiance[0]).sum::<f64>() / 4.0;
+        let errors =
+            hours.iter().map(|run| front(run, name).irradiance_se[0].expect("error").powi(2));
+        let se = (errors.sum::<f64>() / 16.0).sqrt();
+        let found = front(&whole, name);
+        let allowed = 4.0 * se.hypot(found.irradiance_se[0].expect("error")) + 2e-4 * mean;
+        let off = found.irradiance[0] - mean;
+        assert!(off.abs() < allowed, "{name}: {} and {mean}", found.irradiance[0]);
+        assert!(allowed < 0.02 * mean, "{name}: {allowed}");
+    }
+}
+
+/// Cases of sun and sky alone and of a room with a window: closed forms, quadrature, Mitsuba and Radiance.
+#[test]
+fn needs_shared_daylight() {
+    let folder = shared().join("truth/daylight");
+    let read = |path: &Path| -> Value {
+        serde_json::from_str(&std::fs::read_to_string(path).expect("a file")).expect("JSON")
+    };
+    let discs = |truth: &Value| -> Vec<Value> {
+        let sensors = truth["sensors"].as_array().expect("sensors");
+        sensors
+            .iter()
+            .map(|s| json!({ "name": s["id"], "disc": { "center": s["center"], "normal": s["normal"], "radius": s["radius"] } }))
+            .collect()
+    };
+    let sun = json!({ "type": "sun", "irradiance": 800, "half_angle_deg": 0 });
+    let sun_at = json!({ "elevation_deg": 35, "azimuth_deg": 120 });
+    let sky = |model: &str| json!({ "type": "sky", "model": model, "irradiance": 100 });
+    let mut compared = 0;
+    let mut compare = |what: &str, scene: &Value, values: &Value, key: Option<&str>| {
+        let scene = TestScene::new(&scene.to_string(), &[]);
+        for (how, run) in
+            [("photons", scene.run(1_000_000, 1)), ("paths", scene.run_paths(360_000, 1))]
+        {
+            for row in values.as_array().expect("values") {
+                let id = row["id"].as_str().expect("an id");
+                let truth = key.map_or(row, |key| &row[key]);
+                let number = |name: &str| truth[name].as_f64().expect("a number");
+                let found = front(&run, id);
+                let Some(se) = found.irradiance_se[0] else {
+                    assert_eq!(number("irradiance"), 0.0, "{what} {id}");
+                    continue;
+                };
+                let off = found.irradiance[0] - number("irradiance");
+                let allowed = 4.0 * se.hypot(number("se")) + 1e-4 * number("irradiance");
+                assert!(
+                    off.abs() <= allowed,
+                    "{what} {id} {how}: {} {off} {allowed}",
+                    found.irradiance[0]
+                );
+                compared += 1;
+            }
+        }
+    };
+    for (case, light) in [("S1", sun.clone()), ("S3", sky("overcast"))] {
+        let truth = read(&folder.join(case).join("truth.json"));
+        let mut scene = json!({ "captors": discs(&truth), "lights": [light] });
+        if case == "S1" {
+            scene["sun_at"] = sun_at.clone();
+        }
+        compare(case, &scene, &truth["values"], None);
+    }
+    let truth = read(&folder.join("S6/truth.json"));
+    for (key, lights) in [
+        ("overcast", vec![sky("overcast")]),
+        ("uniform", vec![sky("uniform")]),
+        ("sun", vec![sun.clone()]),
+        ("sun_and_uniform", vec![sun, sky("uniform")]),
+    ] {
+        let mut scene = read(&folder.join("S6/scene-without-lights.json"));
+        scene["objects"][0]["obj"] = json!(folder.join("S6/room.obj"));
+        if lights.iter().any(|light| light["type"] == "sun") {
+            scene["sun_at"] = sun_at.clone();
+        }
+        scene["lights"] = json!(lights);
+        compare(&format!("S6 {key}"), &scene, &truth["values"], Some(key));
+    }
+    assert!(compared > 100, "{compared} values");
+}
+
+#[test]
+fn wrong_daylight_has_its_sentence() {
+    let site = r#""site": {"latitude": 43.61, "longitude": 3.88}"#;
+    let noon = r#""time": "2025-06-21T13:46+02:00""#;
+    let weather = r#""weather": {"direct_normal": 850, "diffuse_horizontal": 100}"#;
+    let nm = r#""bands": [{"name": "PAR", "from_nm": 400, "to_nm": 700}]"#;
+    let at = r#""sun_at": {"elevation_deg": 30, "azimuth_deg": 0}"#;
+    let captors = r#""captors": [{"name": "c", "disc": {"center": [0,0,0], "normal": [0,0,1], "radius": 1}}]"#;
+    let rows: &[(&str, &[&str], &[&str])] = &[
+        (
+            r#"{"type": "sun"}"#,
+            &[nm],
+            &["/lights/0: neither `irradiance` nor weather; add `weather`"],
+        ),
+        (
+            r#"{"type": "sun", "irradiance": 1}"#,
+            &[],
+            &["/lights/0: the scene does not say where the sun"],
+        ),
+        (
+            r#"{"type": "sky", "irradiance": 1}"#,
+            &[at],
+            &["/lights/0/irradiance: the sky of Perez follows"],
+        ),
+        (
+            r#"{"type": "sky", "model": "cie", "irradiance": 1}"#,
+            &[at],
+            &["/lights/0: `cie_type` (1 to 15)"],
+        ),
+        (
+            r#"{"type": "sky", "model": "cie", "cie_type": 16, "irradiance": 1}"#,
+            &[at],
+            &["/lights/0/cie_type: 16, must be"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, noon, weather],
+            &["/time: the scene does not say where it is; add"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, site, r#""time": "2025-06-21T13:46""#, weather],
+            &["/time: `2025-06-21T13:46` does not say the clock's offset from UTC; write"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, site, r#""time": "2025-06-21T23:46+02:00""#, weather],
+            &[
+                "/weather/direct_normal: direct light, but the sun stands",
+                "below the horizon; correct",
+            ],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[site, noon, weather],
+            &["/bands/0: band `all` needs its part of daylight"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, site, noon, at, weather],
+            &["/sun_at: both `sun_at` and `time`"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, weather],
+            &["/weather: the scene does not say where the sun stands"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[
+                nm,
+                site,
+                weather,
+                r#""time": {"from": "2025-06-21T00:00Z", "to": "2025-06-22T00:00Z"}"#,
+            ],
+            &["/weather: a period needs a weather file"],
+        ),
+        (
+            r#"{"type": "sun", "irradiance": 1, "share": 1}"#,
+            &[at],
+            &["/lights/0/share: both `share` and `irradiance`"],
+        ),
+        (
+            r#"{"type": "sun", "irradiance": 1, "half_angle_deg": 6}"#,
+            &[at],
+            &["/lights/0/half_angle_deg: 6"],
+        ),
+        (
+            r#"{"type": "sun", "irradiance": 1, "ground": 2}"#,
+            &[at],
+            &["/lights/0/ground: 2, must be"],
+        ),
+        (
+            r#"{"type": "sun", "irradiance": 1}"#,
+            &[r#""sun_at": {"elevation_deg": -1, "azimuth_deg": 0}"#],
+            &["/lights/0/irradiance: the sun stands 1.00 degrees below the horizon"],
+        ),
+        (
+            r#"{"type": "point", "position": [0, 0, 1], "power": 1}"#,
+            &[site],
+            &["/site: no light uses it; add a light of type `sun` or `sky`"],
+        ),
+        (
+            r#"{"type": "environment", "file": "no.hdr"}"#,
+            &[],
+            &["/lights/0/file: ", "no.hdr: there is no such"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, site, noon, r#""weather": {"file": "no.epw"}"#],
+            &["/weather/file: ", "no.epw: there is no such file"],
+        ),
+        (
+            r#"{"type": "sun"}"#,
+            &[nm, site, noon, r#""weather": {"direct_normal": 1}"#],
+            &["/weather: neither `file` nor `direct_normal` and `diffuse_horizontal`"],
+        ),
+        (
+            r#"{"type": "sun", "irradiance": 1}"#,
+            &[r#""site": {"latitude": 1}"#, at],
+            &["/site: only one of `latitude` and `longitude`"],
+        ),
+    ];
+    for (light, keys, words) in rows {
+        let mut parts: Vec<&str> = keys.to_vec();
+        parts.push(captors);
+        let text = format!(r#"{{"lights": [{light}], {}}}"#, parts.join(", "));
+        bad_scene(&text, &[], words);
+    }
+}
