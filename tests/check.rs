@@ -297,7 +297,8 @@ fn scenes_of_unlikely_size() {
         let text = format!(
             r#"{{ "unit": "{unit}", "materials": {{ "m": {{ "type": "mirror", "reflectance": 1 }} }},
                  "objects": [ {{ "obj": "t.obj", "material": "m" }} ],
-                 "lights": [ {{ "type": "point", "position": [0, 0, 0], "power": 1 }} ] }}"#
+                 "lights": [ {{ "type": "point", "position": [0, 0, {above}], "power": 1 }} ] }}"#,
+            above = 0.1 * size
         );
         let obj = format!("v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nf 1 2 3\n");
         TestScene::new(&text, &[("t.obj", &obj)])

@@ -95,7 +95,8 @@ fn numbers_are_in_exr() {
     ];
     for (show, exact) in exact {
         let arguments = ["--show", show, "-o", "a.exr", "-o", "a.png"];
-        phylux(&scene, &arguments).args(SMALL).assert().success();
+        let many = ["--width", "40", "--height", "30", "--map-photons", "200000"];
+        phylux(&scene, &arguments).args(many).assert().success();
         let image = read_all_flat_layers_from_file(scene.path("a.exr")).expect("an EXR file");
         let channels = &image.layer_data[0].channel_data.list;
         let name = format!("{show}.all");

@@ -541,7 +541,7 @@ fn caustic_of_a_glass_ball() {
     // the k nearest against all photons of another seed on a disc as wide as theirs
     let knn = runs.photons.captors[0].front.knn.as_ref().and_then(|knn| knn.as_ref());
     let middle = Mesh::disc([0.0, 0.0, plane], UP, knn.expect("photons").radius);
-    let again = scene(96).light(spot).captor("middle", &middle).run(500_000, 3);
+    let again = scene(96).light(spot).captor("middle", &middle).run(2_000_000, 3);
     let middle = front(&again, "middle");
     let mut by_nearest = Comparisons::new("caustic", 0.08);
     let nearest = knn.expect("photons").irradiance[0];
