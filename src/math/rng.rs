@@ -112,7 +112,7 @@ impl SobolPoint {
 }
 
 impl Stream {
-    /// A stream for whoever needs random numbers of no run's [`Purpose`].
+    /// A stream for whoever needs random numbers of no run's purpose.
     pub fn new(seed: u64, batch: u64, history: u64) -> Self {
         Streams::new(seed, Purpose::Other, batch).history(history)
     }

@@ -290,7 +290,7 @@ impl Scene {
     }
 
     /// Whether one of the triangles of surfaces, without [copies](Self::copies), that lie in the plane of this
-    /// one over its middle is `wanted`; it may be this one. None where more triangles than [`LOOKED_AT`] lie
+    /// one over its middle is `wanted`; it may be this one. None where more than 100 triangles lie
     /// there, and none of the first ones is.
     pub fn has_coincident(
         &self,
