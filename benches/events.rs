@@ -3,7 +3,7 @@
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
 use glam::{DVec3, Vec3};
 use phylux::{
-    Dielectric, Encounter, Extent, Lambert, Leaf, LeafFace, Light, LightShape, Material, Mirror,
+    Dielectric, Extent, Interaction, Lambert, Leaf, LeafFace, Light, LightShape, Material, Mirror,
     Pane, Phong, PhongFractions, Stream, Transport,
 };
 
@@ -59,6 +59,6 @@ fn material(name: &str, bands: usize) -> Material {
 #[divan::bench(args = ["lambert", "solid", "pane", "leaf", "phong", "mirror"], consts = [1, 4, 16])]
 fn scatter<const N: usize>(bencher: Bencher, name: &str) {
     let material = material(name, N);
-    let at = Encounter::new(Vec3::new(0.6, 0.0, -0.8), Vec3::Z);
+    let at = Interaction::new(Vec3::new(0.6, 0.0, -0.8), Vec3::Z);
     sample(bencher, |rng| material.sample::<N>(&at, Transport::Light, rng));
 }

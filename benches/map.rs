@@ -26,12 +26,12 @@ fn arrivals(scene: &Scene) -> Vec<Arrival> {
     let mut rng = Stream::new(1, 0, 0);
     let arrival = |i: usize| {
         let captor = captors[i % captors.len()];
-        let shelf = (captor.first_channel + i / captors.len() % faces) as u32;
+        let bin = (captor.first_channel + i / captors.len() % faces) as u32;
         let (triangle, position) = point_on(scene, captor, &mut rng);
         let direction = PackedDirection::new(Vec3::NEG_Z);
         let (triangle, history) = (triangle as u32, i as u32);
         let photon = StoredPhoton { direction, triangle, light: 0, history };
-        Arrival { position, shelf, photon }
+        Arrival { position, bin, photon }
     };
     (0..PHOTONS).map(arrival).collect()
 }
@@ -67,11 +67,11 @@ fn nearest_100(bencher: Bencher, place: &str) {
     let queries: Vec<(u32, Vec3)> = (0..QUERIES as usize)
         .map(|i| {
             let a = arrivals[i * 997 % PHOTONS];
-            (a.shelf, a.position)
+            (a.bin, a.position)
         })
         .collect();
     let map = map_of(arrivals);
     bencher.counter(ItemsCount::new(QUERIES)).bench(|| {
-        queries.iter().map(|&(shelf, point)| map.nearest(shelf, point, 100).len()).sum::<usize>()
+        queries.iter().map(|&(bin, point)| map.nearest(bin, point, 100).len()).sum::<usize>()
     });
 }

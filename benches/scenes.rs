@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use phylux::{Encounter, Lambert, LoadedScene, Material, Ray, Scene, Stream, Transport, load};
+use phylux::{Interaction, Lambert, LoadedScene, Material, Ray, Scene, Stream, Transport, load};
 use serde_json::{Value, json};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
@@ -54,9 +54,11 @@ pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
         let mut ray = light.emit(scene.ray_offset(), &mut rng);
         for _ in 0..8 {
             let Some(hit) = scene.closest(&ray) else { break };
-            let encounter = Encounter::new(ray.direction, scene.surface(hit.triangle).normal);
-            let Some(on) = white.sample::<1>(&encounter, Transport::Light, &mut rng) else { break };
-            ray = scene.leave(hit.point, encounter.normal, on.direction);
+            let interaction = Interaction::new(ray.direction, scene.surface(hit.triangle).normal);
+            let Some(on) = white.sample::<1>(&interaction, Transport::Light, &mut rng) else {
+                break;
+            };
+            ray = scene.leave(hit.point, interaction.normal, on.direction);
             rays.push(ray);
             if rays.len() == count {
                 return rays;

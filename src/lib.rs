@@ -72,10 +72,10 @@ pub use scene::bvh::Kernel;
 pub use scene::camera::{Camera, View};
 pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use scene::daylight;
-pub use scene::light::{Light, LightSample, LightShape, Shine, TubeHit};
+pub use scene::light::{EmittedRadiance, Light, LightSample, LightShape, TubeHit};
 pub use scene::material::{
-    Dielectric, Encounter, Lambert, Leaf, LeafFace, Material, Mirror, Onward, Pane, Phong,
-    PhongFractions, Scatter, Transport,
+    BsdfSample, Dielectric, Interaction, Lambert, Leaf, LeafFace, LobeKind, Material, Mirror, Pane,
+    Phong, PhongFractions, Transport,
 };
 pub use scene::patches::Patches;
 pub use scene::tiles::{TilePart, Tiles};
@@ -86,8 +86,6 @@ pub use scene::world::{
 #[cfg(feature = "show")]
 pub use show::chart::{Chart, Series, Stroke};
 #[cfg(feature = "show")]
-pub use show::exhibit::{Exhibit, ExhibitPlan, ExhibitStage};
-#[cfg(feature = "show")]
 pub use show::export::{Colours, ExportFormat, check_export, write_export};
 #[cfg(feature = "show")]
 pub use show::glb::Shown;
@@ -95,8 +93,10 @@ pub use show::glb::Shown;
 pub use show::picture::{BandColours, Exposure, Legend, Picture, Scale};
 #[cfg(feature = "show")]
 pub use show::render::{
-    Dot, Eye, Pixels, Sampling, Show, Sight, painted, path_dots, photon_dots, render,
+    Dot, FirstVisible, Pixels, Sampling, Show, Viewpoint, painted, path_dots, photon_dots, render,
 };
+#[cfg(feature = "show")]
+pub use show::rendered::{RenderPlan, RenderStage, RenderedScene};
 #[cfg(feature = "show")]
 pub use show::view::{check_view, write_view};
 #[cfg(feature = "show")]
@@ -105,7 +105,7 @@ pub use show::vtk::VtkKind;
 pub use studies::check::{MaterialSummary, SceneSummary, check, check_meshes};
 #[cfg(feature = "studies")]
 pub use studies::convergence::{
-    Bounces, Reference, Row, Rung, Study, StudyPlan, TrueValue, Within, study,
+    Bounces, ConvergencePlan, ConvergenceStudy, Reference, Row, Rung, TrueValue, Within, study,
 };
 #[cfg(feature = "studies")]
 pub use studies::join::join;

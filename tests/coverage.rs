@@ -122,7 +122,7 @@ fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f6
 }
 
 /// Over 200 seeds on three scenes, for photons, for split photons and for paths, between 90 and 99 % of the 95 % intervals
-/// (1.98 standard errors, as they come from 128 blocks) of flux and of absorbed power hold the truth:
+/// (1.98 standard errors, as they come from 128 batches) of flux and of absorbed power hold the truth:
 /// the closed form in a furnace, in the shipped scenes a run of seed 1000 with 200 times as many.
 /// Seeds 1 to 200. The share of 200 independent intervals has a standard error of 1.5 %, so that one of
 /// them would leave the range by chance with odds of 6e-4; the bounds are on means over several values.

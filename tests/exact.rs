@@ -5,7 +5,7 @@ use phylux::FaceResult;
 use crate::world::Point;
 
 /// Estimates beside the exact values that they are to meet within 4 standard errors. With errors
-/// from 128 blocks the odds of a false alarm are 1.1e-4 for each (Student's t, 127 degrees of
+/// from 128 batches the odds of a false alarm are 1.1e-4 for each (Student's t, 127 degrees of
 /// freedom); seeds are fixed, so it can only come when a random stream is changed.
 pub struct Comparisons {
     topic: &'static str,

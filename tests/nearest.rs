@@ -83,7 +83,7 @@ fn nearest_photons_of_uniform_light() {
 }
 
 /// With fewer photons than k a captor's estimate is all of them over all of it: its irradiance.
-/// Seed 1, 2.56e5 photons, which makes all blocks alike; no chance in it.
+/// Seed 1, 2.56e5 photons, which makes all batches alike; no chance in it.
 #[test]
 fn fewer_photons_than_k_count_over_the_whole_captor() {
     let (world, _) = uniform_tiles();

@@ -274,7 +274,7 @@ fn rough_errors_are_said_to_be_rough() {
     let warns = |photons: &str| {
         let output = phylux(&scene.path(""), &["run", "scene.json", "--photons", photons]);
         assert!(output.status.success(), "{}", stderr(&output));
-        stderr(&output).contains("the standard errors come from 15 blocks only")
+        stderr(&output).contains("the standard errors come from 15 batches only")
     };
     assert!(warns("15"));
     assert!(!warns("1000"));

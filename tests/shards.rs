@@ -1,4 +1,4 @@
-//! One run on several machines: parts of its blocks, joined to the bytes of one.
+//! One run on several machines: shards of its batches, joined to the bytes of one.
 
 use std::{fs, path::PathBuf, process::Output, sync::atomic::AtomicBool};
 
@@ -40,7 +40,7 @@ fn shuffled(mut names: Vec<String>) -> String {
 }
 
 /// Photons with the default k, without a map, with a map that is full in the first piece of some block or in
-/// a later one, split by light; in several flights; paths; fewer photons than blocks. No chance in it.
+/// a later one, split by light; in several flights; paths; fewer photons than batches. No chance in it.
 #[test]
 fn parts_join_to_the_same_bytes() {
     let folder = scene();
@@ -160,11 +160,11 @@ fn what_does_not_belong_together_is_refused() {
         ),
         (
             "run scene.json --shard 1/200 -o m.json",
-            "--shard: 200 shards of a run of 128 blocks; ask for fewer",
+            "--shard: 200 shards of a run of 128 batches; ask for fewer",
         ),
         (
             "run scene.json --shard 1/2 --tolerance 0.1 -o m.json",
-            "--shard: when a tolerance is met only all blocks",
+            "--shard: when a tolerance is met only all batches",
         ),
         (
             "run scene.json --shard 1/2 --max-time 1 -o m.json",

@@ -144,7 +144,7 @@ fn faces_without_light_are_dark() {
         let worst = tolerance.worst.as_ref().expect("a captor with light");
         assert_eq!((worst.captor.as_str(), &*worst.face), ("open", "front"));
         let error = worst.relative_error.expect("an error");
-        assert!(error <= 0.02 && worst.blocks_with_light >= 30, "{worst:?}");
+        assert!(error <= 0.02 && worst.batches_with_light >= 30, "{worst:?}");
     }
 }
 

@@ -60,7 +60,7 @@ fn truths(path: &Path, result: &RunResult) -> Vec<Truth> {
     reader.records().map(|record| row(record.expect("a row"))).collect()
 }
 
-/// Standard error of an irradiance: from its blocks or, below 100 photons, Poisson's for the number
+/// Standard error of an irradiance: from its batches or, below 100 photons, Poisson's for the number
 /// that the truth lets expect, of photons as heavy as those that came, or as the run's lightest.
 fn standard_error(run: &RunResult, face: &FaceResult, truth: &Truth, area: f64) -> f64 {
     if face.photons >= 100 {

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::{
     common::TestScene,
-    exhibit::{done, scene},
+    rendered::{done, scene},
 };
 use chromium::Page;
 

@@ -16,7 +16,7 @@ use crate::{
         output::{FilesRead, OutputFile, Temporary},
         scene_file,
     },
-    studies::convergence::{Reference, Row, Study, StudyPlan, study},
+    studies::convergence::{ConvergencePlan, ConvergenceStudy, Reference, Row, study},
     transport::{
         settings::Settings,
         simulate::{Control, Progress},
@@ -70,7 +70,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let folder = &arguments.output;
     let create = |name: &str| interrupt.file(&folder.join(name));
     let (csv, json) = (create("rows.csv")?, create("study.json")?);
-    let pictures = Study::CHARTS.map(|name| Ok((name, create(&format!("{name}.svg"))?)));
+    let pictures = ConvergenceStudy::CHARTS.map(|name| Ok((name, create(&format!("{name}.svg"))?)));
     let mut pictures = pictures.into_iter().collect::<Result<BTreeMap<_, _>>>()?;
     interrupt.make(|| Ok(()), |()| new.then(|| Temporary::IfEmpty(folder.clone())))?;
 
@@ -90,7 +90,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     }
     let truth = arguments.truth.as_ref().map(|path| Reference::read(path, scene)).transpose()?;
     let photons = arguments.photons.or(loaded.settings.photons);
-    let plan = StudyPlan {
+    let plan = ConvergencePlan {
         photons: photons.unwrap_or(Settings::DEFAULT_PHOTONS),
         seeds: arguments.seeds,
         k: arguments.k.iter().copied().filter(|k| *k > 0).collect(),

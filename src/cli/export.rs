@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{
-    exhibit::{self, Source},
     render::range,
+    rendered::{self, Source},
 };
 use crate::{
     error::{Error, Result},
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .remedy("leave it out"));
     }
     let check = |scene: &Scene| check_export(scene, format, &colours);
-    exhibit::write(&arguments.source, &arguments.output, photons, &check, |exhibit, writer| {
-        write_export(exhibit, format, &colours, writer)
+    rendered::write(&arguments.source, &arguments.output, photons, &check, |rendered, writer| {
+        write_export(rendered, format, &colours, writer)
     })
 }

@@ -3,12 +3,12 @@
 mod chart;
 mod check;
 mod compare;
-mod exhibit;
 mod export;
 mod interrupt;
 mod mix;
 mod outputs;
 mod render;
+mod rendered;
 mod run;
 mod schema;
 mod summary;
@@ -47,7 +47,7 @@ enum Command {
     },
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
-    /// Make a picture of a scene: what an eye would see, or its light in false colour
+    /// Make a picture of a scene: what a camera would see, or its light in false colour
     Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),

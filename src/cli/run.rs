@@ -23,7 +23,7 @@ use crate::{
     formats::{
         output::{FilesRead, OutputFile},
         scene_file::{self, LoadedScene},
-        share_file::{self, ShareHead, ShareSettings, write_share},
+        shard_file::{self, ShardHead, ShardSettings, write_shard},
     },
     results::result::{RunResult, ToleranceResult, WorstResult},
     scene::world::Scene,
@@ -31,7 +31,7 @@ use crate::{
     transport::{
         settings::{Checked, Estimator, Settings},
         shard::Shard,
-        simulate::{Control, End, Progress, Share, check_shareable, simulate, simulate_share},
+        simulate::{Control, End, Progress, ShardSums, check_shardable, simulate, simulate_shard},
     },
 };
 
@@ -70,7 +70,7 @@ pub(super) struct Arguments {
     /// Also say what each light brings, for `phylux mix`; of photons only
     #[arg(long)]
     by_light: bool,
-    /// Trace the I-th of N shares of the blocks of the run; `phylux merge` joins the files to the results
+    /// Trace the I-th of N shards of the run; `phylux merge` joins the files to the results
     #[arg(long, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
     shard: Option<Shard>,
     /// Threads; 0 takes all processors. The results do not depend on it
@@ -184,19 +184,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let loaded = Instant::now();
 
     if let Some(shard) = arguments.shard {
-        let head = ShareHead {
+        let head = ShardHead {
             phylux_part: shard.to_string(),
-            format: share_file::FORMAT,
-            phylux: share_file::VERSION.into(),
+            format: shard_file::FORMAT,
+            phylux: shard_file::VERSION.into(),
             scene: arguments.scene.display().to_string(),
             inputs: digest,
-            settings: ShareSettings::new(&settings),
+            settings: ShardSettings::new(&settings),
         };
-        let write = |share| {
+        let write = |shard_sums| {
             interrupt.writing();
-            outputs.write_part(&read, |writer| write_share(&head, share, writer))
+            outputs.write_part(&read, |writer| write_shard(&head, shard_sums, writer))
         };
-        run_share(&scene, &settings, shard, &interrupt, write)?;
+        run_shard(&scene, &settings, shard, &interrupt, write)?;
         return Ok(ExitCode::SUCCESS);
     }
     let bar = progress_bar(&settings);
@@ -256,22 +256,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Traces a part of the run, and writes it with `write`.
-fn run_share(
+fn run_shard(
     scene: &Scene,
     settings: &Settings,
     shard: Shard,
     interrupt: &Interrupt,
-    write: impl FnOnce(Share) -> Result<()>,
+    write: impl FnOnce(ShardSums) -> Result<()>,
 ) -> Result<()> {
-    check_shareable(settings)?;
+    check_shardable(settings)?;
     let bar = progress_bar(settings);
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let share = interrupt.listening(|| simulate_share(scene, settings, shard, &control));
+    let shard_sums = interrupt.listening(|| simulate_shard(scene, settings, shard, &control));
     bar.finish_and_clear();
-    let share = share?;
-    let text = format!("part {shard} of {}: {} blocks\n", scene.name, share.blocks.len());
-    write(share)?;
+    let shard_sums = shard_sums?;
+    let text = format!("part {shard} of {}: {} batches\n", scene.name, shard_sums.batches.len());
+    write(shard_sums)?;
     super::terminal::print(&text)
 }
 

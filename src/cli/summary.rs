@@ -21,8 +21,8 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: {} {} in {} blocks, seed {}{reason}",
-        result.scene, result.photons, result.estimator, result.blocks, result.seed
+        "{}: {} {} in {} batches, seed {}{reason}",
+        result.scene, result.photons, result.estimator, result.batches, result.seed
     );
     if let Some(flights) = result.splitting {
         let _ = writeln!(text, "each in {flights} flights at a time, for the sensors");
@@ -65,14 +65,14 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
 
 /// What is farthest from a tolerance, and how far off it is.
 pub(super) fn far_off(worst: &WorstResult) -> String {
-    let WorstResult { captor, face, band, relative_error, blocks_with_light } = worst;
+    let WorstResult { captor, face, band, relative_error, batches_with_light } = worst;
     let error = match relative_error {
         Some(error) => format!("{:.2} %", 100.0 * error),
         None => "no error is known".into(),
     };
-    let few = match blocks_with_light {
+    let few = match batches_with_light {
         0 => ", nothing arrived yet".into(),
-        1..30 => format!(", from light in {blocks_with_light} blocks only"),
+        1..30 => format!(", from light in {batches_with_light} batches only"),
         _ => String::new(),
     };
     format!("{error} at {captor}, {face}, {band}{few}")

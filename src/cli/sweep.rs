@@ -108,7 +108,7 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     let place = output.place().map(Path::to_path_buf);
     // before parts are read that it would replace, for it says more than their errors
     check_places(place.as_slice(), &FilesRead::new(&arguments.parts))?;
-    let bar = run::terminal_bar("{elapsed} adding up, {pos} blocks");
+    let bar = run::terminal_bar("{elapsed} adding up, {pos} batches");
     bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress: Progress| bar.set_position(progress.photons);
     let control = Control { stop: interrupt.stop(), progress: &progress };

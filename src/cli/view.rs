@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::exhibit::{self, Source};
+use super::rendered::{self, Source};
 use crate::{
     error::Result,
     show::view::{check_view, write_view},
@@ -20,7 +20,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    exhibit::write(&arguments.source, &arguments.output, false, &check_view, |exhibit, writer| {
-        write_view(exhibit, writer)
+    rendered::write(&arguments.source, &arguments.output, false, &check_view, |rendered, writer| {
+        write_view(rendered, writer)
     })
 }

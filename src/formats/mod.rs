@@ -12,7 +12,7 @@ pub mod obj;
 pub mod output;
 pub mod result_file;
 pub mod scene_file;
-pub mod share_file;
+pub mod shard_file;
 #[cfg(test)]
 pub mod spoil;
 pub mod sweep_file;

@@ -54,7 +54,7 @@ pub fn assert_deviations(what: &str, deviations: &[f64]) {
 
 /// A count of `trials` that each succeed with `chance`.
 #[track_caller]
-pub fn assert_share(what: &str, count: u64, trials: u64, chance: f64) {
+pub fn assert_shard(what: &str, count: u64, trials: u64, chance: f64) {
     let n = trials as f64;
     let (miss, sigma) = (count as f64 - n * chance, (n * chance * (1.0 - chance)).max(0.0).sqrt());
     // half a count for its discreteness; rare events by Poisson's law
@@ -178,7 +178,7 @@ fn tests_can_fail() {
     assert_counts("fair", &[10_100, 19_900, 30_000, 3, 7], &expected);
     let fails = |f: &dyn Fn()| std::panic::catch_unwind(std::panic::AssertUnwindSafe(f)).is_err();
     assert!(fails(&|| assert_counts("unfair", &[10_600, 19_400, 30_000, 3, 7], &expected)));
-    assert!(fails(&|| assert_share("unfair", 10_600, 20_000, 0.5)));
+    assert!(fails(&|| assert_shard("unfair", 10_600, 20_000, 0.5)));
     // 1e-6 quantiles of chi-square with 10, 100 and 300 degrees of freedom
     for (freedom, quantile) in [(10, 46.86), (100, 182.13), (300, 431.14)] {
         assert!(is_unlikely(1.04 * quantile, freedom) && !is_unlikely(0.96 * quantile, freedom));

@@ -1,6 +1,6 @@
-//! From block sums to a mean and its standard error.
+//! From batch sums to a mean and its standard error.
 
-/// Running sum, sum of squares and largest of equally weighted block estimates that are not negative, and how
+/// Running sum, sum of squares and largest of equally weighted batch estimates that are not negative, and how
 /// many of them are above 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Running {
@@ -19,7 +19,7 @@ pub fn is_possible(value: f64) -> bool {
 }
 
 impl Running {
-    /// Adds one block's estimate; blocks that are never added count as zero.
+    /// Adds one batch's estimate; batches that are never added count as zero.
     #[inline]
     pub fn add(&mut self, x: f64) {
         self.sum += x;
@@ -28,9 +28,9 @@ impl Running {
         self.above_zero += u64::from(x > 0.0);
     }
 
-    /// The sum of independent ones over the same `blocks`, each times a factor: means and variances add
-    /// up. Exact of one alone; of several the largest block is unknown, and how many are above 0.
-    pub fn mixed(parts: impl Iterator<Item = (Self, f64)>, blocks: u64) -> Self {
+    /// The sum of independent ones over the same `batches`, each times a factor: means and variances add
+    /// up. Exact of one alone; of several the largest batch is unknown, and how many are above 0.
+    pub fn mixed(parts: impl Iterator<Item = (Self, f64)>, batches: u64) -> Self {
         let mut lit = parts.filter(|(part, factor)| part.sum != 0.0 && *factor != 0.0).peekable();
         let Some((first, factor)) = lit.next() else { return Self::default() };
         if lit.peek().is_none() {
@@ -38,7 +38,7 @@ impl Running {
             let squares = squares * factor * factor;
             return Self { sum: sum * factor, squares, largest: largest * factor, above_zero };
         }
-        let n = blocks as f64;
+        let n = batches as f64;
         let (mut sum, mut spread) = (0.0, 0.0);
         for (part, factor) in std::iter::once((first, factor)).chain(lit) {
             let mean = part.sum / n;
@@ -49,45 +49,45 @@ impl Running {
         Self { sum, squares, largest: 0.0, above_zero: 0 }
     }
 
-    /// Blocks of which the estimate is above 0.
+    /// Batches of which the estimate is above 0.
     pub fn above_zero(&self) -> u64 {
         self.above_zero
     }
 
-    /// The largest block's estimate.
+    /// The largest batch's estimate.
     pub fn largest(&self) -> f64 {
         self.largest
     }
 
-    /// Mean over `blocks` blocks and, from two blocks on, its standard error (1 sigma).
-    pub fn estimate(&self, blocks: u64) -> Estimate {
-        let n = blocks as f64;
+    /// Mean over `batches` batches and, from two batches on, its standard error (1 sigma).
+    pub fn estimate(&self, batches: u64) -> Estimate {
+        let n = batches as f64;
         let mean = self.sum / n;
         let spread = (self.squares / n - mean * mean).max(0.0);
-        Estimate { mean, standard_error: (blocks > 1).then(|| (spread / (n - 1.0)).sqrt()) }
+        Estimate { mean, standard_error: (batches > 1).then(|| (spread / (n - 1.0)).sqrt()) }
     }
 
-    /// The part of the squared deviations from the mean that the largest of `blocks` blocks makes
+    /// The part of the squared deviations from the mean that the largest of `batches` batches makes
     /// up, in [0, 1]: about 0.06 of 128 normal ones; where it is large, the standard error rests on
-    /// what few blocks have found.
-    pub fn concentration(&self, blocks: u64) -> f64 {
-        let mean = self.sum / blocks as f64;
+    /// what few batches have found.
+    pub fn concentration(&self, batches: u64) -> f64 {
+        let mean = self.sum / batches as f64;
         let squares = self.squares - self.sum * mean;
         if squares > 0.0 { ((self.largest - mean).powi(2) / squares).min(1.0) } else { 0.0 }
     }
 }
 
-/// The rate of events per block that is exceeded with a confidence of 5 %, where `hit` of `blocks` blocks had
+/// The rate of events per batch that is exceeded with a confidence of 5 %, where `hit` of `batches` batches had
 /// any: the exact bound of a binomial share p (Clopper and Pearson, "The use of confidence or fiducial limits",
-/// Biometrika 26, 1934), and the rate -ln(1 - p) at which such a share of the blocks has an event. Of no hit it
-/// is the rule of three, 3 / blocks; infinite where every block was hit.
-pub fn rate_bound(hit: u64, blocks: u64) -> f64 {
+/// Biometrika 26, 1934), and the rate -ln(1 - p) at which such a share of the batches has an event. Of no hit it
+/// is the rule of three, 3 / batches; infinite where every batch was hit.
+pub fn rate_bound(hit: u64, batches: u64) -> f64 {
     const CONFIDENCE: f64 = 0.05;
-    if hit >= blocks {
+    if hit >= batches {
         return f64::INFINITY;
     }
     // the odds of at most so many hits fall as the share grows: halve the interval, in the rate
-    let n = blocks as f64;
+    let n = batches as f64;
     let few = |rate: f64| {
         // (1 - p)^n (p / (1 - p))^k (n over k), summed over k; in logarithms, as the first may vanish
         let odds = rate.exp_m1().ln();
@@ -112,9 +112,9 @@ pub fn rate_bound(hit: u64, blocks: u64) -> f64 {
 /// A mean with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The mean over blocks.
+    /// The mean over batches.
     pub mean: f64,
-    /// Standard deviation of that mean; none where it cannot be known (one block).
+    /// Standard deviation of that mean; none where it cannot be known (one batch).
     pub standard_error: Option<f64>,
 }
 
@@ -139,12 +139,12 @@ mod tests {
     /// share of 3 in 20, and Poisson's bound of 2 events, 6.296.
     #[test]
     fn bounds_of_rates() {
-        let share = |hit, blocks| -f64::exp_m1(-rate_bound(hit, blocks));
-        for blocks in [1, 2, 128, 9728] {
-            let n = blocks as f64;
-            assert!((share(0, blocks) - (1.0 - 0.05f64.powf(1.0 / n))).abs() < 1e-9);
-            assert!((share(blocks - 1, blocks) - 0.95f64.powf(1.0 / n)).abs() < 1e-9);
-            assert_eq!(rate_bound(blocks, blocks), f64::INFINITY);
+        let share = |hit, batches| -f64::exp_m1(-rate_bound(hit, batches));
+        for batches in [1, 2, 128, 9728] {
+            let n = batches as f64;
+            assert!((share(0, batches) - (1.0 - 0.05f64.powf(1.0 / n))).abs() < 1e-9);
+            assert!((share(batches - 1, batches) - 0.95f64.powf(1.0 / n)).abs() < 1e-9);
+            assert_eq!(rate_bound(batches, batches), f64::INFINITY);
         }
         assert!((share(3, 20) - 0.34366).abs() < 1e-5);
         assert!((rate_bound(2, 1_000_000) * 1e6 - 6.2958).abs() < 1e-3);
@@ -152,9 +152,9 @@ mod tests {
 
     #[test]
     fn a_mix_adds_means_and_variances() {
-        let of = |blocks: [f64; 4]| {
+        let of = |batches: [f64; 4]| {
             let mut running = Running::default();
-            blocks.into_iter().for_each(|x| running.add(x));
+            batches.into_iter().for_each(|x| running.add(x));
             running
         };
         let (a, b) = (of([1.0, 2.0, 3.0, 6.0]), of([4.0, 4.0, 6.0, 6.0]));

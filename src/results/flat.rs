@@ -44,7 +44,7 @@ impl FlatResult {
                 let of_scene = captor.first_channel + channel;
                 flat.photons[cell] = totals.photons(of_scene);
                 for (column, running) in totals.running(of_scene).iter().enumerate() {
-                    let Estimate { mean, standard_error } = running.estimate(totals.blocks);
+                    let Estimate { mean, standard_error } = running.estimate(totals.batches);
                     let i = cell * columns + column;
                     flat.flux[i] = mean;
                     let known = standard_error.filter(|_| mean != 0.0);

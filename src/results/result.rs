@@ -30,8 +30,9 @@ pub struct RunResult {
     pub seed: u64,
     /// Photons traced, or paths from all faces.
     pub photons: u64,
-    /// Blocks that the standard errors come from.
-    pub blocks: u64,
+    /// Batches that the standard errors come from.
+    #[serde(rename = "blocks")]
+    pub batches: u64,
     /// How the numbers were estimated.
     pub estimator: Estimator,
     /// Flights that photons were split into for virtual captors; absent where they were not.
@@ -155,8 +156,9 @@ pub struct WorstResult {
     pub band: String,
     /// Its standard error over itself; null where nothing arrived.
     pub relative_error: Option<f64>,
-    /// Blocks that found light there: of fewer than 30 the error is not to be trusted, and the tolerance is not met.
-    pub blocks_with_light: u64,
+    /// Batches that found light there: of fewer than 30 the error is not to be trusted, and the tolerance is not met.
+    #[serde(rename = "blocks_with_light")]
+    pub batches_with_light: u64,
 }
 
 /// A face that hardly any light reaches, in a band.

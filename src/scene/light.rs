@@ -24,7 +24,7 @@ mod illuminate;
 mod tests;
 
 pub use entrance::{Entrance, MARGIN};
-pub use illuminate::{LightSample, Shine, TubeHit};
+pub use illuminate::{EmittedRadiance, LightSample, TubeHit};
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]

@@ -65,7 +65,7 @@ impl Transport {
 
 /// A path meeting a surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Encounter {
+pub struct Interaction {
     /// The way the path travels, unit vector.
     pub direction: Vec3,
     /// Unit normal on the side that the path comes from.
@@ -76,7 +76,7 @@ pub struct Encounter {
     pub front: bool,
 }
 
-impl Encounter {
+impl Interaction {
     /// A path along `direction` at a surface with unit normal `front_normal`.
     #[inline]
     pub fn new(direction: Vec3, front_normal: Vec3) -> Self {
@@ -95,7 +95,7 @@ impl Encounter {
 
 /// How a path goes on.
 #[derive(Clone, Copy, Debug)]
-pub struct Scatter<const N: usize> {
+pub struct BsdfSample<const N: usize> {
     /// The new direction, unit vector.
     pub direction: Vec3,
     /// What each band's power is multiplied with.
@@ -103,20 +103,20 @@ pub struct Scatter<const N: usize> {
     /// Whether the path goes on at the other side of the surface.
     pub crosses: bool,
     /// What its direction has to do with the old one.
-    pub onward: Onward,
+    pub lobe: LobeKind,
     /// Whether this was a total internal reflection.
     pub total_reflection: bool,
 }
 
-impl<const N: usize> Scatter<N> {
+impl<const N: usize> BsdfSample<N> {
     #[inline]
     fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { direction, factor, crosses, onward: Onward::Diffuse, total_reflection: false }
+        Self { direction, factor, crosses, lobe: LobeKind::Diffuse, total_reflection: false }
     }
 
     #[inline]
     fn specular(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { onward: Onward::Specular, ..Self::new(direction, factor, crosses) }
+        Self { lobe: LobeKind::Specular, ..Self::new(direction, factor, crosses) }
     }
 }
 
@@ -125,7 +125,7 @@ impl<const N: usize> Scatter<N> {
 /// Not a byte, which would be read together with others that were just written: a stall at each bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Onward {
+pub enum LobeKind {
     /// Straight on, through a thin pane.
     Straight,
     /// Mirrored or refracted: the new direction follows from the old one.
@@ -262,28 +262,32 @@ impl Material {
     #[inline(always)]
     pub fn sample<const N: usize>(
         &self,
-        encounter: &Encounter,
+        interaction: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         match self {
-            Self::Lambert(m) => m.sample(encounter, transport, rng),
-            Self::Dielectric(m) => m.sample(encounter, transport, rng),
-            Self::Pane(m) => m.sample(encounter, transport, rng),
-            Self::Leaf(m) => m.sample(encounter, transport, rng),
-            Self::Phong(m) => m.sample(encounter, transport, rng),
-            Self::Mirror(m) => m.sample(encounter, transport, rng),
+            Self::Lambert(m) => m.sample(interaction, transport, rng),
+            Self::Dielectric(m) => m.sample(interaction, transport, rng),
+            Self::Pane(m) => m.sample(interaction, transport, rng),
+            Self::Leaf(m) => m.sample(interaction, transport, rng),
+            Self::Phong(m) => m.sample(interaction, transport, rng),
+            Self::Mirror(m) => m.sample(interaction, transport, rng),
         }
     }
 
-    /// Scattering function f per band, 1/sr, for light that meets the surface at `encounter` and
+    /// Scattering function f per band, 1/sr, for light that meets the surface at `interaction` and
     /// leaves along `outgoing`, without the lobes that are mirrors.
     #[inline]
-    pub fn evaluate<const N: usize>(&self, encounter: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+    pub fn evaluate<const N: usize>(
+        &self,
+        interaction: &Interaction,
+        outgoing: Vec3,
+    ) -> Spectrum<N> {
         match self {
-            Self::Lambert(m) => m.evaluate(encounter, outgoing),
-            Self::Leaf(m) => m.evaluate(encounter, outgoing),
-            Self::Phong(m) => m.evaluate(encounter, outgoing),
+            Self::Lambert(m) => m.evaluate(interaction, outgoing),
+            Self::Leaf(m) => m.evaluate(interaction, outgoing),
+            Self::Phong(m) => m.evaluate(interaction, outgoing),
             Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => Spectrum::ZERO,
         }
     }
@@ -292,18 +296,18 @@ impl Material {
     /// [`evaluate`](Self::evaluate) all that is scattered. Each has as factor what it carries per band.
     pub fn smooth_ways<const N: usize>(
         &self,
-        encounter: &Encounter,
+        interaction: &Interaction,
         transport: Transport,
-    ) -> [Option<Scatter<N>>; 2] {
+    ) -> [Option<BsdfSample<N>>; 2] {
         let mirrored = |factor: Spectrum<N>| {
-            let way = Scatter::specular(encounter.mirrored(), factor, false);
+            let way = BsdfSample::specular(interaction.mirrored(), factor, false);
             [(!factor.is_zero()).then_some(way), None]
         };
         match self {
             Self::Lambert(_) => [None, None],
-            Self::Dielectric(m) => m.ways(encounter, transport),
-            Self::Pane(m) => m.ways(encounter),
-            Self::Leaf(m) => mirrored(Spectrum::ONE.scaled(m.mirrored(encounter))),
+            Self::Dielectric(m) => m.ways(interaction, transport),
+            Self::Pane(m) => m.ways(interaction),
+            Self::Leaf(m) => mirrored(Spectrum::ONE.scaled(m.mirrored(interaction))),
             Self::Phong(m) => mirrored(m.mirrored()),
             Self::Mirror(m) => mirrored(m.lobe.fraction()),
         }
@@ -312,11 +316,11 @@ impl Material {
     /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
     /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
     #[inline]
-    pub fn density(&self, encounter: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+    pub fn density(&self, interaction: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         match self {
-            Self::Lambert(m) => m.density(encounter, transport, outgoing),
-            Self::Leaf(m) => m.density(encounter, transport, outgoing),
-            Self::Phong(m) => m.density(encounter, transport, outgoing),
+            Self::Lambert(m) => m.density(interaction, transport, outgoing),
+            Self::Leaf(m) => m.density(interaction, transport, outgoing),
+            Self::Phong(m) => m.density(interaction, transport, outgoing),
             Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => 0.0,
         }
     }
@@ -324,12 +328,12 @@ impl Material {
     /// Fraction of the incident power that is absorbed, per band; `None` where no closed form is
     /// known (the Phong lobe).
     #[inline]
-    pub fn absorptance<const N: usize>(&self, encounter: &Encounter) -> Option<Spectrum<N>> {
+    pub fn absorptance<const N: usize>(&self, interaction: &Interaction) -> Option<Spectrum<N>> {
         match self {
             Self::Lambert(m) => Some(complement(m.lobe.fraction())),
-            Self::Dielectric(m) => Some(m.absorptance(encounter)),
-            Self::Pane(m) => Some(m.absorptance(encounter)),
-            Self::Leaf(m) => Some(m.absorptance(encounter)),
+            Self::Dielectric(m) => Some(m.absorptance(interaction)),
+            Self::Pane(m) => Some(m.absorptance(interaction)),
+            Self::Leaf(m) => Some(m.absorptance(interaction)),
             Self::Phong(m) => m.absorptance(),
             Self::Mirror(m) => Some(complement(m.lobe.fraction())),
         }
@@ -403,23 +407,23 @@ impl Lambert {
     #[inline]
     fn sample<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
         let factor = self.lobe.relative().scaled(weight);
-        Some(Scatter::new(diffuse(at.normal, rng), factor, false))
+        Some(BsdfSample::new(diffuse(at.normal, rng), factor, false))
     }
 
     #[inline]
-    fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+    fn evaluate<const N: usize>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<N> {
         let above = outgoing.dot(at.normal) > 0.0;
         if above { self.lobe.fraction().scaled(1.0 / std::f32::consts::PI) } else { Spectrum::ZERO }
     }
 
     #[inline]
-    fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+    fn density(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         use crate::math::sampling::cosine_hemisphere_density;
         let largest = self.lobe.largest;
         largest / transport.weight(largest) * cosine_hemisphere_density(outgoing.dot(at.normal))
@@ -441,11 +445,11 @@ impl Mirror {
     #[inline]
     fn sample<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
-        Some(Scatter::specular(at.mirrored(), self.lobe.relative().scaled(weight), false))
+        Some(BsdfSample::specular(at.mirrored(), self.lobe.relative().scaled(weight), false))
     }
 }

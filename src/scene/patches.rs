@@ -71,7 +71,7 @@ impl Patches {
 
     /// What photons are filed under that arrive at this face of a triangle.
     #[inline]
-    pub fn shelf(&self, triangle: usize, front: bool) -> u32 {
+    pub fn bin(&self, triangle: usize, front: bool) -> u32 {
         2 * self.of_triangle[triangle] + u32::from(!front)
     }
 }

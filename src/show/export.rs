@@ -9,10 +9,10 @@ use crate::{
     error::{Error, Result, nearest},
     scene::world::Scene,
     show::{
-        exhibit::Exhibit,
         glb::{Shown, write_glb},
         picture::Scale,
         ply::write_ply,
+        rendered::RenderedScene,
         vtk::{VtkKind, write_vtk},
     },
 };
@@ -97,18 +97,18 @@ pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> R
     Ok(())
 }
 
-/// Writes an exhibit in a format.
+/// Writes a rendered scene in a format.
 pub fn write_export(
-    exhibit: &Exhibit,
+    rendered: &RenderedScene,
     format: ExportFormat,
     colours: &Colours,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
-    match (format, &exhibit.light) {
-        (ExportFormat::Vtk(kind), _) => write_vtk(exhibit, kind, writer),
+    match (format, &rendered.light) {
+        (ExportFormat::Vtk(kind), _) => write_vtk(rendered, kind, writer),
         (ExportFormat::Glb, _) => {
-            let shown = colours.shown(exhibit.scene).map_err(io::Error::other)?;
-            write_glb(exhibit, &shown, writer)
+            let shown = colours.shown(rendered.scene).map_err(io::Error::other)?;
+            write_glb(rendered, &shown, writer)
         }
         (ExportFormat::Ply, Some(light)) => write_ply(light, writer),
         (ExportFormat::Ply, None) => Err(io::Error::other("no photons were traced")),

@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::{
     math::geometry::Triangle,
     scene::{captor::Channel, tiles::TilePart},
-    show::{exhibit::Exhibit, picture::Scale},
+    show::{picture::Scale, rendered::RenderedScene},
 };
 
 /// What the colours stand for.
@@ -39,19 +39,23 @@ const SHOWN_SHARE: f64 = 0.99;
 /// The value of each face of a tile, front then back.
 type FaceValue = Option<f64>;
 
-/// Writes the exhibit. Each face is there where it has a value, so that the dark outside of a room
+/// Writes the rendered scene. Each face is there where it has a value, so that the dark outside of a room
 /// does not hide it; faces of which none is known are pale. Errors: beyond the 4 GiB of such a file;
 /// a range that is none.
-pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io::Result<()> {
+pub fn write_glb(
+    rendered: &RenderedScene,
+    shown: &Shown,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
     let faces = |part: &TilePart, tile: usize| -> [FaceValue; 2] {
-        let value = |channel| exhibit.value(part, tile, channel, shown.band);
+        let value = |channel| rendered.value(part, tile, channel, shown.band);
         match shown.absorbed {
             true => [value(Channel::Absorbed); 2],
             false => [value(Channel::Front), value(Channel::Back)],
         }
     };
     let tiles = || {
-        let parts = exhibit.tiles.parts.iter();
+        let parts = rendered.tiles.parts.iter();
         parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
     };
     let range = match shown.range {
@@ -62,27 +66,27 @@ pub fn write_glb(exhibit: &Exhibit, shown: &Shown, writer: &mut dyn Write) -> io
         }
     };
     let mut file = GlbFile::default();
-    let mut rest = &exhibit.tiles.parts[..];
+    let mut rest = &rendered.tiles.parts[..];
     while !rest.is_empty() {
-        let together = rest.iter().take_while(|part| one_node(exhibit, part, &rest[0])).count();
+        let together = rest.iter().take_while(|part| one_node(rendered, part, &rest[0])).count();
         let (parts, after) = rest.split_at(together);
         rest = after;
         let mut mesh = Mesh::default();
         for part in parts {
             for tile in part.tiles.clone() {
-                mesh.add(&exhibit.tiles.corners[tile], faces(part, tile), &range);
+                mesh.add(&rendered.tiles.corners[tile], faces(part, tile), &range);
             }
         }
         if !mesh.values.is_empty() {
-            file.node(mesh, node_name(exhibit, &parts[0]), extras(exhibit, &parts[0]));
+            file.node(mesh, node_name(rendered, &parts[0]), extras(rendered, &parts[0]));
         }
     }
-    file.write(exhibit, shown, &range, writer)
+    file.write(rendered, shown, &range, writer)
 }
 
 /// Whether two parts belong into one node.
-fn one_node(exhibit: &Exhibit, part: &TilePart, other: &TilePart) -> bool {
-    let captor = |part: &TilePart| match exhibit.scene.captors.len() > NODES {
+fn one_node(rendered: &RenderedScene, part: &TilePart, other: &TilePart) -> bool {
+    let captor = |part: &TilePart| match rendered.scene.captors.len() > NODES {
         true => part.captor.map(|_| 0),
         false => part.captor,
     };
@@ -90,8 +94,8 @@ fn one_node(exhibit: &Exhibit, part: &TilePart, other: &TilePart) -> bool {
     key(part) == key(other)
 }
 
-fn node_name(exhibit: &Exhibit, part: &TilePart) -> String {
-    let scene = exhibit.scene;
+fn node_name(rendered: &RenderedScene, part: &TilePart) -> String {
+    let scene = rendered.scene;
     match (part.captor, part.object) {
         (Some(captor), _) if scene.captors.len() <= NODES => scene.captors[captor].id.clone(),
         (_, Some(object)) => scene.objects[object].clone(),
@@ -101,16 +105,16 @@ fn node_name(exhibit: &Exhibit, part: &TilePart) -> String {
 }
 
 /// What a node's captor received, in every band.
-fn extras(exhibit: &Exhibit, part: &TilePart) -> Option<Map<String, Value>> {
-    let captor = part.captor.filter(|_| exhibit.scene.captors.len() <= NODES)?;
+fn extras(rendered: &RenderedScene, part: &TilePart) -> Option<Map<String, Value>> {
+    let captor = part.captor.filter(|_| rendered.scene.captors.len() <= NODES)?;
     let mut extras = Map::new();
     for (channel, name) in [
         (Channel::Front, "irradiance_front"),
         (Channel::Back, "irradiance_back"),
         (Channel::Absorbed, "absorbed_per_area"),
     ] {
-        for (b, band) in exhibit.scene.band_names().enumerate() {
-            if let Some(estimate) = exhibit.captor(captor, channel, b) {
+        for (b, band) in rendered.scene.band_names().enumerate() {
+            if let Some(estimate) = rendered.captor(captor, channel, b) {
                 extras.insert(format!("{name} {band}"), json!(estimate.mean));
                 extras.insert(format!("{name} {band} se"), json!(estimate.standard_error));
             }
@@ -212,12 +216,12 @@ impl GlbFile {
 
     fn write(
         mut self,
-        exhibit: &Exhibit,
+        rendered: &RenderedScene,
         shown: &Shown,
         range: &Scale,
         writer: &mut dyn Write,
     ) -> io::Result<()> {
-        let scene = exhibit.scene;
+        let scene = rendered.scene;
         let center = scene.center.as_vec3();
         let children: Vec<usize> = (1..=self.nodes.len()).collect();
         // glTF's y is up, a scene's z

@@ -1,13 +1,13 @@
 //! Light to look at: pictures ([`render`], [`picture`]), charts ([`chart`]), the page for the browser
-//! ([`view`]) and files for other programs ([`export`]). All but charts begin with [`exhibit`], a scene
+//! ([`view`]) and files for other programs ([`export`]). All but charts begin with [`rendered`], a scene
 //! with its results.
 
 pub mod chart;
-pub mod exhibit;
 pub mod export;
 pub mod glb;
 pub mod picture;
 pub mod ply;
 pub mod render;
+pub mod rendered;
 pub mod view;
 pub mod vtk;

@@ -3,11 +3,11 @@
 //! Random numbers belong to pixels and rays, so a picture does not depend on threads.
 
 mod dots;
-mod eye;
 mod radiance;
 mod shared;
 #[cfg(test)]
 mod tests;
+mod viewpoint;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -29,14 +29,14 @@ use crate::{
 };
 
 pub use dots::{Dot, path_dots, photon_dots};
-pub use eye::{Eye, Sight};
 use radiance::Whitted;
 use shared::{PIXELS, Shared};
+pub use viewpoint::{FirstVisible, Viewpoint};
 
 /// What a picture of light shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
-    /// What an eye would see; `gather` directions from each surface that scatters, or none to take
+    /// What a viewpoint would see; `gather` directions from each surface that scatters, or none to take
     /// the light there from the photon map alone.
     Radiance {
         /// Directions.
@@ -86,14 +86,14 @@ impl Pixels {
 /// progress counts pixels), no threads to be had.
 pub fn render(
     light: &SurfaceLight,
-    eye: &Eye,
+    viewpoint: &Viewpoint,
     show: Show,
     sampling: Sampling,
     control: &Control,
 ) -> Result<Pixels> {
     let bands = light.scene.bands.len();
-    let (width, height) = (eye.camera.width, eye.camera.height);
-    check_size(eye, bands)?;
+    let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
+    check_size(viewpoint, bands)?;
     let mut pixels = Pixels {
         width,
         bands,
@@ -103,8 +103,8 @@ pub fn render(
     let rows =
         pixels.values.par_chunks_mut(width * bands).zip(pixels.covered.par_chunks_mut(width));
     with_lanes!(light.scene.lanes(), N => {
-        each_row(rows, eye, sampling, control, |mut samples, (values, covered)| {
-            let whitted = Whitted::<N> { light, eye };
+        each_row(rows, viewpoint, sampling, control, |mut samples, (values, covered)| {
+            let whitted = Whitted::<N> { light, viewpoint };
             for (x, value) in values.chunks_mut(bands).enumerate() {
                 let (mut shared, mut sum, mut met) = (Shared::default(), vec![0.0; bands], 0);
                 for (ray, mut rng) in samples.pixel(x) {
@@ -115,10 +115,10 @@ pub fn render(
                             found.0[..bands].iter().zip(&mut sum).for_each(|(f, s)| *s += f64::from(*f));
                             continue;
                         }
-                        Show::Irradiance => flat(eye, ray, &mut shared, |triangle, front, point| {
+                        Show::Irradiance => flat(viewpoint, ray, &mut shared, |triangle, front, point| {
                             light.irradiance(triangle, front, point)
                         }),
-                        Show::Absorbed => flat(eye, ray, &mut shared, |triangle, _, point| {
+                        Show::Absorbed => flat(viewpoint, ray, &mut shared, |triangle, _, point| {
                             light.absorbed(triangle, point)
                         }),
                     };
@@ -137,15 +137,15 @@ pub fn render(
 
 /// The mean colour of each pixel's rays. Errors: as [`render()`].
 pub fn painted(
-    eye: &Eye,
+    viewpoint: &Viewpoint,
     sampling: Sampling,
     control: &Control,
     colour: impl Fn(&Ray) -> Vec3 + Sync,
 ) -> Result<Vec<Vec3>> {
-    let (width, height) = (eye.camera.width, eye.camera.height);
-    check_size(eye, 3)?;
+    let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
+    check_size(viewpoint, 3)?;
     let mut colours = vec![Vec3::ZERO; width * height];
-    each_row(colours.par_chunks_mut(width), eye, sampling, control, |mut samples, row| {
+    each_row(colours.par_chunks_mut(width), viewpoint, sampling, control, |mut samples, row| {
         for (x, mean) in row.iter_mut().enumerate() {
             let colours = samples.pixel(x).map(|(ray, _)| colour(&ray));
             *mean = colours.sum::<Vec3>() / sampling.rays as f32;
@@ -157,19 +157,19 @@ pub fn painted(
 /// Does `work` for every row of a picture, in parallel.
 fn each_row<T: Send>(
     rows: impl IndexedParallelIterator<Item = T>,
-    eye: &Eye,
+    viewpoint: &Viewpoint,
     sampling: Sampling,
     control: &Control,
     work: impl Fn(Samples, T) + Sync + Send,
 ) -> Result<()> {
     let pool = machine::pool(sampling.threads)?;
-    let (width, height) = (eye.camera.width as u64, eye.camera.height as u64);
+    let (width, height) = (viewpoint.camera.width as u64, viewpoint.camera.height as u64);
     let done = AtomicU64::new(0);
     let stopped = || control.stop.load(Ordering::Relaxed);
     let all = || {
         rows.enumerate().for_each(|(y, row)| {
             if !stopped() {
-                work(Samples { eye, sampling, y }, row);
+                work(Samples { viewpoint, sampling, y }, row);
             }
             let photons = done.fetch_add(width, Ordering::Relaxed) + width;
             (control.progress)(Progress { photons, of: Some(width * height), worst: None });
@@ -185,7 +185,7 @@ fn each_row<T: Send>(
 
 /// The rays of the pixels of one row.
 struct Samples<'a> {
-    eye: &'a Eye<'a>,
+    viewpoint: &'a Viewpoint<'a>,
     sampling: Sampling,
     y: usize,
 }
@@ -193,35 +193,35 @@ struct Samples<'a> {
 impl Samples<'_> {
     /// The rays of a pixel, spread evenly over it, each with random numbers of its own.
     fn pixel(&mut self, x: usize) -> impl Iterator<Item = (Ray, Stream)> {
-        let Self { eye, sampling: Sampling { rays, seed, .. }, y } = *self;
-        let pixel = (y * eye.camera.width + x) as u64;
+        let Self { viewpoint, sampling: Sampling { rays, seed, .. }, y } = *self;
+        let pixel = (y * viewpoint.camera.width + x) as u64;
         (0..rays).map(move |ray| {
             let streams = |batch| Streams::new(seed, Purpose::Picture, batch);
             let sequence = streams(0).sequence(pixel);
             let stream = streams(ray.into()).history(pixel);
             let mut rng = stream.with_sobol(sequence, u64::from(ray), 2);
             let within = rng.square();
-            (eye.camera.ray(x as f32 + within.x, y as f32 + within.y), rng)
+            (viewpoint.camera.ray(x as f32 + within.x, y as f32 + within.y), rng)
         })
     }
 }
 
 /// A value of the first surface that cannot be seen through.
 fn flat<'s>(
-    eye: &Eye,
+    viewpoint: &Viewpoint,
     ray: Ray,
     shared: &'s mut Shared,
     find: impl FnOnce(usize, bool, Vec3) -> Vec<f64>,
 ) -> Option<&'s [f64]> {
-    let hit = eye.opaque(&ray)?;
-    let front = ray.direction.dot(eye.scene.surface(hit.triangle).normal) < 0.0;
-    let reach = PIXELS * eye.camera.pixel() * hit.t;
+    let hit = viewpoint.opaque(&ray)?;
+    let front = ray.direction.dot(viewpoint.scene.surface(hit.triangle).normal) < 0.0;
+    let reach = PIXELS * viewpoint.camera.pixel() * hit.t;
     Some(shared.value(&hit, front, reach, || find(hit.triangle, front, hit.point)))
 }
 
 /// Refuses a picture that would not fit into memory.
-pub fn check_size(eye: &Eye, bands: usize) -> Result<()> {
-    let (width, height) = (eye.camera.width, eye.camera.height);
+pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
+    let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     // the values, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
     let bytes = width * height * (bands + 6) * size_of::<f32>();
     if bytes <= MAX_BYTES {

@@ -12,7 +12,7 @@ use crate::{
         captor::{CHANNELS, Channel},
         world::Scene,
     },
-    show::{exhibit::Exhibit, picture::Scale},
+    show::{picture::Scale, rendered::RenderedScene},
     transport::surface_light::SurfaceLight,
 };
 
@@ -53,7 +53,7 @@ pub fn check_view(scene: &Scene) -> Result<()> {
 }
 
 /// Writes the page.
-pub fn write_view(exhibit: &Exhibit, writer: &mut dyn Write) -> io::Result<()> {
+pub fn write_view(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Result<()> {
     for piece in PAGE.split_inclusive("-->") {
         let (text, slot) = match piece.rsplit_once("<!--") {
             Some((text, slot)) => (text, slot.trim_end_matches("-->").trim()),
@@ -62,11 +62,11 @@ pub fn write_view(exhibit: &Exhibit, writer: &mut dyn Write) -> io::Result<()> {
         writer.write_all(text.as_bytes())?;
         match slot {
             "" => {}
-            "title" => writer.write_all(escaped(&exhibit.scene.name).as_bytes())?,
+            "title" => writer.write_all(escaped(&rendered.scene.name).as_bytes())?,
             "style" => writer.write_all(STYLE.as_bytes())?,
             "three" => write!(writer, "/*\n{THREE_LICENCE}*/\n{THREE}")?,
             "script" => writer.write_all(SCRIPTS.join("\n").as_bytes())?,
-            "data" => write_data(exhibit, writer)?,
+            "data" => write_data(rendered, writer)?,
             _ => return Err(io::Error::other(format!("page.html: no `{slot}` to fill in"))),
         }
     }
@@ -79,25 +79,25 @@ fn escaped(text: &str) -> String {
 }
 
 /// The facts as JSON, long lists of numbers as base64.
-fn write_data(exhibit: &Exhibit, writer: &mut dyn Write) -> io::Result<()> {
-    let facts = facts(exhibit).to_string();
+fn write_data(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Result<()> {
+    let facts = facts(rendered).to_string();
     // in a script element only `<` could end it
     script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
     let mut array = |name: &str, bytes: &[u8]| {
         script(writer, name, "application/octet-stream", &STANDARD.encode(bytes))
     };
-    let extent = extent(exhibit);
-    let corners = exhibit.tiles.corners.iter().flat_map(|t| [t.a, t.b, t.c]);
+    let extent = extent(rendered);
+    let corners = rendered.tiles.corners.iter().flat_map(|t| [t.a, t.b, t.c]);
     array("corners", &shorts(corners.flat_map(|p| quantised(p, &extent))))?;
     let index = |index: Option<usize>| index.map_or(-1, |i| i as i32);
-    let parts = exhibit.tiles.parts.iter().flat_map(|part| {
+    let parts = rendered.tiles.parts.iter().flat_map(|part| {
         [index(part.object), index(part.material), index(part.captor), part.tiles.start as i32]
     });
     array("parts", &parts.flat_map(i32::to_le_bytes).collect::<Vec<u8>>())?;
-    let most = most_light(exhibit);
-    array("local", &shorts(local(exhibit).map(|value| level(value, most))))?;
-    array("captors", &captors(exhibit).flat_map(f32::to_le_bytes).collect::<Vec<u8>>())?;
-    if let Some(light) = &exhibit.light {
+    let most = most_light(rendered);
+    array("local", &shorts(local(rendered).map(|value| level(value, most))))?;
+    array("captors", &captors(rendered).flat_map(f32::to_le_bytes).collect::<Vec<u8>>())?;
+    if let Some(light) = &rendered.light {
         let shown = shown_photons(light);
         let positions = light.map.positions();
         let most = most_power(light, &shown);
@@ -119,27 +119,27 @@ fn script(writer: &mut dyn Write, id: &str, kind: &str, text: &str) -> io::Resul
     writeln!(writer, "<script type=\"{kind}\" id=\"{id}\">{text}</script>")
 }
 
-fn facts(exhibit: &Exhibit) -> Value {
-    let scene = exhibit.scene;
-    let extent = extent(exhibit);
+fn facts(rendered: &RenderedScene) -> Value {
+    let scene = rendered.scene;
+    let extent = extent(rendered);
     let unit = scene.quantity.unit_names();
     let bands =
         scene.bands.iter().enumerate().map(|(b, band)| json!({ "name": band.name, "of": [b] }));
     let sums =
         scene.sums.iter().map(|sum| json!({ "name": sum.name, "of": sum.bands, "sum": true }));
     let materials = scene.materials.iter();
-    let few_paths = exhibit.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
+    let few_paths = rendered.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
     // those that have a place
     let lights = scene.lights.iter().filter(|light| light.entrance().is_none());
     let lights = lights.take(MOST_LIGHTS).map(|light| {
         let Extent { min, max } = light.extent();
         json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
     });
-    let shown = exhibit.light.as_ref().map(|light| (light, shown_photons(light)));
+    let shown = rendered.light.as_ref().map(|light| (light, shown_photons(light)));
     json!({
         "phylux": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
-        "source": exhibit.source,
+        "source": rendered.source,
         "unit": { "flux": unit.flux, "irradiance": unit.irradiance },
         "bands": bands.chain(sums).collect::<Vec<_>>(),
         "objects": scene.objects,
@@ -152,8 +152,8 @@ fn facts(exhibit: &Exhibit) -> Value {
         "lights": lights.collect::<Vec<_>>(),
         "min": extent.min.to_array(),
         "size": extent.size().to_array(),
-        "tiles": exhibit.tiles.count(),
-        "local": exhibit.has_local().then(|| json!({ "most": most_light(exhibit), "span": SPAN })),
+        "tiles": rendered.tiles.count(),
+        "local": rendered.has_local().then(|| json!({ "most": most_light(rendered), "span": SPAN })),
         "photons": shown.map(|(light, shown)| json!({
             "count": shown.len(), "most": most_power(light, &shown),
             "histories": light.map.histories,
@@ -170,9 +170,9 @@ fn colours() -> Vec<[u8; 3]> {
 }
 
 /// A box around all tiles and lights.
-fn extent(exhibit: &Exhibit) -> Extent {
-    let lights = exhibit.scene.lights.iter().map(|light| light.extent());
-    let tiles = Extent::of_triangles(&exhibit.tiles.corners);
+fn extent(rendered: &RenderedScene) -> Extent {
+    let lights = rendered.scene.lights.iter().map(|light| light.extent());
+    let tiles = Extent::of_triangles(&rendered.tiles.corners);
     lights.fold(tiles, Extent::join)
 }
 
@@ -198,30 +198,30 @@ fn shorts(values: impl Iterator<Item = u16>) -> Vec<u8> {
 }
 
 /// The light on the tiles of surfaces: channel after channel, band after band, tile after tile.
-fn local<'a>(exhibit: &'a Exhibit) -> impl Iterator<Item = f32> + 'a {
-    let bands = exhibit.scene.bands.len();
+fn local<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
+    let bands = rendered.scene.bands.len();
     let planes =
         CHANNELS.into_iter().flat_map(move |channel| (0..bands).map(move |b| (channel, b)));
     planes.flat_map(move |(channel, band)| {
-        (0..exhibit.tiles.count())
-            .map_while(move |tile| exhibit.local(tile, channel).map(|v| v[band]))
+        (0..rendered.tiles.count())
+            .map_while(move |tile| rendered.local(tile, channel).map(|v| v[band]))
     })
 }
 
-fn most_light(exhibit: &Exhibit) -> f32 {
-    local(exhibit).fold(f32::MIN_POSITIVE, f32::max)
+fn most_light(rendered: &RenderedScene) -> f32 {
+    local(rendered).fold(f32::MIN_POSITIVE, f32::max)
 }
 
 /// What each captor received per area: channel after channel, value before error, band after band and
 /// sums, captor after captor; NaN where it is not known.
-fn captors<'a>(exhibit: &'a Exhibit) -> impl Iterator<Item = f32> + 'a {
-    let bands = exhibit.scene.band_names().count();
-    let each = (0..exhibit.scene.captors.len()).flat_map(move |captor| {
+fn captors<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
+    let bands = rendered.scene.band_names().count();
+    let each = (0..rendered.scene.captors.len()).flat_map(move |captor| {
         let channels: [Channel; 3] = CHANNELS;
         channels.into_iter().flat_map(move |channel| (0..bands).map(move |b| (captor, channel, b)))
     });
     each.flat_map(|(captor, channel, band)| {
-        let estimate = exhibit.captor(captor, channel, band);
+        let estimate = rendered.captor(captor, channel, band);
         let error = estimate.and_then(|e| e.standard_error);
         [estimate.map(|e| e.mean), error].map(|value| value.map_or(f32::NAN, |value| value as f32))
     })

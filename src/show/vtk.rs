@@ -13,7 +13,7 @@ use quick_xml::events::{BytesDecl, Event};
 
 use crate::{
     scene::{captor::CHANNELS, tiles::TilePart},
-    show::exhibit::Exhibit,
+    show::rendered::RenderedScene,
 };
 
 /// Kinds of VTK file.
@@ -38,7 +38,11 @@ type Attributes<'a> = &'a [(&'a str, &'a str)];
 /// Writes surfaces and captors: points in metres from the user's origin; for each cell what arrives
 /// and is absorbed per area, what its captor received with standard errors (NaN where it is not
 /// known), and the indices of its object, material and captor, whose names are field data.
-pub fn write_vtk(exhibit: &Exhibit, kind: VtkKind, writer: &mut dyn Write) -> io::Result<()> {
+pub fn write_vtk(
+    rendered: &RenderedScene,
+    kind: VtkKind,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
     let grid = match kind {
         VtkKind::PolyData => "PolyData",
         VtkKind::UnstructuredGrid => "UnstructuredGrid",
@@ -53,15 +57,15 @@ pub fn write_vtk(exhibit: &Exhibit, kind: VtkKind, writer: &mut dyn Write) -> io
     xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
     element(&mut xml, "VTKFile", &file, |xml| {
         element(xml, grid, &[], |xml| {
-            element(xml, "FieldData", &[], |xml| field_data(exhibit, kind, xml))?;
-            piece(exhibit, kind, xml)
+            element(xml, "FieldData", &[], |xml| field_data(rendered, kind, xml))?;
+            piece(rendered, kind, xml)
         })
     })
 }
 
-fn piece(exhibit: &Exhibit, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
-    let (points, corners) = points(exhibit);
-    let parts = exhibit.tiles.parts.iter();
+fn piece(rendered: &RenderedScene, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
+    let (points, corners) = points(rendered);
+    let parts = rendered.tiles.parts.iter();
     let cells: Vec<Cell> =
         parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile))).collect();
     let (topology, count) = match kind {
@@ -86,15 +90,15 @@ fn piece(exhibit: &Exhibit, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
                 }
             }
         })?;
-        element(xml, "CellData", &[], |xml| cell_data(exhibit, &cells, xml))
+        element(xml, "CellData", &[], |xml| cell_data(rendered, &cells, xml))
     })
 }
 
 /// A tile and the part that it is of.
 type Cell<'a> = (&'a TilePart, usize);
 
-fn field_data(exhibit: &Exhibit, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
-    let scene = exhibit.scene;
+fn field_data(rendered: &RenderedScene, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
+    let scene = rendered.scene;
     names(xml, kind, "scene", [scene.name.as_str()].into_iter())?;
     names(xml, kind, "unit", [&*scene.quantity.unit_names().irradiance].into_iter())?;
     names(xml, kind, "objects", scene.objects.iter().map(String::as_str))?;
@@ -102,16 +106,16 @@ fn field_data(exhibit: &Exhibit, kind: VtkKind, xml: &mut Xml) -> io::Result<()>
     names(xml, kind, "captors", scene.captors.iter().map(|captor| captor.id.as_str()))
 }
 
-fn cell_data(exhibit: &Exhibit, cells: &[Cell], xml: &mut Xml) -> io::Result<()> {
+fn cell_data(rendered: &RenderedScene, cells: &[Cell], xml: &mut Xml) -> io::Result<()> {
     for (channel, what) in CHANNELS.into_iter().zip(QUANTITIES) {
-        for (b, band) in exhibit.scene.band_names().enumerate() {
-            let captor = |part: &TilePart| exhibit.captor(part.captor?, channel, b);
+        for (b, band) in rendered.scene.band_names().enumerate() {
+            let captor = |part: &TilePart| rendered.captor(part.captor?, channel, b);
             let mut column = |name: String, value: &dyn Fn(&TilePart, usize) -> Option<f64>| {
                 let values = cells.iter().map(|&(part, tile)| value(part, tile));
                 let values = values.map(|value| (value.unwrap_or(f64::NAN) as f32).to_le_bytes());
                 array(xml, "Float32", &name, &[], values)
             };
-            column(format!("{what}_{band}"), &|part, tile| exhibit.value(part, tile, channel, b))?;
+            column(format!("{what}_{band}"), &|part, tile| rendered.value(part, tile, channel, b))?;
             column(format!("captor_{what}_{band}"), &|part, _| Some(captor(part)?.mean))?;
             column(format!("captor_{what}_{band}_se"), &|part, _| captor(part)?.standard_error)?;
         }
@@ -126,15 +130,15 @@ fn cell_data(exhibit: &Exhibit, cells: &[Cell], xml: &mut Xml) -> io::Result<()>
 }
 
 /// Coordinates of the points, each once, and the points of each tile.
-fn points(exhibit: &Exhibit) -> (Vec<f64>, Vec<i64>) {
-    let (mut points, mut corners) = (Vec::new(), Vec::with_capacity(3 * exhibit.tiles.count()));
+fn points(rendered: &RenderedScene) -> (Vec<f64>, Vec<i64>) {
+    let (mut points, mut corners) = (Vec::new(), Vec::with_capacity(3 * rendered.tiles.count()));
     let mut known = HashMap::new();
-    for tile in &exhibit.tiles.corners {
+    for tile in &rendered.tiles.corners {
         for p in [tile.a, tile.b, tile.c] {
             let next = known.len() as i64;
             let index = *known.entry(p.to_array().map(f32::to_bits)).or_insert(next);
             if index == next {
-                points.extend((p.as_dvec3() + exhibit.scene.center).to_array());
+                points.extend((p.as_dvec3() + rendered.scene.center).to_array());
             }
             corners.push(index);
         }

@@ -35,7 +35,7 @@ const LONG_RUN_SEED: u64 = 1_000_003;
 
 /// What to run.
 #[derive(Clone, Debug)]
-pub struct StudyPlan {
+pub struct ConvergencePlan {
     /// The largest budget, in photons.
     pub photons: u64,
     /// Runs of each budget, with the seeds 1, 2, ...; at least 2.
@@ -88,7 +88,7 @@ pub struct Rung {
 
 /// What a study found.
 #[derive(Clone, Debug, Serialize)]
-pub struct Study {
+pub struct ConvergenceStudy {
     /// Name of the scene.
     pub scene: String,
     /// What the errors are measured against.
@@ -111,10 +111,10 @@ pub struct Study {
 /// of [`simulate`]; fewer than 2 seeds; no captor that the reference knows.
 pub fn study(
     scene: &Scene,
-    plan: &StudyPlan,
+    plan: &ConvergencePlan,
     truth: Option<Reference>,
     control: &Control,
-) -> Result<Study> {
+) -> Result<ConvergenceStudy> {
     if plan.seeds < 2 {
         let problem = format!("{} seeds, must be at least 2", plan.seeds);
         return Err(Error::input("seeds", problem).remedy("a spread needs several runs"));
@@ -156,7 +156,7 @@ pub fn study(
     }
     let enough = MOST_FOR_BOUNCES.max(scene.sources() as u64);
     let bounces = Bounces::count(scene, budgets[budgets.len() - 3].min(enough), control)?;
-    Ok(Study {
+    Ok(ConvergenceStudy {
         scene: scene.name.clone(),
         reference: reference.name.clone(),
         floor: reference.floor(),
@@ -171,7 +171,7 @@ pub fn study(
 /// What all runs of a study share.
 struct Ladder<'a> {
     scene: &'a Scene,
-    plan: &'a StudyPlan,
+    plan: &'a ConvergencePlan,
     control: &'a Control<'a>,
     /// Photons of all runs together, and of those that are done.
     all: u64,

@@ -9,7 +9,7 @@ use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
     formats::{
         scene_file::{LoadedScene, load_with_digest},
-        share_file::{FORMAT, Line, ShareHead, ShareReader, VERSION},
+        shard_file::{FORMAT, Line, ShardHead, ShardReader, VERSION},
     },
     results::result::RunResult,
     scene::world::Scene,
@@ -28,7 +28,7 @@ pub fn join(parts: &[PathBuf], scene: Option<&Path>, control: &Control) -> Resul
 /// All parts of one run, and its scene.
 pub struct Parts {
     /// Sorted.
-    readers: Vec<ShareReader>,
+    readers: Vec<ShardReader>,
     scene: Scene,
     settings: Settings,
     /// All files that are read: the parts, the scene, and what it names.
@@ -39,7 +39,7 @@ impl Parts {
     /// Opens the files `parts`, and loads the scene: from `scene`, if not from where the parts say.
     pub fn open(parts: &[PathBuf], scene: Option<&Path>) -> Result<Self> {
         let mut readers =
-            parts.iter().map(|path| ShareReader::open(path)).collect::<Result<Vec<_>>>()?;
+            parts.iter().map(|path| ShardReader::open(path)).collect::<Result<Vec<_>>>()?;
         let Some(first) = readers.first() else {
             return Err(Error::input("merge", "no files").remedy("name those of all parts"));
         };
@@ -58,7 +58,7 @@ impl Parts {
     pub fn join(self, control: &Control) -> Result<RunResult> {
         let Self { mut readers, scene, settings, .. } = self;
         let mut joined = Joined::new(&scene, &settings, control)?;
-        let mut blocks = 0;
+        let mut batches = 0;
         for part in &mut readers {
             let mut left = joined.range(part.shard);
             loop {
@@ -66,14 +66,14 @@ impl Parts {
                     return Err(Error::interrupted("merge", NOTHING_WRITTEN));
                 }
                 let fits = match part.next()? {
-                    Line::Block { index, sums } => {
-                        blocks += 1;
-                        (control.progress)(Progress { photons: blocks, of: None, worst: None });
+                    Line::Batch { index, sums } => {
+                        batches += 1;
+                        (control.progress)(Progress { photons: batches, of: None, worst: None });
                         (left.next() == Some(index))
-                            .then(|| joined.add_block(index, *sums))
+                            .then(|| joined.add_batch(index, *sums))
                             .flatten()
                     }
-                    Line::Piece { key, words } => joined.add_piece(key, &words),
+                    Line::TaskArrivals { key, words } => joined.add_task(key, &words),
                     Line::Full { key } => {
                         joined.end_at(key);
                         Some(())
@@ -92,8 +92,8 @@ impl Parts {
     }
 }
 
-fn check_version(part: &ShareReader) -> Result<()> {
-    let ShareHead { phylux, format, .. } = &part.head;
+fn check_version(part: &ShardReader) -> Result<()> {
+    let ShardHead { phylux, format, .. } = &part.head;
     if phylux == VERSION {
         if *format == FORMAT {
             return Ok(());
@@ -105,7 +105,7 @@ fn check_version(part: &ShareReader) -> Result<()> {
     Err(Error::input(part.path().display(), problem).remedy("merge with the version that ran"))
 }
 
-fn check_same(first: &ShareReader, part: &ShareReader) -> Result<()> {
+fn check_same(first: &ShardReader, part: &ShardReader) -> Result<()> {
     let (a, b) = (&first.head, &part.head);
     let what = match () {
         () if a.phylux != b.phylux => "another version of phylux",
@@ -119,7 +119,7 @@ fn check_same(first: &ShareReader, part: &ShareReader) -> Result<()> {
 }
 
 /// That sorted parts are all of so many, each once.
-fn check_complete(parts: &[ShareReader], of: usize) -> Result<()> {
+fn check_complete(parts: &[ShardReader], of: usize) -> Result<()> {
     for pair in parts.windows(2) {
         if pair[0].shard == pair[1].shard {
             let problem =
@@ -150,7 +150,7 @@ fn check_complete(parts: &[ShareReader], of: usize) -> Result<()> {
 /// The scene that the parts are of, and the settings of the run, as the part at `place` says; the scene is
 /// at `path`, if not where that says.
 fn scene_of(
-    head: &ShareHead,
+    head: &ShardHead,
     place: &Path,
     path: Option<&Path>,
 ) -> Result<(LoadedScene, Settings)> {
@@ -184,16 +184,16 @@ mod tests {
     use super::*;
     use crate::{
         formats::{
-            share_file::{FORMAT, ShareSettings, write_share},
+            shard_file::{FORMAT, ShardSettings, write_shard},
             spoil::{LEAF, SCENE, check_error, check_finite, spoiled},
             sweep_file::hash,
         },
-        transport::{shard::Shard, simulate::simulate_share},
+        transport::{shard::Shard, simulate::simulate_shard},
     };
 
     #[rustfmt::skip]
     const WORDS: &[&str] = &[
-        "null", "[", "]", "{", "}", "\"block\":", "1/2", "\"photons\":", "9007199254740992", "1000000000",
+        "null", "[", "]", "{", "}", "\"batch\":", "1/2", "\"photons\":", "9007199254740992", "1000000000",
         "2139095039", "4294967295", "1e300", "-1e300", "1e-300", "auto",
     ];
 
@@ -217,17 +217,18 @@ mod tests {
             ..loaded.settings
         };
         let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
-        let share = simulate_share(&loaded.scene, &settings, Shard::WHOLE, &control);
-        let head = ShareHead {
+        let shard_sums = simulate_shard(&loaded.scene, &settings, Shard::WHOLE, &control);
+        let head = ShardHead {
             phylux_part: "1/1".into(),
             format: FORMAT,
             phylux: VERSION.into(),
             scene: scene.display().to_string(),
             inputs,
-            settings: ShareSettings::new(&settings),
+            settings: ShardSettings::new(&settings),
         };
         let mut bytes = Vec::new();
-        write_share(&head, share.unwrap_or_else(|e| panic!("{e}")), &mut bytes).expect("memory");
+        write_shard(&head, shard_sums.unwrap_or_else(|e| panic!("{e}")), &mut bytes)
+            .expect("memory");
         vec![String::from_utf8(bytes).expect("UTF-8").leak()]
     });
 
@@ -258,7 +259,7 @@ mod tests {
                     check_finite(&result);
                 }
                 Err(error) if error.to_string().starts_with("merge: part") => {}
-                Err(error) if error.to_string().starts_with("merge: not all blocks") => {}
+                Err(error) if error.to_string().starts_with("merge: not all batches") => {}
                 Err(error) => check_error(&error, FOLDER.path()),
             }
         }

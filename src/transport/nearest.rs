@@ -13,7 +13,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, CaptorKind, Channel},
-        material::Encounter,
+        material::Interaction,
         world::Scene,
     },
     transport::photon_map::{Neighbour, PhotonMap},
@@ -160,9 +160,9 @@ fn gather(
     if face as usize >= captor.kind.channels() {
         return None;
     }
-    let shelf = (captor.first_channel + face as usize) as u32;
-    let k = k.unwrap_or_else(|| chosen_k(map.count(shelf), map.histories_on(shelf)));
-    let mut photons = map.nearest(shelf, query, k);
+    let bin = (captor.first_channel + face as usize) as u32;
+    let k = k.unwrap_or_else(|| chosen_k(map.count(bin), map.histories_on(bin)));
+    let mut photons = map.nearest(bin, query, k);
     let triangles = scene.triangles_of(captor);
     let found = photons.len();
     if found == 0 {
@@ -197,13 +197,13 @@ fn radiance<const N: usize>(
     Some(sum(scene, map, photons, |photon, weight, into| {
         let stored = &map.photons[photon];
         let surface = scene.surface(stored.triangle as usize);
-        let encounter = Encounter::new(stored.direction.unpack(), surface.normal);
+        let interaction = Interaction::new(stored.direction.unpack(), surface.normal);
         // what leaves the other side of a bent leaf is not seen from this face
         let leaves_front = outgoing.dot(surface.normal) > 0.0;
         if leaves_front != (face == Channel::Front) {
             return;
         }
-        let f: Spectrum<N> = scene.material(surface).evaluate(&encounter, outgoing);
+        let f: Spectrum<N> = scene.material(surface).evaluate(&interaction, outgoing);
         for ((sum, f), power) in into.iter_mut().zip(f.0).zip(map.power(photon)) {
             *sum += f64::from(f) * f64::from(*power) * weight;
         }

@@ -22,7 +22,7 @@ use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
         daylight::{DirectionSample, InfiniteLight},
-        material::{Encounter, Material, Onward, Transport},
+        material::{Interaction, LobeKind, Material, Transport},
         world::{LightHit, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS},
@@ -195,21 +195,21 @@ impl Path<'_, '_> {
             };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
-            let encounter = Encounter::new(leg.ray.direction, surface.normal);
-            match self.arrival_weight(&leg, &hit, encounter.cos) {
+            let interaction = Interaction::new(leg.ray.direction, surface.normal);
+            match self.arrival_weight(&leg, &hit, interaction.cos) {
                 Some(weight) => throughput = throughput.scaled(weight),
                 None => return radiance,
             }
             let here = Vertex {
                 point: hit.point,
                 step: Some(surface.normal),
-                one_sided: matches!(material, Material::Lambert(_)).then_some(encounter.normal),
+                one_sided: matches!(material, Material::Lambert(_)).then_some(interaction.normal),
             };
             let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
-            let along = |d| free * material.density(&encounter, Transport::Importance, d);
+            let along = |d| free * material.density(&interaction, Transport::Importance, d);
             let scattered = |towards: Vec3| {
-                let arriving = Encounter::new(-towards, surface.normal);
-                let f: Spectrum<N> = material.evaluate(&arriving, -encounter.direction);
+                let arriving = Interaction::new(-towards, surface.normal);
+                let f: Spectrum<N> = material.evaluate(&arriving, -interaction.direction);
                 f.scaled(arriving.cos)
             };
             if material.is_diffuse()
@@ -232,12 +232,13 @@ impl Path<'_, '_> {
                     total_reflections = 0;
                 }
                 Aim::Free => {
-                    let scatter = material.sample::<N>(&encounter, Transport::Importance, self.rng);
+                    let scatter =
+                        material.sample::<N>(&interaction, Transport::Importance, self.rng);
                     let Some(scatter) = scatter else { return radiance };
                     let before = throughput.largest();
                     throughput = throughput * scatter.factor;
                     // what a solid takes from radiance on entry it gives back on exit
-                    if !(scatter.crosses && scatter.onward == Onward::Specular) {
+                    if !(scatter.crosses && scatter.lobe == LobeKind::Specular) {
                         kept *= throughput.largest() / before;
                     }
                     if kept < LEAST {
@@ -254,13 +255,14 @@ impl Path<'_, '_> {
                     if total_reflections == MAX_TOTAL_REFLECTIONS {
                         break;
                     }
-                    let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+                    let side =
+                        if scatter.crosses { -interaction.normal } else { interaction.normal };
                     let ray = scene.leave(hit.point, side, scatter.direction);
-                    leg = match scatter.onward {
+                    leg = match scatter.lobe {
                         // what is beyond a pane can be joined with the vertex before it
-                        Onward::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
-                        Onward::Specular => Leg { ray, density: None, aimed: None, ..leg },
-                        Onward::Diffuse => {
+                        LobeKind::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
+                        LobeKind::Specular => Leg { ray, density: None, aimed: None, ..leg },
+                        LobeKind::Diffuse => {
                             let density = Some(along(scatter.direction));
                             Leg { at: here, ray, density, aimed: None, unbroken: true }
                         }

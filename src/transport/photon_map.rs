@@ -5,13 +5,13 @@ use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
+mod collect;
 mod direction;
-mod pieces;
 #[cfg(test)]
 mod tests;
 
+pub use collect::{MapBuilder, TaskArrivals, TaskKey};
 pub use direction::PackedDirection;
-pub use pieces::{MapBuilder, Piece, PieceKey};
 
 /// A photon that arrived on, or crossed, a surface.
 #[derive(Clone, Copy, Debug)]
@@ -19,12 +19,12 @@ pub struct Arrival {
     /// Where, relative to the centre of the scene, m.
     pub position: Vec3,
     /// What it is filed under: a channel of a captor, for a run.
-    pub shelf: u32,
+    pub bin: u32,
     /// The rest of it.
     pub photon: StoredPhoton,
 }
 
-/// What a map keeps of an arrival beside its power: the place is kept by the tree of its shelf.
+/// What a map keeps of an arrival beside its power: the place is kept by the tree of its bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoredPhoton {
     /// The way it travelled.
@@ -33,7 +33,7 @@ pub struct StoredPhoton {
     pub triangle: u32,
     /// Index of the light that it came from.
     pub light: u32,
-    /// Index of its history in the piece; in a map, among the histories that it holds.
+    /// Index of its history in the task; in a map, among the histories that it holds.
     pub history: u32,
 }
 
@@ -46,24 +46,24 @@ pub struct Way {
     pub mirrored: bool,
 }
 
-/// Stored photons, shelf by shelf, with a tree over each large shelf.
+/// Stored photons, bin by bin, with a tree over each large bin.
 pub struct PhotonMap {
-    /// All photons; those of one shelf stand side by side.
+    /// All photons; those of one bin stand side by side.
     pub photons: Arc<Vec<StoredPhoton>>,
     power: Vec<f32>,
     ways: Vec<Way>,
     bands: usize,
     /// The histories that these are all arrivals of.
     pub histories: u64,
-    shelves: Arc<BTreeMap<u32, Shelf>>,
+    bins: Arc<BTreeMap<u32, Bin>>,
 }
 
-struct Shelf {
+struct Bin {
     range: Range<usize>,
     places: Places,
 }
 
-/// Where the photons of a shelf are.
+/// Where the photons of a bin are.
 enum Places {
     /// One by one: few, or such as kiddo refuses.
     List(Vec<Vec3>),
@@ -80,7 +80,7 @@ pub struct Neighbour {
     pub distance2: f32,
 }
 
-/// Shelves of at most this many arrivals are searched one by one.
+/// Bins of at most this many arrivals are searched one by one.
 const SMALL_SHELF: usize = 1024;
 
 impl PhotonMap {
@@ -104,15 +104,15 @@ impl PhotonMap {
         assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
         let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
         let mut order: Vec<u32> = (0..count).collect();
-        order.sort_by_key(|&i| arrivals[i as usize].shelf);
+        order.sort_by_key(|&i| arrivals[i as usize].bin);
         let arrival = |&i: &u32| &arrivals[i as usize];
-        let mut shelves = BTreeMap::new();
+        let mut bins = BTreeMap::new();
         let mut first = 0;
-        for shelf in order.chunk_by(|a, b| arrival(a).shelf == arrival(b).shelf) {
-            let range = first..first + shelf.len();
+        for bin in order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin) {
+            let range = first..first + bin.len();
             first = range.end;
-            let places = Places::of(shelf.iter().map(|i| arrival(i).position));
-            shelves.insert(arrival(&shelf[0]).shelf, Shelf { range, places });
+            let places = Places::of(bin.iter().map(|i| arrival(i).position));
+            bins.insert(arrival(&bin[0]).bin, Bin { range, places });
         }
         let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
         drop(arrivals);
@@ -120,8 +120,8 @@ impl PhotonMap {
         order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
         let ways =
             if ways.is_empty() { ways } else { order.iter().map(|&i| ways[i as usize]).collect() };
-        let (photons, shelves) = (Arc::new(photons), Arc::new(shelves));
-        Self { photons, power: sorted, ways, bands, histories, shelves }
+        let (photons, bins) = (Arc::new(photons), Arc::new(bins));
+        Self { photons, power: sorted, ways, bands, histories, bins }
     }
 
     /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
@@ -140,7 +140,7 @@ impl PhotonMap {
             photons: self.photons.clone(),
             ways: self.ways.clone(),
             power: power.collect(),
-            shelves: self.shelves.clone(),
+            bins: self.bins.clone(),
             ..*self
         }
     }
@@ -154,7 +154,7 @@ impl PhotonMap {
     /// trees to rounding.
     pub fn positions(&self) -> Vec<Vec3> {
         let mut positions = vec![Vec3::ZERO; self.photons.len()];
-        for Shelf { range, places } in self.shelves.values() {
+        for Bin { range, places } in self.bins.values() {
             let positions = &mut positions[range.clone()];
             match places {
                 Places::List(places) => positions.copy_from_slice(places),
@@ -166,23 +166,22 @@ impl PhotonMap {
         positions
     }
 
-    /// How many photons a shelf has.
-    pub fn count(&self, shelf: u32) -> usize {
-        self.shelves.get(&shelf).map_or(0, |shelf| shelf.range.len())
+    /// How many photons a bin has.
+    pub fn count(&self, bin: u32) -> usize {
+        self.bins.get(&bin).map_or(0, |bin| bin.range.len())
     }
 
     /// How many histories these are of.
-    pub fn histories_on(&self, shelf: u32) -> usize {
-        let Some(Shelf { range, .. }) = self.shelves.get(&shelf) else { return 0 };
+    pub fn histories_on(&self, bin: u32) -> usize {
+        let Some(Bin { range, .. }) = self.bins.get(&bin) else { return 0 };
         // they are stored in the order of their histories
         self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count()
     }
 
-    /// The `k` (at least 1) photons of a shelf nearest to `point`, nearest first; fewer where the
-    /// shelf has fewer.
-    pub fn nearest(&self, shelf: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
-        let (Some(Shelf { range, places }), Some(k)) = (self.shelves.get(&shelf), NonZero::new(k))
-        else {
+    /// The `k` (at least 1) photons of a bin nearest to `point`, nearest first; fewer where the
+    /// bin has fewer.
+    pub fn nearest(&self, bin: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
+        let (Some(Bin { range, places }), Some(k)) = (self.bins.get(&bin), NonZero::new(k)) else {
             return Vec::new();
         };
         let mut found = places.nearest(point, k);

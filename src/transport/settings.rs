@@ -56,7 +56,7 @@ pub struct Settings {
     pub tolerance: Option<f64>,
     /// With a tolerance: the most histories, if they are limited.
     pub tolerance_limit: Option<u64>,
-    /// Ends at the first block border after this time.
+    /// Ends at the first batch border after this time.
     pub max_time: Option<Duration>,
     /// Whether results are split by light; of photons only.
     pub by_light: bool,

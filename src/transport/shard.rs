@@ -4,7 +4,7 @@ use std::{fmt, ops::Range};
 
 use crate::transport::settings::Checked;
 
-/// A fixed share of the runs of a sweep, or of the blocks of a run.
+/// A fixed share of the runs of a sweep, or of the batches of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     index: usize,

@@ -1,17 +1,17 @@
-//! Blocks, threads, ordered merge: from a scene and settings to totals and a photon map.
+//! Batches, threads, ordered merge: from a scene and settings to totals and a photon map.
 //!
-//! A run is cut into blocks of histories, a block into pieces. Each piece emits every light in its
-//! exact share, and random streams belong to (seed, purpose, block, history): so neither the number of
+//! A run is cut into batches of histories, a batch into tasks. Each task emits every light in its
+//! exact share, and random streams belong to (seed, purpose, batch, history): so neither the number of
 //! threads nor the moment at which a run ends early can be seen in what it found.
 
 mod accuracy;
-mod blocks;
+mod batches;
 mod memory;
 mod mixed;
-mod piece;
-mod plan;
-mod share;
+mod schedule;
+mod shard;
 mod surfaces;
+mod task;
 mod trial;
 mod until;
 
@@ -36,18 +36,18 @@ use crate::{
 };
 
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
-pub use plan::BLOCKS;
-use plan::Plan;
-pub use share::{Joined, Share, check_shareable, simulate_share};
+pub use schedule::BATCHES;
+use schedule::Schedule;
+pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
 pub use surfaces::light_surfaces;
 pub use trial::Choice;
 
-/// Histories of a piece, unless there are more lights than that.
-const PIECE: u64 = 1024;
+/// Histories of a task, unless there are more lights than that.
+const TASK: u64 = 1024;
 /// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
 /// The most memory that the photon map may take, bytes. Building it takes twice as much, and in a
-/// room of mirrors the piece of each thread may be as large.
+/// room of mirrors the task of each thread may be as large.
 const MAX_MAP_BYTES: usize = 1 << 30;
 
 /// How far a run has come.
@@ -163,7 +163,7 @@ enum Keep<'a> {
 
 /// What one history is.
 enum Work<'a> {
-    /// A photon; the lights' shares in a piece of the usual length.
+    /// A photon; the lights' shares in a task of the usual length.
     Photons(Strata),
     /// A path from each of these faces, and the reflectors that they aim at.
     Paths(Vec<Face<'a>>, Option<Reflectors>),
@@ -184,8 +184,8 @@ impl<'a> Run<'a> {
         let work = match settings.estimator {
             // what a trial finds cheaper is known by now
             Estimator::Photons | Estimator::Auto => {
-                let piece = PIECE.max((scene.sources() as u64).next_power_of_two());
-                Work::Photons(Strata::new(&scene.lights, piece, scene.lanes()))
+                let task = TASK.max((scene.sources() as u64).next_power_of_two());
+                Work::Photons(Strata::new(&scene.lights, task, scene.lanes()))
             }
             Estimator::Paths if !part_of.is_empty() => {
                 let problem = "only photons know which light they come from";
@@ -223,12 +223,12 @@ impl<'a> Run<'a> {
         Totals::new(self.scene, parts(&self.part_of))
     }
 
-    /// Histories of a piece of the usual length.
-    fn full_piece(&self) -> u64 {
+    /// Histories of a task of the usual length.
+    fn full_task(&self) -> u64 {
         match &self.work {
             Work::Photons(strata) => strata.histories(),
             // about as many paths in all
-            Work::Paths(faces, _) => (PIECE / faces.len() as u64).max(1),
+            Work::Paths(faces, _) => (TASK / faces.len() as u64).max(1),
         }
     }
 
@@ -240,10 +240,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn plan(&self, histories: u64) -> Result<Plan> {
+    fn schedule(&self, histories: u64) -> Result<Schedule> {
         if let Work::Paths(..) = self.work {
             let each = (histories / self.unit()).max(MIN_PATHS);
-            return Ok(Plan::new(each, 1, self.full_piece()));
+            return Ok(Schedule::new(each, 1, self.full_task()));
         }
         let lights = self.scene.sources() as u64;
         if histories < lights {
@@ -255,7 +255,7 @@ impl<'a> Run<'a> {
             return Err(Error::input("photons", problem)
                 .remedy(format!("{each} needs one: ask for at least {lights}")));
         }
-        Ok(Plan::new(histories, lights, self.full_piece()))
+        Ok(Schedule::new(histories, lights, self.full_task()))
     }
 
     fn go<const N: usize>(&self) -> Result<Simulation> {
@@ -265,15 +265,15 @@ impl<'a> Run<'a> {
                 self.until_accurate::<N>(tolerance, self.settings.tolerance_limit)
             }
             (None, None) => {
-                let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
                 let (mut totals, map) = (self.totals(), self.map_builder());
-                let of = Some(plan.histories * self.unit());
-                self.round::<N>(&plan, 0, of, &mut totals, map.as_ref())?;
-                self.finish::<N>(totals, map, &plan, End::Photons)
+                let of = Some(schedule.histories * self.unit());
+                self.round::<N>(&schedule, 0, of, &mut totals, map.as_ref())?;
+                self.finish::<N>(totals, map, &schedule, End::Photons)
             }
             (None, Some(limit)) => {
-                let plan = self.plan(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
-                self.until_time::<N>(&plan, limit)
+                let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                self.until_time::<N>(&schedule, limit)
             }
         }
     }
@@ -294,12 +294,12 @@ impl<'a> Run<'a> {
         &self,
         mut totals: Totals,
         map: Option<Mutex<MapBuilder>>,
-        plan: &Plan,
+        schedule: &Schedule,
         end: End,
     ) -> Result<Simulation> {
         let map = map.map(|map| {
             let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
-            builder.build(totals.histories, |key| plan.histories_before(key))
+            builder.build(totals.histories, |key| schedule.histories_before(key))
         });
         totals.histories *= self.unit();
         let unseen = match self.work {

@@ -15,7 +15,7 @@ use crate::{
         spectrum::{Spectrum, with_lanes},
     },
     scene::{
-        material::{Encounter, Material, Transport},
+        material::{Interaction, Material, Transport},
         patches::Patches,
         world::Scene,
     },
@@ -115,13 +115,13 @@ impl<'a> SurfaceLight<'a> {
     }
 
     /// Sum over the photons on some `faces` (front, back) of their power times what `score` makes of
-    /// the material and their encounter with it, per area.
+    /// the material and their interaction with it, per area.
     fn sum<const N: usize>(
         &self,
         triangle: usize,
         point: Vec3,
         faces: [bool; 2],
-        score: impl Fn(&Material, &Encounter, usize) -> Spectrum<N>,
+        score: impl Fn(&Material, &Interaction, usize) -> Spectrum<N>,
     ) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
         let material = self.scene.material(surface);
@@ -134,10 +134,10 @@ impl<'a> SurfaceLight<'a> {
                 let direction = stored.direction.unpack();
                 // it came to this face, with the slope of the triangle that it met
                 let own = self.scene.surface(stored.triangle as usize).normal;
-                let at = Encounter {
+                let at = Interaction {
                     normal: if front { surface.normal } else { -surface.normal },
                     front,
-                    ..Encounter::new(direction, own)
+                    ..Interaction::new(direction, own)
                 };
                 let scored = score(material, &at, photon.index);
                 let power = self.map.power(photon.index);
@@ -153,7 +153,7 @@ impl<'a> SurfaceLight<'a> {
     /// the ball that it spans; with fewer than k all of them, and all of its area.
     fn gather(&self, triangle: usize, front: bool, point: Vec3) -> Option<Gathered> {
         let patch = self.patches.of(triangle);
-        let mut photons = self.map.nearest(self.patches.shelf(triangle, front), point, self.k);
+        let mut photons = self.map.nearest(self.patches.bin(triangle, front), point, self.k);
         let mut area = self.patches.area(patch);
         if photons.len() == self.k {
             let radius = photons.pop()?.distance2.sqrt();

@@ -1,4 +1,4 @@
-//! Tallies: what arrived where, in sums over a block of histories.
+//! Tallies: what arrived where, in sums over a batch of histories.
 
 mod sums;
 mod totals;
@@ -185,14 +185,14 @@ impl Tally {
         }
         match *event {
             Event::Crossing { .. } => {}
-            Event::Arrival { surface, encounter, power, scattered, .. } => {
+            Event::Arrival { surface, interaction, power, scattered, .. } => {
                 self.segments += 1;
                 let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];
                 for b in 0..self.bands {
                     absorbed[b] += (f64::from(power.0[b]) - f64::from(scattered.0[b])) * weights[b];
                 }
                 if let Some(Counted { captor, .. }) = counted {
-                    let absorbed = match scene.material(surface).absorptance::<N>(encounter) {
+                    let absorbed = match scene.material(surface).absorptance::<N>(interaction) {
                         Some(absorptance) => *power * absorptance,
                         None => power.zip(*scattered, |before, after| before - after),
                     };

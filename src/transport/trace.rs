@@ -6,7 +6,7 @@ use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
         captor::{Captor, Channel},
-        material::{Encounter, Onward, Scatter, Transport},
+        material::{BsdfSample, Interaction, LobeKind, Transport},
         world::{Crossing, Scene, Surface, SurfaceHit},
     },
 };
@@ -35,13 +35,13 @@ pub enum Event<'a, const N: usize> {
         /// That triangle.
         surface: &'a Surface,
         /// How it comes.
-        encounter: &'a Encounter,
+        interaction: &'a Interaction,
         /// What it brings.
         power: &'a Spectrum<N>,
         /// What it carries on.
         scattered: &'a Spectrum<N>,
         /// How it goes on, if it does.
-        onward: Option<Onward>,
+        lobe: Option<LobeKind>,
     },
     /// It leaves the scene.
     Escaped {
@@ -77,8 +77,8 @@ impl<const N: usize> Event<'_, N> {
     pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, N>> {
         let (captor, front, power) = match *self {
             Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
-            Self::Arrival { surface, encounter, power, .. } => {
-                (surface.captor()?, encounter.front, power)
+            Self::Arrival { surface, interaction, power, .. } => {
+                (surface.captor()?, interaction.front, power)
             }
             Self::Escaped { .. } | Self::Lost(_) => return None,
         };
@@ -110,14 +110,14 @@ pub fn trace<const N: usize>(
             return on(Event::Escaped { power: &power, missed: interactions == 0 });
         };
         let surface = scene.surface(hit.triangle);
-        let encounter = &Encounter::new(direction, surface.normal);
-        let scatter = scene.material(surface).sample::<N>(encounter, Transport::Light, rng);
+        let interaction = &Interaction::new(direction, surface.normal);
+        let scatter = scene.material(surface).sample::<N>(interaction, Transport::Light, rng);
         let scattered = &scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
-        let onward = scatter.map(|scatter| scatter.onward);
-        on(Event::Arrival { hit, surface, encounter, power: &power, scattered, onward });
+        let lobe = scatter.map(|scatter| scatter.lobe);
+        on(Event::Arrival { hit, surface, interaction, power: &power, scattered, lobe });
 
         if flights > 1 {
-            split_at_surface(scene, hit, encounter, shared, flights, rng, &mut on);
+            split_at_surface(scene, hit, interaction, shared, flights, rng, &mut on);
         }
         let Some(scatter) = scatter else { return };
         if scattered.is_zero() {
@@ -128,7 +128,7 @@ pub fn trace<const N: usize>(
         if total_reflections == MAX_TOTAL_REFLECTIONS {
             break;
         }
-        ray = leave(scene, hit, encounter, &scatter);
+        ray = leave(scene, hit, interaction, &scatter);
     }
     on(Event::Lost(&power));
 }
@@ -159,7 +159,7 @@ pub fn split_at_light<const N: usize>(
 fn split_at_surface<const N: usize>(
     scene: &Scene,
     hit: &SurfaceHit,
-    encounter: &Encounter,
+    interaction: &Interaction,
     shared: &Spectrum<N>,
     flights: usize,
     rng: &mut Stream,
@@ -167,8 +167,8 @@ fn split_at_surface<const N: usize>(
 ) {
     let material = scene.material(scene.surface(hit.triangle));
     for _ in 1..flights {
-        if let Some(scatter) = material.sample::<N>(encounter, Transport::Light, rng) {
-            let ray = leave(scene, hit, encounter, &scatter);
+        if let Some(scatter) = material.sample::<N>(interaction, Transport::Light, rng) {
+            let ray = leave(scene, hit, interaction, &scatter);
             glance(scene, &ray, &(*shared * scatter.factor), &mut on);
         }
     }
@@ -191,9 +191,9 @@ fn glance<const N: usize>(
 fn leave<const N: usize>(
     scene: &Scene,
     hit: &SurfaceHit,
-    encounter: &Encounter,
-    scatter: &Scatter<N>,
+    interaction: &Interaction,
+    scatter: &BsdfSample<N>,
 ) -> Ray {
-    let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+    let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
     scene.leave(hit.point, side, scatter.direction)
 }

@@ -244,7 +244,7 @@ fn warnings_are_counted() {
         assert!(output.status.success());
         let said = stderr(&output);
         let expected = "warning: 1 run: few photons on a face of a captor\n\
-                        warning: 1 run: standard errors come from few blocks\n";
+                        warning: 1 run: standard errors come from few batches\n";
         assert_eq!(said, expected);
     }
     assert_eq!(column(&folder, "out/captors.csv", "few_paths"), ["0"; 6]);

@@ -17,7 +17,7 @@ pub struct Arguments {
     /// Picture: .png, or .exr for the numbers (W/m2/sr, W/m2); may be given twice for both
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
-    /// What to show: what an eye sees, or in false colour the light that arrives at or is absorbed by
+    /// What to show: what a camera sees, or in false colour the light that arrives at or is absorbed by
     /// every surface, the captors by their results, the photons themselves
     #[arg(long, value_enum, default_value = "radiance")]
     pub show: What,

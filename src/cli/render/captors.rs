@@ -5,7 +5,7 @@ use crate::{
     error::Result,
     formats::scene_file::LoadedScene,
     results::{result::RunResult, saved::ResultsFile},
-    show::render::Eye,
+    show::render::Viewpoint,
     transport::{settings::Settings, simulate::simulate},
 };
 
@@ -36,8 +36,9 @@ impl Task<'_> {
         };
         let all = (0..faces.len()).flat_map(|c| [value(c, true), value(c, false)]).flatten();
         let scale = self.scale(all.collect(), 1.0);
-        let picture =
-            self.pale(Eye::sight, |captor, front| value(captor, front).map(|v| scale.colour(v)))?;
+        let picture = self.pale(Viewpoint::sight, |captor, front| {
+            value(captor, front).map(|v| scale.colour(v))
+        })?;
         let unit = self.scene.quantity.unit_names().irradiance;
         let legend = self.legend("irradiance", &unit, scale);
         Ok(Made { picture: picture.with_bar(&legend), pixels: None, words })

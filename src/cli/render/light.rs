@@ -1,4 +1,4 @@
-//! Pictures of light: what an eye sees, and false colours.
+//! Pictures of light: what a camera sees, and false colours.
 
 use glam::Vec3;
 

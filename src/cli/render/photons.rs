@@ -10,16 +10,16 @@ use crate::{
     error::Result,
     show::{
         picture::Legend,
-        render::{Eye, path_dots, photon_dots},
+        render::{Viewpoint, path_dots, photon_dots},
     },
 };
 
 impl Task<'_> {
     pub fn photons(&self) -> Result<Made> {
         let light = self.light()?;
-        let mut picture = self.pale(Eye::surface, |_, _| None)?;
+        let mut picture = self.pale(Viewpoint::surface, |_, _| None)?;
         let dots = self.watched("photons", |control| {
-            photon_dots(&light, &self.eye, self.settings.threads, control)
+            photon_dots(&light, &self.viewpoint, self.settings.threads, control)
         })?;
         let map = &light.map;
         let power = |i: usize| {
@@ -50,8 +50,9 @@ impl Task<'_> {
         }
         const PATH: Vec3 = Vec3::new(0.85, 0.1, 0.1);
         let (paths, seed) = (self.arguments.paths, self.settings.seed);
-        let path_dots = self
-            .watched("paths", |control| path_dots(self.scene, &self.eye, paths, seed, control))?;
+        let path_dots = self.watched("paths", |control| {
+            path_dots(self.scene, &self.viewpoint, paths, seed, control)
+        })?;
         for dot in path_dots {
             draw(dot.at, PATH);
         }

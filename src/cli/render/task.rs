@@ -14,7 +14,7 @@ use crate::{
     scene::world::Scene,
     show::{
         picture::{Legend, PAPER, Picture, Scale},
-        render::{Eye, Pixels, Sampling, Show, Sight, check_size, painted, render},
+        render::{FirstVisible, Pixels, Sampling, Show, Viewpoint, check_size, painted, render},
     },
     transport::{
         settings::Settings,
@@ -44,9 +44,9 @@ pub(super) fn make(
         Some((low, high)) => Some(Scale::new(low, high, arguments.log)?),
         None => None,
     };
-    let eye = arguments.view.eye(loaded)?;
+    let viewpoint = arguments.view.viewpoint(loaded)?;
     // before photons are traced for it
-    check_size(&eye, scene.bands.len().max(3))?;
+    check_size(&viewpoint, scene.bands.len().max(3))?;
     let few = if arguments.show == What::Photons { DOTS } else { settings.map_photons };
     let settings = Settings {
         photons: None,
@@ -58,7 +58,7 @@ pub(super) fn make(
     };
     let sampling =
         Sampling { rays: arguments.rays, seed: settings.seed, threads: settings.threads };
-    let task = Task { arguments, scene, eye, settings, sampling, band, scale, interrupt };
+    let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, interrupt };
     match arguments.show {
         What::Radiance => task.radiance(),
         What::Irradiance => task.false_colour(Show::Irradiance),
@@ -109,7 +109,7 @@ fn chosen_bands(scene: &Scene, name: Option<&str>) -> Result<ChosenBands> {
 pub(super) struct Task<'a> {
     pub arguments: &'a Arguments,
     pub scene: &'a Scene,
-    pub eye: Eye<'a>,
+    pub viewpoint: Viewpoint<'a>,
     pub settings: Settings,
     pub sampling: Sampling,
     pub band: ChosenBands,
@@ -135,7 +135,9 @@ impl<'a> Task<'a> {
     }
 
     pub fn pixels(&self, light: &SurfaceLight, show: Show) -> Result<Pixels> {
-        self.watched("pixels", |control| render(light, &self.eye, show, self.sampling, control))
+        self.watched("pixels", |control| {
+            render(light, &self.viewpoint, show, self.sampling, control)
+        })
     }
 
     /// The user's, or one that a share of the values is inside.
@@ -152,18 +154,18 @@ impl<'a> Task<'a> {
     /// the face seen.
     pub fn pale(
         &self,
-        see: impl Fn(&Eye<'a>, &Ray) -> Sight + Sync,
+        see: impl Fn(&Viewpoint<'a>, &Ray) -> FirstVisible + Sync,
         colour: impl Fn(usize, bool) -> Option<Vec3> + Sync,
     ) -> Result<Picture> {
-        let paint = |ray: &Ray| match see(&self.eye, ray) {
-            Sight::Nothing => PAPER,
-            Sight::Thing { cos, captor, front } => captor
+        let paint = |ray: &Ray| match see(&self.viewpoint, ray) {
+            FirstVisible::Nothing => PAPER,
+            FirstVisible::Thing { cos, captor, front } => captor
                 .and_then(|captor| colour(captor, front))
                 .unwrap_or(Vec3::splat(0.72 + 0.2 * cos)),
         };
-        let colours =
-            self.watched("pixels", |control| painted(&self.eye, self.sampling, control, paint))?;
-        Ok(Picture::new(self.eye.camera.width, colours.into_iter()))
+        let colours = self
+            .watched("pixels", |control| painted(&self.viewpoint, self.sampling, control, paint))?;
+        Ok(Picture::new(self.viewpoint.camera.width, colours.into_iter()))
     }
 }
 

@@ -7,14 +7,14 @@ use crate::{
     error::{Error, Result},
     formats::scene_file::LoadedScene,
     scene::camera::View,
-    show::render::Eye,
+    show::render::Viewpoint,
     transport::settings::Checked,
 };
 
 /// The camera; what is not given is the scene's, or chosen.
 #[derive(Args)]
 pub struct ViewArguments {
-    /// Where the eye is, in the scene's unit of length [default: the scene's camera, or outside with
+    /// Where the camera is, in the scene's unit of length [default: the scene's camera, or outside with
     /// what is in the way cut off]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
     position: Option<DVec3>,
@@ -49,15 +49,15 @@ fn fov(text: &str) -> Checked<f64> {
 }
 
 impl ViewArguments {
-    /// The eye that looks at the scene.
-    pub fn eye<'a>(&self, loaded: &'a LoadedScene) -> Result<Eye<'a>> {
+    /// The camera that looks at the scene.
+    pub fn viewpoint<'a>(&self, loaded: &'a LoadedScene) -> Result<Viewpoint<'a>> {
         let LoadedScene { scene, unit, view, .. } = loaded;
         let pixels = |asked: Option<u64>, own: usize| asked.map_or(own, |n| n as usize);
         let (width, height) = view.map_or(View::SIZE, |view| (view.width, view.height));
         let size = (pixels(self.width, width), pixels(self.height, height));
         let base = match view {
             Some(view) => *view,
-            None => Eye::choose_view(scene, size)?,
+            None => Viewpoint::choose_view(scene, size)?,
         };
         let metres = |point: DVec3| point * unit.metres();
         let seen = View {
@@ -71,8 +71,8 @@ impl ViewArguments {
         seen.check_directions().map_err(|why| {
             Error::input("camera", why).remedy("move one of them, or give another --up")
         })?;
-        let eye = Eye::new(scene, &seen)?;
+        let viewpoint = Viewpoint::new(scene, &seen)?;
         let chosen = view.is_none() && self.position.is_none();
-        Ok(if chosen { eye.cut_open() } else { eye })
+        Ok(if chosen { viewpoint.cut_open() } else { viewpoint })
     }
 }

@@ -267,7 +267,7 @@ impl Loader<'_> {
         let half_angle = half_angle.to_radians();
         let (suns, normal, horizontal) = match &light.irradiance {
             Some(irradiance) => {
-                self.refuse_share(pointer, &light.share)?;
+                self.refuse_shard(pointer, &light.share)?;
                 let sun = self.position(pointer, sky)?;
                 let normal = self.per_band(&format!("{pointer}/irradiance"), irradiance, 1e9)?;
                 if normal.iter().any(|&e| e > 0.0) && sun.elevation <= 0.0 {
@@ -310,7 +310,7 @@ impl Loader<'_> {
         let model = self.sky_model(pointer, light)?;
         let (map, horizontal) = match &light.irradiance {
             Some(irradiance) => {
-                self.refuse_share(pointer, &light.share)?;
+                self.refuse_shard(pointer, &light.share)?;
                 if model == SkyModel::Perez {
                     return Err(self
                         .error(
@@ -460,7 +460,7 @@ impl Loader<'_> {
         })
     }
 
-    fn refuse_share(&self, pointer: &str, share: &Option<PerBand>) -> Result<()> {
+    fn refuse_shard(&self, pointer: &str, share: &Option<PerBand>) -> Result<()> {
         match share {
             None => Ok(()),
             Some(_) => Err(self

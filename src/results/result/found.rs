@@ -20,8 +20,8 @@ use crate::{
     },
 };
 
-/// Part of the squared deviations in one block above which few paths have made them; the odds that
-/// one of 128 normal blocks exceeds it are 1e-7.
+/// Part of the squared deviations in one batch above which few paths have made them; the odds that
+/// one of 128 normal batches exceeds it are 1e-7.
 const CONCENTRATED: f64 = 0.25;
 
 impl RunResult {
@@ -59,7 +59,7 @@ impl RunResult {
             scene: scene.name.clone(),
             seed: settings.seed,
             photons: totals.histories,
-            blocks: totals.blocks,
+            batches: totals.batches,
             estimator: simulation.estimator,
             splitting: (flights > 1 && !of_paths).then_some(flights),
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
@@ -118,8 +118,8 @@ impl WorstResult {
     /// With the names that captor and band have in `scene`.
     pub fn new(scene: &Scene, worst: &Worst) -> Self {
         let (captor, face, band) = names(scene, &worst.at);
-        let Worst { relative_error, blocks_with_light, .. } = *worst;
-        Self { captor, face: face.into(), band, relative_error, blocks_with_light }
+        let Worst { relative_error, batches_with_light, .. } = *worst;
+        Self { captor, face: face.into(), band, relative_error, batches_with_light }
     }
 }
 
@@ -299,7 +299,7 @@ struct Sums {
 impl Sums {
     fn of(totals: &Totals, channel: usize) -> Self {
         let estimates: Vec<_> =
-            totals.running(channel).iter().map(|r: &Running| r.estimate(totals.blocks)).collect();
+            totals.running(channel).iter().map(|r: &Running| r.estimate(totals.batches)).collect();
         let arrived = |mean: f64| mean != 0.0;
         Self {
             mean: estimates.iter().map(|e| e.mean).collect(),
@@ -313,7 +313,7 @@ impl Sums {
 
 fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
     let totals = &simulation.totals;
-    let concentrated = |r: &Running| r.concentration(totals.blocks) > CONCENTRATED;
+    let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
     let of_paths = simulation.estimator == Estimator::Paths;
     FaceResult {
         few_paths: of_paths && totals.running(channel).iter().any(concentrated),

@@ -5,9 +5,9 @@ use crate::transport::settings::Estimator;
 
 /// Share of the emitted power above which lost power is warned of.
 const MUCH_LOST: f64 = 1e-3;
-/// Blocks below which standard errors are off by more than a fifth: their own relative error is
-/// 1 / sqrt(2 (blocks - 1)).
-const FEW_BLOCKS: u64 = 16;
+/// Batches below which standard errors are off by more than a fifth: their own relative error is
+/// 1 / sqrt(2 (batches - 1)).
+const FEW_BATCHES: u64 = 16;
 /// Histories below which a value and its error are not reliable.
 const FEW_HISTORIES: u64 = 30;
 /// One thing that a user should know.
@@ -53,15 +53,15 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             ),
         );
     }
-    match result.blocks {
+    match result.batches {
         1 => warn(
-            "one block: no standard error is known",
-            "one block: no standard error is known; trace more".into(),
+            "one batch: no standard error is known",
+            "one batch: no standard error is known; trace more".into(),
         ),
-        blocks if blocks < FEW_BLOCKS => warn(
-            "standard errors come from few blocks",
+        batches if batches < FEW_BATCHES => warn(
+            "standard errors come from few batches",
             format!(
-                "the standard errors come from {blocks} blocks only and are rough themselves; trace more"
+                "the standard errors come from {batches} batches only and are rough themselves; trace more"
             ),
         ),
         _ => {}

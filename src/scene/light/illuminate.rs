@@ -25,7 +25,7 @@ pub struct LightSample {
 
 /// How bright a light's surface is, per W of its power.
 #[derive(Clone, Copy, Debug)]
-pub struct Shine {
+pub struct EmittedRadiance {
     /// Radiance, 1/(m2 sr).
     pub radiance: f32,
     /// Area that emits, m2.
@@ -40,7 +40,7 @@ pub struct TubeHit {
     /// Cosine to the tube's normal.
     pub cos: f32,
     /// How bright it is there.
-    pub shine: Shine,
+    pub shine: EmittedRadiance,
 }
 
 impl Light {
@@ -136,12 +136,12 @@ impl Light {
 
     /// Radiance per W of power, 1/(m2 sr), of an area light's triangle for a ray that meets it from
     /// its front or back, and the area that emits, m2; none where that side is dark.
-    pub fn shine(&self, front: bool) -> Option<Shine> {
+    pub fn shine(&self, front: bool) -> Option<EmittedRadiance> {
         match &self.emitter {
             Emitter::Area { surface, two_sided } if front || *two_sided => {
                 let area = surface.area() as f32;
                 let sides = if *two_sided { 2.0 } else { 1.0 };
-                Some(Shine { radiance: 1.0 / (PI * area * sides), area })
+                Some(EmittedRadiance { radiance: 1.0 / (PI * area * sides), area })
             }
             _ => None,
         }
@@ -172,7 +172,11 @@ impl Light {
         }
         let area = 2.0 * PI * radius * line.length;
         let cos = (half * d2.sqrt() / r) as f32;
-        Some(TubeHit { t: t as f32, cos, shine: Shine { radiance: 1.0 / (PI * area), area } })
+        Some(TubeHit {
+            t: t as f32,
+            cos,
+            shine: EmittedRadiance { radiance: 1.0 / (PI * area), area },
+        })
     }
 }
 

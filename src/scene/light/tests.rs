@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::math::odds::{SphereBins, assert_counts, assert_share};
+use crate::math::odds::{SphereBins, assert_counts, assert_shard};
 
 const PHOTONS: u64 = 400_000;
 const CENTER: DVec3 = DVec3::new(3.0, -2.0, 1.0);
@@ -193,7 +193,7 @@ fn area_light_is_uniform_and_lambertian() {
             .collect();
         assert_counts("area light", &counts, &expected);
         let back: u64 = counts[..5 * 64].iter().sum();
-        assert_share("back", back, PHOTONS, share(0));
+        assert_shard("back", back, PHOTONS, share(0));
     }
 }
 

@@ -1,7 +1,8 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
 use super::{
-    Checked, Encounter, Fresnel, Lobe, Onward, Scatter, Transport, check_ior, choose, complement,
+    BsdfSample, Checked, Fresnel, Interaction, Lobe, LobeKind, Transport, check_ior, choose,
+    complement,
 };
 use crate::math::{rng::Stream, spectrum::Spectrum};
 
@@ -31,17 +32,17 @@ impl Dielectric {
 
     /// Index beyond the surface relative to the index on the side of incidence.
     #[inline]
-    fn eta(&self, at: &Encounter) -> f32 {
+    fn eta(&self, at: &Interaction) -> f32 {
         if at.front { self.ior } else { 1.0 / self.ior }
     }
 
     #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], transport, rng)?;
@@ -57,9 +58,9 @@ impl Dielectric {
     /// Both ways on, each with the fraction that it carries.
     pub(super) fn ways<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
-    ) -> [Option<Scatter<N>>; 2] {
+    ) -> [Option<BsdfSample<N>>; 2] {
         let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
         let beyond = self.tint.fraction().scaled(1.0 - reflected);
@@ -71,19 +72,23 @@ impl Dielectric {
     }
 
     #[inline]
-    fn reflected<const N: usize>(at: &Encounter, fresnel: &Fresnel, fraction: f32) -> Scatter<N> {
-        let scatter = Scatter::specular(at.mirrored(), Spectrum::ONE.scaled(fraction), false);
-        Scatter { total_reflection: fresnel.is_total(), ..scatter }
+    fn reflected<const N: usize>(
+        at: &Interaction,
+        fresnel: &Fresnel,
+        fraction: f32,
+    ) -> BsdfSample<N> {
+        let scatter = BsdfSample::specular(at.mirrored(), Spectrum::ONE.scaled(fraction), false);
+        BsdfSample { total_reflection: fresnel.is_total(), ..scatter }
     }
 
     #[inline]
     fn refracted<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         fresnel: &Fresnel,
         transport: Transport,
         fraction: Spectrum<N>,
-    ) -> Scatter<N> {
+    ) -> BsdfSample<N> {
         let eta = self.eta(at);
         let along = at.cos / eta - fresnel.cos_refracted;
         let direction = (at.direction / eta + along * at.normal).normalize();
@@ -92,11 +97,11 @@ impl Dielectric {
             Transport::Light => 1.0,
             Transport::Importance => 1.0 / (eta * eta),
         };
-        Scatter::specular(direction, fraction.scaled(scale), true)
+        BsdfSample::specular(direction, fraction.scaled(scale), true)
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+    pub(super) fn absorptance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
         let transmitted = 1.0 - Fresnel::new(at.cos, self.eta(at)).unpolarised();
         complement(self.tint.fraction()).scaled(transmitted)
     }
@@ -156,7 +161,7 @@ impl Pane {
 
     /// One of the shares, per band.
     #[inline(always)]
-    fn per_band<const N: usize>(&self, at: &Encounter, which: fn(Shares) -> f32) -> Spectrum<N> {
+    fn per_band<const N: usize>(&self, at: &Interaction, which: fn(Shares) -> f32) -> Spectrum<N> {
         let faces = Fresnel::new(at.cos, self.ior);
         Spectrum(self.tint.fraction::<N>().0.map(|tint| which(Self::shares(&faces, tint))))
     }
@@ -164,10 +169,10 @@ impl Pane {
     #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         let faces = Fresnel::new(at.cos, self.ior);
         let (mut mirrored, mut passed) = (Spectrum::<N>::ZERO, Spectrum::<N>::ZERO);
         for (band, tint) in self.tint.fraction::<N>().0.into_iter().enumerate() {
@@ -180,32 +185,32 @@ impl Pane {
             Spectrum(share.0.map(|share| share / largest[choice.lobe] * choice.weight))
         };
         Some(match choice.lobe {
-            0 => Scatter::specular(at.mirrored(), relative(mirrored), false),
+            0 => BsdfSample::specular(at.mirrored(), relative(mirrored), false),
             _ => Self::straight(at, relative(passed)),
         })
     }
 
     #[inline]
-    fn straight<const N: usize>(at: &Encounter, factor: Spectrum<N>) -> Scatter<N> {
-        Scatter { onward: Onward::Straight, ..Scatter::new(at.direction, factor, true) }
+    fn straight<const N: usize>(at: &Interaction, factor: Spectrum<N>) -> BsdfSample<N> {
+        BsdfSample { lobe: LobeKind::Straight, ..BsdfSample::new(at.direction, factor, true) }
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+    pub(super) fn absorptance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
         self.per_band(at, |shares| shares.absorbed)
     }
 
     /// Both ways on, each with the fraction that it carries.
-    pub(super) fn ways<const N: usize>(&self, at: &Encounter) -> [Option<Scatter<N>>; 2] {
+    pub(super) fn ways<const N: usize>(&self, at: &Interaction) -> [Option<BsdfSample<N>>; 2] {
         let mirrored = self.per_band(at, |shares| shares.mirrored);
         [
-            (self.ior > 1.0).then(|| Scatter::specular(at.mirrored(), mirrored, false)),
+            (self.ior > 1.0).then(|| BsdfSample::specular(at.mirrored(), mirrored, false)),
             Some(Self::straight(at, self.transmittance(at))),
         ]
     }
 
     /// Fraction that goes straight through, per band.
-    pub fn transmittance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+    pub fn transmittance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
         self.per_band(at, |shares| shares.passed)
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::{
-    Checked, Encounter, Fresnel, Lobe, Scatter, Transport, check_ior, check_sum, choose,
+    BsdfSample, Checked, Fresnel, Interaction, Lobe, Transport, check_ior, check_sum, choose,
     complement, diffuse_fresnel, normal_fresnel,
 };
 use crate::math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
@@ -85,7 +85,7 @@ impl Leaf {
     }
 
     /// Fraction that the cuticle mirrors.
-    pub(super) fn mirrored(&self, at: &Encounter) -> f32 {
+    pub(super) fn mirrored(&self, at: &Interaction) -> f32 {
         if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 }
     }
 
@@ -102,17 +102,17 @@ impl Leaf {
     /// The lobe of light that crosses the sheet, for a path at `at`: it belongs to the face that
     /// the light enters, which for importance is the other one.
     #[inline]
-    fn transmitted(&self, at: &Encounter, transport: Transport) -> &Lobe {
+    fn transmitted(&self, at: &Interaction, transport: Transport) -> &Lobe {
         &self.face(at.front == (transport == Transport::Light)).transmitted
     }
 
     #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         let mirrored = self.cuticle(at.cos);
         let entered = 1.0 - mirrored;
         let reflected = &self.face(at.front).reflected;
@@ -121,9 +121,9 @@ impl Leaf {
         let choice = choose(fractions, transport, rng)?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match choice.lobe {
-            0 => Scatter::specular(at.mirrored(), scale(Spectrum::ONE), false),
-            1 => Scatter::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
-            _ => Scatter::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
+            0 => BsdfSample::specular(at.mirrored(), scale(Spectrum::ONE), false),
+            1 => BsdfSample::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
+            _ => BsdfSample::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
         })
     }
 
@@ -138,7 +138,7 @@ impl Leaf {
         }
     }
 
-    pub(super) fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+    pub(super) fn evaluate<const N: usize>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<N> {
         let cos = outgoing.dot(at.normal);
         let face = self.face(at.front);
         let lobe = if cos > 0.0 { &face.reflected } else { &face.transmitted };
@@ -146,7 +146,7 @@ impl Leaf {
         lobe.fraction().scaled(through / (PI * self.diffuse_transmittance))
     }
 
-    pub(super) fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+    pub(super) fn density(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         let cos = outgoing.dot(at.normal);
         let mirrored = self.cuticle(at.cos);
         let reflected = self.face(at.front).reflected.largest;
@@ -159,7 +159,7 @@ impl Leaf {
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self, at: &Encounter) -> Spectrum<N> {
+    pub(super) fn absorptance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
         let face = self.face(at.front);
         let scattered = face.reflected.fraction().zip(face.transmitted.fraction(), |r, t| r + t);
         complement(scattered).scaled(1.0 - self.cuticle(at.cos))

@@ -4,7 +4,9 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{Checked, Encounter, Lobe, Scatter, Transport, check_sum, choose, complement, diffuse};
+use super::{
+    BsdfSample, Checked, Interaction, Lobe, Transport, check_sum, choose, complement, diffuse,
+};
 use crate::{
     error::check_range,
     math::{
@@ -97,17 +99,19 @@ impl Phong {
     #[inline(never)]
     pub(super) fn sample<const N: usize>(
         &self,
-        at: &Encounter,
+        at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<Scatter<N>> {
+    ) -> Option<BsdfSample<N>> {
         let choice = choose(self.fractions(), transport, rng)?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match (choice.lobe, self.exponent) {
             (0, _) => {
-                Scatter::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
+                BsdfSample::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
             }
-            (1, None) => Scatter::specular(at.mirrored(), scale(self.specular.relative()), false),
+            (1, None) => {
+                BsdfSample::specular(at.mirrored(), scale(self.specular.relative()), false)
+            }
             (1, Some(n)) => {
                 let around_mirror = cosine_power(n, rng.square());
                 let direction = Frame::new(at.mirrored()).to_world(around_mirror);
@@ -116,13 +120,15 @@ impl Phong {
                     return None;
                 }
                 let weight = (n + 2.0) / (n + 1.0) * cos;
-                Scatter::new(direction, scale(self.specular.relative()).scaled(weight), false)
+                BsdfSample::new(direction, scale(self.specular.relative()).scaled(weight), false)
             }
-            _ => Scatter::new(diffuse(-at.normal, rng), scale(self.transmitted.relative()), true),
+            _ => {
+                BsdfSample::new(diffuse(-at.normal, rng), scale(self.transmitted.relative()), true)
+            }
         })
     }
 
-    pub(super) fn evaluate<const N: usize>(&self, at: &Encounter, outgoing: Vec3) -> Spectrum<N> {
+    pub(super) fn evaluate<const N: usize>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<N> {
         if outgoing.dot(at.normal) <= 0.0 {
             return self.transmitted.fraction().scaled(1.0 / PI);
         }
@@ -133,11 +139,11 @@ impl Phong {
     }
 
     /// Density of the lobe around the mirror direction, above the surface or below.
-    fn lobe_density(exponent: f32, at: &Encounter, outgoing: Vec3) -> f32 {
+    fn lobe_density(exponent: f32, at: &Interaction, outgoing: Vec3) -> f32 {
         cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
     }
 
-    pub(super) fn density(&self, at: &Encounter, transport: Transport, outgoing: Vec3) -> f32 {
+    pub(super) fn density(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         let [reflected, specular, transmitted] = self.fractions();
         let total = transport.weight(reflected + specular + transmitted);
         let cos = outgoing.dot(at.normal);

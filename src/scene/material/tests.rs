@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::math::{
-    odds::{Mean, SphereBins, assert_counts, assert_deviations, assert_share},
+    odds::{Mean, SphereBins, assert_counts, assert_deviations, assert_shard},
     sampling::uniform_cone,
 };
 
@@ -23,14 +23,14 @@ fn unit(v: DVec3) -> Vec3 {
 }
 
 /// A path that meets a face at this cosine; `turn` radians around the normal.
-fn incident(front: bool, cos: f64, turn: f64) -> Encounter {
+fn incident(front: bool, cos: f64, turn: f64) -> Interaction {
     let normal = if front { NORMAL } else { -NORMAL }.as_dvec3().normalize();
     let (x, y) = normal.any_orthonormal_pair();
     let across = turn.cos() * x + turn.sin() * y;
-    Encounter::new(unit((1.0 - cos * cos).sqrt() * across - cos * normal), NORMAL)
+    Interaction::new(unit((1.0 - cos * cos).sqrt() * across - cos * normal), NORMAL)
 }
 
-fn at_degrees(front: bool, degrees: f64) -> Encounter {
+fn at_degrees(front: bool, degrees: f64) -> Interaction {
     incident(front, degrees.to_radians().cos(), 0.7)
 }
 
@@ -123,11 +123,11 @@ fn exact_pane(cos: f32, ior: f64, tint: f64) -> [f64; 2] {
 
 /// f cos for a path that meets the surface at `at` and goes on along `outgoing`: backward paths
 /// follow the light that travels the other way.
-fn f_cos(material: &Material, at: &Encounter, transport: Transport, outgoing: Vec3) -> Bands {
+fn f_cos(material: &Material, at: &Interaction, transport: Transport, outgoing: Vec3) -> Bands {
     let f = match transport {
         Transport::Light => material.evaluate(at, outgoing),
         Transport::Importance => {
-            material.evaluate(&Encounter::new(-outgoing, NORMAL), -at.direction)
+            material.evaluate(&Interaction::new(-outgoing, NORMAL), -at.direction)
         }
     };
     let cos = f64::from(outgoing.dot(NORMAL).abs());
@@ -136,7 +136,7 @@ fn f_cos(material: &Material, at: &Encounter, transport: Transport, outgoing: Ve
 
 /// Integral of f cos over the sphere, by the midpoint rule over cos = x^2 (3 - 2x), finest at both
 /// ends, and 256 turns.
-fn quadrature(material: &Material, at: &Encounter) -> Bands {
+fn quadrature(material: &Material, at: &Interaction) -> Bands {
     const STEPS: usize = 500;
     const TURNS: usize = 256;
     let normal = NORMAL.as_dvec3().normalize();
@@ -296,8 +296,9 @@ fn panes_sum_all_inner_reflections() {
                 let material = pane(ior, [tint; BANDS]);
                 let [mirrored, passed] = exact_pane(at.cos, f64::from(ior), f64::from(tint));
                 let [up, down] = material.smooth_ways::<BANDS>(&at, Transport::Light);
-                let factor =
-                    |way: Option<Scatter<BANDS>>| way.map_or([0.0; BANDS], |way| wide(way.factor));
+                let factor = |way: Option<BsdfSample<BANDS>>| {
+                    way.map_or([0.0; BANDS], |way| wide(way.factor))
+                };
                 let what = format!("ior {ior}, tint {tint}, {degrees} degrees");
                 assert_near(&what, factor(up), [mirrored; BANDS], 1e-6);
                 assert_near(&what, factor(down), [passed; BANDS], 1e-6);
@@ -330,8 +331,8 @@ fn scattering_is_reciprocal() {
     for (material, peak) in &materials {
         for &i in &directions {
             for &o in &directions {
-                let there = wide(material.evaluate(&Encounter::new(-i, NORMAL), o));
-                let back = wide(material.evaluate(&Encounter::new(-o, NORMAL), i));
+                let there = wide(material.evaluate(&Interaction::new(-i, NORMAL), o));
+                let back = wide(material.evaluate(&Interaction::new(-o, NORMAL), i));
                 for (a, b) in there.into_iter().zip(back) {
                     assert!((a - b).abs() <= 1e-6 * a.max(b).max(*peak), "{material:?}: {a} {b}");
                 }
@@ -391,7 +392,7 @@ const NO_MIRROR: MirrorLobe = MirrorLobe { fraction: [0.0; BANDS], chance: 0.0 }
 /// `growth`.
 fn assert_sampler(
     what: &str,
-    (material, at, transport): (&Material, &Encounter, Transport),
+    (material, at, transport): (&Material, &Interaction, Transport),
     bins: &SphereBins,
     mirror: MirrorLobe,
     growth: f32,
@@ -483,7 +484,7 @@ fn weight_times_density_is_f_cos() {
             let mut compared = 0;
             for _ in 0..20_000 {
                 let sample = material.sample::<BANDS>(&at, transport, &mut rng);
-                let Some(Scatter { direction, factor, crosses, .. }) = sample else { continue };
+                let Some(BsdfSample { direction, factor, crosses, .. }) = sample else { continue };
                 let is_mirror = matches!(material, Material::Leaf(_)) && direction == at.mirrored();
                 // a glossy surface's two lobes overlap above it
                 let overlaps =
@@ -643,8 +644,8 @@ fn dielectrics_share_by_fresnel() {
                     assert_eq!(scatter.total_reflection, total, "{ior} {degrees}");
                 }
                 let what = format!("ior {ior}, {degrees} degrees, thin {thin}, front {front}");
-                assert_share(&what, mirrors, SAMPLES, largest[0] / weight);
-                assert_share(&what, passes, SAMPLES, largest[1] / weight);
+                assert_shard(&what, mirrors, SAMPLES, largest[0] / weight);
+                assert_shard(&what, passes, SAMPLES, largest[1] / weight);
                 let absorptance = wide(material.absorptance(&at).unwrap());
                 assert_near("absorptance", absorptance, shares.map(|[r, t]| 1.0 - r - t), 1e-6);
             }
@@ -666,12 +667,12 @@ fn mirror_reflects_its_share() {
         assert_near("mirror", wide(scatter.factor), [0.5 / 0.9, 1.0, 0.0, 0.5], 1e-6);
         assert_eq!((scatter.direction, scatter.crosses), (at.mirrored(), false));
     }
-    assert_share("mirror", count, 200_000, 0.9);
+    assert_shard("mirror", count, 200_000, 0.9);
     let sample = material.sample::<BANDS>(&at, Transport::Importance, &mut rng);
     assert_near("mirror", wide(sample.unwrap().factor), [0.5, 0.9, 0.0, 0.45], 1e-6);
 }
 
-/// Seed 7, 1e5 random encounters for each index: the mirror direction and Snell's law in double
+/// Seed 7, 1e5 random interactions for each index: the mirror direction and Snell's law in double
 /// precision, to 1e-5; for light that leaves a solid 3e-7 n, as its direction is known to 1e-7.
 #[test]
 fn mirrors_and_refractions_go_where_they_should() {
@@ -717,7 +718,7 @@ fn mirrors_and_refractions_go_where_they_should() {
 // --- extremes -----------------------------------------------------------------------------------
 
 /// Either face; cosines of 1e-7 to 1 evenly, evenly by their logarithm, or at the ends.
-fn random_encounter(rng: &mut Stream) -> Encounter {
+fn random_encounter(rng: &mut Stream) -> Interaction {
     let (front, turn) = (rng.uniform() < 0.5, f64::from(rng.uniform()) * 2.0 * PI);
     let u = f64::from(rng.uniform());
     let cos = match (3.0 * rng.uniform()) as u32 {
@@ -728,14 +729,14 @@ fn random_encounter(rng: &mut Stream) -> Encounter {
     incident(front, cos, turn)
 }
 
-/// Seed 8, 1e6 samples at 2^14 encounters: unit directions, finite factors that are not negative, and directions
+/// Seed 8, 1e6 samples at 2^14 interactions: unit directions, finite factors that are not negative, and directions
 /// on the side that `crosses` says, to the rounding of a dot product.
 fn assert_sound(what: &str, material: &Material) {
     let mut rng = Stream::new(8, 0, 0);
-    let encounters: Vec<Encounter> = (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
+    let interactions: Vec<Interaction> = (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
     for i in 0..1_000_000 {
-        let at = encounters[i % encounters.len()];
-        let transport = TRANSPORTS[i / encounters.len() % 2];
+        let at = interactions[i % interactions.len()];
+        let transport = TRANSPORTS[i / interactions.len() % 2];
         let Some(scatter) = material.sample::<BANDS>(&at, transport, &mut rng) else { continue };
         let length = scatter.direction.as_dvec3().length();
         assert!((length - 1.0).abs() < 1e-5, "{what}: {at:?} {scatter:?}");
@@ -791,7 +792,7 @@ fn phong_is_sound() {
     assert_sound("all lobe", &phong([0.0; 4], [1.0; 4], [0.0; 4], Some(1e9)));
 }
 
-/// What reflects everything ends no path, in 1e6 samples at 2^14 encounters (seed 9).
+/// What reflects everything ends no path, in 1e6 samples at 2^14 interactions (seed 9).
 #[test]
 fn lossless_materials_end_no_path() {
     let half = [[0.5; 4]; 2];
@@ -805,8 +806,9 @@ fn lossless_materials_end_no_path() {
     ];
     for material in &lossless {
         let mut rng = Stream::new(9, 0, 0);
-        let encounters: Vec<Encounter> = (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
-        for at in encounters.iter().cycle().take(1_000_000) {
+        let interactions: Vec<Interaction> =
+            (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
+        for at in interactions.iter().cycle().take(1_000_000) {
             let scatter = material.sample::<BANDS>(at, Transport::Light, &mut rng);
             assert!(scatter.is_some_and(|s| s.factor == Spectrum::ONE), "{material:?} {at:?}");
         }
@@ -835,9 +837,9 @@ fn smooth_ways_carry_what_is_sampled() {
                 let mut means = [[0.0; BANDS]; 2];
                 for _ in 0..SAMPLES {
                     let sampled = material.sample::<BANDS>(&at, transport, &mut rng);
-                    let Some(s) = sampled.filter(|s| s.onward != Onward::Diffuse) else { continue };
-                    let same = |way: &Option<Scatter<BANDS>>| {
-                        way.is_some_and(|w| w.direction == s.direction && w.onward == s.onward)
+                    let Some(s) = sampled.filter(|s| s.lobe != LobeKind::Diffuse) else { continue };
+                    let same = |way: &Option<BsdfSample<BANDS>>| {
+                        way.is_some_and(|w| w.direction == s.direction && w.lobe == s.lobe)
                     };
                     let way = ways.iter().position(same).expect("one of the ways");
                     means[way].iter_mut().zip(s.factor.0).for_each(|(m, f)| *m += f64::from(f));

@@ -56,10 +56,10 @@ impl std::ops::Deref for Shapes {
 /// Shapes of scenes, to be used again where the triangles are the same: the last ones that were
 /// made, and all that are in use.
 #[derive(Debug, Default)]
-pub struct KeptShapes(Mutex<Shelf>);
+pub struct KeptShapes(Mutex<Bin>);
 
 #[derive(Debug, Default)]
-struct Shelf {
+struct Bin {
     last: Option<Arc<Shapes>>,
     known: Vec<Weak<Shapes>>,
 }
@@ -67,17 +67,17 @@ struct Shelf {
 impl KeptShapes {
     /// The shapes of these outlines.
     pub fn shapes(&self, outlines: Outlines) -> Arc<Shapes> {
-        let shelf = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known: Vec<Arc<Shapes>> = shelf().known.iter().filter_map(Weak::upgrade).collect();
+        let bin = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known: Vec<Arc<Shapes>> = bin().known.iter().filter_map(Weak::upgrade).collect();
         let same = known.into_iter().find(|shapes| shapes.outlines == outlines);
         let is_new = same.is_none();
         // not locked: others may be made meanwhile
         let shapes = same.unwrap_or_else(|| Arc::new(Shapes::new(outlines)));
-        let mut shelf = shelf();
-        shelf.last = Some(shapes.clone());
-        shelf.known.retain(|known| known.strong_count() > 0);
+        let mut bin = bin();
+        bin.last = Some(shapes.clone());
+        bin.known.retain(|known| known.strong_count() > 0);
         if is_new {
-            shelf.known.push(Arc::downgrade(&shapes));
+            bin.known.push(Arc::downgrade(&shapes));
         }
         shapes
     }

@@ -7,8 +7,8 @@ use crate::{
     math::{geometry::Ray, spectrum::Spectrum},
     scene::{
         daylight::InfiniteLight,
-        light::Shine,
-        material::{Encounter, Material},
+        light::EmittedRadiance,
+        material::{Interaction, Material},
     },
 };
 
@@ -22,7 +22,7 @@ pub struct LightHit {
     /// Cosine to the light's normal, above 0.
     pub cos: f32,
     /// How bright it is.
-    pub shine: Shine,
+    pub shine: EmittedRadiance,
 }
 
 impl Scene {
@@ -72,8 +72,8 @@ impl Scene {
             let Material::Pane(pane) = self.material(surface) else { return true };
             // an edge between two triangles of a pane counts once
             if hit.owned {
-                let encounter = Encounter::new(ray.direction, surface.normal);
-                through = through * pane.transmittance(&encounter);
+                let interaction = Interaction::new(ray.direction, surface.normal);
+                through = through * pane.transmittance(&interaction);
             }
             false
         });

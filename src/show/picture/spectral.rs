@@ -18,7 +18,7 @@ const SRGB: Mat3 = Mat3::from_cols_array(&[
 ]);
 
 impl BandColours {
-    /// Of the bands of a scene: by their wavelengths, where all have them and the eye sees one.
+    /// Of the bands of a scene: by their wavelengths, where all have them and an eye sees one.
     pub fn new(bands: &[Band], quantity: Quantity) -> Self {
         let white = SRGB * mean_response(400.0, 700.0, quantity);
         let weight = |band: &Band| {
@@ -47,7 +47,7 @@ impl BandColours {
     }
 }
 
-/// Mean response of the standard eye, XYZ, over a band of even power; for photons, of even number.
+/// Mean response of the standard observer, XYZ, over a band of even power; for photons, of even number.
 fn mean_response(from: f64, to: f64, quantity: Quantity) -> Vec3 {
     const STEPS: u32 = 200;
     let response = |step: u32| {

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Eye;
+use super::Viewpoint;
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
     math::{
@@ -26,17 +26,17 @@ use crate::{
 pub struct Dot {
     /// Pixels from the upper left corner.
     pub at: [f32; 2],
-    /// Distance from the eye, m.
+    /// Distance from the viewpoint, m.
     pub distance: f32,
     /// Index of the photon, or of the path.
     pub index: usize,
 }
 
 /// The photons that are seen: nothing opaque is in front of them, and they came to the side that the
-/// eye is on. The farthest come first. Errors: stopped by `control`, no threads to be had.
+/// viewpoint is on. The farthest come first. Errors: stopped by `control`, no threads to be had.
 pub fn photon_dots(
     light: &SurfaceLight,
-    eye: &Eye,
+    viewpoint: &Viewpoint,
     threads: usize,
     control: &Control,
 ) -> Result<Vec<Dot>> {
@@ -45,8 +45,9 @@ pub fn photon_dots(
         let photon = &light.map.photons[index];
         let normal = light.scene.surface(photon.triangle as usize).normal;
         let from_front = photon.direction.unpack().dot(normal) < 0.0;
-        let seen_from_front = (point - eye.camera.eye).dot(normal) < 0.0;
-        dot(eye, point, index).filter(|_| from_front == seen_from_front && eye.sees(point))
+        let seen_from_front = (point - viewpoint.camera.eye).dot(normal) < 0.0;
+        dot(viewpoint, point, index)
+            .filter(|_| from_front == seen_from_front && viewpoint.sees(point))
     };
     let pool = machine::pool(threads)?;
     let mut dots = Vec::new();
@@ -76,7 +77,7 @@ fn check_stopped(control: &Control) -> Result<()> {
 /// they are seen. Error: stopped by `control`.
 pub fn path_dots(
     scene: &Scene,
-    eye: &Eye,
+    viewpoint: &Viewpoint,
     paths: u64,
     seed: u64,
     control: &Control,
@@ -85,17 +86,17 @@ pub fn path_dots(
     for (index, corners) in paths_of(scene, paths, seed).iter().enumerate() {
         check_stopped(control)?;
         for leg in corners.windows(2) {
-            let Some((from, to)) = in_front(eye, leg[0], leg[1]) else { continue };
-            let ends = [from, to].map(|point| eye.camera.project(point));
+            let Some((from, to)) = in_front(viewpoint, leg[0], leg[1]) else { continue };
+            let ends = [from, to].map(|point| viewpoint.camera.project(point));
             let [Some(a), Some(b)] = ends else { continue };
             // no more steps than a picture has pixels across and down, wherever the ends are
-            let most = 2 * (eye.camera.width + eye.camera.height);
+            let most = 2 * (viewpoint.camera.width + viewpoint.camera.height);
             let steps =
                 ((a[0] - b[0]).abs().max((a[1] - b[1]).abs()).ceil() as usize).clamp(1, most);
             for step in 0..=steps {
-                let point = along(eye, [from, to], step as f32 / steps as f32);
-                if let Some(dot) = dot(eye, point, index)
-                    && eye.sees(point)
+                let point = along(viewpoint, [from, to], step as f32 / steps as f32);
+                if let Some(dot) = dot(viewpoint, point, index)
+                    && viewpoint.sees(point)
                 {
                     dots.push(dot);
                 }
@@ -108,18 +109,18 @@ pub fn path_dots(
 }
 
 /// The point at a share of the way from one end to the other, as it is seen in the picture.
-fn along(eye: &Eye, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
-    let depth = |p: Vec3| (p - eye.camera.eye).dot(eye.camera.forward());
+fn along(viewpoint: &Viewpoint, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
+    let depth = |p: Vec3| (p - viewpoint.camera.eye).dot(viewpoint.camera.forward());
     let (near, far) = (depth(from), depth(to));
     // equal steps in the picture are equal steps of 1 / depth
     let weight = share * near / (share * near + (1.0 - share) * far);
     from.lerp(to, weight)
 }
 
-/// The part of a leg that is in front of the eye.
-fn in_front(eye: &Eye, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
-    let near = 1e-3 * eye.scene.radius;
-    let depth = |p: Vec3| (p - eye.camera.eye).dot(eye.camera.forward()) - near;
+/// The part of a leg that is in front of the viewpoint.
+fn in_front(viewpoint: &Viewpoint, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
+    let near = 1e-3 * viewpoint.scene.radius;
+    let depth = |p: Vec3| (p - viewpoint.camera.eye).dot(viewpoint.camera.forward()) - near;
     let (a, b) = (depth(from), depth(to));
     let cut = || from.lerp(to, a / (a - b));
     match (a > 0.0, b > 0.0) {
@@ -130,11 +131,11 @@ fn in_front(eye: &Eye, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
     }
 }
 
-fn dot(eye: &Eye, point: Vec3, index: usize) -> Option<Dot> {
-    let at = eye.camera.project(point)?;
+fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize) -> Option<Dot> {
+    let at = viewpoint.camera.project(point)?;
     let inside = |x: f32, size: usize| x >= 0.0 && x < size as f32;
-    let seen = inside(at[0], eye.camera.width) && inside(at[1], eye.camera.height);
-    seen.then(|| Dot { at, distance: point.distance(eye.camera.eye), index })
+    let seen = inside(at[0], viewpoint.camera.width) && inside(at[1], viewpoint.camera.height);
+    seen.then(|| Dot { at, distance: point.distance(viewpoint.camera.eye), index })
 }
 
 /// The corners of so many paths of photons, from their lights on.

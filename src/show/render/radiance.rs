@@ -1,15 +1,15 @@
-//! What an eye sees: rays go on through panes and glass and by mirrors, both ways where light does
+//! What a viewpoint sees: rays go on through panes and glass and by mirrors, both ways where light does
 //! (Whitted, Communications of the ACM 23 (6), 1980), and see lamps; where a surface scatters, the
 //! photons there tell how bright it is.
 
 use super::{
-    eye::Eye,
     shared::{PIXELS, Shared},
+    viewpoint::Viewpoint,
 };
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
-        material::{Encounter, Onward, Transport},
+        material::{Interaction, LobeKind, Transport},
         world::{LightHit, Surface, SurfaceHit},
     },
     transport::{
@@ -23,10 +23,10 @@ const MOST_SURFACES: u32 = 100;
 /// A way that carries less than this goes on by chance, and counts for more where it does.
 const SMALL: f32 = 0.005;
 
-/// Radiance along eye rays.
+/// Radiance along camera rays.
 pub(super) struct Whitted<'a, const N: usize> {
     pub light: &'a SurfaceLight<'a>,
-    pub eye: &'a Eye<'a>,
+    pub viewpoint: &'a Viewpoint<'a>,
 }
 
 /// A ray on its way, and what it carries of what it will find.
@@ -36,7 +36,7 @@ struct Way<const N: usize> {
     surfaces: u32,
     /// Its length from its start, m.
     length: f32,
-    /// Whether it started at the eye.
+    /// Whether it started at the viewpoint.
     from_eye: bool,
     /// Whether it comes straight from its start.
     straight: bool,
@@ -52,13 +52,13 @@ impl<const N: usize> Way<N> {
 struct Place<'a> {
     hit: SurfaceHit,
     surface: &'a Surface,
-    encounter: Encounter,
+    interaction: Interaction,
     /// How far another point may be that looks alike, m.
     reach: f32,
 }
 
 impl<const N: usize> Whitted<'_, N> {
-    /// Radiance along a ray from the eye.
+    /// Radiance along a ray from the viewpoint.
     pub fn radiance(
         &self,
         ray: Ray,
@@ -77,7 +77,7 @@ impl<const N: usize> Whitted<'_, N> {
             },
             |place, rng| match gather {
                 0 => {
-                    let front = place.encounter.front;
+                    let front = place.interaction.front;
                     let find = || self.seen(place);
                     load(shared.value(&place.hit, front, place.reach, find))
                 }
@@ -101,8 +101,11 @@ impl<const N: usize> Whitted<'_, N> {
         let mut ways = vec![start];
         while let Some(way) = ways.pop() {
             let Way { ray, throughput, surfaces, length, from_eye, straight } = way;
-            let hit =
-                if from_eye && straight { self.eye.closest(&ray) } else { scene.closest(&ray) };
+            let hit = if from_eye && straight {
+                self.viewpoint.closest(&ray)
+            } else {
+                scene.closest(&ray)
+            };
             // a light with a material lies in a surface: reach as far as its lift
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             scene.lights_hit(&ray, t_max, |hit| {
@@ -118,31 +121,31 @@ impl<const N: usize> Whitted<'_, N> {
             };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
-            let encounter = Encounter::new(ray.direction, surface.normal);
+            let interaction = Interaction::new(ray.direction, surface.normal);
             let length = length + hit.t;
             if material.is_diffuse() {
-                let reach = PIXELS * self.eye.camera.pixel() * length;
-                let place = Place { hit, surface, encounter, reach };
+                let reach = PIXELS * self.viewpoint.camera.pixel() * length;
+                let place = Place { hit, surface, interaction, reach };
                 radiance = radiance + throughput * seen(&place, rng);
             }
             if surfaces == MOST_SURFACES {
                 continue;
             }
-            let smooth = material.smooth_ways::<N>(&encounter, Transport::Importance);
+            let smooth = material.smooth_ways::<N>(&interaction, Transport::Importance);
             for scatter in smooth.into_iter().flatten() {
                 let throughput = throughput * scatter.factor;
                 let chance = (throughput.largest() / SMALL).min(1.0);
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
                 }
-                let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+                let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
                 ways.push(Way {
                     ray: scene.leave(hit.point, side, scatter.direction),
                     throughput: throughput.scaled(1.0 / chance),
                     surfaces: surfaces + 1,
                     length,
                     from_eye,
-                    straight: straight && scatter.onward == Onward::Straight,
+                    straight: straight && scatter.lobe == LobeKind::Straight,
                 });
             }
         }
@@ -151,7 +154,7 @@ impl<const N: usize> Whitted<'_, N> {
 
     /// From the photons there.
     fn seen(&self, place: &Place) -> Vec<f64> {
-        let outgoing = -place.encounter.direction;
+        let outgoing = -place.interaction.direction;
         self.light.radiance(place.hit.triangle, place.hit.point, outgoing)
     }
 
@@ -159,10 +162,10 @@ impl<const N: usize> Whitted<'_, N> {
     /// directions lead (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8).
     fn gathered(&self, place: &Place, directions: u32, rng: &mut Stream) -> Spectrum<N> {
         let scene = self.light.scene;
-        let Place { hit, surface, encounter, .. } = place;
-        let outgoing = -encounter.direction;
+        let Place { hit, surface, interaction, .. } = place;
+        let outgoing = -interaction.direction;
         let material = scene.material(surface);
-        let joined = Joined::new(scene, surface, *encounter, hit.point);
+        let joined = Joined::new(scene, surface, *interaction, hit.point);
         // lamps by way of mirrors are left to photons
         let lamp = |way: &Way<N>, hit: &LightHit| {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
@@ -174,9 +177,9 @@ impl<const N: usize> Whitted<'_, N> {
         let mut sum = Spectrum::ZERO;
         for _ in 0..directions {
             sum = sum + joined.radiance(rng);
-            let scatter = material.sample::<N>(encounter, Transport::Importance, rng);
-            let Some(scatter) = scatter.filter(|s| s.onward == Onward::Diffuse) else { continue };
-            let side = if scatter.crosses { -encounter.normal } else { encounter.normal };
+            let scatter = material.sample::<N>(interaction, Transport::Importance, rng);
+            let Some(scatter) = scatter.filter(|s| s.lobe == LobeKind::Diffuse) else { continue };
+            let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
             let ray = scene.leave(hit.point, side, scatter.direction);
             let start = Way::new(ray, false);
             let there = self.follow(start, rng, lamp, sky, |place, _| load(&self.seen(place)));

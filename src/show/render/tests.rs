@@ -4,7 +4,7 @@ use std::{path::Path, sync::atomic::AtomicBool};
 
 use serde_json::{Value, json};
 
-use super::{Eye, Pixels, Sampling, Show, Sight, painted, render};
+use super::{FirstVisible, Pixels, Sampling, Show, Viewpoint, painted, render};
 use crate::{
     formats::scene_file::{LoadedScene, load_value},
     math::rng::Stream,
@@ -63,14 +63,14 @@ fn lit(loaded: &LoadedScene, map_photons: usize) -> SurfaceLight<'_> {
     light_surfaces(&loaded.scene, &settings, &CONTROL).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn eye(loaded: &LoadedScene) -> Eye<'_> {
+fn viewpoint(loaded: &LoadedScene) -> Viewpoint<'_> {
     let view = loaded.view.expect("a camera");
-    Eye::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}"))
+    Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn picture(loaded: &LoadedScene, light: &SurfaceLight, gather: u32, threads: usize) -> Pixels {
     let sampling = Sampling { rays: 4, seed: 1, threads };
-    render(light, &eye(loaded), Show::Radiance { gather }, sampling, &CONTROL)
+    render(light, &viewpoint(loaded), Show::Radiance { gather }, sampling, &CONTROL)
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -171,9 +171,9 @@ fn cornell() -> LoadedScene {
 }
 
 /// Blocks of 8 x 8 pixels in which all rays through corners meet one triangle's piece: no edge.
-fn without_edges(light: &SurfaceLight, eye: &Eye) -> Vec<bool> {
+fn without_edges(light: &SurfaceLight, viewpoint: &Viewpoint) -> Vec<bool> {
     let piece = |x: usize, y: usize| {
-        let hit = eye.opaque(&eye.camera.ray(x as f32, y as f32));
+        let hit = viewpoint.opaque(&viewpoint.camera.ray(x as f32, y as f32));
         hit.map(|hit| light.patches.of(hit.triangle))
     };
     let block = |(x, y): (usize, usize)| {
@@ -184,7 +184,7 @@ fn without_edges(light: &SurfaceLight, eye: &Eye) -> Vec<bool> {
     (0..64).map(|i| block((i % 8, i / 8))).collect()
 }
 
-/// The box of Cornell from photons, and with gathering, against paths from the eye (4096 for each block of 8 x 8
+/// The box of Cornell from photons, and with gathering, against paths from the camera (4096 for each block of 8 x 8
 /// pixels, an error of some 1 to 2 %). Seeds 1; the mean relative difference over blocks without edges
 /// is at most 3 % (gathering: 2.5 %), with edges 6 %. What is above the paths' own noise is the bias of the
 /// nearest photons at shadows.
@@ -194,13 +194,13 @@ fn a_box_looks_as_paths_see_it() {
     const RAYS: u64 = 64;
     let loaded = cornell();
     let light = lit(&loaded, 1_000_000);
-    let eye = eye(&loaded);
+    let viewpoint = viewpoint(&loaded);
     let by_paths = |pixel: usize| {
         let (x, y) = ((pixel % 64) as f32, (pixel / 64) as f32);
         let radiance = |ray: u64| {
             let mut rng = Stream::new(2, pixel as u64, ray);
             let within = rng.square();
-            let ray = eye.camera.ray(x + within.x, y + within.y);
+            let ray = viewpoint.camera.ray(x + within.x, y + within.y);
             f64::from(paths::radiance::<1>(&loaded.scene, ray, &mut rng).0[0])
         };
         ((0..RAYS).map(radiance).sum::<f64>() / RAYS as f64) as f32
@@ -208,7 +208,7 @@ fn a_box_looks_as_paths_see_it() {
     let values: Vec<f32> = (0..64 * 64).map(by_paths).collect();
     let reference = Pixels { width: 64, bands: 1, covered: vec![1.0; values.len()], values };
     let reference = blocks(&reference, SIDE);
-    let plain = without_edges(&light, &eye);
+    let plain = without_edges(&light, &viewpoint);
     assert!(plain.iter().filter(|plain| **plain).count() >= 15);
     for (gather, limit) in [(0, 0.03), (8, 0.025)] {
         let found = blocks(&picture(&loaded, &light, gather, 0), SIDE);
@@ -249,18 +249,20 @@ fn a_closed_room_is_seen_from_inside() {
     // whichever way the walls face
     for walls in [walls, inside_out(walls)] {
         let loaded = load(scene.clone(), &[("walls", "a", &walls), ("thing", "a", &thing)]);
-        let view = Eye::choose_view(&loaded.scene, (40, 30)).unwrap_or_else(|e| panic!("{e}"));
-        let eye = Eye::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}")).cut_open();
+        let view =
+            Viewpoint::choose_view(&loaded.scene, (40, 30)).unwrap_or_else(|e| panic!("{e}"));
+        let viewpoint =
+            Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}")).cut_open();
         let middle = |corner: Point| glam::DVec3::from(corner) - loaded.scene.center;
-        assert!(eye.sees(middle([1.0, 1.0, 0.21]).as_vec3()));
-        assert!(eye.sees(middle([1.9, 1.9, 0.1]).as_vec3()));
+        assert!(viewpoint.sees(middle([1.0, 1.0, 0.21]).as_vec3()));
+        assert!(viewpoint.sees(middle([1.9, 1.9, 0.1]).as_vec3()));
         // its far walls are not cut away
         let beyond = middle([2.5, 2.5, 0.5]).as_vec3();
-        assert!(!eye.sees(beyond));
+        assert!(!viewpoint.sees(beyond));
         let sampling = Sampling { rays: 1, seed: 1, threads: 1 };
-        let seen = painted(&eye, sampling, &CONTROL, |ray| match eye.sight(ray) {
-            Sight::Nothing => glam::Vec3::ZERO,
-            Sight::Thing { .. } => glam::Vec3::ONE,
+        let seen = painted(&viewpoint, sampling, &CONTROL, |ray| match viewpoint.sight(ray) {
+            FirstVisible::Nothing => glam::Vec3::ZERO,
+            FirstVisible::Thing { .. } => glam::Vec3::ONE,
         });
         let seen = seen.unwrap_or_else(|e| panic!("{e}")).iter().filter(|c| c.x > 0.0).count();
         assert!((200..900).contains(&seen), "{seen} of 1200 pixels");

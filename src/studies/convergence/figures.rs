@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Rung, Study};
+use super::{ConvergenceStudy, Rung};
 use crate::show::chart::{Chart, Series, Stroke};
 
 /// The relative error that the words are about.
@@ -10,7 +10,7 @@ const GOAL: f64 = 0.01;
 /// The share of light that the words count bounces for.
 const NEARLY_ALL: f64 = 0.999;
 
-impl Study {
+impl ConvergenceStudy {
     /// Names of all that [`charts`](Self::charts) may give.
     pub const CHARTS: [&str; 5] = ["error", "bias", "merit", "bounces", "map"];
 

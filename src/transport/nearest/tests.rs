@@ -56,7 +56,7 @@ fn arrivals(scene: &Scene, n: usize, rng: &mut Stream) -> Vec<Arrival> {
         let index = chosen.unwrap_or(triangles.len() - 1);
         let weights = uniform_triangle(rng.square());
         let position = triangles[index].point(weights.x, weights.y);
-        Arrival { position, shelf: 0, photon: photon(Vec3::NEG_Z, index, history) }
+        Arrival { position, bin: 0, photon: photon(Vec3::NEG_Z, index, history) }
     };
     (0..n).map(arrival).collect()
 }
@@ -159,7 +159,7 @@ fn radiance_joins_both_faces() {
         let direction = if front { Vec3::new(0.6, 0.0, -0.8) } else { Vec3::new(0.0, 0.28, 0.96) };
         Arrival {
             position: scene.triangles()[0].point(0.1 + 0.02 * i as f32, 0.3),
-            shelf: u32::from(!front),
+            bin: u32::from(!front),
             photon: photon(direction, 0, i),
         }
     };

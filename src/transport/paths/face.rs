@@ -16,7 +16,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, CaptorKind, Channel},
-        material::{Encounter, Transport},
+        material::{Interaction, Transport},
         world::{Scene, Surface},
     },
 };
@@ -159,12 +159,12 @@ impl<'a> Face<'a> {
         rng: &mut Stream,
     ) -> Spectrum<N> {
         let Some(surface) = self.surface(triangle) else { return Spectrum::ZERO };
-        let encounter = Encounter::new(-direction, surface.normal);
+        let interaction = Interaction::new(-direction, surface.normal);
         let material = self.scene.material(surface);
-        match material.absorptance(&encounter) {
+        match material.absorptance(&interaction) {
             Some(absorptance) => flux * absorptance,
             // no closed form: what one photon would leave behind
-            None => match material.sample::<N>(&encounter, Transport::Light, rng) {
+            None => match material.sample::<N>(&interaction, Transport::Light, rng) {
                 Some(scatter) => flux.zip(scatter.factor, |f, factor| f * (1.0 - factor)),
                 None => flux,
             },

@@ -6,7 +6,7 @@ use super::{Path, next_event_density, next_event_density_of_sky, vertex::Vertex}
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
-        material::{Encounter, Transport},
+        material::{Interaction, Transport},
         world::{LightHit, Scene, Surface},
     },
 };
@@ -25,19 +25,24 @@ pub fn radiance<const N: usize>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Sp
 pub struct Joined<'a> {
     scene: &'a Scene,
     surface: &'a Surface,
-    encounter: Encounter,
+    interaction: Interaction,
     at: Vertex,
 }
 
 impl<'a> Joined<'a> {
     /// A `point` of a `surface`, met by a path from an eye.
-    pub fn new(scene: &'a Scene, surface: &'a Surface, encounter: Encounter, point: Vec3) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        surface: &'a Surface,
+        interaction: Interaction,
+        point: Vec3,
+    ) -> Self {
         let one_sided = !scene.material(surface).transmits_diffusely();
-        let one_sided = one_sided.then_some(encounter.normal);
+        let one_sided = one_sided.then_some(interaction.normal);
         Self {
             scene,
             surface,
-            encounter,
+            interaction,
             at: Vertex { point, step: Some(surface.normal), one_sided },
         }
     }
@@ -46,20 +51,20 @@ impl<'a> Joined<'a> {
     /// [`weight`](Self::weight) leaves to directions that are sampled.
     pub fn radiance<const N: usize>(&self, rng: &mut Stream) -> Spectrum<N> {
         let material = self.scene.material(self.surface);
-        let along = |d| material.density(&self.encounter, Transport::Importance, d);
+        let along = |d| material.density(&self.interaction, Transport::Importance, d);
         let mut path = Path { scene: self.scene, reflectors: None, rng, rays: 0, cut_off: false };
         let Some((towards, irradiance)) = path.next_event::<N>(&self.at, along) else {
             return Spectrum::ZERO;
         };
-        let arriving = Encounter::new(-towards, self.surface.normal);
-        let f = material.evaluate(&arriving, -self.encounter.direction);
+        let arriving = Interaction::new(-towards, self.surface.normal);
+        let f = material.evaluate(&arriving, -self.interaction.direction);
         f.scaled(arriving.cos) * irradiance
     }
 
     /// What the lights at infinity count that a sampled direction meets straight or through panes.
     pub fn sky<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
         let material = self.scene.material(self.surface);
-        let density = material.density(&self.encounter, Transport::Importance, toward);
+        let density = material.density(&self.interaction, Transport::Importance, toward);
         let mut radiance = Spectrum::ZERO;
         for (l, light) in self.scene.infinite_lights() {
             let other = next_event_density_of_sky(self.scene, &self.at, l, light, toward);
@@ -72,7 +77,7 @@ impl<'a> Joined<'a> {
     /// What a lamp counts that a sampled direction meets straight or through panes.
     pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
         let material = self.scene.material(self.surface);
-        let density = material.density(&self.encounter, Transport::Importance, ray.direction);
+        let density = material.density(&self.interaction, Transport::Importance, ray.direction);
         density / (density + next_event_density(self.scene, &self.at, ray, hit))
     }
 }

@@ -7,7 +7,7 @@ use crate::{
     },
     scene::{
         light::{Light, Strata},
-        material::Onward,
+        material::LobeKind,
         world::Scene,
     },
     transport::trace::{Event, trace},
@@ -55,11 +55,11 @@ impl Unseen {
                 if let Some(counted) = event.counted(scene) {
                     on_captors.add(photon.weights, counted.power, hidden);
                 }
-                if let Event::Arrival { power, onward, .. } = event {
+                if let Event::Arrival { power, lobe, .. } = event {
                     rays += 1;
                     on_surfaces.add(photon.weights, power, hidden);
-                    hidden |= delta && !diffused && onward == Some(Onward::Specular);
-                    diffused |= onward == Some(Onward::Diffuse);
+                    hidden |= delta && !diffused && lobe == Some(LobeKind::Specular);
+                    diffused |= lobe == Some(LobeKind::Diffuse);
                 }
             });
             done += 1;

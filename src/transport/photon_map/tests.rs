@@ -5,10 +5,10 @@ use glam::Vec3;
 use super::*;
 use crate::math::rng::Stream;
 
-fn arrival(position: Vec3, shelf: u32, history: u32) -> Arrival {
+fn arrival(position: Vec3, bin: u32, history: u32) -> Arrival {
     let direction = PackedDirection::new(Vec3::NEG_Z);
     let photon = StoredPhoton { direction, triangle: 0, light: 0, history };
-    Arrival { position, shelf, photon }
+    Arrival { position, bin, photon }
 }
 
 fn map_of(arrivals: &[Arrival]) -> PhotonMap {
@@ -34,7 +34,7 @@ fn nearest_is_that_of_brute_force() {
     ];
     for kind in kinds {
         for n in [1, 7, SMALL_SHELF, SMALL_SHELF + 1, 5_000] {
-            // another shelf around it, that must not be found
+            // another bin around it, that must not be found
             let arrivals: Vec<Arrival> = (0..2 * n)
                 .map(|i| arrival(kind(cube(&mut rng)), if i % 2 == 0 { 4 } else { 9 }, i as u32))
                 .collect();
@@ -45,7 +45,7 @@ fn nearest_is_that_of_brute_force() {
                     let found = map.nearest(9, point, k);
                     let mut exact: Vec<f32> = arrivals
                         .iter()
-                        .filter(|a| a.shelf == 9)
+                        .filter(|a| a.bin == 9)
                         .map(|a| a.position.distance(point))
                         .collect();
                     exact.sort_by(f32::total_cmp);
@@ -57,7 +57,7 @@ fn nearest_is_that_of_brute_force() {
                     assert_eq!(seen.len(), found.len(), "a photon is found twice");
                     for (found, exact) in found.iter().zip(exact) {
                         let arrival = &arrivals[map.photons[found.index].history as usize];
-                        assert_eq!(arrival.shelf, 9);
+                        assert_eq!(arrival.bin, 9);
                         let own = arrival.position.distance(point);
                         let near = |d: f32| (d - exact).abs() < 1e-5;
                         assert!(near(found.distance2.sqrt()) && near(own), "{n} {k}: {exact}");
@@ -70,101 +70,101 @@ fn nearest_is_that_of_brute_force() {
     }
 }
 
-/// Powers stay with their arrivals when these are sorted onto shelves.
+/// Powers stay with their arrivals when these are sorted onto bins.
 #[test]
 fn powers_follow_their_arrivals() {
     let arrivals: Vec<Arrival> =
         (0..100).map(|i| arrival(Vec3::splat(i as f32), 7 * i % 5, i)).collect();
     let map = map_of(&arrivals);
-    let shelf = |photon: &StoredPhoton| arrivals[photon.history as usize].shelf;
-    assert!(map.photons.is_sorted_by_key(shelf));
+    let bin = |photon: &StoredPhoton| arrivals[photon.history as usize].bin;
+    assert!(map.photons.is_sorted_by_key(bin));
     assert_eq!(map.photons.len(), arrivals.len());
     for (i, photon) in map.photons.iter().enumerate() {
         assert_eq!(map.power(i), [photon.history as f32]);
     }
 }
 
-/// A piece of a run: its place, its histories, and the arrivals of each.
+/// A task of a run: its place, its histories, and the arrivals of each.
 struct Traced {
-    key: PieceKey,
+    key: TaskKey,
     histories: Vec<u32>,
 }
 
-/// Seed 2, 4000 random runs: pieces of unequal size, some without histories that arrive, in the order
-/// of `PieceKey`, added in any other order and only while they are wanted. The map holds the arrivals
+/// Seed 2, 4000 random runs: tasks of unequal size, some without histories that arrive, in the order
+/// of `TaskKey`, added in any other order and only while they are wanted. The map holds the arrivals
 /// of the most first histories that fit, numbers those that arrived, and says how many all are.
 #[test]
 fn map_is_that_of_the_first_histories() {
     let mut rng = Stream::new(2, 0, 0);
     let mut below = |n: u32| (rng.uniform() * n as f32) as u32;
     for run in 0..4_000 {
-        let (rounds, slices, blocks) = (1 + below(2), 1 + below(3), 1 + below(4));
+        let (rounds, slices, batches) = (1 + below(2), 1 + below(3), 1 + below(4));
         let busy = below(5);
-        let mut pieces = Vec::new();
+        let mut tasks = Vec::new();
         for round in 0..rounds {
             for slice in 0..slices {
-                for block in 0..blocks {
+                for batch in 0..batches {
                     let histories = (0..1 + below(6))
                         .map(|_| below(4).saturating_sub(below(2)) * below(busy + 1));
-                    let key = (round.into(), slice.into(), block.into());
-                    pieces.push(Traced { key, histories: histories.collect() });
+                    let key = (round.into(), slice.into(), batch.into());
+                    tasks.push(Traced { key, histories: histories.collect() });
                 }
             }
         }
-        let total: u32 = pieces.iter().flat_map(|p| &p.histories).sum();
+        let total: u32 = tasks.iter().flat_map(|p| &p.histories).sum();
         let limit = below(total + 3) as usize;
 
         // the reference: history by history, in order
         let (mut fit, mut arrived, mut kept) = (0, 0, Vec::new());
-        'fill: for piece in &pieces {
-            for &arrivals in &piece.histories {
+        'fill: for task in &tasks {
+            for &arrivals in &task.histories {
                 if kept.len() + arrivals as usize > limit {
                     break 'fill;
                 }
-                kept.extend((0..arrivals).map(|i| (piece.key, arrived, i)));
+                kept.extend((0..arrivals).map(|i| (task.key, arrived, i)));
                 arrived += u32::from(arrivals > 0);
                 fit += 1;
             }
         }
 
-        let mut order: Vec<usize> = (0..pieces.len()).collect();
+        let mut order: Vec<usize> = (0..tasks.len()).collect();
         for i in (1..order.len()).rev() {
             order.swap(i, below(i as u32 + 1) as usize);
         }
         let mut builder = MapBuilder::new(limit, 2);
-        // two threads: a piece is begun before the last one is added
-        let mut begun: Option<(PieceKey, Piece)> = None;
+        // two threads: a task is begun before the last one is added
+        let mut begun: Option<(TaskKey, TaskArrivals)> = None;
         for &p in &order {
-            let Traced { key, histories } = &pieces[p];
+            let Traced { key, histories } = &tasks[p];
             let wanted = builder.wants(*key);
-            if let Some((key, piece)) = begun.take() {
-                builder.add(key, piece);
+            if let Some((key, task)) = begun.take() {
+                builder.add(key, task);
             }
             if !wanted {
                 continue;
             }
-            let mut piece = Piece::default();
+            let mut task = TaskArrivals::default();
             for (history, &arrivals) in histories.iter().enumerate() {
                 for i in 0..arrivals {
                     let place = key.0 << 16 | key.1 << 8 | key.2;
                     let mut arrival = arrival(Vec3::ZERO, 0, history as u32);
                     (arrival.photon.triangle, arrival.photon.light) = (i, place as u32);
-                    piece.push(limit, arrival, [place as f32, i as f32].into_iter());
+                    task.push(limit, arrival, [place as f32, i as f32].into_iter());
                 }
             }
-            begun = Some((*key, piece));
+            begun = Some((*key, task));
         }
-        if let Some((key, piece)) = begun {
-            builder.add(key, piece);
+        if let Some((key, task)) = begun {
+            builder.add(key, task);
         }
 
-        let before = |key: PieceKey| -> u64 {
-            pieces.iter().filter(|p| p.key < key).map(|p| p.histories.len() as u64).sum()
+        let before = |key: TaskKey| -> u64 {
+            tasks.iter().filter(|p| p.key < key).map(|p| p.histories.len() as u64).sum()
         };
-        let all: u64 = pieces.iter().map(|p| p.histories.len() as u64).sum();
+        let all: u64 = tasks.iter().map(|p| p.histories.len() as u64).sum();
         let map = builder.build(all, before);
         assert_eq!(map.histories, fit, "run {run}, limit {limit} of {total}");
-        let found: Vec<(PieceKey, u32, u32)> = map
+        let found: Vec<(TaskKey, u32, u32)> = map
             .photons
             .iter()
             .map(|photon| {
@@ -189,7 +189,7 @@ fn stored_photon_takes_at_most_48_bytes() {
     for n in [SMALL_SHELF + 1, (1 << 16) + 1, 100_000, 1 << 17] {
         let arrivals: Vec<Arrival> = (0..n).map(|i| arrival(cube(&mut rng), 0, i as u32)).collect();
         let map = map_of(&arrivals);
-        let Places::Tree(tree) = &map.shelves[&0].places else { panic!("a tree") };
+        let Places::Tree(tree) = &map.bins[&0].places else { panic!("a tree") };
         let places = n * (size_of::<[f32; 3]>() + size_of::<u32>());
         let leaf = size_of::<[usize; 2]>() + 7 + 2 * size_of::<f32>();
         let in_tree = places + tree.leaf_count().next_power_of_two() * leaf;

@@ -2,13 +2,13 @@
 //!
 //! Every face of every captor, in every band that carries power and every sum of such, must have a relative
 //! standard error of at most the tolerance. Of few arrivals such an error is not to be trusted, and of none there
-//! is none. So a face on which fewer than [`ENOUGH`] blocks found light holds the run up, unless that is because
+//! is none. So a face on which fewer than [`ENOUGH`] batches found light holds the run up, unless that is because
 //! there is next to no light: its value is below the tolerance times that of the median captor, with 95 %
 //! confidence. Then it is dark, and listed with that bound.
 
 use std::sync::atomic::Ordering;
 
-use super::{Run, Work, plan::Plan};
+use super::{Run, Work, schedule::Schedule};
 use crate::{
     math::stats::{Running, rate_bound},
     scene::{
@@ -19,7 +19,7 @@ use crate::{
     transport::tally::Totals,
 };
 
-/// Blocks that must have found light on a face, and so at least as many histories, for its error to be trusted.
+/// Batches that must have found light on a face, and so at least as many histories, for its error to be trusted.
 const ENOUGH: u64 = 30;
 
 /// A face of a captor, in a band.
@@ -40,8 +40,8 @@ pub struct Worst {
     pub at: FaceBand,
     /// Its standard error over itself; none where nothing arrived.
     pub relative_error: Option<f64>,
-    /// Blocks that found light there; of fewer than 30 the error is not to be trusted.
-    pub blocks_with_light: u64,
+    /// Batches that found light there; of fewer than 30 the error is not to be trusted.
+    pub batches_with_light: u64,
 }
 
 /// A face that hardly any light reaches.
@@ -81,10 +81,15 @@ impl Found<'_> {
 }
 
 impl Run<'_> {
-    /// What all `blocks` so far say of the tolerance.
-    pub(super) fn accuracy(&self, plan: &Plan, totals: &Totals, tolerance: f64) -> Accuracy {
-        let brightest = self.brightest(plan);
-        let rates: Vec<f64> = (0..ENOUGH).map(|hit| rate_bound(hit, totals.blocks)).collect();
+    /// What all `batches` so far say of the tolerance.
+    pub(super) fn accuracy(
+        &self,
+        schedule: &Schedule,
+        totals: &Totals,
+        tolerance: f64,
+    ) -> Accuracy {
+        let brightest = self.brightest(schedule);
+        let rates: Vec<f64> = (0..ENOUGH).map(|hit| rate_bound(hit, totals.batches)).collect();
         // so many hits alone make an error this small
         let enough = tolerance.powi(-2).max(ENOUGH as f64);
         let (mut worst, mut farthest, mut dark) = (None, 0.0, Vec::new());
@@ -93,26 +98,26 @@ impl Run<'_> {
             let medians = Medians::of(&found);
             for face in &found {
                 let Found { captor, at, running, .. } = *face;
-                let blocks_with_light = running.above_zero();
+                let batches_with_light = running.above_zero();
                 if !face.is_enough() {
                     let history = brightest.on(captor, band).max(running.largest());
-                    let below = rates[blocks_with_light as usize] * history / captor.area;
+                    let below = rates[batches_with_light as usize] * history / captor.area;
                     let median = medians.beside(face);
                     if below < tolerance * median.unwrap_or(brightest.evenly(self.scene, band)) {
                         dark.push(Dark { at, below });
                         continue;
                     }
                 }
-                let estimate = running.estimate(totals.blocks);
-                let error = estimate.standard_error.filter(|_| blocks_with_light > 0);
+                let estimate = running.estimate(totals.batches);
+                let error = estimate.standard_error.filter(|_| batches_with_light > 0);
                 let relative_error = error.map(|error| error / estimate.mean);
                 // how many times as many histories are needed, about
                 let by_error = (relative_error.unwrap_or(0.0) / tolerance).powi(2);
-                let by_number = enough / (blocks_with_light as f64).max(0.5);
+                let by_number = enough / (batches_with_light as f64).max(0.5);
                 let more = if face.is_enough() { by_error } else { by_error.max(by_number) };
                 if more > farthest || worst.is_none() {
                     farthest = more;
-                    worst = Some(Worst { at, relative_error, blocks_with_light });
+                    worst = Some(Worst { at, relative_error, batches_with_light });
                 }
             }
         }
@@ -120,17 +125,17 @@ impl Run<'_> {
     }
 
     /// The most that one history can bring.
-    fn brightest(&self, plan: &Plan) -> Brightest {
+    fn brightest(&self, schedule: &Schedule) -> Brightest {
         let bands = self.scene.bands.len();
         let powers = (0..bands).map(|b| self.scene.lights.iter().map(|light| light.power[b]).sum());
         let powers: Vec<f64> = powers.collect();
-        let block = plan.blocks - 1;
-        let histories = plan.block(block) as f64;
+        let batch = schedule.batches - 1;
+        let histories = schedule.batch(batch) as f64;
         let (flux, irradiance) = match &self.work {
             Work::Photons(_) => {
                 let mut most = vec![0.0; bands];
-                for piece in [0, plan.pieces(block) - 1] {
-                    let (_, length) = plan.range(block, piece);
+                for task in [0, schedule.tasks(batch) - 1] {
+                    let (_, length) = schedule.range(batch, task);
                     let strata = Strata::new(&self.scene.lights, length, bands);
                     for weights in (0..self.scene.lights.len()).map(|l| strata.weights(l)) {
                         most.iter_mut().zip(weights).for_each(|(most, w)| *most = w.max(*most));
@@ -146,18 +151,18 @@ impl Run<'_> {
                 (powers.iter().zip(&irradiance).map(none).collect(), irradiance)
             }
         };
-        let of_block = |most: Vec<f64>| {
+        let of_batch = |most: Vec<f64>| {
             self.scene.with_sums(&most).into_iter().map(|most| most / histories).collect()
         };
         Brightest {
-            flux: of_block(flux),
-            irradiance: of_block(irradiance),
+            flux: of_batch(flux),
+            irradiance: of_batch(irradiance),
             powers: self.scene.with_sums(&powers),
         }
     }
 }
 
-/// The most that one history can bring to the estimate of a block, per band and sum.
+/// The most that one history can bring to the estimate of a batch, per band and sum.
 struct Brightest {
     /// Photons: the power of the heaviest, W or umol/s.
     flux: Vec<f64>,
@@ -183,7 +188,7 @@ fn found<'a>(scene: &'a Scene, totals: &Totals, band: usize) -> Vec<Found<'a>> {
     let on = |(index, captor): (usize, &'a Captor)| {
         captor.kind.faces().iter().map(move |&face| {
             let running = totals.running(captor.first_channel + face as usize)[band];
-            let irradiance = running.estimate(totals.blocks).mean / captor.area;
+            let irradiance = running.estimate(totals.batches).mean / captor.area;
             Found { captor, at: FaceBand { captor: index, face, band }, running, irradiance }
         })
     };

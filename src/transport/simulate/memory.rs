@@ -12,10 +12,10 @@ use crate::{
 
 /// The most memory that a run may take for its sums and results on any machine, bytes.
 const MOST: u64 = 16 << 30;
-/// The most memory that sums of blocks that wait for each other may take, bytes.
+/// The most memory that sums of batches that wait for each other may take, bytes.
 const MOST_OPEN: u64 = 4 << 30;
 
-/// The most bytes that sums of blocks that wait for each other may take now.
+/// The most bytes that sums of batches that wait for each other may take now.
 pub(super) fn most_open() -> u64 {
     MOST_OPEN.min(memory_left())
 }

@@ -3,7 +3,7 @@
 //! Cost is counted as work, never by the clock: rays x relative variance, which is the number of
 //! rays for a relative standard error of 1, and falls as 1 / error^2.
 
-use super::{BLOCKS, Control, Keep, Run, faces};
+use super::{BATCHES, Control, Keep, Run, faces};
 use crate::{
     error::Result,
     math::{
@@ -71,11 +71,11 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     };
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Trial, ..run };
-    // one photon of each light in each block, then twice as many, ...
-    let mut histories = BLOCKS * scene.sources() as u64;
+    // one photon of each light in each batch, then twice as many, ...
+    let mut histories = BATCHES * scene.sources() as u64;
     let totals = loop {
         let mut totals = run.totals();
-        run.round::<N>(&run.plan(histories)?, 0, None, &mut totals, None)?;
+        run.round::<N>(&run.schedule(histories)?, 0, None, &mut totals, None)?;
         if histories >= TRIAL || totals.segments >= RAYS {
             break totals;
         }
@@ -88,7 +88,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     for face in &tried {
         let channel = scene.captors[face.captor].first_channel + face.channel as usize;
         for running in &totals.running(channel)[..scene.bands.len()] {
-            let Estimate { mean, standard_error } = running.estimate(totals.blocks);
+            let Estimate { mean, standard_error } = running.estimate(totals.batches);
             let relative = standard_error.unwrap_or(mean) / mean;
             photons_found.add(mean, relative.powi(2) * histories as f64);
         }
@@ -98,7 +98,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     let (mut sums, mut squares) = (vec![[0.0; N]; tried.len()], vec![[0.0; N]; tried.len()]);
     let mut paths = 0;
     // the photons had the batches before
-    let streams = Streams::new(settings.seed, Purpose::Trial, BLOCKS);
+    let streams = Streams::new(settings.seed, Purpose::Trial, BATCHES);
     let reflectors = Reflectors::find(scene, settings.seed);
     while paths < LEAST || (paths < TRIAL / tried.len() as u64 && paths_found.rays < RAYS) {
         for (f, face) in tried.iter().enumerate() {

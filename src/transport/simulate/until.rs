@@ -8,44 +8,46 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{BLOCKS, End, Run, Simulation, Work, lock, memory::most_open, parts, plan::Plan};
+use super::{
+    BATCHES, End, Run, Simulation, Work, lock, memory::most_open, parts, schedule::Schedule,
+};
 use crate::{
     error::{Error, Result},
     transport::{settings::MAX_PHOTONS, tally::Tally},
 };
 
 impl Run<'_> {
-    /// Rounds of equal blocks, until every captor is accurate enough.
+    /// Rounds of equal batches, until every captor is accurate enough.
     pub(super) fn until_accurate<const N: usize>(
         &self,
         tolerance: f64,
         limit: Option<u64>,
     ) -> Result<Simulation> {
-        let (piece, unit) = (self.full_piece(), self.unit());
-        // a block is worth adding up once it has some photons for each captor; paths always have
+        let (task, unit) = (self.full_task(), self.unit());
+        // a batch is worth adding up once it has some photons for each captor; paths always have
         let enough = match self.work {
-            Work::Photons(_) => self.scene.channels() as u64 / 8 / piece,
+            Work::Photons(_) => self.scene.channels() as u64 / 8 / task,
             Work::Paths(..) => 2,
         };
-        let block = piece * enough.max(2);
-        let whole = self.plan(limit.unwrap_or(u64::MAX).min(BLOCKS * block * unit))?;
-        let short = self.less_than::<N>(&whole, whole.block(0))?;
+        let batch = task * enough.max(2);
+        let whole = self.schedule(limit.unwrap_or(u64::MAX).min(BATCHES * batch * unit))?;
+        let short = self.less_than::<N>(&whole, whole.batch(0))?;
         let rounds = match short {
             Some(_) => 1,
             None => (limit.unwrap_or(MAX_PHOTONS) / (whole.histories * unit)).max(1),
         };
-        let plan = short.unwrap_or(whole);
+        let schedule = short.unwrap_or(whole);
         let (mut totals, map) = (self.totals(), self.map_builder());
         let (mut look, mut accuracy) = (1, None);
         let mut end = End::Photons;
         for round in 1..=rounds {
-            self.round::<N>(&plan, round - 1, limit, &mut totals, map.as_ref())?;
+            self.round::<N>(&schedule, round - 1, limit, &mut totals, map.as_ref())?;
             let time_is_up = short.is_some() || self.time_is_up();
             if round < look && round < rounds && !time_is_up {
                 continue;
             }
             look = next_look(round);
-            let found = self.accuracy(&plan, &totals, tolerance);
+            let found = self.accuracy(&schedule, &totals, tolerance);
             let (met, worst) = (found.met, found.worst);
             accuracy = Some(found);
             if met {
@@ -58,81 +60,85 @@ impl Run<'_> {
                 break;
             }
         }
-        Ok(Simulation { accuracy, ..self.finish::<N>(totals, map, &plan, end)? })
+        Ok(Simulation { accuracy, ..self.finish::<N>(totals, map, &schedule, end)? })
     }
 
-    /// All blocks side by side, piece by piece, so that the run can end after any piece with
-    /// blocks as if it had been asked for just so many photons.
+    /// All batches side by side, task by task, so that the run can end after any task with
+    /// batches as if it had been asked for just so many photons.
     pub(super) fn until_time<const N: usize>(
         &self,
-        plan: &Plan,
+        schedule: &Schedule,
         limit: Duration,
     ) -> Result<Simulation> {
-        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) as u64 * plan.blocks;
+        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) as u64 * schedule.batches;
         if bytes > most_open() {
             let gib = bytes as f64 / f64::from(1 << 30);
             return Err(Error::input(
                 "max_time",
-                format!("its block sums would take {gib:.0} GiB"),
+                format!("its batch sums would take {gib:.0} GiB"),
             )
             .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
         }
-        if let Some(short) = self.less_than::<N>(plan, plan.block(0).min(plan.piece))? {
+        if let Some(short) = self.less_than::<N>(schedule, schedule.batch(0).min(schedule.task))? {
             let (mut totals, map) = (self.totals(), self.map_builder());
             let of = Some(short.histories * self.unit());
             self.round::<N>(&short, 0, of, &mut totals, map.as_ref())?;
             return self.finish::<N>(totals, map, &short, End::Time);
         }
         let map = self.map_builder();
-        let blocks: Vec<Mutex<Tally>> =
-            (0..plan.blocks).map(|_| Mutex::new(self.tally())).collect();
-        let most = plan.pieces(0);
-        let mut ended = *plan;
+        let batches: Vec<Mutex<Tally>> =
+            (0..schedule.batches).map(|_| Mutex::new(self.tally())).collect();
+        let most = schedule.tasks(0);
+        let mut ended = *schedule;
         let mut end = End::Photons;
-        for piece in 0..most {
+        for task in 0..most {
             let began = Instant::now();
             let next = AtomicU64::new(0);
             self.pool.broadcast(|_| {
-                let mut piece_sums = self.tally();
+                let mut task_sums = self.tally();
                 loop {
-                    let block = next.fetch_add(1, Ordering::Relaxed);
-                    if block >= plan.blocks || self.stopped() {
+                    let batch = next.fetch_add(1, Ordering::Relaxed);
+                    if batch >= schedule.batches || self.stopped() {
                         return;
                     }
-                    if piece < plan.pieces(block) {
-                        self.piece::<N>(plan, (0, piece, block), &mut piece_sums, map.as_ref());
-                        lock(&blocks[block as usize]).drain(&mut piece_sums);
-                        self.report(Some(plan.histories * self.unit()), None);
+                    if task < schedule.tasks(batch) {
+                        self.task::<N>(schedule, (0, task, batch), &mut task_sums, map.as_ref());
+                        lock(&batches[batch as usize]).drain(&mut task_sums);
+                        self.report(Some(schedule.histories * self.unit()), None);
                     }
                 }
             });
             self.check_stopped()?;
-            // the last piece of a block is of another length: there the run is complete or not
-            let whole = (0..plan.blocks).all(|b| piece + 1 < plan.pieces(b));
+            // the last task of a batch is of another length: there the run is complete or not
+            let whole = (0..schedule.batches).all(|b| task + 1 < schedule.tasks(b));
             // at the border nearest to the limit
             if self.started.elapsed() + began.elapsed() / 2 >= limit && whole {
-                ended = plan.ended_after(piece + 1);
+                ended = schedule.ended_after(task + 1);
                 end = End::Time;
                 break;
             }
         }
         let mut totals = self.totals();
-        for (block, sums) in blocks.iter().enumerate() {
-            totals.add_block(self.scene, &mut lock(sums), ended.block(block as u64));
+        for (batch, sums) in batches.iter().enumerate() {
+            totals.add_batch(self.scene, &mut lock(sums), ended.batch(batch as u64));
         }
         self.finish::<N>(totals, map, &ended, end)
     }
 
-    /// With a time limit that will be up before each block of `plan` has done `most` histories: a
-    /// plan that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
-    fn less_than<const N: usize>(&self, plan: &Plan, most: u64) -> Result<Option<Plan>> {
+    /// With a time limit that will be up before each batch of `schedule` has done `most` histories: a
+    /// schedule that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
+    fn less_than<const N: usize>(
+        &self,
+        schedule: &Schedule,
+        most: u64,
+    ) -> Result<Option<Schedule>> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
         let each = match &self.work {
             Work::Photons(_) => self.scene.sources() as u64,
             Work::Paths(..) => 1,
         };
-        // like parts of all blocks
-        let cut = |parts: u64| Plan { histories: plan.blocks * each * parts, ..*plan };
+        // like parts of all batches
+        let cut = |parts: u64| Schedule { histories: schedule.batches * each * parts, ..*schedule };
         let most = most / each;
         let mut parts = 1;
         while parts < most {

@@ -20,7 +20,7 @@ pub struct Sums {
     parts: Vec<Sums>,
 }
 
-/// The most that any count of a block can be.
+/// The most that any count of a batch can be.
 const MOST: u64 = 1 << 53;
 
 impl Tally {

@@ -1,4 +1,4 @@
-//! What all blocks found.
+//! What all batches found.
 
 use super::{Counts, Ledger, Tally};
 use crate::{
@@ -6,12 +6,12 @@ use crate::{
     scene::{captor::CHANNELS, world::Scene},
 };
 
-/// What all blocks found: running sums per channel of captors, then of groups, for each band,
+/// What all batches found: running sums per channel of captors, then of groups, for each band,
 /// then each sum over bands.
 #[derive(Clone, Debug)]
 pub struct Totals {
-    /// Blocks so far.
-    pub blocks: u64,
+    /// Batches so far.
+    pub batches: u64,
     /// Histories so far.
     pub histories: u64,
     /// Straight flights so far.
@@ -43,7 +43,7 @@ impl Totals {
             .flat_map(|(i, captor)| std::iter::repeat_n(i as u32, captor.kind.channels()))
             .collect();
         Self {
-            blocks: 0,
+            batches: 0,
             histories: 0,
             segments: 0,
             cut_off: 0,
@@ -69,24 +69,24 @@ impl Totals {
         (parts + 1) * (size_of::<Self>() + sums)
     }
 
-    /// Adds a block of `histories` and empties it. Each block counts alike: it is a whole small
+    /// Adds a batch of `histories` and empties it. Each batch counts alike: it is a whole small
     /// run, in which every light has its share.
-    pub fn add_block(&mut self, scene: &Scene, block: &mut Tally, histories: u64) {
+    pub fn add_batch(&mut self, scene: &Scene, batch: &mut Tally, histories: u64) {
         let scale = 1.0 / histories as f64;
         let bands = scene.bands.len();
-        let mut touched = std::mem::take(&mut block.touched);
+        let mut touched = std::mem::take(&mut batch.touched);
         touched.sort_unstable();
         let mut row = vec![0.0; self.columns];
         for &channel in &touched {
             let channel = channel as usize;
             for (b, value) in row[..bands].iter_mut().enumerate() {
-                *value = std::mem::take(&mut block.flux[channel * bands + b]) * scale;
+                *value = std::mem::take(&mut batch.flux[channel * bands + b]) * scale;
             }
             for (s, sum) in scene.sums.iter().enumerate() {
                 row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
             }
             let mut counts = Counts::default();
-            counts.add(&mut block.counts[channel]);
+            counts.add(&mut batch.counts[channel]);
             self.photons[channel] += counts.photons;
             self.arrived[channel] += counts.histories;
             for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
@@ -104,13 +104,13 @@ impl Totals {
         for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
             running.add(std::mem::take(value));
         }
-        self.ledger.drain(&mut block.ledger, scale);
-        self.blocks += 1;
+        self.ledger.drain(&mut batch.ledger, scale);
+        self.batches += 1;
         self.histories += histories;
-        self.segments += std::mem::take(&mut block.segments);
-        self.cut_off += std::mem::take(&mut block.cut_off);
-        for (part, sums) in self.parts.iter_mut().zip(&mut block.parts) {
-            part.add_block(scene, sums, histories);
+        self.segments += std::mem::take(&mut batch.segments);
+        self.cut_off += std::mem::take(&mut batch.cut_off);
+        for (part, sums) in self.parts.iter_mut().zip(&mut batch.parts) {
+            part.add_batch(scene, sums, histories);
         }
     }
 
@@ -124,7 +124,7 @@ impl Totals {
         let parts = || self.parts.iter().zip(factors);
         let mix = |i: usize| {
             let parts = parts().map(|(part, factors)| (part.running[i], factors[i % self.columns]));
-            Running::mixed(parts, self.blocks)
+            Running::mixed(parts, self.batches)
         };
         let mut ledger = Ledger::new(self.ledger.emitted.len(), 0);
         ledger.absorbed = vec![0.0; self.ledger.absorbed.len()];
@@ -161,7 +161,7 @@ impl Totals {
     pub fn ledger(&self) -> Ledger {
         let mut mean = Ledger::new(self.ledger.emitted.len(), 0);
         mean.absorbed = vec![0.0; self.ledger.absorbed.len()];
-        mean.drain(&mut self.ledger.clone(), 1.0 / self.blocks as f64);
+        mean.drain(&mut self.ledger.clone(), 1.0 / self.batches as f64);
         mean
     }
 }

@@ -1,4 +1,4 @@
-//! What a share of a run found, as a file: JSON, a line for the head, one for each block and each piece of
+//! What A shard found, as a file: JSON, a line for the head, one for each batch and each task of
 //! the photon map, and one for the end, so that it is read in little memory however large it is.
 
 use std::{
@@ -15,10 +15,10 @@ use crate::{
     error::{Error, Result},
     formats::{input::hex, json},
     transport::{
-        photon_map::PieceKey,
+        photon_map::TaskKey,
         settings::{Estimator, Settings},
         shard::Shard,
-        simulate::Share,
+        simulate::ShardSums,
         tally::Sums,
     },
 };
@@ -28,12 +28,12 @@ const LONGEST: u64 = 1 << 30;
 /// The version that wrote it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Goes up by one where random numbers or sums change, so that no shares of before and after are joined.
+/// Goes up by one where random numbers or sums change, so that no shards of before and after are joined.
 pub const FORMAT: u32 = 2;
 
-/// What a share is of.
+/// What a shard is a shard of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ShareHead {
+pub struct ShardHead {
     /// Which one: `3/16`.
     pub phylux_part: String,
     /// What its random numbers and sums are, [`FORMAT`]; 0 of those that do not say.
@@ -46,12 +46,12 @@ pub struct ShareHead {
     /// SHA-256 of it and of all files that it names.
     pub inputs: String,
     /// How it is run.
-    pub settings: ShareSettings,
+    pub settings: ShardSettings,
 }
 
 /// Settings that the results of a run depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ShareSettings {
+pub struct ShardSettings {
     estimator: Estimator,
     photons: u64,
     seed: u64,
@@ -61,7 +61,7 @@ pub struct ShareSettings {
     by_light: bool,
 }
 
-impl ShareSettings {
+impl ShardSettings {
     /// Those of a run.
     pub fn new(settings: &Settings) -> Self {
         let Settings { estimator, photons, seed, k, map_photons, splitting, by_light, .. } =
@@ -99,34 +99,40 @@ impl ShareSettings {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Line {
-    /// The sums of a block.
-    Block {
+    /// The sums of a batch.
+    #[serde(rename = "block")]
+    Batch {
         /// Its index.
         index: u64,
         /// What was counted.
         sums: Box<Sums>,
     },
     /// Arrivals on captors.
-    Piece {
-        /// Which.
-        key: PieceKey,
-        /// They.
+    #[serde(rename = "piece")]
+    TaskArrivals {
+        /// The task that found them.
+        key: TaskKey,
+        /// The arrivals, packed.
         words: Vec<u32>,
     },
-    /// The first piece whose arrivals no longer fit into the map.
+    /// The first task whose arrivals no longer fit into the map.
     Full {
-        /// Which.
-        key: PieceKey,
+        /// That task.
+        key: TaskKey,
     },
     /// Nothing comes after it.
     End {
-        /// Of all before this line.
+        /// Hash of all before this line.
         sha256: String,
     },
 }
 
-/// Writes a share.
-pub fn write_share(head: &ShareHead, share: Share, writer: &mut dyn Write) -> io::Result<()> {
+/// Writes a shard.
+pub fn write_shard(
+    head: &ShardHead,
+    shard_sums: ShardSums,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
     let mut hash = Sha256::new();
     let mut line = |value: Vec<u8>| {
         hash.update(&value);
@@ -135,13 +141,13 @@ pub fn write_share(head: &ShareHead, share: Share, writer: &mut dyn Write) -> io
         writer.write_all(b"\n")
     };
     line(serde_json::to_vec(head)?)?;
-    for (index, sums) in share.blocks {
-        line(serde_json::to_vec(&Line::Block { index, sums: Box::new(sums) })?)?;
+    for (index, sums) in shard_sums.batches {
+        line(serde_json::to_vec(&Line::Batch { index, sums: Box::new(sums) })?)?;
     }
-    for (key, piece) in share.pieces {
-        line(serde_json::to_vec(&Line::Piece { key, words: piece.words() })?)?;
+    for (key, task) in shard_sums.tasks {
+        line(serde_json::to_vec(&Line::TaskArrivals { key, words: task.words() })?)?;
     }
-    if let Some(key) = share.end {
+    if let Some(key) = shard_sums.end {
         line(serde_json::to_vec(&Line::Full { key })?)?;
     }
     writer.write_all(&end(hash)?)
@@ -154,18 +160,18 @@ fn end(before: Sha256) -> io::Result<Vec<u8>> {
     Ok(line)
 }
 
-/// A file of a share, read line by line.
-pub struct ShareReader {
+/// A file of a shard, read line by line.
+pub struct ShardReader {
     path: PathBuf,
     reader: BufReader<File>,
     hash: Sha256,
     /// What it is of.
-    pub head: ShareHead,
-    /// Which share it is.
+    pub head: ShardHead,
+    /// Which shard it is.
     pub shard: Shard,
 }
 
-impl ShareReader {
+impl ShardReader {
     /// Opens the file at `path`. Errors: it cannot be read, or is no part of a run.
     pub fn open(path: &Path) -> Result<Self> {
         let fail = |why: &dyn Display| Error::input(path.display(), why);
@@ -180,7 +186,7 @@ impl ShareReader {
         let mut reader = BufReader::new(File::open(path).map_err(unreadable)?);
         let mut hash = Sha256::new();
         let line = line(&mut reader, &mut hash).map_err(unreadable)?;
-        let head: ShareHead = serde_json::from_slice(&line).map_err(|e| none(&e))?;
+        let head: ShardHead = serde_json::from_slice(&line).map_err(|e| none(&e))?;
         let shard = Shard::parse(&head.phylux_part).map_err(|why| none(&why))?;
         Ok(Self { path: path.to_path_buf(), reader, hash, head, shard })
     }

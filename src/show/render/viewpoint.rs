@@ -1,4 +1,4 @@
-//! What an eye sees of a scene's shapes.
+//! What a viewpoint sees of a scene's shapes.
 
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// A camera in a scene.
-pub struct Eye<'a> {
+pub struct Viewpoint<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The camera.
@@ -24,7 +24,7 @@ pub struct Eye<'a> {
 
 /// What is first in a ray's way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Sight {
+pub enum FirstVisible {
     /// Nothing.
     Nothing,
     /// A surface or a captor.
@@ -40,10 +40,10 @@ pub enum Sight {
 
 /// Share of the scene's largest cross-section from which on a piece of surface may be cut away.
 const LARGE: f64 = 0.02;
-/// How far an eye may be from the middle of a scene, in its radii.
+/// How far a viewpoint may be from the middle of a scene, in its radii.
 const FARTHEST: f64 = 1e4;
 
-impl<'a> Eye<'a> {
+impl<'a> Viewpoint<'a> {
     /// Of a view. Error: it is so far away that single precision would not do.
     pub fn new(scene: &'a Scene, view: &View) -> Result<Self> {
         let distance = view.position.distance(scene.center);
@@ -69,7 +69,7 @@ impl<'a> Eye<'a> {
     }
 
     /// The same, but large surfaces whose plane parts it from the middle of the scene are not seen: for an
-    /// eye outside a closed room.
+    /// viewpoint outside a closed room.
     pub fn cut_open(mut self) -> Self {
         let scene = self.scene;
         let extent = Extent::of_triangles(scene.triangles());
@@ -86,7 +86,7 @@ impl<'a> Eye<'a> {
         self
     }
 
-    /// The first surface in the way of a ray from the eye.
+    /// The first surface in the way of a ray from the viewpoint.
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         self.first(ray, |_| false)
     }
@@ -114,21 +114,21 @@ impl<'a> Eye<'a> {
     }
 
     /// The surface that a ray meets first.
-    pub fn surface(&self, ray: &Ray) -> Sight {
-        self.opaque(ray).map_or(Sight::Nothing, |hit| self.at(ray, &hit))
+    pub fn surface(&self, ray: &Ray) -> FirstVisible {
+        self.opaque(ray).map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit))
     }
 
-    fn at(&self, ray: &Ray, hit: &SurfaceHit) -> Sight {
+    fn at(&self, ray: &Ray, hit: &SurfaceHit) -> FirstVisible {
         let surface = self.scene.surface(hit.triangle);
         let dot = ray.direction.dot(surface.normal);
-        Sight::Thing { cos: dot.abs(), captor: surface.captor(), front: dot < 0.0 }
+        FirstVisible::Thing { cos: dot.abs(), captor: surface.captor(), front: dot < 0.0 }
     }
 
     /// What a ray meets first, virtual captors too.
-    pub fn sight(&self, ray: &Ray) -> Sight {
+    pub fn sight(&self, ray: &Ray) -> FirstVisible {
         let hit = self.opaque(ray);
         let mut nearest = hit.map_or(f32::INFINITY, |hit| hit.t);
-        let mut sight = hit.map_or(Sight::Nothing, |hit| self.at(ray, &hit));
+        let mut sight = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
         // a captor in a surface is seen before it
         let limit = nearest + 4.0 * self.scene.ray_offset();
         self.scene.crossings(ray, limit, |crossing| {
@@ -138,7 +138,11 @@ impl<'a> Eye<'a> {
                 nearest = t;
                 let normal = self.scene.captor_triangles()[crossing.triangle].normal();
                 let cos = ray.direction.dot(normal).abs();
-                sight = Sight::Thing { cos, captor: Some(crossing.captor), front: crossing.front };
+                sight = FirstVisible::Thing {
+                    cos,
+                    captor: Some(crossing.captor),
+                    front: crossing.front,
+                };
             }
         });
         sight

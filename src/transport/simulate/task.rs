@@ -1,68 +1,70 @@
-//! Following the histories of one piece.
+//! Following the histories of one task.
 
 use std::sync::{Mutex, atomic::Ordering};
 
-use super::{BLOCKS, Keep, Run, Work, lock, plan::Plan};
+use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
 use crate::{
     math::{
         rng::{Stream, Streams},
         spectrum::Spectrum,
     },
-    scene::{light::Strata, material::Onward, world::Scene},
+    scene::{light::Strata, material::LobeKind, world::Scene},
     transport::{
         paths::{Face, Reflectors},
-        photon_map::{Arrival, MapBuilder, PackedDirection, Piece, PieceKey, StoredPhoton, Way},
+        photon_map::{
+            Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
+        },
         tally::Tally,
         trace::{Event, split_at_light, trace},
     },
 };
 
 /// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
-/// spread evenly over a block. Photons gain less from that than it costs, unless captors are as large as walls.
+/// spread evenly over a batch. Photons gain less from that than it costs, unless captors are as large as walls.
 const SOBOL_NUMBERS: u32 = 16;
 
 impl Run<'_> {
-    /// Follows the histories of one piece.
-    pub(super) fn piece<const N: usize>(
+    /// Follows the histories of one task.
+    pub(super) fn task<const N: usize>(
         &self,
-        plan: &Plan,
-        key: PieceKey,
+        schedule: &Schedule,
+        key: TaskKey,
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        let (_, piece, block) = key;
-        let (_, histories) = plan.range(block, piece);
+        let (_, task, batch) = key;
+        let (_, histories) = schedule.range(batch, task);
         match &self.work {
             Work::Paths(faces, reflectors) => {
-                self.paths::<N>(plan, key, faces, reflectors.as_ref(), tally);
+                self.paths::<N>(schedule, key, faces, reflectors.as_ref(), tally);
             }
             Work::Photons(strata) if strata.histories() == histories => {
-                self.photons::<N>(plan, key, strata, tally, map);
+                self.photons::<N>(schedule, key, strata, tally, map);
             }
             Work::Photons(_) => {
                 let strata = Strata::new(&self.scene.lights, histories, N);
-                self.photons::<N>(plan, key, &strata, tally, map);
+                self.photons::<N>(schedule, key, &strata, tally, map);
             }
         }
         self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
     }
 
-    /// The random streams of a block.
-    fn streams(&self, round: u64, block: u64) -> Streams {
-        Streams::new(self.settings.seed, self.purpose, round * BLOCKS + block)
+    /// The random streams of a batch.
+    fn streams(&self, round: u64, batch: u64) -> Streams {
+        Streams::new(self.settings.seed, self.purpose, round * BATCHES + batch)
     }
 
     /// Follows paths from every face.
     fn paths<const N: usize>(
         &self,
-        plan: &Plan,
-        (round, piece, block): PieceKey,
+        schedule: &Schedule,
+        (round, task, batch): TaskKey,
         faces: &[Face],
         reflectors: Option<&Reflectors>,
         tally: &mut Tally,
     ) {
-        let (first, histories) = plan.range(block, piece);
-        let streams = self.streams(round, block);
+        let (first, histories) = schedule.range(batch, task);
+        let streams = self.streams(round, batch);
         for (f, face) in faces.iter().enumerate() {
             if self.stopped() {
                 return;
@@ -89,18 +91,18 @@ impl Run<'_> {
     /// Emits and follows photons.
     fn photons<const N: usize>(
         &self,
-        plan: &Plan,
-        key: PieceKey,
+        schedule: &Schedule,
+        key: TaskKey,
         strata: &Strata,
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        let (round, piece, block) = key;
-        let (first, histories) = plan.range(block, piece);
+        let (round, task, batch) = key;
+        let (first, histories) = schedule.range(batch, task);
         let limit = map.map_or(0, |map| lock(map).limit());
-        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| Piece::default());
+        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
         let bands = self.scene.bands.len();
-        let streams = self.streams(round, block);
+        let streams = self.streams(round, batch);
         let flights = self.scene.flights(self.settings.splitting);
         for index in 0..histories {
             if self.stopped() {
@@ -114,19 +116,19 @@ impl Run<'_> {
             let mut way = Way::default();
             let mut on = |event: Event<'_, N>| {
                 tally.score(self.scene, part, photon.weights, &event);
-                let Some(piece) = &mut stored else { return };
+                let Some(task) = &mut stored else { return };
                 if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
                     arrival.photon.light = photon.light as u32;
                     arrival.photon.history = index as u32;
                     let power =
                         (0..bands).map(|b| (f64::from(power.0[b]) * photon.weights[b]) as f32);
-                    piece.push(limit, arrival, power);
+                    task.push(limit, arrival, power);
                     if let Keep::OnSurfaces(_) = self.keep {
-                        piece.came(way);
+                        task.came(way);
                     }
                 }
-                if let Event::Arrival { onward, .. } = event {
-                    way = way.then(onward);
+                if let Event::Arrival { lobe, .. } = event {
+                    way = way.then(lobe);
                 }
             };
             if flights > 1 {
@@ -147,11 +149,11 @@ impl Run<'_> {
 impl Way {
     /// After one more surface.
     #[inline]
-    fn then(self, onward: Option<Onward>) -> Self {
-        match onward {
-            Some(Onward::Diffuse) => Self { bounces: self.bounces.saturating_add(1), ..self },
-            Some(Onward::Specular) => Self { mirrored: true, ..self },
-            Some(Onward::Straight) | None => self,
+    fn then(self, lobe: Option<LobeKind>) -> Self {
+        match lobe {
+            Some(LobeKind::Diffuse) => Self { bounces: self.bounces.saturating_add(1), ..self },
+            Some(LobeKind::Specular) => Self { mirrored: true, ..self },
+            Some(LobeKind::Straight) | None => self,
         }
     }
 }
@@ -168,21 +170,23 @@ impl Keep<'_> {
             Event::Crossing { crossing, direction, .. } => {
                 (crossing.point, direction, crossing.triangle)
             }
-            Event::Arrival { hit, encounter, .. } => (hit.point, encounter.direction, hit.triangle),
+            Event::Arrival { hit, interaction, .. } => {
+                (hit.point, interaction.direction, hit.triangle)
+            }
             Event::Escaped { .. } | Event::Lost(_) => return None,
         };
-        let (shelf, power) = match (self, event) {
+        let (bin, power) = match (self, event) {
             (Keep::OnCaptors, _) => {
                 let counted = event.counted(scene)?;
                 (counted.channel() as u32, counted.power)
             }
-            (Keep::OnSurfaces(patches), Event::Arrival { encounter, power, .. }) => {
-                (patches.shelf(triangle, encounter.front), *power)
+            (Keep::OnSurfaces(patches), Event::Arrival { interaction, power, .. }) => {
+                (patches.bin(triangle, interaction.front), *power)
             }
             (Keep::OnSurfaces(_), _) => return None,
         };
         let direction = PackedDirection::new(direction);
         let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
-        Some((Arrival { position, shelf, photon }, power))
+        Some((Arrival { position, bin, photon }, power))
     }
 }

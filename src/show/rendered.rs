@@ -28,7 +28,7 @@ use crate::{
 };
 
 /// A scene with its light.
-pub struct Exhibit<'a> {
+pub struct RenderedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Its surfaces and virtual captors.
@@ -43,9 +43,9 @@ pub struct Exhibit<'a> {
     local: Vec<f32>,
 }
 
-/// Where the light of an exhibit comes from.
+/// Where the light of a rendered scene comes from.
 #[derive(Clone, Debug)]
-pub enum ExhibitPlan {
+pub enum RenderPlan {
     /// The scene is run for its captors, and photons are traced for all surfaces.
     Run,
     /// The captors' results are these.
@@ -61,7 +61,7 @@ pub enum ExhibitPlan {
 
 /// Stages that progress is told of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExhibitStage {
+pub enum RenderStage {
     /// The run that finds what captors receive.
     Captors,
     /// Photons for all surfaces.
@@ -70,15 +70,15 @@ pub enum ExhibitStage {
     Tiles,
 }
 
-impl<'a> Exhibit<'a> {
+impl<'a> RenderedScene<'a> {
     /// Traces what is needed. `progress` is called now and then, from any thread. Errors: results of
     /// another scene, those of [`simulate`].
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,
-        plan: ExhibitPlan,
+        plan: RenderPlan,
         control: &Control,
-        progress: &(dyn Fn(ExhibitStage, Progress) + Sync),
+        progress: &(dyn Fn(RenderStage, Progress) + Sync),
     ) -> Result<Self> {
         let numbers = scene.triangles().len() * CHANNELS.len() * scene.bands.len();
         if numbers > MOST_NUMBERS {
@@ -89,37 +89,37 @@ impl<'a> Exhibit<'a> {
         let staged = |stage| move |p: Progress| progress(stage, p);
         let tiles = Tiles::new(scene);
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
-        let reads_tiles = !matches!(plan, ExhibitPlan::Photons);
-        let trace = !matches!(plan, ExhibitPlan::Results { trace, .. } if !(trace && unknown));
+        let reads_tiles = !matches!(plan, RenderPlan::Photons);
+        let trace = !matches!(plan, RenderPlan::Results { trace, .. } if !(trace && unknown));
         let (captors, source) = match plan {
-            ExhibitPlan::Results { results, .. } => {
+            RenderPlan::Results { results, .. } => {
                 results.check_scene(scene)?;
                 let source = source(results.photons, &results.estimator, results.seed);
                 (results.captors, source)
             }
-            ExhibitPlan::Run if !scene.captors.is_empty() => {
-                let control = Control { progress: &staged(ExhibitStage::Captors), ..*control };
+            RenderPlan::Run if !scene.captors.is_empty() => {
+                let control = Control { progress: &staged(RenderStage::Captors), ..*control };
                 let settings = Settings { k: Some(0), ..settings.clone() };
                 let simulation = simulate(scene, &settings, &control)?;
                 let result = RunResult::new(scene, &settings, &simulation);
                 let source = source(result.photons, result.estimator, result.seed);
                 (result.captors.iter().map(CaptorValues::from).collect(), source)
             }
-            ExhibitPlan::Run | ExhibitPlan::Photons => (Vec::new(), String::new()),
+            RenderPlan::Run | RenderPlan::Photons => (Vec::new(), String::new()),
         };
-        let mut exhibit = Self { scene, tiles, source, captors, light: None, local: Vec::new() };
+        let mut rendered = Self { scene, tiles, source, captors, light: None, local: Vec::new() };
         if trace && !scene.triangles().is_empty() {
             let k = settings.k.or(Some(NEAREST));
             let settings = Settings { photons: None, k, ..settings.clone() };
-            let stage = Control { progress: &staged(ExhibitStage::Surfaces), ..*control };
+            let stage = Control { progress: &staged(RenderStage::Surfaces), ..*control };
             let light = light_surfaces(scene, &settings, &stage)?;
             if reads_tiles {
-                let stage = Control { progress: &staged(ExhibitStage::Tiles), ..*control };
-                exhibit.local = local(&exhibit.tiles, &light, settings.threads, &stage)?;
+                let stage = Control { progress: &staged(RenderStage::Tiles), ..*control };
+                rendered.local = local(&rendered.tiles, &light, settings.threads, &stage)?;
             }
-            exhibit.light = Some(light);
+            rendered.light = Some(light);
         }
-        Ok(exhibit)
+        Ok(rendered)
     }
 
     /// Whether the light at each place is known of surfaces.

@@ -22,7 +22,7 @@ use crate::{
     },
     results::saved::ResultsFile,
     scene::world::Scene,
-    show::exhibit::{Exhibit, ExhibitPlan, ExhibitStage},
+    show::rendered::{RenderPlan, RenderStage, RenderedScene},
     transport::{
         settings::Settings,
         simulate::{Control, Progress},
@@ -52,13 +52,13 @@ impl Source {
     }
 }
 
-/// Checks the scene, makes the exhibit, of `photons` alone or of everything, and writes it to `output`.
+/// Checks the scene, makes what is shown, of `photons` alone or of everything, and writes it to `output`.
 pub(super) fn write(
     source: &Source,
     output: &Path,
     photons: bool,
     check: &dyn Fn(&Scene) -> Result<()>,
-    write: impl Fn(&Exhibit, &mut dyn Write) -> io::Result<()>,
+    write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let file = interrupt.file(output)?;
@@ -76,21 +76,19 @@ pub(super) fn write(
 
     let settings = Settings { threads: source.threads.unwrap_or(settings.threads), ..settings };
     let plan = match results {
-        _ if photons => ExhibitPlan::Photons,
-        Some(results) => {
-            ExhibitPlan::Results { results: Box::new(results), trace: source.traces() }
-        }
-        None => ExhibitPlan::Run,
+        _ if photons => RenderPlan::Photons,
+        Some(results) => RenderPlan::Results { results: Box::new(results), trace: source.traces() },
+        None => RenderPlan::Run,
     };
     let bars = Mutex::new(None);
-    let progress = |stage: ExhibitStage, progress: Progress| {
+    let progress = |stage: RenderStage, progress: Progress| {
         // a bar that cannot be drawn is not worth a failure
         let Ok(mut bars) = bars.lock() else { return };
         if !matches!(&*bars, Some((shown, _)) if *shown == stage) {
             let what = match stage {
-                ExhibitStage::Captors => "photons for captors",
-                ExhibitStage::Surfaces => "photons for surfaces",
-                ExhibitStage::Tiles => "places read",
+                RenderStage::Captors => "photons for captors",
+                RenderStage::Surfaces => "photons for surfaces",
+                RenderStage::Tiles => "places read",
             };
             let template = format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{eta}} left");
             *bars = Some((stage, terminal_bar(&template)));
@@ -100,16 +98,16 @@ pub(super) fn write(
         }
     };
     let control = Control { stop: interrupt.stop(), progress: &|_| {} };
-    let exhibit =
-        interrupt.listening(|| Exhibit::new(&scene, &settings, plan, &control, &progress));
+    let rendered =
+        interrupt.listening(|| RenderedScene::new(&scene, &settings, plan, &control, &progress));
     if let Ok(Some((_, bar))) = bars.into_inner() {
         bar.finish_and_clear();
     }
-    let exhibit = exhibit?;
+    let rendered = rendered?;
     if interrupt.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     interrupt.writing();
-    file.write(&read, |writer| write(&exhibit, writer))?;
+    file.write(&read, |writer| write(&rendered, writer))?;
     super::terminal::print(&format!("wrote {}\n", output.display()))
 }

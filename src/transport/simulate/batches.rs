@@ -1,4 +1,4 @@
-//! Blocks on threads, added up in order.
+//! Batches on threads, added up in order.
 
 use std::{
     ops::Range,
@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use super::{Run, lock, plan::Plan};
+use super::{Run, lock, schedule::Schedule};
 use crate::{
     error::Result,
     transport::{
@@ -18,58 +18,58 @@ use crate::{
 };
 
 impl Run<'_> {
-    /// One round of blocks, added up in order.
+    /// One round of batches, added up in order.
     pub(super) fn round<const N: usize>(
         &self,
-        plan: &Plan,
+        schedule: &Schedule,
         round: u64,
         of: Option<u64>,
         totals: &mut Totals,
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<()> {
-        let mut add = |block, sums: &mut Tally| {
-            totals.add_block(self.scene, sums, plan.block(block));
+        let mut add = |batch, sums: &mut Tally| {
+            totals.add_batch(self.scene, sums, schedule.batch(batch));
         };
-        self.blocks::<N>(plan, round, 0..plan.blocks, of, &mut add, map)
+        self.batches::<N>(schedule, round, 0..schedule.batches, of, &mut add, map)
     }
 
-    /// Some blocks of a round, each traced whole by one thread and handed over, to be emptied, in order.
-    pub(super) fn blocks<const N: usize>(
+    /// Some batches of a round, each traced whole by one thread and handed over, to be emptied, in order.
+    pub(super) fn batches<const N: usize>(
         &self,
-        plan: &Plan,
+        schedule: &Schedule,
         round: u64,
-        blocks: Range<u64>,
+        batches: Range<u64>,
         of: Option<u64>,
         take: &mut (dyn FnMut(u64, &mut Tally) + Send),
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<()> {
-        let next = AtomicU64::new(blocks.start);
-        let taken = Mutex::new((blocks.start, take));
+        let next = AtomicU64::new(batches.start);
+        let taken = Mutex::new((batches.start, take));
         let turn = Condvar::new();
         self.pool.broadcast(|_| {
             let _alarm = Alarm { run: self, turn: &turn, taken: &taken };
-            let (mut piece_sums, mut sums) = (self.tally(), self.tally());
+            let (mut task_sums, mut sums) = (self.tally(), self.tally());
             loop {
-                let block = next.fetch_add(1, Ordering::Relaxed);
-                if block >= blocks.end {
+                let batch = next.fetch_add(1, Ordering::Relaxed);
+                if batch >= batches.end {
                     return;
                 }
-                for piece in 0..plan.pieces(block) {
+                for task in 0..schedule.tasks(batch) {
                     if self.stopped() {
                         break;
                     }
-                    self.piece::<N>(plan, (round, piece, block), &mut piece_sums, map);
-                    sums.drain(&mut piece_sums);
+                    self.task::<N>(schedule, (round, task, batch), &mut task_sums, map);
+                    sums.drain(&mut task_sums);
                     self.report(of, None);
                 }
                 let mut taken = lock(&taken);
-                while taken.0 != block && !self.broken() {
+                while taken.0 != batch && !self.broken() {
                     taken = turn.wait(taken).unwrap_or_else(PoisonError::into_inner);
                 }
                 if self.broken() {
                     return;
                 }
-                (taken.1)(block, &mut sums);
+                (taken.1)(batch, &mut sums);
                 taken.0 += 1;
                 turn.notify_all();
             }
@@ -78,7 +78,7 @@ impl Run<'_> {
     }
 }
 
-/// Tells the other threads of a panic in the one that holds it: they would wait for its block for ever.
+/// Tells the other threads of a panic in the one that holds it: they would wait for its batch for ever.
 struct Alarm<'a, 'r, T> {
     run: &'a Run<'r>,
     turn: &'a Condvar,

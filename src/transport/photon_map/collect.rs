@@ -1,4 +1,4 @@
-//! Arrivals collected piece by piece.
+//! Arrivals collected task by task.
 
 use std::collections::BTreeMap;
 
@@ -6,30 +6,30 @@ use glam::Vec3;
 
 use super::{Arrival, PackedDirection, PhotonMap, StoredPhoton, Way};
 
-/// Order of a piece of histories in a run: round, piece within the block, block. Every block
-/// has its first piece before any has its second.
-pub type PieceKey = (u64, u64, u64);
+/// Order of a task of histories in a run: round, task within the batch, batch. Every batch
+/// has its first task before any has its second.
+pub type TaskKey = (u64, u64, u64);
 
 /// Whole numbers that an arrival takes, without its powers.
 const WORDS: usize = 8;
 
-/// Arrivals of one piece, in order, and their powers per band.
+/// Arrivals of one task, in order, and their powers per band.
 #[derive(Clone, Debug, Default)]
-pub struct Piece {
+pub struct TaskArrivals {
     arrivals: Vec<Arrival>,
     power: Vec<f32>,
     ways: Vec<Way>,
 }
 
-impl Piece {
+impl TaskArrivals {
     /// All of it in whole numbers, of which floating-point numbers are the bits.
     pub fn words(&self) -> Vec<u32> {
         let bands = self.power.len() / self.arrivals.len().max(1);
         let mut words = Vec::with_capacity(self.arrivals.len() * (WORDS + bands));
-        for (i, Arrival { position, shelf, photon }) in self.arrivals.iter().enumerate() {
+        for (i, Arrival { position, bin, photon }) in self.arrivals.iter().enumerate() {
             words.extend(position.to_array().map(f32::to_bits));
             let StoredPhoton { direction, triangle, light, history } = photon;
-            words.extend([*shelf, direction.bits(), *triangle, *light, *history]);
+            words.extend([*bin, direction.bits(), *triangle, *light, *history]);
             words.extend(self.power[i * bands..][..bands].iter().map(|power| power.to_bits()));
         }
         words
@@ -40,17 +40,17 @@ impl Piece {
         if !words.len().is_multiple_of(WORDS + bands) {
             return None;
         }
-        let mut piece = Self::default();
+        let mut task = Self::default();
         for arrival in words.chunks(WORDS + bands) {
             let position = Vec3::from([0, 1, 2].map(|i| f32::from_bits(arrival[i])));
-            let [shelf, direction, triangle, light, history] = [3, 4, 5, 6, 7].map(|i| arrival[i]);
+            let [bin, direction, triangle, light, history] = [3, 4, 5, 6, 7].map(|i| arrival[i]);
             let direction = PackedDirection::from_bits(direction);
             let photon = StoredPhoton { direction, triangle, light, history };
-            piece.arrivals.push(Arrival { position, shelf, photon });
-            piece.power.extend(arrival[WORDS..].iter().map(|bits| f32::from_bits(*bits)));
+            task.arrivals.push(Arrival { position, bin, photon });
+            task.power.extend(arrival[WORDS..].iter().map(|bits| f32::from_bits(*bits)));
         }
-        let finite = piece.arrivals.iter().all(|arrival| arrival.position.is_finite());
-        (finite && piece.power.iter().all(|power| power.is_finite())).then_some(piece)
+        let finite = task.arrivals.iter().all(|arrival| arrival.position.is_finite());
+        (finite && task.power.iter().all(|power| power.is_finite())).then_some(task)
     }
 
     /// Its arrivals, in order.
@@ -74,22 +74,22 @@ impl Piece {
     }
 }
 
-/// Collects arrivals piece by piece, in any order, and keeps those of the first histories that
+/// Collects arrivals task by task, in any order, and keeps those of the first histories that
 /// fit, whatever that order was.
 #[derive(Debug)]
 pub struct MapBuilder {
     limit: usize,
     bands: usize,
-    pieces: BTreeMap<PieceKey, Piece>,
+    tasks: BTreeMap<TaskKey, TaskArrivals>,
     stored: usize,
-    /// The first piece that no longer fits.
-    end: Option<PieceKey>,
+    /// The first task that no longer fits.
+    end: Option<TaskKey>,
 }
 
 impl MapBuilder {
     /// For at most `limit` arrivals of `bands` bands.
     pub fn new(limit: usize, bands: usize) -> Self {
-        Self { limit, bands, pieces: BTreeMap::new(), stored: 0, end: None }
+        Self { limit, bands, tasks: BTreeMap::new(), stored: 0, end: None }
     }
 
     /// The most arrivals that are kept.
@@ -97,19 +97,19 @@ impl MapBuilder {
         self.limit
     }
 
-    /// Whether arrivals of this piece may still be kept.
-    pub fn wants(&self, key: PieceKey) -> bool {
+    /// Whether arrivals of this task may still be kept.
+    pub fn wants(&self, key: TaskKey) -> bool {
         self.end.is_none_or(|end| key < end)
     }
 
-    /// Adds the arrivals of a piece.
-    pub fn add(&mut self, key: PieceKey, piece: Piece) {
-        if piece.arrivals.is_empty() || !self.wants(key) {
+    /// Adds the arrivals of a task.
+    pub fn add(&mut self, key: TaskKey, task: TaskArrivals) {
+        if task.arrivals.is_empty() || !self.wants(key) {
             return;
         }
-        self.stored += piece.arrivals.len();
-        self.pieces.insert(key, piece);
-        while let Some(last) = self.pieces.last_entry() {
+        self.stored += task.arrivals.len();
+        self.tasks.insert(key, task);
+        while let Some(last) = self.tasks.last_entry() {
             let rest = self.stored - last.get().arrivals.len();
             if rest <= self.limit {
                 break;
@@ -119,43 +119,43 @@ impl MapBuilder {
         }
     }
 
-    /// What is kept so far, in order, and the first piece that no longer fits.
-    pub fn into_pieces(self) -> (BTreeMap<PieceKey, Piece>, Option<PieceKey>) {
-        (self.pieces, self.end)
+    /// What is kept so far, in order, and the first task that no longer fits.
+    pub fn into_pieces(self) -> (BTreeMap<TaskKey, TaskArrivals>, Option<TaskKey>) {
+        (self.tasks, self.end)
     }
 
-    /// Takes in that `end` no longer fits, from someone who has seen only some of the pieces.
-    pub fn end_at(&mut self, end: PieceKey) {
+    /// Takes in that `end` no longer fits, from someone who has seen only some of the tasks.
+    pub fn end_at(&mut self, end: TaskKey) {
         self.end = Some(self.end.map_or(end, |own| own.min(end)));
     }
 
-    /// The map of the run's first histories. `histories` tells how many come before a piece;
+    /// The map of the run's first histories. `histories` tells how many come before a task;
     /// `all` is how many there are. Powers are multiplied by `scale` / histories in the map.
-    pub fn build(self, all: u64, histories: impl Fn(PieceKey) -> u64) -> PhotonMap {
+    pub fn build(self, all: u64, histories: impl Fn(TaskKey) -> u64) -> PhotonMap {
         let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
         let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
         let mut ways = Vec::new();
         let mut count = self.end.map_or(all, &histories);
         let mut first = 0;
-        for (key, mut piece) in self.pieces {
+        for (key, mut task) in self.tasks {
             let room = self.limit - arrivals.len();
-            if piece.arrivals.len() > room {
+            if task.arrivals.len() > room {
                 // cut before the first history that does not fit whole
-                let history = piece.arrivals[room].photon.history;
-                let whole = piece.arrivals.partition_point(|a| a.photon.history < history);
-                piece.arrivals.truncate(whole);
-                piece.power.truncate(whole * self.bands);
-                piece.ways.truncate(whole);
+                let history = task.arrivals[room].photon.history;
+                let whole = task.arrivals.partition_point(|a| a.photon.history < history);
+                task.arrivals.truncate(whole);
+                task.power.truncate(whole * self.bands);
+                task.ways.truncate(whole);
                 count = histories(key) + u64::from(history);
             }
             let same = |a: &Arrival, b: &Arrival| a.photon.history == b.photon.history;
-            for history in piece.arrivals.chunk_by_mut(same) {
+            for history in task.arrivals.chunk_by_mut(same) {
                 history.iter_mut().for_each(|arrival| arrival.photon.history = first);
                 first += 1;
             }
-            arrivals.append(&mut piece.arrivals);
-            power.append(&mut piece.power);
-            ways.append(&mut piece.ways);
+            arrivals.append(&mut task.arrivals);
+            power.append(&mut task.power);
+            ways.append(&mut task.ways);
         }
         PhotonMap::file(arrivals, power, ways, self.bands, count)
     }

@@ -1,0 +1,178 @@
+//! One run on several machines: each traces a shard of the batches, and what they found is added up as if
+//! one had.
+
+use std::{
+    ops::Range,
+    sync::{Mutex, PoisonError},
+};
+
+use super::{
+    Control, End, Keep, Run, Simulation, memory::most_open, part_of, parts, schedule::Schedule,
+};
+use crate::{
+    error::{Error, Result, catch_panic},
+    math::spectrum::with_lanes,
+    scene::{captor::CaptorKind, world::Scene},
+    transport::{
+        photon_map::{MapBuilder, TaskArrivals, TaskKey},
+        settings::{Estimator, Settings},
+        shard::Shard,
+        tally::{Sums, Tally, Totals},
+    },
+};
+
+/// What A shard's batches found.
+#[derive(Debug)]
+pub struct ShardSums {
+    /// The sums of each batch, with its index, in order.
+    pub batches: Vec<(u64, Sums)>,
+    /// Arrivals for the photon map, in order.
+    pub tasks: Vec<(TaskKey, TaskArrivals)>,
+    /// The first task whose arrivals no longer fit into the map of these batches.
+    pub end: Option<TaskKey>,
+}
+
+/// Refuses settings with which shards of a run would not know what to do.
+pub fn check_shardable(settings: &Settings) -> Result<()> {
+    let (problem, remedy) = match settings {
+        Settings { tolerance: Some(_), .. } => (
+            "when a tolerance is met only all batches together can tell",
+            "take it out, and give --photons",
+        ),
+        Settings { max_time: Some(_), .. } => (
+            "a time limit means another number of photons on each machine",
+            "take it out, and give --photons",
+        ),
+        Settings { estimator: Estimator::Auto, .. } => {
+            ("what a trial chooses is not kept in the parts", "say --estimator photons, or paths")
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::input("--shard", problem).remedy(remedy))
+}
+
+/// Runs the batches of a shard. Errors: those of a run, more shards than batches, settings that are not
+/// [shardable](check_shardable).
+pub fn simulate_shard(
+    scene: &Scene,
+    settings: &Settings,
+    shard: Shard,
+    control: &Control,
+) -> Result<ShardSums> {
+    check_shardable(settings)?;
+    catch_panic("run", || {
+        let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
+        with_lanes!(scene.lanes(), N => run.shard_sums::<N>(shard))
+    })
+}
+
+impl Run<'_> {
+    fn shard_schedule(&self) -> Result<Schedule> {
+        self.schedule(self.settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS))
+    }
+
+    fn shard_sums<const N: usize>(&self, shard: Shard) -> Result<ShardSums> {
+        let schedule = self.shard_schedule()?;
+        if shard.of() as u64 > schedule.batches {
+            let problem = format!("{} shards of a run of {} batches", shard.of(), schedule.batches);
+            return Err(Error::input("--shard", problem).remedy("ask for fewer shards"));
+        }
+        let range = shard.range(schedule.batches);
+        let bytes = Tally::bytes(self.scene, parts(&self.part_of));
+        if (bytes as u64).saturating_mul(range.end - range.start) > most_open() {
+            let problem =
+                "the batch sums of so many captors, lights and bands do not fit into memory";
+            return Err(Error::input("--shard", problem).remedy("ask for more shards"));
+        }
+        let histories: u64 = range.clone().map(|batch| schedule.batch(batch)).sum();
+        let map = self.map_builder();
+        let mut batches = Vec::new();
+        let mut take = |batch, sums: &mut Tally| batches.push((batch, sums.take()));
+        let of = Some(histories * self.unit());
+        self.batches::<N>(&schedule, 0, range, of, &mut take, map.as_ref())?;
+        let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
+        let (tasks, end) = map.map_or_else(Default::default, MapBuilder::into_pieces);
+        Ok(ShardSums { batches, tasks: tasks.into_iter().collect(), end })
+    }
+}
+
+/// A run that is put together from its shards.
+pub struct Joined<'a> {
+    run: Run<'a>,
+    schedule: Schedule,
+    totals: Totals,
+    tally: Tally,
+    /// The batch that comes next.
+    next: u64,
+    map: Option<MapBuilder>,
+}
+
+impl<'a> Joined<'a> {
+    /// Nothing yet, of the run of `scene` with these settings.
+    pub fn new(scene: &'a Scene, settings: &'a Settings, control: &'a Control<'a>) -> Result<Self> {
+        check_shardable(settings)?;
+        let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
+        let (schedule, totals, tally) = (run.shard_schedule()?, run.totals(), run.tally());
+        let map = run.map_builder();
+        let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
+        Ok(Self { run, schedule, totals, tally, next: 0, map })
+    }
+
+    /// The batches of a shard.
+    pub fn range(&self, shard: Shard) -> Range<u64> {
+        shard.range(self.schedule.batches)
+    }
+
+    /// Adds a batch; they come in order. None where it is not of this run.
+    pub fn add_batch(&mut self, batch: u64, sums: Sums) -> Option<()> {
+        if batch != self.next || batch >= self.schedule.batches {
+            return None;
+        }
+        self.tally.fill(sums)?;
+        self.totals.add_batch(self.run.scene, &mut self.tally, self.schedule.batch(batch));
+        self.next += 1;
+        Some(())
+    }
+
+    /// Adds the words of a task of the photon map. None where it is not of this run.
+    pub fn add_task(&mut self, key: TaskKey, words: &[u32]) -> Option<()> {
+        let scene = self.run.scene;
+        let (round, task, batch) = key;
+        if round != 0 || batch >= self.schedule.batches || task >= self.schedule.tasks(batch) {
+            return None;
+        }
+        let found = TaskArrivals::from_words(words, scene.bands.len())?;
+        let (_, histories) = self.schedule.range(batch, task);
+        for arrival in found.arrivals() {
+            let captor = scene.captors.partition_point(|c| c.first_channel <= arrival.bin as usize);
+            let captor = scene.captors.get(captor.checked_sub(1)?)?;
+            let triangles = match captor.kind {
+                CaptorKind::Surface => scene.triangles(),
+                CaptorKind::Virtual { .. } => scene.captor_triangles(),
+            };
+            let photon = &arrival.photon;
+            let fits = (arrival.bin as usize) < scene.channels()
+                && (photon.triangle as usize) < triangles.len()
+                && (photon.light as usize) < scene.lights.len()
+                && u64::from(photon.history) < histories;
+            fits.then_some(())?;
+        }
+        self.map.as_mut()?.add(key, found);
+        Some(())
+    }
+
+    /// Takes in where the map of a shard ended.
+    pub fn end_at(&mut self, end: TaskKey) {
+        self.map.iter_mut().for_each(|map| map.end_at(end));
+    }
+
+    /// What the whole run found. Error: batches are missing.
+    pub fn finish(self) -> Result<Simulation> {
+        let Self { run, schedule, totals, next, map, .. } = self;
+        if next != schedule.batches {
+            return Err(Error::input("merge", "not all batches are there").remedy("name all parts"));
+        }
+        let map = map.map(Mutex::new);
+        with_lanes!(run.scene.lanes(), N => run.finish::<N>(totals, map, &schedule, End::Photons))
+    }
+}
