@@ -85,7 +85,7 @@ struct Counts {
 }
 
 impl Counts {
-    /// Of a text; of one that is no JSON, anything.
+    /// Counts the values of a JSON text; of a text that is not JSON the counts mean nothing.
     fn of(text: &[u8]) -> Self {
         let mut counts = Self::default();
         // whether each value that is open is an object

@@ -16,7 +16,7 @@ pub const TEMPORARY: &str = ".phylux-";
 /// it begins was left behind.
 pub const OF_SWEEP: &str = ".phylux-sweep-";
 
-/// What an unfinished output has on the disk.
+/// The file or folder on the disk that an unfinished output is written to.
 #[derive(Clone, Debug)]
 pub enum Temporary {
     /// A file.

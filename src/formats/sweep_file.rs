@@ -50,7 +50,7 @@ pub struct Sweep {
 /// One run of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run<'a> {
-    /// From 1, in the order of the design.
+    /// Number of the run, from 1, in the order of the design.
     pub number: usize,
     /// The index of each parameter's value.
     pub choices: Vec<usize>,
@@ -111,7 +111,7 @@ impl Sweep {
         &self.folder
     }
 
-    /// What varies.
+    /// The parameters that the sweep varies.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
@@ -182,7 +182,7 @@ impl Sweep {
 }
 
 impl Display for Run<'_> {
-    /// Its values and its seed.
+    /// Writes the run's values and its seed.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (parameter, value) in &self.values {
             write!(f, "{} = {}, ", parameter.name, quoted_value(value))?;

@@ -9,9 +9,9 @@ mod tests;
 /// A half-line: `origin + t direction`, t > 0; `direction` is of unit length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where it starts, m.
+    /// Start of the ray, m.
     pub origin: Vec3,
-    /// Where it goes, unit vector.
+    /// Direction of the ray, unit vector.
     pub direction: Vec3,
 }
 
@@ -243,7 +243,7 @@ impl Extent {
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 
-    /// Its middle.
+    /// Centre of the box.
     pub fn center(&self) -> Vec3 {
         0.5 * (self.min + self.max)
     }
@@ -280,7 +280,7 @@ impl Frame {
         }
     }
 
-    /// From the frame's coordinates to the scene's.
+    /// Turns a vector from the frame's coordinates to those of the scene.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         v.x * self.tangent + v.y * self.bitangent + v.z * self.normal

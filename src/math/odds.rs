@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 /// Standard normal deviate with odds of 1e-6 beyond it, on one side.
 const ONE_SIDED: f64 = 4.7534;
-/// The same for both sides together.
+/// Standard normal quantile with the same odds for both tails together.
 const TWO_SIDED: f64 = 4.8916;
 
 /// Whether chi-square is beyond the 1e-6 quantile (Wilson and Hilferty, 1931).

@@ -20,9 +20,9 @@ pub enum Purpose {
     Run,
     /// The trial that chooses an estimator or a number of photons.
     Trial,
-    /// What paths cannot find.
+    /// Photons that measure the light which paths cannot find.
     Unseen,
-    /// Which reflectors the lamps shine on.
+    /// Photons that find the reflectors which lamps light.
     Reflectors,
     /// The light that surfaces absorb, for pictures.
     Surfaces,
@@ -69,7 +69,7 @@ impl Streams {
     }
 }
 
-/// Which Sobol sequence: each is scrambled by itself.
+/// A Sobol sequence; each has a scrambling of its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence(u64);
 

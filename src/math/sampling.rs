@@ -95,9 +95,9 @@ const COSINE: [f32; 5] =
 
 /// A choice among some, and what is left of the number that made it.
 pub struct Chosen {
-    /// Which one.
+    /// Index of the chosen entry.
     pub index: usize,
-    /// Uniform in [0, 1), whichever was chosen.
+    /// A number that is again uniform in [0, 1), independent of the choice.
     pub rest: f32,
 }
 
@@ -226,7 +226,7 @@ mod tests {
         assert_counts("triangle", &counts, &[SAMPLES as f64 / 100.0; 100]);
     }
 
-    /// For every number that a stream gives, and 1.
+    /// Holds for every number that a stream can give, and for 1.
     #[test]
     fn circle_is_round() {
         for i in 0..=1 << 24 {

@@ -56,12 +56,12 @@ macro_rules! with_lanes {
 pub(crate) use with_lanes;
 
 impl<const N: usize> Spectrum<N> {
-    /// Nothing in any band.
+    /// Zero in every band.
     pub const ZERO: Self = Self([0.0; N]);
     /// One in every band.
     pub const ONE: Self = Self([1.0; N]);
 
-    /// From per-band values padded to the scene's lanes.
+    /// Reads per-band values that are padded to the scene's lanes.
     #[inline]
     pub fn load(values: &[f32]) -> Self {
         Self(array::from_fn(|b| values[b]))

@@ -19,7 +19,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// As scene files write it.
+    /// Name of the unit in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::M => "m",

@@ -50,7 +50,7 @@ struct Value {
     few_paths: bool,
 }
 
-/// One value in both results.
+/// One value of a captor, face and band as both results have it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Id of the captor.
@@ -59,9 +59,9 @@ pub struct Difference {
     pub what: &'static str,
     /// Name of the band or sum.
     pub band: String,
-    /// In the first results.
+    /// Value in the first results.
     pub a: f64,
-    /// In the second.
+    /// Value in the second results.
     pub b: f64,
     /// b - a over the standard error of the difference; none where no error is known.
     pub z: Option<f64>,
@@ -114,7 +114,7 @@ impl Comparison {
         Ok(Self { differences, few_paths, unmatched, limit, dependent })
     }
 
-    /// Those that differ by more than chance.
+    /// Number of values that differ by more than chance explains.
     pub fn beyond_chance(&self) -> usize {
         self.differences.iter().filter(|d| d.weight() > self.limit).count()
     }

@@ -19,7 +19,7 @@ pub use warnings::Warning;
 /// What each light brings, by its name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;
 
-/// What a run found.
+/// The results of one run, as they are written to JSON.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct RunResult {
     /// Version of phylux that wrote it.
@@ -62,7 +62,7 @@ pub struct RunResult {
     /// Of a run that was to go on until a tolerance is met: whether it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<ToleranceResult>,
-    /// What the k-nearest estimates were made from.
+    /// The photon map that the k-nearest estimates were made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<MapResult>,
     /// One entry per captor.
@@ -74,7 +74,7 @@ pub struct RunResult {
 /// A band, or a sum over bands.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct BandResult {
-    /// Its name.
+    /// Name that is unique among its kind.
     pub name: String,
     /// Wavelength, nm.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,7 +82,7 @@ pub struct BandResult {
     /// Wavelength, nm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_nm: Option<f64>,
-    /// For a sum: the bands that it adds up.
+    /// Names of the bands that a sum adds up; only where the entry is a sum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sum_of: Option<Vec<String>>,
 }
@@ -93,33 +93,33 @@ pub struct BandResult {
 pub struct Energy {
     /// Nominal power of all lights.
     pub power: Vec<f64>,
-    /// What the photons carried.
+    /// Power that the lights emitted per band, W (or umol/s).
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub emitted: Vec<f64>,
-    /// What surfaces absorbed.
+    /// Power that surfaces absorbed per band, in the same unit.
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub absorbed: Vec<f64>,
-    /// What left the scene.
+    /// Power that left the scene per band, in the same unit.
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub escaped: Vec<f64>,
     /// What of that met no surface, where light comes from infinitely far away.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<f64>,
-    /// What was on paths cut off by the length limits.
+    /// Power per band of photons that were cut off by the limits on path length.
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub lost: Vec<f64>,
-    /// What the surfaces of each material absorbed.
+    /// Power that the surfaces of each material absorbed per band.
     pub absorbed_by: Option<IndexMap<String, Vec<f64>>>,
-    /// The same for each light, where results are split by light.
+    /// The same balance for each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Energy>>,
 }
 
-/// Nothing as null.
+/// Reads and writes a missing list as null.
 mod or_null {
     use super::*;
 
@@ -183,10 +183,10 @@ pub struct MapResult {
     pub photons: u64,
 }
 
-/// What one captor received.
+/// Light that one captor received.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct CaptorResult {
-    /// Its unique name.
+    /// Unique name of the captor.
     pub id: String,
     /// `virtual` or `surface`.
     pub kind: Cow<'static, str>,
@@ -204,7 +204,7 @@ pub struct CaptorResult {
     /// Power absorbed by a surface, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed: Option<Vec<f64>>,
-    /// Its standard error; null where nothing arrived.
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed_se: Option<Vec<Option<f64>>>,
     /// What was absorbed of each light, where results are split by light.
@@ -215,16 +215,16 @@ pub struct CaptorResult {
     pub groups: Option<Vec<String>>,
 }
 
-/// What a group of captors received together.
+/// Light that a group of captors received together.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct GroupResult {
-    /// Its name.
+    /// Name that is unique among its kind.
     pub id: String,
     /// Number of captors.
     pub captors: usize,
-    /// Their one-sided area together, m2.
+    /// Sum of the captors' one-sided areas, m2.
     pub area: f64,
-    /// Light against the normals; irradiance is the mean over the area.
+    /// Light that comes against the normals; irradiance is the mean over the area.
     pub front: FaceResult,
     /// Light along the normals, of those captors that count it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -232,7 +232,7 @@ pub struct GroupResult {
     /// Power absorbed by the surfaces, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed: Option<Vec<f64>>,
-    /// Its standard error; null where nothing arrived.
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed_se: Option<Vec<Option<f64>>>,
     /// What was absorbed of each light, where results are split by light.
@@ -240,23 +240,23 @@ pub struct GroupResult {
     pub by_light: Option<ByLight<Absorbed>>,
 }
 
-/// What was absorbed of the light of one lamp.
+/// Power that a captor absorbed of one light.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Absorbed {
     /// Power, per band.
     pub absorbed: Vec<f64>,
-    /// Its standard error; null where nothing arrived.
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub absorbed_se: Vec<Option<f64>>,
 }
 
 impl CaptorResult {
-    /// Its front and, where it counts, its back.
+    /// The front face and, for two-sided captors, the back face.
     pub fn faces(&self) -> impl Iterator<Item = &FaceResult> {
         std::iter::once(&self.front).chain(&self.back)
     }
 }
 
-/// What arrived on one face.
+/// Light that arrived on one face of a captor.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct FaceResult {
     /// Photons counted; paths that started here.
@@ -267,11 +267,11 @@ pub struct FaceResult {
     pub histories: Option<u64>,
     /// Power that arrived, per band.
     pub flux: Vec<f64>,
-    /// Its standard error; null where nothing arrived.
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub flux_se: Vec<Option<f64>>,
     /// Flux per area.
     pub irradiance: Vec<f64>,
-    /// Its standard error; null where nothing arrived.
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub irradiance_se: Vec<Option<f64>>,
     /// In a run of paths: whether the error rests on what few paths found, so that it and the value
     /// may be far too small.
@@ -316,7 +316,7 @@ pub struct NearestResult {
     pub irradiance_se: Vec<Option<f64>>,
     /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
     pub radiance: Option<Vec<f64>>,
-    /// Its standard error, likewise.
+    /// Standard error of the radiance estimate, with the same shape.
     pub radiance_se: Option<Vec<Option<f64>>>,
 }
 

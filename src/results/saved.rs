@@ -19,9 +19,9 @@ pub struct ResultsFile {
     pub seed: u64,
     /// How many photons or paths.
     pub photons: u64,
-    /// Which of them.
+    /// Name of the estimator that made the results.
     pub estimator: String,
-    /// In a sweep: what kinds of warnings it has.
+    /// Kinds of the warnings; only in results of sweeps.
     #[serde(default)]
     pub(crate) warnings: Vec<String>,
     /// Names of the units.
@@ -84,7 +84,7 @@ pub(crate) struct EnergyValues {
     pub lost: Option<Vec<f64>>,
 }
 
-/// What a captor received.
+/// Light that a captor received, as read from a file.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct CaptorValues {
     pub id: String,
@@ -99,7 +99,7 @@ pub(crate) struct CaptorValues {
     pub absorbed_se: Option<Vec<Option<f64>>>,
 }
 
-/// What a group received: a captor of captors.
+/// Light that a group of captors received, as read from a file.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct GroupValues {
     pub captors: u64,
@@ -107,7 +107,7 @@ pub(crate) struct GroupValues {
     pub values: CaptorValues,
 }
 
-/// What arrived on one face.
+/// Light that arrived on one face, as read from a file.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct FaceValues {
     pub irradiance: Vec<f64>,

@@ -7,9 +7,9 @@ use crate::math::geometry::{Extent, Ray, unit_vector};
 /// A view as it is asked for, in metres from the user's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Where the eye is.
+    /// Position of the camera.
     pub position: DVec3,
-    /// The point in the middle of the picture, another one.
+    /// The point that the middle of the picture shows; it differs from the position.
     pub look_at: DVec3,
     /// The way that is up in the picture, not along the view.
     pub up: DVec3,
@@ -62,14 +62,14 @@ impl View {
 /// A view made ready for rays, relative to the centre of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
-    /// Where the eye is, m.
+    /// Position of the camera, m.
     pub eye: Vec3,
     /// Pixels across.
     pub width: usize,
     /// Pixels down.
     pub height: usize,
     forward: Vec3,
-    /// From one pixel to the next, at distance 1.
+    /// Steps from one pixel to the next, to the right and down, on the plane at distance 1.
     right: Vec3,
     down: Vec3,
 }

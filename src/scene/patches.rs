@@ -23,7 +23,7 @@ pub struct Patches {
 type Edge = [[u32; 3]; 2];
 
 impl Patches {
-    /// Of the surfaces of `scene`.
+    /// Finds the smooth patches of the surfaces of `scene`.
     pub fn new(scene: &Scene) -> Self {
         const NONE: u32 = u32::MAX;
         let joined = joined(scene);

@@ -25,7 +25,7 @@ pub struct Tiles {
     pub corners: Vec<Triangle>,
     /// For each tile the triangle that it is of, among the surfaces or the virtual captors.
     pub triangles: Vec<u32>,
-    /// What they are of, in order.
+    /// The surfaces and captors that were cut into tiles, in order.
     pub parts: Vec<TilePart>,
 }
 
@@ -38,7 +38,7 @@ pub struct TilePart {
     pub material: Option<usize>,
     /// Index of the captor, if it counts.
     pub captor: Option<usize>,
-    /// Which tiles.
+    /// Range of the part's tiles.
     pub tiles: Range<usize>,
 }
 
@@ -116,7 +116,7 @@ struct Cutter {
     points: Vec<Vec3>,
     known_points: HashMap<[u32; 3], u32>,
     tiles: Vec<Tile>,
-    /// Which tiles share each edge that is not short.
+    /// The tiles that share each edge that is still to be cut.
     sharing: HashMap<Edge, Vec<u32>>,
     longest: BinaryHeap<(Length, Reverse<Edge>)>,
 }

@@ -29,7 +29,7 @@ use crate::{
 /// The usual size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
 
-/// What a scene holds, and what its user should know.
+/// The contents of a scene, and remarks about them.
 #[derive(Clone, Debug)]
 pub struct SceneSummary {
     /// Size of surfaces, lights and captors together along x, y and z, m.
@@ -38,7 +38,7 @@ pub struct SceneSummary {
     pub surfaces: Vec<MaterialSummary>,
     /// What is probably a mistake, each naming the thing and what to do.
     pub warnings: Vec<String>,
-    /// What is as it should be, but may surprise.
+    /// Notes on what is right but may surprise.
     pub notes: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ pub struct MaterialSummary {
     pub material: String,
     /// Number of its triangles.
     pub triangles: usize,
-    /// Their one-sided area, m2.
+    /// One-sided area of all of them together, m2.
     pub area: f64,
 }
 

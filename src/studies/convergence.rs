@@ -33,7 +33,7 @@ const MOST_FOR_BOUNCES: u64 = 1_000_000;
 /// The long run's seed: not one of the ladder's.
 const LONG_RUN_SEED: u64 = 1_000_003;
 
-/// What to run.
+/// The runs of a convergence study.
 #[derive(Clone, Debug)]
 pub struct ConvergencePlan {
     /// The largest budget, in photons.
@@ -46,7 +46,7 @@ pub struct ConvergencePlan {
     pub threads: usize,
 }
 
-/// One run.
+/// One run of a convergence study, a row of its table.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// How it estimates.
@@ -86,12 +86,12 @@ pub struct Rung {
     pub median_spread: f64,
 }
 
-/// What a study found.
+/// The results of a convergence study.
 #[derive(Clone, Debug, Serialize)]
 pub struct ConvergenceStudy {
     /// Name of the scene.
     pub scene: String,
-    /// What the errors are measured against.
+    /// Name of the reference that errors are measured against.
     pub reference: String,
     /// Relative root mean square standard error of the reference: no error below it means anything.
     pub floor: f64,
@@ -168,7 +168,7 @@ pub fn study(
     })
 }
 
-/// What all runs of a study share.
+/// Scene, reference and settings that all runs of a study share.
 struct Ladder<'a> {
     scene: &'a Scene,
     plan: &'a ConvergencePlan,
@@ -249,7 +249,7 @@ fn irradiances(
         .collect()
 }
 
-/// One run and all that it found.
+/// One run and its results.
 struct Run {
     estimator: String,
     photons: u64,
@@ -273,7 +273,7 @@ impl Run {
 }
 
 impl Rung {
-    /// Of runs that differ in nothing but the seed.
+    /// Averages runs that differ in nothing but the seed.
     fn of(runs: &[&Run], reference: &Reference) -> Self {
         let n = runs.len() as f64;
         let average = |of: &dyn Fn(&Run) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / n;

@@ -118,7 +118,7 @@ fn check_same(first: &ShardReader, part: &ShardReader) -> Result<()> {
     Err(Error::input(part.path().display(), problem).remedy("merge the parts of one run"))
 }
 
-/// That sorted parts are all of so many, each once.
+/// Checks that the sorted shards are complete and that each is there once.
 fn check_complete(parts: &[ShardReader], of: usize) -> Result<()> {
     for pair in parts.windows(2) {
         if pair[0].shard == pair[1].shard {
@@ -232,7 +232,7 @@ mod tests {
         vec![String::from_utf8(bytes).expect("UTF-8").leak()]
     });
 
-    /// With the checksum of what it holds now.
+    /// The bytes with a checksum that fits what they hold now.
     fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
         let end = b"{\"end\"";
         let at = bytes.windows(end.len()).rposition(|words| words == end);

@@ -37,7 +37,7 @@ pub use folder::State;
 pub use forecast::{Forecast, from_simulations};
 pub use merge::merge;
 
-/// What has become of a sweep.
+/// The outcome of a sweep.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Runs of the shard.

@@ -17,7 +17,7 @@ pub fn values(rest: &str) -> impl Iterator<Item = &str> {
 
 /// A line, with those that a backslash joins to it.
 pub struct Line<'a> {
-    /// Of the first one, from 1.
+    /// Number of the first line of it in the file, from 1.
     pub number: usize,
     text: Cow<'a, str>,
 }

@@ -26,7 +26,7 @@ const READ: [&str; 6] = ["usemtl", "mtllib", "v", "f", "o", "g"];
 /// The state between two lines.
 pub struct Scan {
     pub path: String,
-    /// What tobj gets to see.
+    /// The text as tobj gets to see it.
     pub sound: String,
     pub vertices: i64,
     pub groups: Vec<ObjGroup>,

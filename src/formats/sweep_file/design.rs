@@ -10,12 +10,12 @@ pub const SOBOL_DIMENSIONS: usize = 256;
 /// The longest Sobol sequence.
 pub const SOBOL_POINTS: usize = 1 << 16;
 
-/// What a parameter can be.
+/// The values that a parameter may take.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Choices {
-    /// One of these.
+    /// One of the listed values.
     Listed(Vec<Value>),
-    /// Any number between two; in samples only.
+    /// Any number between two limits; only for designs that draw samples.
     Between(f64, f64),
 }
 

@@ -19,7 +19,7 @@ use crate::formats::scene_file::Count;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepFile {
-    /// Where an editor finds the schema; not read.
+    /// Place of the schema, for editors; phylux does not read it.
     #[serde(rename = "$schema")]
     pub _schema: Option<String>,
     /// The scene file, relative to this one.
@@ -42,7 +42,7 @@ pub struct SweepFile {
 pub enum VaryFile {
     /// One after the other: numbers, texts, arrays, ...
     List(Vec<Value>),
-    /// With all that can be said.
+    /// An object with every key that a parameter may have.
     Full(FullFile),
 }
 

@@ -31,10 +31,10 @@ pub const BALANCE: [&str; 5] = ["power_", "emitted_", "absorbed_", "escaped_", "
 /// One number of the scene that varies, or several at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its name: in the tables, a column.
+    /// Name of the parameter: a column of the tables.
     pub name: String,
-    /// Where its value goes: JSON pointers into the scene.
+    /// The places in the scene file that take its value, as JSON pointers.
     pub at: Vec<String>,
-    /// Its values.
+    /// The values that it takes.
     pub values: Vec<Value>,
 }

@@ -36,7 +36,7 @@ pub struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// What varies, and what goes together.
+    /// The parameters, and the points of the design: which values go together.
     pub fn design(&self, file: &SweepFile, seeds: u64) -> Result<(Vec<Parameter>, Points)> {
         if file.vary.is_empty() {
             let example = "name a place of the scene, such as \"/lights/0/power\": [40, 60]";
@@ -176,7 +176,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where the value of a parameter goes.
+    /// The places in the scene that take a parameter's value.
     fn places(&self, name: &str, vary: &VaryFile) -> Result<Vec<String>> {
         if name.is_empty() || name.len() > MAX_NAME || name.contains(char::is_control) {
             return Err(self

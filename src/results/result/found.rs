@@ -80,7 +80,7 @@ impl RunResult {
     }
 }
 
-/// What each light did, where that was kept apart.
+/// Values by light, where the run kept lights apart.
 fn by_light<T>(
     scene: &Scene,
     totals: &Totals,
@@ -227,7 +227,7 @@ fn nearest_result(estimate: NearestEstimate) -> NearestResult {
     }
 }
 
-/// What the captors of a group are together.
+/// Number, area and back faces of the captors of a group.
 #[derive(Clone, Default)]
 struct Members {
     captors: usize,

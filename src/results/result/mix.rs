@@ -207,7 +207,7 @@ fn times(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|value| value * factor).collect()
 }
 
-/// Of nothing no error is known.
+/// Scales standard errors; a factor of zero leaves no known error.
 fn error_times(errors: &[Option<f64>], factor: f64) -> Vec<Option<f64>> {
     errors.iter().map(|error| error.filter(|_| factor > 0.0).map(|e| e * factor)).collect()
 }

@@ -10,17 +10,17 @@ const MUCH_LOST: f64 = 1e-3;
 const FEW_BATCHES: u64 = 16;
 /// Histories below which a value and its error are not reliable.
 const FEW_HISTORIES: u64 = 30;
-/// One thing that a user should know.
+/// A warning about a result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
-    /// What it is about, alike in all runs.
+    /// Kind of the warning: the same words in all runs, so that sweeps can count them.
     pub kind: &'static str,
-    /// What there is to say of this run.
+    /// The warning in full, with the figures of this run.
     pub text: String,
 }
 
 impl RunResult {
-    /// What a user should know before trusting it.
+    /// Warnings that a user should read before trusting the result.
     pub fn warnings(&self) -> Vec<Warning> {
         warnings(self)
     }

@@ -61,7 +61,7 @@ fn cut(all: &mut [Boxed]) -> Vec<Bvh2Node> {
 /// Bins along an axis, at most.
 const BINS: usize = 32;
 
-/// What has its middle in a bin, or in several.
+/// Bounds and number of the triangles whose middles lie in a bin, or in several bins.
 #[derive(Clone, Copy)]
 struct Bin {
     extent: Extent,

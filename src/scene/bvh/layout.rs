@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Where a ray meets a triangle.
+/// The place where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, > 0, in lengths of its direction (m when that is a unit vector).
@@ -13,7 +13,7 @@ pub struct Hit {
     pub u: f32,
     /// Weight of the triangle's corner c, in [0, 1]: the point is a + u (b - a) + v (c - a).
     pub v: f32,
-    /// That point, m.
+    /// The point of the hit, m.
     pub point: Vec3,
     /// False where the ray passes through an edge that belongs to the triangle across it.
     pub owned: bool,

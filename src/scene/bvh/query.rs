@@ -17,9 +17,9 @@ pub(super) trait Query {
 /// The code that traces rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// For x86-64 processors with AVX2, BMI and LZCNT.
+    /// Instructions of x86-64 processors with AVX2, BMI and LZCNT.
     Avx2,
-    /// For any processor.
+    /// Code that any processor runs.
     Plain,
 }
 
@@ -41,7 +41,7 @@ impl Kernel {
         *USED
     }
 
-    /// As `phylux --version` names it.
+    /// Name of the kernel, as `phylux --version` prints it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Avx2 => "AVX2",
@@ -68,7 +68,7 @@ pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
     query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
 }
 
-/// The same bits: Rust never contracts a * b + c.
+/// Compiled for AVX2; gives the same bits, as Rust never contracts a * b + c.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
 fn ask_avx2<Q: Query>(query: Q) -> Q::Answer {

@@ -21,12 +21,12 @@ impl Random {
         Self(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
-    /// In [0, 1).
+    /// A number that is uniform in [0, 1).
     fn unit(&mut self) -> f32 {
         (self.0.next_u64() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// In the cube [-1, 1)^3.
+    /// A point that is uniform in the cube [-1, 1)^3.
     fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }

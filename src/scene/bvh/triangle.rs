@@ -60,7 +60,7 @@ impl Met<'_> {
     }
 }
 
-/// What the test needs of a ray.
+/// The quantities of a ray that the watertight test of triangles needs.
 pub(super) struct Shear {
     /// The axes of the scene in the order x, y, z of the sheared space; z has the largest
     /// component of the direction.

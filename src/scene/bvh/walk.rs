@@ -42,7 +42,7 @@ impl Child {
         Self(Self::node(row).0 | LEAF)
     }
 
-    /// As it stands in a row.
+    /// The bits as a float, as they stand in a row of the table.
     pub fn as_float(self) -> f32 {
         f32::from_bits(self.0)
     }

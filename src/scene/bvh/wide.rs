@@ -158,7 +158,7 @@ fn fill(
     }
 }
 
-/// What the wide tree must know of a branch.
+/// Bounds and number of the triangles below a branch of the binary tree.
 #[derive(Clone, Copy)]
 struct Part {
     /// The box of its triangles.

@@ -25,7 +25,7 @@ pub(super) fn weld(triangles: &[Triangle]) -> Vec<[u32; 3]> {
 
 /// Triangles that hang together by their edges.
 pub(super) struct Piece {
-    /// Their indices in the scene.
+    /// Indices of the piece's triangles in the scene.
     pub triangles: Vec<usize>,
     /// Edges that do not join two triangles.
     pub open_edges: usize,

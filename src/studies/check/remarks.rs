@@ -7,7 +7,7 @@ use crate::scene::world::Scene;
 /// Names listed in one remark.
 pub(super) const LISTED: usize = 5;
 
-/// What there is to say, collected.
+/// Warnings and notes, as they are collected.
 #[derive(Default)]
 pub(super) struct Remarks {
     pub warnings: Vec<String>,

@@ -140,7 +140,7 @@ pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
     });
 }
 
-/// What it is and where.
+/// Names a piece by its object and place.
 fn name(scene: &Scene, piece: &Piece) -> String {
     let surface = scene.surface(piece.triangles[0]);
     let what = match surface.captor() {
@@ -150,7 +150,7 @@ fn name(scene: &Scene, piece: &Piece) -> String {
     format!("`{what}` at {}", place(scene, piece.extent.center()))
 }
 
-/// What lies outside the normals of a solid.
+/// The medium on the side to which a solid's normals point.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Around {
     Air,
@@ -160,7 +160,7 @@ enum Around {
     Unknown,
 }
 
-/// Which solids touch.
+/// The solids that touch or overlap each other.
 struct Touching {
     /// Pairs of closed pieces, in order.
     pairs: Vec<[usize; 2]>,

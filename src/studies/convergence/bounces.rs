@@ -31,7 +31,7 @@ pub struct Bounces {
     pub rows: Vec<Within>,
 }
 
-/// What arrives within a number of bounces.
+/// Light that arrives within a number of bounces.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Within {
     /// Interactions with surfaces on the way; 0 is light straight from a lamp.
@@ -81,7 +81,7 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
     Ok(Bounces { photons, rows: cumulated(&sums) })
 }
 
-/// From sums for each number of bounces.
+/// Adds up the sums of each number of bounces to those within that number.
 fn cumulated(sums: &[Vec<f64>]) -> Vec<Within> {
     let width = sums[0].len();
     let whole: Vec<f64> = (0..width).map(|i| sums.iter().map(|row| row[i]).sum()).collect();

@@ -42,7 +42,7 @@ impl ConvergenceStudy {
         self.rungs.iter().filter(move |rung| rung.estimator == estimator)
     }
 
-    /// One series per estimator.
+    /// Points of a chart, one series for each estimator.
     fn series(
         &self,
         stroke: Stroke,
@@ -154,7 +154,7 @@ impl ConvergenceStudy {
         }
     }
 
-    /// What the scene needs, a sentence a line.
+    /// The findings in words, one sentence a line.
     pub fn words(&self) -> String {
         let mut text = String::new();
         let mut unbiased = Vec::new();

@@ -21,7 +21,7 @@ const VALUES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 /// Irradiances to compare with, one for each captor, face and band that has one.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// What it is.
+    /// Name of the reference: a file, or a run of this study.
     pub name: String,
     /// Lit captors, faces and bands that it does not know well enough to compare with.
     pub left_out: usize,
@@ -34,7 +34,7 @@ pub struct Reference {
 pub struct TrueValue {
     /// W/m2 or umol/m2/s, > 0.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of the value.
     pub standard_error: f64,
 }
 
@@ -115,7 +115,7 @@ impl Reference {
         self.mean(|i, truth| of(i, truth).powi(2)).sqrt()
     }
 
-    /// Its own relative root mean square standard error.
+    /// Relative root mean square standard error of the reference itself.
     pub fn floor(&self) -> f64 {
         self.rms(|_, truth| truth.standard_error / truth.value)
     }
@@ -152,7 +152,7 @@ impl Columns {
     }
 }
 
-/// Where the value of a captor, face and band stands.
+/// Finds the place of the value of a captor, face and band.
 struct Places<'a> {
     scene: &'a Scene,
     /// Index of each captor's first value.

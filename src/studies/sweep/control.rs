@@ -10,7 +10,7 @@ use crate::{math::machine, transport::shard::Shard};
 /// How a sweep is to be done.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepPlan {
-    /// Which runs.
+    /// The shard of the runs that this machine does.
     pub shard: Shard,
     /// Threads; 0 takes all processors. The results do not depend on it.
     pub threads: usize,
@@ -24,7 +24,7 @@ impl SweepPlan {
     }
 }
 
-/// What a sweep is watched and stopped by.
+/// Progress and stopping of a sweep.
 pub struct SweepControl<'a> {
     /// Set it to end the sweep with an error; what is finished stays.
     pub stop: &'a AtomicBool,
@@ -41,22 +41,22 @@ impl SweepControl<'_> {
 /// How far a sweep has come.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepProgress {
-    /// What it is at.
+    /// The step that the sweep is at.
     pub step: Step,
-    /// Runs behind it, with the parts of those that are under way.
+    /// Number of runs that are done, with fractions for those under way.
     pub runs: f64,
     /// Runs in this step.
     pub of: usize,
 }
 
-/// What a sweep is at.
+/// The steps of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// It looks what is there already.
+    /// Reading the runs that the folder already holds.
     Looking,
-    /// It runs.
+    /// Simulating.
     Running,
-    /// It writes tables.
+    /// Writing tables and plots.
     Writing,
 }
 

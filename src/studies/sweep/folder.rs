@@ -28,11 +28,11 @@ use crate::{
     results::{result::RunResult, saved::ResultsFile},
 };
 
-/// What the folder is of.
+/// File that names the sweep a folder belongs to.
 const MANIFEST: &str = "sweep.json";
-/// The results.
+/// Folder of the results.
 const RUNS: &str = "runs";
-/// What groups receive against each parameter.
+/// Folder of the plots: the light on groups against each parameter.
 const PICTURES: &str = "plots";
 /// How long each run took: what differs each time, kept apart from all else.
 const TIMES: &str = "times.csv";
@@ -53,13 +53,13 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// Of a sweep.
+    /// The manifest of a sweep.
     pub fn new(sweep: &Sweep) -> Self {
         let (file, scene) = (sweep.file().clone(), sweep.scene().clone());
         Self { phylux: VERSION.into(), sweep: file, scene }
     }
 
-    /// Of the sweep in the folder `path`.
+    /// Reads the manifest of the sweep in the folder `path`.
     pub fn read(path: &Path) -> Result<Self> {
         let path = path.join(MANIFEST);
         let name = path.display().to_string();
@@ -76,18 +76,18 @@ impl Manifest {
 #[derive(Debug)]
 pub struct SweepFolder {
     path: PathBuf,
-    /// Its tables and plots.
+    /// Tables and plots that this program wrote there.
     written: Written,
-    /// Gone with the process, however it ends.
+    /// Lock of the folder; it goes with the process, however that ends.
     _lock: File,
 }
 
 /// How far a run is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Its results are there.
+    /// The run's results are there.
     Done,
-    /// It ended with this error.
+    /// The run ended with this error.
     Failed(String),
     /// What was there of it is not as it was written.
     Damaged,
@@ -241,7 +241,7 @@ impl SweepFolder {
         self.written.create(&format!("{PICTURES}/{name}"))
     }
 
-    /// Its tables and plots.
+    /// Tables and plots that this program wrote there.
     pub fn written(&self) -> &Written {
         &self.written
     }
