@@ -67,7 +67,7 @@ pub struct Difference {
     pub z: Option<f64>,
 }
 
-/// All that two results have in common, and what only one has.
+/// The comparison of two results: the values that both have, and what only one has.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// Worst first: by |z|, before them those that differ without a known error.
@@ -129,7 +129,7 @@ impl Comparison {
 }
 
 impl Difference {
-    /// How much it matters: |z|, and without an error all or nothing.
+    /// Weight for sorting: |z|; without a known error infinite where the values differ, else 0.
     fn weight(&self) -> f64 {
         self.z.map_or(if self.a == self.b { 0.0 } else { f64::INFINITY }, f64::abs)
     }

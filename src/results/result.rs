@@ -16,7 +16,7 @@ use crate::{math::units::UnitNames, transport::settings::Estimator};
 
 pub use warnings::Warning;
 
-/// What each light brings, by its name, in the order of the scene.
+/// A value for each light by the light's name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;
 
 /// The results of one run, as they are written to JSON.
@@ -38,7 +38,7 @@ pub struct RunResult {
     /// Flights that photons were split into for virtual captors; absent where they were not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub splitting: Option<usize>,
-    /// Why, where it was left to a trial.
+    /// Reason of the choice, where the estimator was left to a trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
     /// In a mix: factors on the powers that the lights had in the run; 1 for those that are not named.
@@ -132,14 +132,14 @@ mod or_null {
     }
 }
 
-/// How accurate a run is, beside the tolerance that was asked for.
+/// Accuracy of a run compared with the tolerance that was asked for.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct ToleranceResult {
     /// The largest relative standard error that was asked for, in (0, 1).
     pub asked: f64,
-    /// Whether every face in every band that carries power has it, or is dark.
+    /// Whether every face meets the tolerance in every band that carries power, or is dark.
     pub met: bool,
-    /// The value that is farthest from it; null where there is none.
+    /// The value that is farthest from the tolerance; null where there is none.
     pub worst: Option<WorstResult>,
     /// Faces that hardly any light reaches, which were not waited for.
     pub dark: Vec<DarkResult>,
@@ -154,7 +154,7 @@ pub struct WorstResult {
     pub face: Cow<'static, str>,
     /// Name of the band, or sum.
     pub band: String,
-    /// Its standard error over itself; null where nothing arrived.
+    /// Relative standard error; null where nothing arrived.
     pub relative_error: Option<f64>,
     /// Batches that found light there: of fewer than 30 the error is not to be trusted, and the tolerance is not met.
     #[serde(rename = "blocks_with_light")]
@@ -170,7 +170,7 @@ pub struct DarkResult {
     pub face: Cow<'static, str>,
     /// Name of the band, or sum.
     pub band: String,
-    /// The irradiance that it has at most, with 95 % confidence.
+    /// Upper bound of the irradiance with 95 % confidence.
     pub below: f64,
 }
 
@@ -179,7 +179,7 @@ pub struct DarkResult {
 pub struct MapResult {
     /// Arrivals stored.
     pub arrivals: u64,
-    /// The first so many histories: those whose arrivals are all in it.
+    /// Number of histories, counted from the first, whose arrivals are all in the map.
     pub photons: u64,
 }
 
@@ -207,10 +207,10 @@ pub struct CaptorResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed_se: Option<Vec<Option<f64>>>,
-    /// What was absorbed of each light, where results are split by light.
+    /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
-    /// Names of the groups that it belongs to, where results are split by light.
+    /// Names of the groups that the captor belongs to, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
 }
@@ -235,7 +235,7 @@ pub struct GroupResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed_se: Option<Vec<Option<f64>>>,
-    /// What was absorbed of each light, where results are split by light.
+    /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
 }
@@ -280,19 +280,19 @@ pub struct FaceResult {
     /// Of a group of several: the least irradiance of its captors, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<Vec<f64>>,
-    /// The greatest one; noise drives both apart.
+    /// The greatest irradiance of them; noise drives least and greatest apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<Vec<f64>>,
     /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
     /// null in a run of paths and in a mix.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "maybe_null")]
     pub knn: Option<Option<NearestResult>>,
-    /// The same of each light, where results are split by light.
+    /// The same values for each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<FaceResult>>,
 }
 
-/// Null is something.
+/// Keeps apart a value that is null and one that is absent.
 fn maybe_null<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<Option<T>>, D::Error> {
@@ -309,7 +309,7 @@ pub struct NearestResult {
     /// Share of the captor's area that it is a mean over, in (0, 1]: near 1 it says nothing of the
     /// middle that the summed flux does not say better.
     pub coverage: f64,
-    /// Per band.
+    /// Irradiance estimate per band.
     pub irradiance: Vec<f64>,
     /// Its standard error: the noise alone, not the bias of a mean over the disc; null for fewer than
     /// two photons and where nothing arrived.
@@ -320,7 +320,7 @@ pub struct NearestResult {
     pub radiance_se: Option<Vec<Option<f64>>>,
 }
 
-/// What a captor or group absorbed, of all light and of each.
+/// Power that a captor or group absorbed, of all light and of each light.
 #[derive(Default)]
 struct AllAbsorbed {
     absorbed: Option<Vec<f64>>,

@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-/// What comparisons and tables read of a results file.
+/// The part of a results file that comparisons and tables read.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ResultsFile {
     /// Name of the scene.

@@ -42,13 +42,13 @@ pub use merge::merge;
 pub struct Outcome {
     /// Runs of the shard.
     pub runs: usize,
-    /// How many of them were there already.
+    /// Number of them whose results were there already.
     pub kept: usize,
-    /// How many were there too, but not as they had been written, and so were done again.
+    /// Number of runs whose files had been damaged, so that they were done again.
     pub damaged: usize,
     /// Simulations that they come from, where those are fewer: light is linear in the powers.
     pub simulations: Option<usize>,
-    /// Those that failed: number and values, and the error.
+    /// Runs that failed: number and values of the run, and the error.
     pub failed: Vec<(String, String)>,
     /// Runs of the whole sweep that are not in the folder, so that there are no tables.
     pub missing: usize,
@@ -80,7 +80,7 @@ fn simulations(jobs: &Jobs, shard: Shard) -> Option<usize> {
     (simulations < runs).then_some(simulations)
 }
 
-/// How far each run is in the folder at `path`.
+/// State of each run in the folder at `path`.
 fn look(
     path: &Path,
     sweep: &Sweep,
@@ -142,7 +142,7 @@ pub fn sweep(
     Ok(Outcome { runs: mine.len(), kept, damaged, simulations, failed, missing, warned })
 }
 
-/// Those that failed: number and values, and the error.
+/// Runs that failed: number and values of the run, and the error.
 fn failures<'a>(runs: impl Iterator<Item = Run<'a>>, states: &[State]) -> Vec<(String, String)> {
     let failed = runs.filter_map(|run| match &states[run.number - 1] {
         State::Failed(error) => Some((format!("run {} ({run})", run.number), error.clone())),

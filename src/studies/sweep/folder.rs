@@ -34,14 +34,15 @@ const MANIFEST: &str = "sweep.json";
 const RUNS: &str = "runs";
 /// Folder of the plots: the light on groups against each parameter.
 const PICTURES: &str = "plots";
-/// How long each run took: what differs each time, kept apart from all else.
+/// Table of the time that each run took; times differ whenever a sweep is done, so they are kept
+/// apart.
 const TIMES: &str = "times.csv";
-/// Held by the one who works in it.
+/// Lock file, held by the process that works in the folder.
 const LOCK: &str = ".lock";
-/// The version whose results these are.
+/// Version of phylux whose results these are.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the folder is of: enough to make the same sweep again.
+/// Manifest of a folder: enough to make the same sweep again.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of phylux.
@@ -82,16 +83,16 @@ pub struct SweepFolder {
     _lock: File,
 }
 
-/// How far a run is.
+/// State of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
     /// The run's results are there.
     Done,
     /// The run ended with this error.
     Failed(String),
-    /// What was there of it is not as it was written.
+    /// The run's file is damaged: it is not as it was written.
     Damaged,
-    /// Nothing is there of it.
+    /// The folder holds nothing of the run.
     Missing,
 }
 
@@ -102,13 +103,13 @@ impl State {
     }
 }
 
-/// What the file of a run begins with.
+/// Head of a run's file.
 #[derive(Deserialize)]
 struct Head {
     sweep: Origin,
     phylux: String,
     error: Option<String>,
-    /// Of all before it; files of before have none.
+    /// Checksum of everything before it; files of earlier versions have none.
     sha256: Option<String>,
 }
 
@@ -116,7 +117,7 @@ struct Head {
 #[derive(Serialize)]
 struct Finished<'a> {
     sweep: &'a Origin,
-    /// What kinds of warnings it has.
+    /// Kinds of the run's warnings.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     warnings: Vec<&'static str>,
     #[serde(flatten)]
@@ -189,12 +190,12 @@ impl SweepFolder {
         }
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Says what the folder is of.
+    /// Writes the manifest.
     pub fn write_manifest(&self, sweep: &Sweep) -> Result<()> {
         let manifest = Manifest::new(sweep);
         if Manifest::read(&self.path).is_ok_and(|there| there == manifest) {
@@ -247,7 +248,7 @@ impl SweepFolder {
     }
 }
 
-/// Writes JSON that shows any damage.
+/// Writes JSON with a checksum at its end.
 fn write_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
     let file = OutputFile::of_sweep(path)?;
     file.write(&FilesRead::default(), |writer| writer.write_all(&seal(value)?))
@@ -263,14 +264,14 @@ fn failure_path(folder: &Path, key: &str) -> PathBuf {
     folder.join(RUNS).join(format!("{key}.failed.json"))
 }
 
-/// What a folder has of a run.
+/// What a folder holds of a run.
 #[derive(Debug)]
 pub struct RunFile {
-    /// The file.
+    /// Path of the run's file.
     pub path: PathBuf,
-    /// What it says.
+    /// Results or error that the file holds.
     pub state: State,
-    /// What it came from.
+    /// The inputs that it was made from.
     pub origin: Origin,
 }
 
@@ -298,7 +299,7 @@ pub fn run_file(
     found
 }
 
-/// A file that is not as it was written.
+/// Error of a file whose checksum does not fit.
 #[derive(Debug)]
 pub struct Damaged;
 
@@ -332,19 +333,19 @@ pub fn state(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>, inputs: 
     }
 }
 
-/// How long runs took: a table that grows by a line after each run.
+/// Table of the time that runs took; it grows by a line after each run.
 #[derive(Debug)]
 pub struct Times {
     path: PathBuf,
     file: File,
 }
 
-/// How long one run took.
+/// Time that one run took.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Time {
     /// From reading its files to having its results.
     pub seconds: f64,
-    /// Threads that it had.
+    /// Number of threads of the run.
     pub threads: usize,
 }
 
@@ -377,7 +378,7 @@ impl Times {
         Err(Error::input(path.display(), problem).remedy("move it away"))
     }
 
-    /// Adds a run.
+    /// Adds the time of a run.
     pub fn add(&mut self, run: &Run, key: &str, time: Time) -> Result<()> {
         let line = format!("{},{key}.json,{:.3},{}\n", run.number, time.seconds, time.threads);
         let added = self.file.write_all(line.as_bytes());
@@ -461,7 +462,7 @@ mod tests {
         [results, failure, before].map(|text| &*text.leak()).to_vec()
     });
 
-    /// Without the checksum.
+    /// The text without its checksum.
     fn unsealed(bytes: &[u8]) -> &[u8] {
         let seal = b",\n  \"sha256\"";
         let at = bytes.windows(seal.len()).rposition(|words| words == seal);

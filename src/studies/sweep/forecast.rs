@@ -33,26 +33,26 @@ const TRIAL: u64 = 50_000;
 /// About what a row of the table of captors takes, without its parameters, bytes.
 const ROW: usize = 80;
 
-/// Which runs a sweep would do, and what that would take.
+/// The runs that a sweep would do, with the time and disk space that they would take.
 #[derive(Clone, Debug)]
 pub struct Forecast {
-    /// Of the shard: number and values, and how far it is.
+    /// Runs of the shard: number and values, and the state of each.
     pub runs: Vec<(String, State)>,
     /// Simulations that they come from, where those are fewer.
     simulations: Option<usize>,
     todo: usize,
     threads: usize,
-    /// Of all runs to do, on one thread; none where it cannot be known.
+    /// Time for all runs to do on one thread, s; none where it cannot be known.
     seconds: Option<f64>,
-    /// Of all runs to do.
+    /// Disk space for all runs to do, bytes.
     bytes: f64,
-    /// Why the trial found nothing.
+    /// Error of the trial, if it failed.
     failure: Option<String>,
 }
 
 impl Forecast {
     /// For the runs of the shard that are not done in `folder`, where one is named; it need not be there.
-    /// The clock is in it: it is not the same twice.
+    /// It measures time, so it is not the same twice.
     pub fn make(
         sweep: &Sweep,
         folder: Option<&Path>,
@@ -126,7 +126,7 @@ pub fn from_simulations(runs: usize, simulations: usize) -> String {
     format!("{runs} runs from {simulations} simulation{s}: light is linear in the powers")
 }
 
-/// A time for people.
+/// Writes a time in units that people read easily.
 fn span(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.1} s"),

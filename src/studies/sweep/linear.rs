@@ -21,7 +21,7 @@ const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 /// Runs of a sweep that are done together.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// Their indices, in order.
+    /// Indices of the runs, in order.
     pub runs: Vec<usize>,
     /// SHA-256 of the scene that is run for all of them; none for a run of its own.
     pub base: Option<String>,
@@ -30,13 +30,13 @@ pub struct Job {
 /// All jobs of a sweep. They depend on the whole sweep alone, not on what is done of it.
 #[derive(Debug)]
 pub struct Jobs {
-    /// In the order of their first runs.
+    /// Jobs in the order of their first runs.
     pub jobs: Vec<Job>,
     of_run: Vec<u32>,
 }
 
 impl Jobs {
-    /// Of a sweep.
+    /// Finds the jobs of a sweep.
     pub fn new(sweep: &Sweep) -> Self {
         let places = sweep.parameters().iter().map(Powers::of).collect::<Vec<_>>();
         let mut jobs: Vec<Job> = Vec::new();
@@ -70,7 +70,7 @@ impl Jobs {
         self.of_run[run.number - 1] as usize
     }
 
-    /// What is run in place of a run, see [`Job::base`].
+    /// The scene that is run in place of a run, see [`Job::base`].
     pub fn base(&self, run: &Run) -> Option<&str> {
         self.jobs[self.of(run)].base.as_deref()
     }
@@ -245,7 +245,7 @@ pub fn at_powers(
     RunResult::new(&run.scene, &settings, &mixed)
 }
 
-/// What makes `power` of `largest`; 0 of nothing.
+/// The factor that makes `power` of `largest`; 0 where that is 0.
 fn factors(power: &[f64], largest: &[f64]) -> Vec<f64> {
     let factor = |(power, most): (&f64, &f64)| if *most > 0.0 { power / most } else { 0.0 };
     power.iter().zip(largest).map(factor).collect()

@@ -22,7 +22,7 @@ use crate::{
     transport::shard::Shard,
 };
 
-/// The file of a run, and the part that has it.
+/// The file of a run, and the shard that holds it.
 struct Found<'a> {
     part: &'a Path,
     file: RunFile,

@@ -19,7 +19,7 @@ use crate::{
     },
 };
 
-/// What a result came from.
+/// The inputs that a result was made from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// The value of each parameter.
