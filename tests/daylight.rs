@@ -300,7 +300,75 @@ fn a_period_is_the_mean_of_its_hours() {
         let off = found.irradiance[0] - mean;
         assert!(off.abs() < allowed, "{name}: {} and {mean}", found.irradiance[0]);
         assert!(allowed < 0.02 * mean, "{name}: {allowed}");
+        // a day's light: the mean over all seconds of a day
+        let (dli, dli_se) = (found.dli.as_ref().expect("DLI"), found.dli_se.as_ref().expect("DLI"));
+        assert_eq!(dli[..], [Some(0.0864 * found.irradiance[0])]);
+        assert_eq!(dli_se[..], [Some(0.0864 * found.irradiance_se[0].expect("error"))]);
     }
+    assert_eq!(whole.unit.dli.as_deref(), Some("mol/m2/d"));
+    assert!(hours.iter().all(|run| run.unit.dli.is_none() && front(run, "up").dli.is_none()));
+}
+
+/// DLI is of photosynthetic bands alone, and in the CSV; it follows the powers in a mix.
+#[test]
+fn a_period_has_its_daily_light_integral() {
+    let scene = World::new()
+        .with("quantity", json!("umol/s"))
+        .with("bands", json!([{ "name": "blue", "from_nm": 400, "to_nm": 500 }, { "name": "far", "from_nm": 700, "to_nm": 800 }]))
+        .with("sums", json!({ "all": ["blue", "far"] }))
+        .with("site", json!({ "latitude": 43.61, "longitude": 3.88 }))
+        .with("weather", json!({ "file": "w.csv", "stamp": "start" }))
+        .with("time", json!({ "from": "2025-06-21T09:00Z", "to": "2025-06-21T11:00Z" }))
+        .captor("up", &Mesh::square([0.0; 3], UP, 1.0))
+        .light(json!({ "type": "sky" }))
+        .light(json!({ "type": "point", "position": [0, 0, 1], "power": 10 }))
+        .write();
+    let csv = "time,ghi,dni,dhi\n2025-06-21T09:00Z,0,0,80\n2025-06-21T10:00Z,0,0,100\n";
+    std::fs::write(scene.path("w.csv"), csv).expect("weather");
+    let run = run_file(&scene.path("scene.json"), |settings| {
+        (settings.photons, settings.k, settings.by_light) = (Some(20_000), Some(0), true);
+    });
+    let mixed = run.mix(&[("light1".to_string(), 3.0)].into_iter().collect()).expect("a mix");
+    for run in [&run, &mixed] {
+        let face = front(run, "up");
+        let parts = face.by_light.as_ref().expect("lights").values();
+        for face in parts.chain([face]) {
+            let dli = face.dli.as_ref().expect("DLI");
+            assert_eq!(dli[..], [Some(0.0864 * face.irradiance[0]), None, None]);
+        }
+        let group = run.groups.iter().find(|group| group.id == "up").expect("a group");
+        assert_eq!(group.front.dli, face.dli);
+    }
+    assert!(front(&mixed, "up").dli > front(&run, "up").dli);
+    let mut table = Vec::new();
+    phylux::write_csv(&run, &mut table).expect("a table");
+    let table = String::from_utf8(table).expect("text");
+    assert_eq!(table.lines().filter(|line| line.contains(",dli,")).count(), 1, "{table}");
+    let warnings = phylux::load(&scene.path("scene.json")).expect("a scene").warnings;
+    assert!(warnings[0].starts_with("/time: lamps and environment maps shine the whole period"));
+}
+
+/// `check` warns of captors under which neither a surface nor the ground sends light up.
+#[test]
+fn missing_ground_is_warned_of() {
+    let warned = |world: &World| {
+        let loaded = phylux::load(&world.write().path("scene.json")).expect("a scene");
+        let found = phylux::check(&loaded).expect("a check").warnings;
+        found.into_iter().find(|warning| warning.contains("no surface below"))
+    };
+    let sky = json!({ "type": "sky", "model": "uniform", "irradiance": 100 });
+    let mut ground = sky.clone();
+    ground["ground"] = json!(0.2);
+    let open = || World::new().captor("bare", &Mesh::square([0.0, 0.0, 1.0], UP, 0.1));
+    let warning = warned(&open().light(sky.clone())).expect("a warning");
+    assert!(warning.contains("in light of `sky` without `ground`: `bare"), "{warning}");
+    assert_eq!(warned(&open().light(ground)), None);
+    let floor = Mesh::square([0.0; 3], UP, 1.0);
+    let on_floor = open().lambert("soil", 0.1).counted("floor", "soil", &floor).light(sky.clone());
+    assert_eq!(warned(&on_floor), None);
+    let leaf = json!({ "type": "leaf", "ior": 1.425, "reflectance": 0.1, "transmittance": 0.1 });
+    let leaf = World::new().material("leaf", leaf).counted("leaf", "leaf", &floor).light(sky);
+    assert!(warned(&leaf).is_some());
 }
 
 /// Cases of sun and sky alone and of a room with a window: closed forms, quadrature, Mitsuba and Radiance.

@@ -147,6 +147,18 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
                 short(irradiance.median),
                 short(irradiance.max),
             );
+            let unit = &result.unit.dli;
+            let dli = faces.iter().map(|face| face.dli.as_ref()?[b]).collect::<Option<Vec<_>>>();
+            if let (Some(dli), Some(unit)) = (dli.map(Spread::of), unit) {
+                let _ = writeln!(
+                    text,
+                    "  {:<22}{:>11}{:>11}{:>11}",
+                    format!("  DLI, {unit}"),
+                    short(dli.min),
+                    short(dli.median),
+                    short(dli.max),
+                );
+            }
         }
     }
     let faces = result.captors.iter().filter(|c| c.kind == kind).flat_map(CaptorResult::faces);

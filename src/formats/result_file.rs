@@ -237,6 +237,10 @@ fn face_rows(face: &FaceResult, band: usize) -> Vec<Row> {
         ("flux", face.flux[band], face.flux_se[band]),
         ("irradiance", face.irradiance[band], face.irradiance_se[band]),
     ];
+    if let (Some(Some(dli)), Some(errors)) = (face.dli.as_ref().map(|dli| dli[band]), &face.dli_se)
+    {
+        rows.push(("dli", dli, errors[band]));
+    }
     if let Some(Some(knn)) = &face.knn {
         rows.push(("knn_irradiance", knn.irradiance[band], knn.irradiance_se[band]));
         let radiance = knn.radiance.iter().zip(&knn.radiance_se);

@@ -25,6 +25,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 pub use daylight::OpenField;
+use format::LightFile;
 pub use format::{Count, SceneFile};
 pub use kept::Kept;
 use loader::{Loader, Sources};
@@ -59,6 +60,8 @@ pub struct LoadedScene {
     pub warnings: Vec<String>,
     /// Materials of the file that no surface has.
     pub unused_materials: Vec<String>,
+    /// Names of suns and skies without light of the ground.
+    pub without_ground: Vec<String>,
     /// Daylight in the open, where there is any.
     pub open_field: Option<OpenField>,
     /// Thin leaves whose transmittance differs between the faces.
@@ -187,6 +190,7 @@ impl Loader<'_> {
             warnings: self.warnings,
             unused_materials,
             open_field,
+            without_ground: file.lights.iter().filter_map(LightFile::without_ground).collect(),
             non_reciprocal_leaves,
             files: self.files.into_inner(),
         })

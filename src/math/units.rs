@@ -61,6 +61,9 @@ pub struct UnitNames {
     pub irradiance: Cow<'static, str>,
     /// Flux per projected area and solid angle.
     pub radiance: Cow<'static, str>,
+    /// Daily light integral, where the results have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dli: Option<Cow<'static, str>>,
 }
 
 impl Quantity {
@@ -71,6 +74,6 @@ impl Quantity {
             Self::Micromole => ["umol/s", "umol/m2/s", "umol/m2/s/sr"],
         }
         .map(Cow::Borrowed);
-        UnitNames { length: "m".into(), flux, irradiance, radiance }
+        UnitNames { length: "m".into(), flux, irradiance, radiance, dli: None }
     }
 }

@@ -1,6 +1,7 @@
 //! What a run found: plain data, in the form of the results file. Lengths are metres; fluxes W or
 //! umol/s; errors are standard errors (1 sigma).
 
+mod dli;
 mod found;
 mod mix;
 mod warnings;
@@ -273,6 +274,13 @@ pub struct FaceResult {
     pub irradiance: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub irradiance_se: Vec<Option<f64>>,
+    /// Of a scene in umol/s over a period: the daily light integral, the mean of its days, mol/m2/d; null for
+    /// bands and sums that are not within 400 to 700 nm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dli: Option<Vec<Option<f64>>>,
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dli_se: Option<Vec<Option<f64>>>,
     /// In a run of paths: whether the error rests on what few paths found, so that it and the value
     /// may be far too small.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

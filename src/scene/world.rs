@@ -64,6 +64,8 @@ pub struct Scene {
     pub name: String,
     /// What the photons carry.
     pub quantity: Quantity,
+    /// Whether its daylight is the mean over a period, nights included.
+    pub is_period: bool,
     /// The bands.
     pub bands: Vec<Band>,
     /// Totals over bands.

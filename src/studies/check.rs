@@ -16,11 +16,11 @@ use crate::{
     error::{Error, Result},
     formats::scene_file::LoadedScene,
     math::{
-        geometry::{Extent, Triangle},
+        geometry::{Extent, Ray, Triangle},
         units::LengthUnit,
     },
     scene::{
-        captor::CaptorKind,
+        captor::{Captor, CaptorKind},
         material::Material,
         world::{FlushLight, LOOKED_AT, Scene},
     },
@@ -87,6 +87,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_lights(scene, &mut remarks);
     check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
+    check_ground(loaded, &mut remarks);
     check_areas(scene, &mut remarks);
     let vertices = mesh::weld(scene.triangles());
     check_coincident(scene, &mut remarks);
@@ -185,6 +186,41 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
             side that their normals point to"
         )
     });
+}
+
+/// Captors in daylight that have neither a surface nor light of the ground below them.
+fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
+    if loaded.without_ground.is_empty() {
+        return;
+    }
+    let captors = loaded.scene.captors.iter();
+    let bare = captors.filter(|captor| !stands_over_surface(&loaded.scene, captor));
+    let lights = loaded.without_ground.join("` and `");
+    remarks.warn_of(quoted(bare.map(|captor| &captor.id)), |list| {
+        format!(
+            "captors with no surface below them in light of `{lights}` without `ground`: {list}; no light \
+            comes to them from below the horizon: add a ground object, or `ground` to the light"
+        )
+    });
+}
+
+/// Whether a surface lies below the middle of a captor; a floor that is a captor lies below itself, a leaf does
+/// not.
+fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
+    /// Leaves of a captor that lie over each other.
+    const MOST: usize = 100;
+    let lifted = scene.ray_offset() * Vec3::Z;
+    let mut origin = (captor.center - scene.center).as_vec3() + lifted;
+    for _ in 0..MOST {
+        let down = Ray { origin, direction: Vec3::NEG_Z };
+        let Some(hit) = scene.closest(&down) else { return false };
+        let own = captor.kind == CaptorKind::Surface && captor.triangles.contains(&hit.triangle);
+        if !own || !scene.material(scene.surface(hit.triangle)).transmits_diffusely() {
+            return true;
+        }
+        origin = hit.point - lifted;
+    }
+    true
 }
 
 fn check_areas(scene: &Scene, remarks: &mut Remarks) {

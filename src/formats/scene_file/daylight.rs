@@ -53,6 +53,21 @@ pub(super) struct Sky {
     hours: Option<Vec<Hour>>,
 }
 
+impl LightFile {
+    /// The name of a sun or a sky that has no light of the ground.
+    pub(super) fn without_ground(&self) -> Option<String> {
+        match self {
+            Self::Sun(SunFile { name, ground: None, .. }) => {
+                Some(name.clone().unwrap_or("sun".into()))
+            }
+            Self::Sky(SkyFile { name, ground: None, .. }) => {
+                Some(name.clone().unwrap_or("sky".into()))
+            }
+            _ => None,
+        }
+    }
+}
+
 impl Loader<'_> {
     /// What the scene says about daylight; nothing without a sun, sky or map.
     pub(super) fn load_sky(&mut self, file: &SceneFile) -> Result<Option<Sky>> {
@@ -105,6 +120,13 @@ impl Loader<'_> {
             }
             Some(_) => sky.is_period = true,
             None => {}
+        }
+        self.parts.is_period = sky.is_period;
+        let steady = |light: &&LightFile| !matches!(light, LightFile::Sun(_) | LightFile::Sky(_));
+        if sky.is_period && file.lights.iter().any(|light| steady(&light)) {
+            let problem = "lamps and environment maps shine the whole period, nights included; `phylux \
+                           year --control` switches lamps by the hour";
+            self.warn("/time", problem);
         }
         sky.hours = match (&file.weather, weather) {
             (None, _) => None,
@@ -267,7 +289,7 @@ impl Loader<'_> {
         let half_angle = half_angle.to_radians();
         let (suns, normal, horizontal) = match &light.irradiance {
             Some(irradiance) => {
-                self.refuse_shard(pointer, &light.share)?;
+                self.refuse_share(pointer, &light.share)?;
                 let sun = self.position(pointer, sky)?;
                 let normal = self.per_band(&format!("{pointer}/irradiance"), irradiance, 1e9)?;
                 if normal.iter().any(|&e| e > 0.0) && sun.elevation <= 0.0 {
@@ -310,7 +332,7 @@ impl Loader<'_> {
         let model = self.sky_model(pointer, light)?;
         let (map, horizontal) = match &light.irradiance {
             Some(irradiance) => {
-                self.refuse_shard(pointer, &light.share)?;
+                self.refuse_share(pointer, &light.share)?;
                 if model == SkyModel::Perez {
                     return Err(self
                         .error(
@@ -460,7 +482,7 @@ impl Loader<'_> {
         })
     }
 
-    fn refuse_shard(&self, pointer: &str, share: &Option<PerBand>) -> Result<()> {
+    fn refuse_share(&self, pointer: &str, share: &Option<PerBand>) -> Result<()> {
         match share {
             None => Ok(()),
             Some(_) => Err(self

@@ -1,11 +1,16 @@
 //! From sums to results.
 
+use std::borrow::Cow;
+
 use super::{
     Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult,
     GroupResult, MapResult, NearestResult, Range, RunResult, ToleranceResult, WorstResult,
 };
 use crate::{
-    math::stats::{Estimate, Running},
+    math::{
+        stats::{Estimate, Running},
+        units::Quantity,
+    },
     scene::{
         captor::{CHANNELS, Captor, CaptorKind, Channel},
         light::Light,
@@ -54,7 +59,13 @@ impl RunResult {
             })
             .collect();
         let flights = scene.flights(settings.splitting);
-        Self {
+        let bands = band_results(scene);
+        let dli = scene.is_period
+            && scene.quantity == Quantity::Micromole
+            && bands.iter().any(|band| band.is_par(&bands));
+        let mut unit = scene.quantity.unit_names();
+        unit.dli = dli.then_some(Cow::Borrowed("mol/m2/d"));
+        let mut result = Self {
             phylux: env!("CARGO_PKG_VERSION").into(),
             scene: scene.name.clone(),
             seed: settings.seed,
@@ -64,8 +75,8 @@ impl RunResult {
             splitting: (flights > 1 && !of_paths).then_some(flights),
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
-            unit: scene.quantity.unit_names(),
-            bands: band_results(scene),
+            unit,
+            bands,
             energy,
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
@@ -76,7 +87,9 @@ impl RunResult {
             }),
             groups: group_results(scene, simulation, &captors),
             captors,
-        }
+        };
+        result.add_dli();
+        result
     }
 }
 
@@ -329,6 +342,8 @@ fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
         histories: totals.histories_in(channel),
         irradiance: flux.mean.iter().map(|f| f / area).collect(),
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
+        dli: None,
+        dli_se: None,
         flux: flux.mean,
         flux_se: flux.standard_error,
         few_paths: false,

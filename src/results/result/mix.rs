@@ -50,7 +50,7 @@ impl RunResult {
         for (name, factor) in factors {
             *mixed.entry(name.clone()).or_insert(1.0) *= factor;
         }
-        Ok(Self {
+        let mut result = Self {
             mixed: Some(mixed),
             energy: mix.energy(&self.energy, lights),
             tolerance: None,
@@ -58,7 +58,9 @@ impl RunResult {
             captors,
             groups,
             ..self.clone()
-        })
+        };
+        result.add_dli();
+        Ok(result)
     }
 }
 
@@ -178,6 +180,8 @@ impl Mix<'_> {
                 values().map(|part| (&part.irradiance[..], &part.irradiance_se[..])),
                 bands,
             ),
+            dli: None,
+            dli_se: None,
             few_paths: face.few_paths,
             min: None,
             max: None,

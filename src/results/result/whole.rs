@@ -51,6 +51,7 @@ impl FaceResult {
         let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
         values.all(|values| are_values(values, bands))
             && errors.all(|errors| are_errors(errors, bands))
+            && self.dli.iter().chain(&self.dli_se).all(|values| are_errors(values, bands))
             && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_whole(bands))
             && self.knn.iter().flatten().all(|knn| knn.is_whole(bands))
     }

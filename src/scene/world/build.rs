@@ -147,6 +147,7 @@ impl Scene {
         Ok(Self {
             name: parts.name,
             quantity: parts.quantity,
+            is_period: parts.is_period,
             bands: parts.bands,
             sums: parts.sums,
             materials: parts.materials,

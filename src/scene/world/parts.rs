@@ -81,6 +81,9 @@ pub struct SceneParts {
     pub name: String,
     /// What the photons carry.
     pub quantity: Quantity,
+    /// Whether its daylight is the mean over a period, nights included, so that a sum of a day follows from
+    /// a result.
+    pub is_period: bool,
     /// At least one.
     pub bands: Vec<Band>,
     /// Totals over bands.

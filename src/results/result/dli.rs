@@ -1,0 +1,45 @@
+//! Daily light integrals: what growers count a day's light by.
+
+use super::{BandResult, ByLight, FaceResult, RunResult};
+
+/// mol/m2/d of a mean of 1 umol/m2/s: the seconds of a day, in mol per umol.
+pub const DLI: f64 = 0.0864;
+
+impl BandResult {
+    /// Whether it is photosynthetically active radiation or a part of it: a band within 400 to 700 nm, or a
+    /// sum of such `bands`.
+    pub fn is_par(&self, bands: &[Self]) -> bool {
+        match (&self.sum_of, self.from_nm, self.to_nm) {
+            (Some(names), ..) => names
+                .iter()
+                .all(|name| bands.iter().any(|band| band.name == *name && band.is_par(&[]))),
+            (None, Some(from), Some(to)) => from >= 400.0 && to <= 700.0,
+            _ => false,
+        }
+    }
+}
+
+impl RunResult {
+    /// Adds the daily light integrals, if the results have a unit of them.
+    pub(super) fn add_dli(&mut self) {
+        if self.unit.dli.is_none() {
+            return;
+        }
+        let par: Vec<bool> = self.bands.iter().map(|band| band.is_par(&self.bands)).collect();
+        let of_captors =
+            self.captors.iter_mut().flat_map(|c| [Some(&mut c.front), c.back.as_mut()]);
+        let of_groups = self.groups.iter_mut().flat_map(|g| [Some(&mut g.front), g.back.as_mut()]);
+        of_captors.chain(of_groups).flatten().for_each(|face| face.add_dli(&par));
+    }
+}
+
+impl FaceResult {
+    fn add_dli(&mut self, par: &[bool]) {
+        let of = |values: &mut dyn Iterator<Item = Option<f64>>| -> Vec<Option<f64>> {
+            values.zip(par).map(|(value, par)| Some(DLI * value.filter(|_| *par)?)).collect()
+        };
+        self.dli = Some(of(&mut self.irradiance.iter().copied().map(Some)));
+        self.dli_se = Some(of(&mut self.irradiance_se.iter().copied()));
+        self.by_light.iter_mut().flat_map(ByLight::values_mut).for_each(|part| part.add_dli(par));
+    }
+}
