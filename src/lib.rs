@@ -92,6 +92,8 @@ pub use show::glb::Shown;
 #[cfg(feature = "show")]
 pub use show::picture::{BandColours, Exposure, Legend, Picture, Scale};
 #[cfg(feature = "show")]
+pub use show::plot::{Plot, PlotKind, PlotRequest};
+#[cfg(feature = "show")]
 pub use show::render::{
     Dot, FirstVisible, Pixels, Sampling, Show, Viewpoint, painted, path_dots, photon_dots, render,
 };

@@ -21,6 +21,7 @@ mod nearest_study;
 mod output;
 mod paths;
 mod pinned;
+mod plot;
 mod render;
 mod rendered;
 mod shards;

@@ -7,6 +7,7 @@ mod export;
 mod interrupt;
 mod mix;
 mod outputs;
+mod plot;
 mod render;
 mod rendered;
 mod run;
@@ -53,6 +54,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Say what a run would have found with other powers of its lights, without running it again
     Mix(mix::Arguments),
+    /// Plot results: a map of sensors, a profile over height, what plants absorbed, spectra
+    Plot(plot::Arguments),
     /// Write a page that shows the scene and its light in a browser
     View(view::Arguments),
     /// Write surfaces, captors and their light, or photons, for ParaView, Blender and others
@@ -87,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Mix(arguments) => mix::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),

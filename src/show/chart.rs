@@ -1,4 +1,5 @@
-//! Rows -> pictures: lines, dots and bars on logarithmic or linear axes, as SVG (plotters).
+//! Rows -> pictures: lines, dots and bars on logarithmic or linear axes (plotters), as SVG or on any other of
+//! its backends.
 
 use std::ops::Range;
 
@@ -10,13 +11,16 @@ use plotters::{
         ranged1d::{AsRangedCoord, Ranged, ValueFormatter},
     },
     element::{Circle, PathElement, Text},
-    prelude::{Cartesian2d, Color, DrawingArea, IntoDrawingArea, RGBColor, SVGBackend, ShapeStyle},
+    prelude::{
+        Cartesian2d, Color, DrawingArea, DrawingBackend, IntoDrawingArea, RGBColor, SVGBackend,
+        ShapeStyle,
+    },
     series::{DashedLineSeries, LineSeries},
     style::{BLACK, IntoFont, WHITE},
 };
 
 /// Width and height, pixels.
-const SIZE: (u32, u32) = (860, 480);
+pub(super) const SIZE: (u32, u32) = (860, 480);
 /// Width of the part left of the legend.
 const PLOT: i32 = 640;
 /// Colour of horizontal lines.
@@ -78,29 +82,41 @@ impl Series {
 pub enum Stroke {
     /// A line with a mark at each point.
     Line,
+    /// A line alone.
+    Plain,
+    /// A mark at each point.
+    Marks,
     /// A dashed line.
     Dashed,
     /// Small pale dots.
     Dots,
-    /// A vertical bar between each two points that follow each other.
+    /// A bar between each two points that follow each other.
     Bars,
 }
 
-type Failure = Box<dyn std::error::Error>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// Why a backend could not draw.
+pub(super) type Failure = Box<dyn std::error::Error>;
+/// A part of a picture.
+pub(super) type Area<D> = DrawingArea<D, Shift>;
+
+/// A backend of plotters whose errors can be told.
+pub(super) trait Backend: DrawingBackend<ErrorType: 'static> {}
+impl<D: DrawingBackend<ErrorType: 'static>> Backend for D {}
 
 impl Chart {
     /// The picture as SVG text; one that says so where there is nothing to draw. Errors: none that
     /// input can cause.
     pub fn svg(&self) -> Result<String, String> {
         let mut text = String::new();
-        self.draw(&mut text).map_err(|e| e.to_string())?;
-        Ok(text)
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let drawn = area.fill(&WHITE).map_err(Failure::from).and_then(|()| self.draw(&area));
+        let done = drawn.and_then(|()| Ok(area.present()?));
+        drop(area);
+        done.map(|()| text).map_err(|e| e.to_string())
     }
 
-    fn draw(&self, text: &mut String) -> Result<(), Failure> {
-        let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
-        area.fill(&WHITE)?;
+    /// Draws it.
+    pub(super) fn draw<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
         let (plot, legend) = area.split_horizontally(PLOT);
         let shown: Vec<Series> = self.series.iter().map(|series| self.visible(series)).collect();
         let points = || shown.iter().flat_map(|series| &series.points);
@@ -109,7 +125,7 @@ impl Chart {
             (Some(x), Some(y)) => {
                 let room = || x.start..x.end * 1.02 + 1e-9;
                 match (self.linear_x, self.linear_y) {
-                    (_, true) => self.plot(&plot, &shown, spacious(x), spacious(y))?,
+                    (_, true) => self.plot(&plot, &shown, spacious(x, 0.3), spacious(y, 0.5))?,
                     (true, _) => self.plot(&plot, &shown, room(), roomy(y).log_scale())?,
                     _ => self.plot(&plot, &shown, roomy(x).log_scale(), roomy(y).log_scale())?,
                 }
@@ -121,7 +137,6 @@ impl Chart {
                 area.draw(&note)?;
             }
         }
-        area.present()?;
         Ok(())
     }
 
@@ -135,9 +150,9 @@ impl Chart {
         Series { points: series.points.iter().filter(fits).copied().collect(), ..series.clone() }
     }
 
-    fn plot<X, Y>(
+    fn plot<D: Backend, X, Y>(
         &self,
-        area: &Area,
+        area: &Area<D>,
         shown: &[Series],
         x: impl AsRangedCoord<CoordDescType = X, Value = f64>,
         y: impl AsRangedCoord<CoordDescType = Y, Value = f64>,
@@ -162,9 +177,9 @@ impl Chart {
         Ok(())
     }
 
-    fn draw_levels<X, Y>(
+    fn draw_levels<D: Backend, X, Y>(
         &self,
-        chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
+        chart: &mut ChartContext<D, Cartesian2d<X, Y>>,
     ) -> Result<(), Failure>
     where
         X: Ranged<ValueType = f64>,
@@ -179,7 +194,7 @@ impl Chart {
     }
 
     /// Names beside strokes, in an area of their own: nothing is hidden below them.
-    fn draw_legend(&self, area: &Area) -> Result<(), Failure> {
+    fn draw_legend<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
         let series = self.series.iter().filter_map(|series| {
             Some((series.name.as_ref()?, series.colour(), series.stroke == Stroke::Dashed))
         });
@@ -196,8 +211,8 @@ impl Chart {
     }
 }
 
-fn draw_series<X, Y>(
-    chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
+fn draw_series<D: Backend, X, Y>(
+    chart: &mut ChartContext<D, Cartesian2d<X, Y>>,
     series: &Series,
 ) -> Result<(), Failure>
 where
@@ -208,9 +223,14 @@ where
     let points = || series.points.iter().copied();
     let stroke = ShapeStyle::from(&colour).stroke_width(2);
     match series.stroke {
-        Stroke::Line => {
+        Stroke::Line | Stroke::Marks => {
             let marks = points().map(|p| Circle::new(p, 3, colour.filled()));
             chart.draw_series(marks)?;
+            if series.stroke == Stroke::Line {
+                chart.draw_series(LineSeries::new(points(), stroke))?;
+            }
+        }
+        Stroke::Plain => {
             chart.draw_series(LineSeries::new(points(), stroke))?;
         }
         Stroke::Dashed => {
@@ -228,7 +248,7 @@ where
     Ok(())
 }
 
-fn font(size: u32) -> plotters::style::FontDesc<'static> {
+pub(super) fn font(size: u32) -> plotters::style::FontDesc<'static> {
     ("sans-serif", size).into_font()
 }
 
@@ -245,19 +265,19 @@ fn roomy(range: Range<f64>) -> Range<f64> {
     range.start / 1.4..range.end * 1.6
 }
 
-/// A range on a linear axis with some room around it; from 0, where that is not far.
-fn spacious(range: Range<f64>) -> Range<f64> {
+/// A range on a linear axis with some room around it; from 0, where it begins below this share of its end.
+fn spacious(range: Range<f64>, share: f64) -> Range<f64> {
     let Range { start, end } = range;
     let room = match 0.04 * (end - start) {
         0.0 => 0.1 * start.abs().max(1.0),
         room => room,
     };
-    let near_zero = start >= 0.0 && start < 0.5 * end;
+    let near_zero = start >= 0.0 && start < share * end;
     (if near_zero { 0.0 } else { start - room })..end + room
 }
 
 /// A number at an axis.
-fn tick(value: f64) -> String {
+pub(super) fn tick(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
         v if (1e-3..1e5).contains(&v) => format!("{}", (value * 1e6).round() / 1e6),

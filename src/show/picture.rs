@@ -1,6 +1,7 @@
 //! Pictures: pixels of colour, text on them, and files (PNG; EXR for numbers).
 
 mod bar;
+mod canvas;
 #[cfg(feature = "exr")]
 mod exr_file;
 mod scale;
@@ -12,9 +13,11 @@ use glam::Vec3;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 pub use bar::Legend;
+pub(super) use canvas::Canvas;
 #[cfg(feature = "exr")]
 pub use exr_file::write_exr;
 pub use scale::Scale;
+pub(super) use scale::label;
 pub use spectral::{BandColours, Exposure};
 
 /// Pixels in 8-bit sRGB, row by row from the upper left.

@@ -49,6 +49,23 @@ impl Scale {
         Self { low: if low < high { low } else { 0.1 * high }, high, log }
     }
 
+    /// Around some numbers, between round ones: from 0, unless all are above a third of the greatest; 0 to 1
+    /// where none is above 0.
+    pub fn around(values: impl Iterator<Item = f64>) -> Self {
+        let finite = values.filter(|value| value.is_finite());
+        let (least, most) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
+            (least.min(v), most.max(v))
+        });
+        if most <= 0.0 || most == f64::NEG_INFINITY {
+            return Self { low: 0.0, high: 1.0, log: false };
+        }
+        let low = if least > most / 3.0 { least } else { 0.0 };
+        // about eight steps, at least as large as the last digits that are told apart
+        let step = round_up(((most - low) / 8.0).max(1e-3 * most));
+        let (low, high) = ((low / step).floor() * step, (most / step).ceil() * step);
+        Self { low, high: high.max(low + step), log: false }
+    }
+
     /// Where a number is: 0 at the lower end and below, 1 at the upper end and above.
     pub fn place(&self, value: f64) -> f64 {
         let share = if self.log {
@@ -103,7 +120,7 @@ fn round_up(value: f64) -> f64 {
 }
 
 /// A number of a bar, short.
-pub(super) fn label(value: f64) -> String {
+pub(in crate::show) fn label(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude != 0.0 && !(1e-3..1e5).contains(&magnitude) {
         return format!("{:e}", (value * 1e6 / power_of(value)).round() / 1e6 * power_of(value));
@@ -153,6 +170,20 @@ mod tests {
         assert_eq!(scale.place(scale.low), 0.0);
         assert_eq!(scale.place(0.0), 0.0);
         assert_eq!(scale.place(1e9), 1.0);
+    }
+
+    #[test]
+    fn a_scale_around_numbers_is_round_and_holds_all() {
+        let around = |values: &[f64]| {
+            let Scale { low, high, .. } = Scale::around(values.iter().copied());
+            (low, high)
+        };
+        assert_eq!(around(&[12.0, 41.0]), (0.0, 45.0));
+        assert_eq!(around(&[812.0, 1004.0]), (800.0, 1025.0));
+        assert_eq!(around(&[5.0, 5.0]), (5.0, 5.005));
+        for none in [&[][..], &[0.0], &[-1.0], &[f64::NAN, f64::INFINITY]] {
+            assert_eq!(around(none), (0.0, 1.0), "{none:?}");
+        }
     }
 
     #[test]

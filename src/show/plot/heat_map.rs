@@ -1,0 +1,267 @@
+//! Values at points of a plane as colours with contours: linear over the triangles between them (Delaunay).
+
+use plotters::{
+    chart::ChartBuilder,
+    element::{Circle, PathElement, Polygon, Rectangle, Text},
+    prelude::{Color, RGBColor, ShapeStyle},
+    style::BLACK,
+};
+
+use crate::show::{
+    chart::{Area, Backend, Failure, font, tick},
+    picture::{Scale, label},
+};
+
+/// Width and height of a map, pixels.
+const MAP: (u32, u32) = (460, 420);
+/// Around what is drawn: left, right, above, below.
+const ROOM: (i32, i32, i32, i32) = (70, 14, 40, 48);
+/// Width of the colour bar with its numbers.
+const BAR: u32 = 150;
+/// Colours between the ends of the bar: finer than an eye tells apart.
+const STEPS: usize = 32;
+
+/// Values at points of one plane.
+#[derive(Clone, Debug)]
+pub(super) struct HeatMap {
+    pub title: String,
+    /// What its two axes are.
+    pub axes: [String; 2],
+    /// m
+    pub points: Vec<(f64, f64)>,
+    pub values: Vec<f64>,
+}
+
+/// Maps with one colour bar.
+#[derive(Clone, Debug)]
+pub(super) struct HeatMaps {
+    pub maps: Vec<HeatMap>,
+    pub scale: Scale,
+    /// Lines above the bar.
+    pub legend: Vec<String>,
+}
+
+/// A place in a map, and its value.
+type Corner = (f64, f64, f64);
+
+impl HeatMaps {
+    fn columns(&self) -> usize {
+        self.maps.len().min(if self.maps.len() == 4 { 2 } else { 3 })
+    }
+
+    pub fn size(&self) -> (u32, u32) {
+        let columns = self.columns().max(1);
+        let rows = self.maps.len().div_ceil(columns).max(1);
+        (MAP.0 * columns as u32 + BAR, MAP.1 * rows as u32)
+    }
+
+    pub fn draw<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
+        let columns = self.columns().max(1);
+        let (maps, bar) = area.split_horizontally((MAP.0 as usize * columns) as i32);
+        let parts = maps.split_evenly((self.maps.len().div_ceil(columns), columns));
+        for (map, part) in self.maps.iter().zip(&parts) {
+            map.draw(part, &self.scale)?;
+        }
+        self.draw_bar(&bar)
+    }
+
+    fn draw_bar<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
+        for (i, line) in self.legend.iter().enumerate() {
+            let short: String = line.chars().take(18).collect();
+            area.draw(&Text::new(short, (6, 20 + 18 * i as i32), font(13)))?;
+        }
+        let (top, bottom, height) = (90, MAP.1 as i32 - ROOM.3, 1);
+        let rows = (bottom - top) / height;
+        for row in 0..rows {
+            let value = self.at(1.0 - f64::from(row) / f64::from(rows - 1));
+            let (from, to) = ((6, top + row * height), (26, top + (row + 1) * height));
+            area.draw(&Rectangle::new([from, to], colour(&self.scale, value).filled()))?;
+        }
+        for value in self.scale.ticks(8) {
+            let y = bottom - (self.scale.place(value) * f64::from(bottom - top)).round() as i32;
+            area.draw(&PathElement::new(vec![(26, y), (32, y)], BLACK))?;
+            area.draw(&Text::new(label(value), (36, y - 6), font(13)))?;
+        }
+        Ok(())
+    }
+
+    fn at(&self, place: f64) -> f64 {
+        self.scale.low + place * (self.scale.high - self.scale.low)
+    }
+}
+
+impl HeatMap {
+    /// Its triangles; none where all points are in a line.
+    pub fn triangles(&self) -> Vec<[Corner; 3]> {
+        let points: Vec<delaunator::Point> =
+            self.points.iter().map(|&(x, y)| delaunator::Point { x, y }).collect();
+        let found = delaunator::triangulate(&points).triangles;
+        let corner = |i: usize| (self.points[i].0, self.points[i].1, self.values[i]);
+        found.as_chunks::<3>().0.iter().map(|t| t.map(corner)).collect()
+    }
+
+    fn draw<D: Backend>(&self, area: &Area<D>, scale: &Scale) -> Result<(), Failure> {
+        let [across, up] = self.ranges(area.dim_in_pixel());
+        let mut builder = ChartBuilder::on(area);
+        let (left, right, above, below) = ROOM;
+        area.draw(&Text::new(self.title.as_str(), (left, above - 24), font(16)))?;
+        builder.margin_right(right).margin_top(above);
+        builder.margin_left(8).x_label_area_size(below).y_label_area_size(left - 8);
+        let mut chart = builder.build_cartesian_2d(across, up)?;
+        let mut mesh = chart.configure_mesh();
+        mesh.disable_mesh().x_desc(&self.axes[0]).y_desc(&self.axes[1]);
+        mesh.label_style(font(13)).axis_desc_style(font(14)).x_labels(6).y_labels(6);
+        mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v)).draw()?;
+
+        let step = (scale.high - scale.low) / STEPS as f64;
+        let triangles = self.triangles();
+        for triangle in &triangles {
+            let [least, most] = span(triangle);
+            for i in 0..STEPS {
+                // what is beyond the bar has the colour of its end
+                let from = if i == 0 { f64::NEG_INFINITY } else { scale.low + i as f64 * step };
+                let to =
+                    if i + 1 == STEPS { f64::INFINITY } else { scale.low + (i + 1) as f64 * step };
+                if least > to || most < from {
+                    continue;
+                }
+                let part = clipped(&clipped(triangle, from, 1.0), -to, -1.0);
+                if part.len() < 3 {
+                    continue;
+                }
+                let colour = colour(scale, scale.low + (i as f64 + 0.5) * step);
+                let mut outline: Vec<(f64, f64)> = part.iter().map(|c| (c.0, c.1)).collect();
+                chart.draw_series([Polygon::new(outline.clone(), colour.filled())])?;
+                outline.push(outline[0]);
+                // what stands beside it leaves no gap
+                chart.draw_series([PathElement::new(outline, colour.stroke_width(1))])?;
+            }
+        }
+        let line = ShapeStyle::from(&BLACK.mix(0.55)).stroke_width(1);
+        for level in scale.ticks(8) {
+            let segments: Vec<[(f64, f64); 2]> =
+                triangles.iter().filter_map(|triangle| contour(triangle, level)).collect();
+            let number = segments.get(segments.len() / 2).copied();
+            let paths = segments.into_iter().map(|ends| PathElement::new(ends.to_vec(), line));
+            chart.draw_series(paths)?;
+            if let Some([from, to]) = number {
+                let middle = ((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0);
+                chart.draw_series([Text::new(label(level), middle, font(12))])?;
+            }
+        }
+        let marks = self.points.iter().map(|&point| Circle::new(point, 2, BLACK.mix(0.7).filled()));
+        chart.draw_series(marks)?;
+        Ok(())
+    }
+
+    /// Ranges of both axes on which a metre is as long as on the other.
+    fn ranges(&self, (width, height): (u32, u32)) -> [std::ops::Range<f64>; 2] {
+        let (left, right, above, below) = ROOM;
+        let room = [width as i32 - left - right, height as i32 - above - below].map(f64::from);
+        let ends = [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1].map(|axis| {
+            self.points
+                .iter()
+                .map(axis)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                    (low.min(v), high.max(v))
+                })
+        });
+        let pixel = (0..2).map(|i| (ends[i].1 - ends[i].0) / room[i]).fold(0.0, f64::max) * 1.08;
+        [0, 1].map(|i| {
+            let (middle, half) = ((ends[i].0 + ends[i].1) / 2.0, pixel * room[i] / 2.0);
+            middle - half..middle + half
+        })
+    }
+}
+
+fn colour(scale: &Scale, value: f64) -> RGBColor {
+    let [r, g, b] = scale.colour(value).to_array().map(|c| (255.0 * c).round() as u8);
+    RGBColor(r, g, b)
+}
+
+fn span(triangle: &[Corner; 3]) -> [f64; 2] {
+    let values = triangle.map(|corner| corner.2);
+    [
+        values.into_iter().fold(f64::INFINITY, f64::min),
+        values.into_iter().fold(f64::NEG_INFINITY, f64::max),
+    ]
+}
+
+/// The part of an outline where `sign` x value is at least `limit`.
+fn clipped(outline: &[Corner], limit: f64, sign: f64) -> Vec<Corner> {
+    let above = |corner: &Corner| sign * corner.2 - limit;
+    let mut part = Vec::new();
+    for (i, a) in outline.iter().enumerate() {
+        let b = &outline[(i + 1) % outline.len()];
+        let (from, to) = (above(a), above(b));
+        if from >= 0.0 {
+            part.push(*a);
+        }
+        if from.is_finite() && to.is_finite() && (from < 0.0) != (to < 0.0) {
+            part.push(between(a, b, from / (from - to)));
+        }
+    }
+    part
+}
+
+/// Where a level crosses a triangle.
+fn contour(triangle: &[Corner; 3], level: f64) -> Option<[(f64, f64); 2]> {
+    let mut ends = (0..3).filter_map(|i| {
+        let (a, b) = (&triangle[i], &triangle[(i + 1) % 3]);
+        let (from, to) = (a.2 - level, b.2 - level);
+        ((from < 0.0) != (to < 0.0)).then(|| between(a, b, from / (from - to)))
+    });
+    let (a, b) = (ends.next()?, ends.next()?);
+    Some([(a.0, a.1), (b.0, b.1)])
+}
+
+fn between(a: &Corner, b: &Corner, share: f64) -> Corner {
+    let at = |a: f64, b: f64| a + share * (b - a);
+    (at(a.0, b.0), at(a.1, b.1), at(a.2, b.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Value x + 2 y at five points of the unit square: the triangles cover it once, parts between two levels
+    /// add up to it, and a contour lies where the value is its level.
+    #[test]
+    fn maps_are_linear_between_points() {
+        let points = vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.4, 0.3)];
+        let values = points.iter().map(|(x, y)| x + 2.0 * y).collect();
+        let map = HeatMap { title: String::new(), axes: Default::default(), points, values };
+        let area = |outline: &[Corner]| {
+            let edge = |i: usize| {
+                let (a, b) = (outline[i], outline[(i + 1) % outline.len()]);
+                a.0 * b.1 - a.1 * b.0
+            };
+            ((0..outline.len()).map(edge).sum::<f64>() / 2.0).abs()
+        };
+        let triangles = map.triangles();
+        let whole: f64 = triangles.iter().map(|t| area(t)).sum();
+        assert!((whole - 1.0).abs() < 1e-12, "{whole}");
+        // x + 2 y below 1.2: a trapezoid of 0.6 and 0.1 beside the two sides
+        let below: f64 = triangles.iter().map(|t| area(&clipped(t, -1.2, -1.0))).sum();
+        assert!((below - 0.35).abs() < 1e-12, "{below}");
+        let above: f64 = triangles.iter().map(|t| area(&clipped(t, 1.2, 1.0))).sum();
+        assert!((above - 0.65).abs() < 1e-12, "{above}");
+        let ends: Vec<(f64, f64)> =
+            triangles.iter().filter_map(|t| contour(t, 1.2)).flatten().collect();
+        assert!(ends.len() >= 4, "{ends:?}");
+        assert!(ends.iter().all(|(x, y)| (x + 2.0 * y - 1.2).abs() < 1e-12), "{ends:?}");
+    }
+
+    /// Points in a line have no triangles.
+    #[test]
+    fn a_line_is_no_map() {
+        let points = vec![(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)];
+        let map = HeatMap {
+            title: String::new(),
+            axes: Default::default(),
+            points,
+            values: vec![1.0; 3],
+        };
+        assert!(map.triangles().is_empty());
+    }
+}

@@ -1,0 +1,216 @@
+//! What plants absorbed: each of them, and each rank of their leaves.
+
+use indexmap::IndexMap;
+
+use super::{Chosen, Drawn, Plot, error_bar, nothing};
+use crate::{
+    error::Result,
+    results::result::CaptorResult,
+    show::chart::{Chart, Series, Stroke},
+};
+
+/// The most objects with a colour of their own.
+const MOST: usize = 12;
+
+/// What an id says of a captor: object, part and instance as in `OBJECT/PART#INSTANCE`.
+#[derive(Debug, PartialEq)]
+struct Organ<'a> {
+    object: &'a str,
+    /// From 0; none of an object that stands once.
+    instance: Option<&'a str>,
+    /// The number that the name of the part ends with, as 3 of `leaf3`.
+    rank: Option<u32>,
+}
+
+impl<'a> Organ<'a> {
+    fn of(id: &'a str) -> Self {
+        let (object, part) = id.split_once('/').unwrap_or((id, ""));
+        // captors of single triangles have their number behind all that
+        let numbered = part.rsplit_once('#').map(|(part, rest)| {
+            (
+                part,
+                rest.split('/')
+                    .next()
+                    .filter(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())),
+            )
+        });
+        let (part, instance) = match numbered {
+            Some((part, Some(instance))) => (part, Some(instance)),
+            _ => (part, None),
+        };
+        let digits = part.len() - part.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        Self { object, instance, rank: part[part.len() - digits..].parse().ok() }
+    }
+}
+
+/// A sum of absorbed powers, W or umol/s.
+#[derive(Clone, Copy, Default)]
+struct Power {
+    value: f64,
+    variance: f64,
+    count: usize,
+}
+
+impl Power {
+    fn add(&mut self, value: f64, error: Option<f64>) {
+        self.value += value;
+        self.variance += error.unwrap_or(0.0).powi(2);
+        self.count += 1;
+    }
+}
+
+#[derive(Default)]
+struct Plant {
+    all: Power,
+    ranks: IndexMap<u32, Power>,
+}
+
+/// Plants of each object by instance.
+type Objects<'a> = IndexMap<&'a str, IndexMap<Option<&'a str>, Plant>>;
+
+pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
+    let mut objects: Objects = IndexMap::new();
+    for captor in chosen.captors() {
+        let Some((power, error)) = absorbed(captor, chosen.band) else { continue };
+        let Organ { object, instance, rank } = Organ::of(&captor.id);
+        let plant = objects.entry(object).or_default().entry(instance).or_default();
+        plant.all.add(power, error);
+        if let Some(rank) = rank {
+            plant.ranks.entry(rank).or_default().add(power, error);
+        }
+    }
+    if objects.is_empty() {
+        return Err(nothing(
+            "have no surface that is a captor, so nothing says what was absorbed",
+            "give objects `\"captor\": true` in the scene, or plot something else (--show)",
+        ));
+    }
+    // photons that many leaves share correlate their errors: groups know that
+    for (object, plants) in &mut objects {
+        for (instance, plant) in plants {
+            let id = instance.map_or(object.to_string(), |i| format!("{object}#{i}"));
+            let group = chosen.result.groups.iter().find(|group| group.id == id);
+            if let Some(group) = group.filter(|group| group.captors == plant.all.count)
+                && let (Some(values), Some(errors)) = (&group.absorbed, &group.absorbed_se)
+            {
+                plant.all.value = values[chosen.band];
+                plant.all.variance = errors[chosen.band].unwrap_or(0.0).powi(2);
+            }
+        }
+    }
+    let unit = &chosen.result.unit.flux;
+    let chart = |title: String, x: &str, y: String, series| Chart {
+        title,
+        x: x.into(),
+        y,
+        linear_x: true,
+        linear_y: true,
+        series,
+        levels: Vec::new(),
+    };
+    let band = chosen.band_name();
+    let mut charts = vec![chart(
+        format!("absorbed by each plant, {band}"),
+        "plant",
+        format!("absorbed, {unit}"),
+        by_plant(&objects),
+    )];
+    let ranks = by_rank(&objects);
+    if !ranks.is_empty() {
+        charts.push(chart(
+            format!("absorbed by rank, mean over plants, {band}"),
+            "rank: the number of the leaf",
+            format!("absorbed per plant, {unit}"),
+            ranks,
+        ));
+    }
+    Ok(Plot { drawn: Drawn::Charts(charts), notes: Vec::new() })
+}
+
+fn absorbed(captor: &CaptorResult, band: usize) -> Option<(f64, Option<f64>)> {
+    Some((captor.absorbed.as_ref()?[band], captor.absorbed_se.as_ref()?[band]))
+}
+
+/// Name and colour of the series of an object.
+fn style(objects: &Objects, index: usize, object: &str) -> (Option<String>, usize) {
+    match objects.len() <= MOST {
+        true => (Some(object.chars().take(24).collect()), index),
+        false => ((index == 0).then(|| format!("{} objects", objects.len())), 0),
+    }
+}
+
+/// Plants side by side, in the order of the file.
+fn by_plant(objects: &Objects) -> Vec<Series> {
+    let mut series = Vec::new();
+    let mut number = 0.0;
+    for (i, (object, plants)) in objects.iter().enumerate() {
+        let (name, colour) = style(objects, i, object);
+        let (mut points, mut bars) = (Vec::new(), Vec::new());
+        for plant in plants.values() {
+            number += 1.0;
+            points.push((number, plant.all.value));
+            bars.extend(error_bar(number, plant.all.value, Some(plant.all.variance.sqrt()), false));
+        }
+        series.push(Series { name: None, colour, stroke: Stroke::Bars, points: bars });
+        series.push(Series { name, colour, stroke: Stroke::Marks, points });
+    }
+    series
+}
+
+/// The mean over the plants of an object for each rank; the plants themselves are dots.
+fn by_rank(objects: &Objects) -> Vec<Series> {
+    let mut series = Vec::new();
+    for (i, (object, plants)) in objects.iter().enumerate() {
+        let mut ranks: IndexMap<u32, Vec<Power>> = IndexMap::new();
+        for (rank, power) in plants.values().flat_map(|plant| &plant.ranks) {
+            ranks.entry(*rank).or_default().push(*power);
+        }
+        if ranks.is_empty() {
+            continue;
+        }
+        ranks.sort_unstable_keys();
+        let (name, colour) = style(objects, i, object);
+        let dots = ranks
+            .iter()
+            .flat_map(|(rank, all)| all.iter().map(|power| (f64::from(*rank), power.value)));
+        let means: Vec<(f64, f64, f64)> = ranks
+            .iter()
+            .map(|(rank, all)| {
+                let count = all.len() as f64;
+                let sum = |of: fn(&Power) -> f64| all.iter().map(of).sum::<f64>();
+                let error = sum(|power| power.variance).sqrt() / count;
+                (f64::from(*rank), sum(|power| power.value) / count, error)
+            })
+            .collect();
+        let bars = means.iter().flat_map(|m| error_bar(m.0, m.1, Some(m.2), false));
+        let add = |name, stroke, points| Series { name, colour, stroke, points };
+        let several = plants.len() > 1;
+        let dots = if several { dots.collect() } else { Vec::new() };
+        series.push(add(None, Stroke::Dots, dots));
+        series.push(add(None, Stroke::Bars, bars.collect()));
+        series.push(add(name, Stroke::Line, means.iter().map(|m| (m.0, m.1)).collect()));
+    }
+    series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_name_plant_and_rank() {
+        let organ = |object, instance, rank| Organ { object, instance, rank };
+        for (id, known) in [
+            ("tomato-1/leaf3#10", organ("tomato-1", Some("10"), Some(3))),
+            ("tomato-1/stem#0", organ("tomato-1", Some("0"), None)),
+            ("plant/leaf12", organ("plant", None, Some(12))),
+            ("plant/leaf12#4/77", organ("plant", Some("4"), Some(12))),
+            ("room", organ("room", None, None)),
+            ("a/b#c", organ("a", None, None)),
+            ("a/99999999999", organ("a", None, None)),
+            ("é/é1#", organ("é", None, None)),
+        ] {
+            assert_eq!(Organ::of(id), known, "{id}");
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! `phylux plot`: each plot shows the numbers of the results, and refuses results that have none of them.
+
+use std::{collections::BTreeSet, fs};
+
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::{phylux, refused},
+    common::TestScene,
+};
+
+/// Results of a scene with a grid of sensors, a shelf of three in a line, and two plants of three leaves, with
+/// values that are known: E = 100 (1 + x) at x, y of the grid, leaf r of plant p absorbs (10 p + r) / 10.
+fn results() -> TestScene {
+    let face = |value: f64| {
+        json!({"photons": 100, "flux": [value, 0.5 * value], "flux_se": [0.01 * value, null],
+               "irradiance": [value, 0.5 * value], "irradiance_se": [0.01 * value, null]})
+    };
+    let captor = |id: String, kind: &str, center: [f64; 3], value: f64| json!({"id": id, "kind": kind, "area": 0.5, "center": center, "normal": [0, 0, 1], "front": face(value)});
+    let mut captors: Vec<Value> = Vec::new();
+    for i in 0..9 {
+        let (x, y) = (f64::from(i % 3), f64::from(i / 3));
+        captors.push(captor(format!("grid/{i}"), "virtual", [x, y, 1.0], 100.0 * (1.0 + x)));
+    }
+    for i in 0..3 {
+        captors.push(captor(format!("shelf/{i}"), "virtual", [f64::from(i), 0.0, 2.0], 50.0));
+    }
+    for plant in 0..2 {
+        for rank in 1..4 {
+            let id = format!("tomato/leaf{rank}#{plant}");
+            let mut leaf = captor(id, "surface", [0.0, 0.0, 0.2 * f64::from(rank)], 10.0);
+            let power = f64::from(10 * plant + rank) / 10.0;
+            leaf["absorbed"] = json!([power, 0.1]);
+            leaf["absorbed_se"] = json!([0.1 * power, null]);
+            captors.push(leaf);
+        }
+    }
+    let result = json!({
+        "phylux": "0", "scene": "plotted", "seed": 1, "photons": 1000, "blocks": 128, "estimator": "photons",
+        "unit": {"length": "m", "flux": "umol/s", "irradiance": "umol/m2/s", "radiance": "umol/m2/s/sr"},
+        "bands": [{"name": "PAR", "from_nm": 400, "to_nm": 700}, {"name": "far red", "from_nm": 700, "to_nm": 750}],
+        "energy": {"power": [1, 1], "emitted": [1, 1], "absorbed": [1, 1], "escaped": [0, 0], "lost": [0, 0], "absorbed_by": {}},
+        "captors": captors, "groups": []
+    });
+    TestScene::new("{}", &[("r.json", &result.to_string())])
+}
+
+/// The texts of an SVG picture, and all of it.
+fn plotted(scene: &TestScene, more: &[&str]) -> (Vec<String>, String) {
+    let folder = scene.path("");
+    let output = phylux(&folder, &[&["plot", "r.json", "-o", "p.svg"], more].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let svg = fs::read_to_string(scene.path("p.svg")).expect("a picture");
+    let texts = svg.split("<text").skip(1).map(|text| {
+        let (_, text) = text.split_once('>').expect("its start");
+        text.split('<').next().expect("its end").trim().to_string()
+    });
+    (texts.collect(), svg.clone())
+}
+
+fn has(texts: &[String], wanted: &[&str]) {
+    for text in wanted {
+        assert!(texts.iter().any(|t| t == text), "`{text}` is not among {texts:?}");
+    }
+}
+
+/// These attributes of all such elements, those that have them all.
+fn place(svg: &str, element: &str, attributes: &[&str]) -> Vec<Vec<f64>> {
+    let number = |text: &str, name: &str| {
+        let (_, rest) = text.split_once(&format!("{name}=\""))?;
+        rest.split('"').next()?.parse().ok()
+    };
+    svg.split(element)
+        .skip(1)
+        .filter_map(|text| {
+            let text = text.split('>').next()?;
+            attributes.iter().map(|name| number(text, name)).collect()
+        })
+        .collect()
+}
+
+/// The map has a panel for the grid alone, its colours and contours go along x, and its contours are straight
+/// lines where the value is 150, 200 and 250.
+#[test]
+fn a_map_has_the_sensors_their_colours_and_contours() {
+    let scene = results();
+    let (texts, svg) = plotted(&scene, &["--range", "100:300"]);
+    has(&texts, &["z = 1 m", "x, m", "y, m", "PPFD", "PAR", "umol/m2/s", "100", "200", "300"]);
+    assert!(!texts.iter().any(|t| t == "z = 2 m"), "three in a line are no map");
+    let dots = place(&svg, "<circle", &["cx", "cy"]);
+    assert_eq!(dots.len(), 9);
+    let columns: BTreeSet<i64> = dots.iter().map(|dot| dot[0] as i64).collect();
+    let columns: Vec<i64> = columns.into_iter().collect();
+    assert_eq!(columns.len(), 3, "{columns:?}");
+    // the metre is as long up as across
+    let rows: BTreeSet<i64> = dots.iter().map(|dot| dot[1] as i64).collect();
+    let height = rows.last().expect("a row") - rows.first().expect("a row");
+    assert!((height - (columns[2] - columns[0])).abs() <= 2, "{columns:?} {rows:?}");
+    // viridis from dark blue to yellow: more red and green to the right
+    let polygons: Vec<(f64, [u8; 3])> = svg
+        .split("<polygon")
+        .skip(1)
+        .map(|text| {
+            let (_, fill) = text.split_once("fill=\"#").expect("a colour");
+            let byte = |i: usize| u8::from_str_radix(&fill[2 * i..2 * i + 2], 16).expect("hex");
+            let (_, points) = text.split_once("points=\"").expect("points");
+            let points = points.split('"').next().expect("their end");
+            let xs: Vec<f64> = points
+                .split_whitespace()
+                .map(|p| p.split(',').next().expect("x").parse().expect("a number"))
+                .collect();
+            (xs.iter().sum::<f64>() / xs.len() as f64, [byte(0), byte(1), byte(2)])
+        })
+        .collect();
+    assert!(polygons.len() > 40, "{}", polygons.len());
+    let colour = |least: bool| {
+        let order = |a: &&(f64, [u8; 3]), b: &&(f64, [u8; 3])| a.0.total_cmp(&b.0);
+        if least { polygons.iter().min_by(order) } else { polygons.iter().max_by(order) }
+    };
+    let (left, right) = (colour(true).expect("one").1, colour(false).expect("one").1);
+    assert!(left[0] < 80 && left[1] < 30, "{left:?}");
+    assert!(right[0] > 230 && right[1] > 210, "{right:?}");
+    // without a range it is chosen around the sensors
+    let (texts, _) = plotted(&scene, &[]);
+    has(&texts, &["100", "300"]);
+    // what is W or not light of plants is no PPFD
+    let (texts, _) = plotted(&scene, &["--band", "far red"]);
+    has(&texts, &["irradiance", "far red"]);
+}
+
+/// Sensors at 1 m have the mean 200 and at 2 m 50: the line of means joins just these.
+#[test]
+fn a_profile_joins_means_of_heights() {
+    let scene = results();
+    let (texts, svg) = plotted(&scene, &["--show", "profile"]);
+    has(
+        &texts,
+        &[
+            "PPFD over height, PAR",
+            "per area, umol/m2/s",
+            "height z, m",
+            "sensors, PPFD",
+            "surfaces, absorbed",
+        ],
+    );
+    // pale dots of radius 2 are captors, marks of radius 3 means: 2 heights of sensors, 3 of leaves
+    let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
+    let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 3.0).collect();
+    assert_eq!((circles.len() - marks.len(), marks.len()), (18, 5));
+    // the sensors' come first; their x are as 200 to 50 on an axis from 0
+    let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 2.0).collect();
+    let (at_100, at_300) = (dots[0][0], dots[2][0]);
+    let pixels_of = |value: f64| at_100 + (value - 100.0) * (at_300 - at_100) / 200.0;
+    assert!((marks[0][0] - pixels_of(200.0)).abs() < 1.5, "{marks:?}");
+    assert!((marks[1][0] - pixels_of(50.0)).abs() < 1.5, "{marks:?}");
+    assert!(marks[0][1] > marks[1][1], "2 m is above 1 m");
+}
+
+/// Plants absorb 0.6 and 3.6, ranks 0.6, 0.7 and 0.8 in the mean; each has an error bar.
+#[test]
+fn plants_and_ranks_absorb_what_their_leaves_do() {
+    let scene = results();
+    let (texts, svg) = plotted(&scene, &["--show", "plants"]);
+    has(
+        &texts,
+        &[
+            "absorbed by each plant, PAR",
+            "absorbed by rank, mean over plants, PAR",
+            "plant",
+            "tomato",
+            "absorbed, umol/s",
+        ],
+    );
+    let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
+    let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 3.0).collect();
+    assert_eq!((circles.len() - marks.len(), marks.len()), (6, 5));
+    let (plants, ranks) = marks.split_at(2);
+    assert!(plants[0][1] > plants[1][1], "the second plant absorbs more: {plants:?}");
+    assert!(ranks[0][1] > ranks[1][1] && ranks[1][1] > ranks[2][1], "{ranks:?}");
+    // rank 1 of the plants absorbs 0.1 and 1.1, so the mean is half way between the dots
+    let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 2.0).collect();
+    let of_first: Vec<&&Vec<f64>> = dots.iter().filter(|dot| dot[0] == ranks[0][0]).collect();
+    assert_eq!(of_first.len(), 2);
+    assert!((ranks[0][1] - 0.5 * (of_first[0][1] + of_first[1][1])).abs() <= 1.0, "{circles:?}");
+    // the bar of the second plant: 0.1 (1.1, 1.2, 1.3) in squares is 0.208 to either side of 3.6
+    let bars = svg.split("<polyline").filter(|line| line.contains("stroke-width=\"2\"")).count();
+    assert!(bars >= 5, "{bars}");
+}
+
+/// Steps between the wavelengths of the bands; the far red is half of the PAR over a sixth of its width.
+#[test]
+fn a_spectrum_has_a_step_for_each_band() {
+    let scene = results();
+    let (texts, svg) = plotted(&scene, &["--show", "spectrum", "--captors", "grid/0"]);
+    has(
+        &texts,
+        &["irradiance by wavelength", "wavelength, nm", "irradiance, umol/m2/s/nm", "grid/0"],
+    );
+    let (_, line) = svg
+        .split("<polyline")
+        .filter_map(|line| line.split_once("points=\""))
+        .find(|(_, line)| line.split('"').next().is_some_and(|p| p.split_whitespace().count() == 4))
+        .expect("four ends of two steps");
+    let points: Vec<(f64, f64)> = line
+        .split('"')
+        .next()
+        .expect("its end")
+        .split_whitespace()
+        .filter_map(|p| p.split_once(','))
+        .map(|(x, y)| (x.parse().expect("x"), y.parse().expect("y")))
+        .collect();
+    let [a, b, c, d] = points[..] else { panic!("{points:?}") };
+    assert_eq!((a.1, b.0, c.1), (b.1, c.0, d.1));
+    assert!(((b.0 - a.0) / (d.0 - c.0) - 6.0).abs() < 0.15, "{points:?}");
+    assert!(c.1 < a.1, "50 over 50 nm is above 100 over 300 nm: {points:?}");
+    let (texts, _) = plotted(&scene, &["--show", "spectrum", "--captors", "grid/*"]);
+    has(&texts, &["grid/0", "grid/6"]);
+    assert!(!texts.iter().any(|t| t == "grid/7" || t == "shelf/0"), "{texts:?}");
+}
+
+/// PNG pictures have twice the pixels, and ink in them.
+#[test]
+fn png_pictures_are_drawn_too() {
+    let scene = results();
+    for (show, size) in [
+        ("map", (1220, 840)),
+        ("profile", (1720, 960)),
+        ("plants", (1720, 1920)),
+        ("spectrum", (1720, 960)),
+    ] {
+        let output = phylux(&scene.path(""), &["plot", "r.json", "--show", show, "-o", "p.png"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let file = fs::File::open(scene.path("p.png")).expect("a picture");
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut pixels).expect("pixels");
+        assert_eq!((info.width, info.height), size, "{show}");
+        let dark = pixels.chunks(3).filter(|p| p.iter().all(|c| *c < 100)).count();
+        assert!(dark > 1500, "{show}: {dark} dark pixels");
+    }
+}
+
+#[test]
+fn what_cannot_be_plotted_is_refused() {
+    let scene = results();
+    let folder = scene.path("");
+    for (more, words) in [
+        (&["-o", "p.pdf"][..], &["p.pdf", ".svg"][..]),
+        (&["--band", "PUR"], &["no band or sum `PUR`", "PAR, far red"]),
+        (&["--captors", "nobody"], &["no captor or group `nobody`", "grid/0"]),
+        (&["--captors", "shelf/*"], &["r.json", "no three sensors in a plane"]),
+        (&["--show", "plants", "--captors", "grid/*"], &["no surface that is a captor"]),
+        (&["--show", "profile", "--range", "0:1"], &["--range", "--show map"]),
+        (&["--range", "2:1"], &["2 to 1"]),
+        (&["-o", "r.json"], &["r.json"]),
+    ] {
+        refused(&folder, &[&["plot", "r.json"], more].concat(), words);
+    }
+    refused(&folder, &["plot", "scene.json"], &["scene.json", "is no results file"]);
+    let text = fs::read_to_string(scene.path("r.json")).expect("the results");
+    fs::write(scene.path("r.json"), text.replace("from_nm", "of_nm")).expect("written");
+    refused(&folder, &["plot", "r.json", "--show", "spectrum"], &["no band with wavelengths"]);
+}
