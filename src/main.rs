@@ -1,7 +1,7 @@
 //! The command `phylux`: parse, run, print the error, exit code.
 
-use std::process::ExitCode;
+use std::{env, process::ExitCode};
 
 fn main() -> ExitCode {
-    phylux::cli::main()
+    ExitCode::from(phylux::cli::main_from(env::args_os()))
 }

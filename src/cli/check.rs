@@ -21,7 +21,8 @@ pub(super) fn run(path: &Path) -> Result<()> {
     Ok(())
 }
 
-fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
+/// The text of the command.
+pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     let scene = &loaded.scene;
     let size = summary.size;
     let decimals = decimals(size.max_element(), 3);

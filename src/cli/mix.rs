@@ -76,7 +76,7 @@ fn entries(texts: &[String]) -> Result<Vec<(String, f64)>> {
 }
 
 /// Factors by light: a name that ends with `*` and that none has stands for all that begin so.
-fn factors(entries: Vec<(String, f64)>, result: &RunResult) -> Result<ByLight<f64>> {
+pub(super) fn factors(entries: Vec<(String, f64)>, result: &RunResult) -> Result<ByLight<f64>> {
     let empty = ByLight::new();
     let lights = result.energy.by_light.as_ref().unwrap_or(&empty);
     let mut factors = ByLight::new();

@@ -3,6 +3,7 @@
 mod chart;
 mod check;
 mod compare;
+pub mod embedded;
 mod export;
 mod interrupt;
 mod mix;
@@ -17,7 +18,7 @@ mod sweep;
 mod terminal;
 mod view;
 
-use std::{path::PathBuf, process::ExitCode, sync::LazyLock};
+use std::{ffi::OsString, path::PathBuf, sync::LazyLock};
 
 use clap::{Parser, Subcommand};
 
@@ -72,16 +73,22 @@ enum Command {
     },
 }
 
-/// Runs the command line of this process: 0 done, 1 the run failed, 2 wrong usage or input, 3 a tolerance was not
-/// met (results are written), 130 interrupted.
-pub fn main() -> ExitCode {
-    let command = match Cli::try_parse() {
+/// Runs a command line, whose first argument is the name of the program, and returns the exit code: 0 done, 1 the run
+/// failed, 2 wrong usage or input, 3 a tolerance was not met (results are written), 130 interrupted.
+///
+/// It is for a process of its own: it takes over Ctrl-C, and may end the process there.
+pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let command = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli.command,
         Err(usage) if usage.use_stderr() => {
             terminal::complain(&usage.render().to_string());
-            return ExitCode::from(2);
+            return 2;
         }
-        Err(help) => help.exit(),
+        Err(help) => {
+            // a reader that has gone away has read enough
+            let _ = help.print();
+            return 0;
+        }
     };
     let outcome = match command {
         Command::Run(arguments) => return finish(run::run(&arguments)),
@@ -97,19 +104,19 @@ pub fn main() -> ExitCode {
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),
     };
-    finish(outcome.map(|()| ExitCode::SUCCESS))
+    finish(outcome.map(|()| 0))
 }
 
 /// The exit code; prints the error, if there is one.
-fn finish(outcome: Result<ExitCode>) -> ExitCode {
+fn finish(outcome: Result<u8>) -> u8 {
     let error = match outcome {
         Ok(code) => return code,
         Err(error) => error,
     };
     terminal::fail(&error);
     match error.kind() {
-        ErrorKind::Run => ExitCode::from(1),
-        ErrorKind::Input => ExitCode::from(2),
-        ErrorKind::Interrupted => ExitCode::from(interrupt::EXIT_CODE),
+        ErrorKind::Run => 1,
+        ErrorKind::Input => 2,
+        ErrorKind::Interrupted => interrupt::EXIT_CODE,
     }
 }

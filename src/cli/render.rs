@@ -23,7 +23,7 @@ use crate::{
 };
 use arguments::What;
 pub(super) use arguments::{Arguments, range};
-use task::make;
+pub(super) use task::{Made, make};
 #[cfg(feature = "exr")]
 use {crate::show::picture::write_exr, light::channels};
 
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     check_places(&places, &read)?;
     super::terminal::warn(&loaded.warnings);
 
-    let made = interrupt.listening(|| make(arguments, &loaded, &interrupt))?;
+    let made = interrupt.listening(|| make(arguments, &loaded, interrupt.stop()))?;
     if interrupt.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("render", NOTHING_WRITTEN));
     }
@@ -75,7 +75,7 @@ fn list(paths: &[PathBuf]) -> String {
 }
 
 /// Refuses what does not go together.
-fn check(arguments: &Arguments) -> Result<()> {
+pub(super) fn check(arguments: &Arguments) -> Result<()> {
     let show = arguments.show;
     let misplaced = |option: &str, with: &str| {
         Err(Error::input(option, format!("has no meaning here: it goes with --show {with}"))

@@ -3,7 +3,6 @@
 use std::{
     io::{self, IsTerminal},
     path::{Path, PathBuf},
-    process::ExitCode,
     sync::atomic::Ordering,
     time::{Duration, Instant},
 };
@@ -83,6 +82,25 @@ pub(super) struct Arguments {
     stats: Option<PathBuf>,
 }
 
+impl Arguments {
+    /// The settings of a scene, with those that are given here in their place.
+    pub(super) fn settings(&self, of_scene: Settings) -> Settings {
+        Settings {
+            estimator: self.estimator.unwrap_or(of_scene.estimator),
+            photons: self.photons.or(of_scene.photons),
+            seed: self.seed.unwrap_or(of_scene.seed),
+            k: self.k.or(of_scene.k),
+            map_photons: self.map_photons.unwrap_or(of_scene.map_photons),
+            splitting: self.splitting.unwrap_or(of_scene.splitting),
+            tolerance: self.tolerance.or(of_scene.tolerance),
+            tolerance_limit: self.photons,
+            max_time: self.max_time.or(of_scene.max_time),
+            by_light: self.by_light,
+            threads: self.threads.unwrap_or(of_scene.threads),
+        }
+    }
+}
+
 /// A whole number that may be written 1e8.
 pub(super) fn count(text: &str) -> Checked<u64> {
     if let Ok(count) = text.parse() {
@@ -143,7 +161,7 @@ struct Stats {
 /// The exit code of a run that ended before its tolerance was met; its results are written.
 const TOLERANCE_NOT_MET: u8 = 3;
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
+pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let started = Instant::now();
     // first of all, so that neither Ctrl-C nor SIGTERM leaves a temporary file behind
     let interrupt = Interrupt::install()?;
@@ -168,19 +186,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
     check_places(&places, &read)?;
     super::terminal::warn(&warnings);
     super::terminal::warn(&check_meshes(&scene)?);
-    let settings = Settings {
-        estimator: arguments.estimator.unwrap_or(settings.estimator),
-        photons: arguments.photons.or(settings.photons),
-        seed: arguments.seed.unwrap_or(settings.seed),
-        k: arguments.k.or(settings.k),
-        map_photons: arguments.map_photons.unwrap_or(settings.map_photons),
-        splitting: arguments.splitting.unwrap_or(settings.splitting),
-        tolerance: arguments.tolerance.or(settings.tolerance),
-        tolerance_limit: arguments.photons,
-        max_time: arguments.max_time.or(settings.max_time),
-        by_light: arguments.by_light,
-        threads: arguments.threads.unwrap_or(settings.threads),
-    };
+    let settings = arguments.settings(settings);
     let loaded = Instant::now();
 
     if let Some(shard) = arguments.shard {
@@ -197,7 +203,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
             outputs.write_part(&read, |writer| write_shard(&head, shard_sums, writer))
         };
         run_shard(&scene, &settings, shard, &interrupt, write)?;
-        return Ok(ExitCode::SUCCESS);
+        return Ok(0);
     }
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| {
@@ -250,8 +256,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode> {
     );
     super::terminal::print(&(summary.text + &speed))?;
     Ok(match result.tolerance {
-        Some(ToleranceResult { met: false, .. }) => ExitCode::from(TOLERANCE_NOT_MET),
-        _ => ExitCode::SUCCESS,
+        Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
+        _ => 0,
     })
 }
 

@@ -23,7 +23,7 @@ use crate::{
     results::result::{BandResult, CaptorResult, FaceResult, RunResult},
 };
 
-pub use read::read_json;
+pub use read::{parse_json, read_json};
 
 fn buffered<W: Write>(
     file: W,

@@ -122,7 +122,8 @@ pub fn load_value(
     read: &Fetch,
     kept: Option<&Kept>,
 ) -> Result<LoadedScene> {
-    load_from(value, path, &Sources { read, kept, meshes: &HashMap::new() })
+    let (meshes, tables) = (&HashMap::new(), &HashMap::new());
+    load_sources(value, path, &Sources { read, kept, meshes, tables })
 }
 
 /// A scene that is in memory: the JSON of a scene file, the folder that the files it names are
@@ -135,13 +136,33 @@ pub fn load_with(
     folder: &Path,
     meshes: &HashMap<String, Mesh>,
 ) -> Result<LoadedScene> {
-    let path = folder.join("scene");
-    let mut loaded = load_from(scene, &path, &Sources { read: &read_bytes, kept: None, meshes })?;
+    let sources = Sources { read: &read_bytes, kept: None, meshes, tables: &HashMap::new() };
+    load_in_memory(scene, &folder.join("scene"), &sources)
+}
+
+/// What a program hands over in the place of files that a scene names.
+#[derive(Clone, Debug, Default)]
+pub struct InMemory {
+    /// Meshes, by name: `"obj": "mesh:NAME"`.
+    pub meshes: HashMap<String, Mesh>,
+    /// Tables of captors, the bytes of CSV files, by name: `"csv": "table:NAME"`.
+    pub tables: HashMap<String, Vec<u8>>,
+}
+
+/// Like [`load_with`], with tables too. `path` is where the scene would stand: its folder is what files are
+/// relative to, and it is the place of errors.
+pub fn load_from(scene: Value, path: &Path, memory: &InMemory) -> Result<LoadedScene> {
+    let InMemory { meshes, tables } = memory;
+    load_in_memory(scene, path, &Sources { read: &read_bytes, kept: None, meshes, tables })
+}
+
+fn load_in_memory(scene: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
+    let mut loaded = load_sources(scene, path, sources)?;
     loaded.files.retain(|file| *file != path);
     Ok(loaded)
 }
 
-fn load_from(value: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
+fn load_sources(value: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
     let file: SceneFile = json::read(&path.display().to_string(), value)?;
     Loader::new(path, &file, sources)?.load(&file)
 }

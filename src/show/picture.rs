@@ -41,6 +41,11 @@ impl Picture {
         Self { width, height: rgb.len() / (3 * width), rgb }
     }
 
+    /// The three bytes of every pixel, row by row from the upper left.
+    pub fn rgb(&self) -> &[u8] {
+        &self.rgb
+    }
+
     /// Gives a pixel a colour; beside the picture nothing happens.
     pub fn set(&mut self, x: usize, y: usize, colour: Vec3) {
         if x < self.width && y < self.height {

@@ -1,13 +1,12 @@
 //! A picture to make, and what all kinds of pictures need.
 
+use std::sync::atomic::AtomicBool;
+
 use glam::Vec3;
 
 use super::arguments::{Arguments, What};
 use crate::{
-    cli::{
-        interrupt::Interrupt,
-        run::{self, terminal_bar},
-    },
+    cli::run::{self, terminal_bar},
     error::{Error, Result},
     formats::scene_file::LoadedScene,
     math::geometry::Ray,
@@ -27,17 +26,13 @@ use crate::{
 const DOTS: usize = 100_000;
 
 /// What was made.
-pub(super) struct Made {
+pub struct Made {
     pub picture: Picture,
     pub pixels: Option<Pixels>,
     pub words: String,
 }
 
-pub(super) fn make(
-    arguments: &Arguments,
-    loaded: &LoadedScene,
-    interrupt: &Interrupt,
-) -> Result<Made> {
+pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Made> {
     let LoadedScene { scene, settings, .. } = loaded;
     let band = chosen_bands(scene, arguments.band.as_deref())?;
     let scale = match arguments.range {
@@ -58,7 +53,7 @@ pub(super) fn make(
     };
     let sampling =
         Sampling { rays: arguments.rays, seed: settings.seed, threads: settings.threads };
-    let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, interrupt };
+    let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, stop };
     match arguments.show {
         What::Radiance => task.radiance(),
         What::Irradiance => task.false_colour(Show::Irradiance),
@@ -114,7 +109,7 @@ pub(super) struct Task<'a> {
     pub sampling: Sampling,
     pub band: ChosenBands,
     scale: Option<Scale>,
-    interrupt: &'a Interrupt,
+    stop: &'a AtomicBool,
 }
 
 impl<'a> Task<'a> {
@@ -124,7 +119,7 @@ impl<'a> Task<'a> {
             "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"
         ));
         let progress = |progress: Progress| run::show(&bar, progress);
-        let control = Control { stop: self.interrupt.stop(), progress: &progress };
+        let control = Control { stop: self.stop, progress: &progress };
         let done = work(&control);
         bar.finish_and_clear();
         done

@@ -16,6 +16,11 @@ impl ResultsFile {
     pub fn read(path: &Path) -> Result<Self> {
         read(path, Self::is_whole)
     }
+
+    /// Reads the `bytes` of results. Errors: they are none.
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
+        parse(bytes, IN_MEMORY, Self::is_whole)
+    }
 }
 
 /// Reads all of the results at `path`. Errors: they cannot be read, or are none.
@@ -23,14 +28,30 @@ pub fn read_json(path: &Path) -> Result<RunResult> {
     read(path, RunResult::is_whole)
 }
 
+/// Reads all of the results that [`write_json`](super::write_json) has written. Errors: they are none.
+pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
+    parse(bytes, IN_MEMORY, RunResult::is_whole)
+}
+
+/// The place of errors in bytes that are of no file.
+const IN_MEMORY: &str = "results";
+
 fn read<T: DeserializeOwned>(path: &Path, is_whole: impl Fn(&T) -> bool) -> Result<T> {
+    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    parse(&bytes, path.display(), is_whole)
+}
+
+fn parse<T: DeserializeOwned>(
+    bytes: &[u8],
+    place: impl Display,
+    is_whole: impl Fn(&T) -> bool,
+) -> Result<T> {
     let none = |why: &dyn Display| {
-        Error::input(path.display(), format!("is no results file: {why}"))
+        Error::input(&place, format!("is no results file: {why}"))
             .remedy("name a file that `phylux run -o` has written")
     };
-    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
-    json::check_memory(&bytes).map_err(|why| Error::input(path.display(), why))?;
-    let result = serde_json::from_slice(&bytes).map_err(|e| none(&e))?;
+    json::check_memory(bytes).map_err(|why| Error::input(&place, why))?;
+    let result = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
     match is_whole(&result) {
         true => Ok(result),
         false => Err(none(&format!(

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::captor_csv,
+    formats::{captor_csv, input::quoted},
     math::geometry::{Transform, unit_vector},
     scene::{captor::CaptorKind, world::CaptorPart},
 };
@@ -66,7 +66,10 @@ impl Loader<'_> {
             return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
         }
         let path = self.sibling(csv);
-        let rows = captor_csv::parse(&self.bytes(&pointer, &path)?, &path)?;
+        let rows = match csv.strip_prefix("table:") {
+            Some(name) => captor_csv::parse(self.table(&pointer, name)?, &path)?,
+            None => captor_csv::parse(&self.bytes(&pointer, &path)?, &path)?,
+        };
         for (row, captor) in rows.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
             let center = captor.center * self.metres;
@@ -76,6 +79,14 @@ impl Loader<'_> {
             self.add_captor(entry, &place, format!("{}/{id}", entry.name), disc)?;
         }
         Ok(())
+    }
+
+    /// The bytes of a table in memory.
+    fn table(&self, pointer: &str, name: &str) -> Result<&[u8]> {
+        self.sources.tables.get(name).map(Vec::as_slice).ok_or_else(|| {
+            self.error(pointer, format!("there is no table {} in memory", quoted(name)))
+                .remedy("name a CSV file; tables can only be handed over by a program")
+        })
     }
 
     fn load_disc(&mut self, entry: &Entry, file: &DiscFile) -> Result<()> {

@@ -29,6 +29,8 @@ pub(super) struct Sources<'a> {
     pub(super) kept: Option<&'a Kept>,
     /// Meshes in memory, by name.
     pub(super) meshes: &'a HashMap<String, Mesh>,
+    /// Tables of captors in memory, by name.
+    pub(super) tables: &'a HashMap<String, Vec<u8>>,
 }
 
 /// What is known and collected while a scene is put together.

@@ -1,0 +1,47 @@
+"""Photon mapping for plant science: how much light every sensor and every leaf receives, and how sure that is.
+
+A `Scene` is put together with the keys of a scene file, `Scene.run` returns a `Result`, and that has numpy arrays, a
+pandas ``frame``, an ``xarray()``, plots, a page for the browser, and the files of the command ``phylux``.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from . import _native
+from .errors import InputError, RunError, SceneWarning
+from .geometry import Mesh, grid
+from .result import Result, Values
+from .scene import Check, Scene
+from .sweeps import Sweep, sweep
+
+__version__ = _native.__version__
+__all__ = [
+    "Check",
+    "InputError",
+    "Mesh",
+    "Result",
+    "RunError",
+    "Scene",
+    "SceneWarning",
+    "Sweep",
+    "Values",
+    "grid",
+    "load",
+    "sweep",
+]
+
+
+def load(path: str | os.PathLike[str]) -> Scene | Result:
+    """Reads a scene file or a results file: a `Scene` or a `Result`."""
+    from .scene import _read
+
+    keys = _read(Path(path))
+    return Result.load(path) if "phylux" in keys and "energy" in keys else Scene.load(path)
+
+
+def _cli() -> int:
+    """The command ``phylux``."""
+    return _native.main(["phylux", *sys.argv[1:]])

@@ -1,0 +1,177 @@
+"""Triangles from what people have them in: arrays, dictionaries, trimesh, PyVista, PlantGL."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import missing, wrong
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """The triangles under one name, ``start`` to ``stop`` of a mesh; material: one of the scene's, or None."""
+
+    name: str | None
+    material: str | None
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in named groups, as an OBJ file has them.
+
+    Attributes:
+        vertices: (n, 3), in the scene's unit of length.
+        faces: (m, 3), the corners of each triangle, counter-clockwise seen from the front.
+        groups: which triangles have which name.
+    """
+
+    vertices: Floats
+    faces: Ints
+    groups: tuple[Group, ...]
+
+    def parts(self, name: str) -> tuple[str, Floats, Ints, list[tuple[str | None, str | None, int, int]]]:
+        """What the native part takes."""
+        return name, self.vertices, self.faces, [(g.name, g.material, g.start, g.stop) for g in self.groups]
+
+
+def mesh(geometry: Any, place: str = "mesh", group: str | None = None) -> Mesh:
+    """A mesh from any of the forms that `Scene.add` takes. Errors name ``place``; what has no name of its own is
+    named ``group``."""
+    if isinstance(geometry, Mesh):
+        return geometry
+    named = list(_named(geometry, place))
+    if not named:
+        raise wrong(place, "has no triangle", "give it one, or leave the object out")
+    vertices, faces, groups = [], [], []
+    before = triangles = 0
+    for name, (own_vertices, own_faces) in named:
+        if name is not None and ("\n" in name or "\r" in name or name != name.strip() or not name):
+            raise wrong(place, f"a group named {name!r}", "give it a name on one line, without spaces around it")
+        vertices.append(own_vertices)
+        faces.append(own_faces + before)
+        groups.append(Group(group if name is None else name, None, triangles, triangles + len(own_faces)))
+        before += len(own_vertices)
+        triangles += len(own_faces)
+    return Mesh(np.concatenate(vertices), np.concatenate(faces), tuple(groups))
+
+
+def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 0.0, 1.0)) -> Floats:
+    """Sensors in a grid: a disc at each of the places (x, y, z), for ``Scene.captor(name, discs=...)``.
+
+    Args:
+        x, y, z: coordinates in the scene's unit, a number or a list each; the last one changes first.
+        radius: of every disc, in the scene's unit.
+        normal: where the fronts of the discs look; (0, 0, 1) is up.
+
+    Returns:
+        (n, 7): x, y, z, radius, nx, ny, nz of each disc.
+
+    >>> grid([0, 1], 2, [3, 4], radius=0.1)[:, :4]
+    array([[0. , 2. , 3. , 0.1],
+           [0. , 2. , 4. , 0.1],
+           [1. , 2. , 3. , 0.1],
+           [1. , 2. , 4. , 0.1]])
+    """
+    axes = [np.atleast_1d(np.asarray(values, dtype=np.float64)).ravel() for values in (x, y, z)]
+    places = np.array(list(itertools.product(*axes)), dtype=np.float64).reshape(-1, 3)
+    rest = np.broadcast_to([float(radius), *map(float, normal)], (len(places), 4))
+    return np.hstack([places, rest])
+
+
+def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats, Ints]]]:
+    """Names of groups with their vertices and faces."""
+    if isinstance(geometry, Mapping):
+        for key, value in geometry.items():
+            for _, arrays in _named(value, f"{place}/{key}"):
+                yield str(key), arrays
+    elif hasattr(geometry, "todict") and not hasattr(geometry, "faces"):
+        yield from _plantgl(geometry, place)
+    elif hasattr(geometry, "graph") and hasattr(geometry, "geometry"):
+        # a scene of trimesh: geometries, each at the places that the graph says
+        for node in geometry.graph.nodes_geometry:
+            matrix, key = geometry.graph[node]
+            part = geometry.geometry[key]
+            if hasattr(part, "faces"):
+                vertices, faces = _arrays(part.vertices, part.faces, place)
+                matrix = np.asarray(matrix, dtype=np.float64)
+                yield str(node), (vertices @ matrix[:3, :3].T + matrix[:3, 3], faces)
+    elif hasattr(geometry, "vertices") and hasattr(geometry, "faces"):
+        yield None, _arrays(geometry.vertices, geometry.faces, place)
+    elif hasattr(geometry, "points") and hasattr(geometry, "triangulate"):
+        surface = geometry.triangulate()
+        yield None, _arrays(surface.points, np.asarray(surface.faces).reshape(-1, 4)[:, 1:], place)
+    elif hasattr(geometry, "combine") and hasattr(geometry, "keys"):
+        # blocks of PyVista
+        for key in geometry.keys():
+            block = geometry[key]
+            if block is not None:
+                for _, arrays in _named(block.extract_surface(), f"{place}/{key}"):
+                    yield str(key), arrays
+    elif isinstance(geometry, tuple) and len(geometry) == 2 and np.ndim(geometry[0]) == 2:
+        yield None, _arrays(*geometry, place)
+    else:
+        yield None, _triangles(geometry, place)
+
+
+def _arrays(vertices: Any, faces: Any, place: str) -> tuple[Floats, Ints]:
+    points = _numbers(vertices, place, "vertices")
+    corners = np.asarray(faces)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise wrong(place, f"vertices of shape {points.shape}", "they must be (n, 3)")
+    if corners.ndim != 2 or corners.shape[1] != 3:
+        raise wrong(place, f"faces of shape {corners.shape}", "they must be (m, 3): cut polygons into triangles")
+    if not np.issubdtype(corners.dtype, np.integer):
+        raise wrong(place, f"faces of type {corners.dtype}", "corners are whole numbers, counted from 0")
+    indices = np.ascontiguousarray(corners, dtype=np.int64)
+    if indices.size and (indices.min() < 0 or indices.max() >= len(points)):
+        bad = int(np.argmax(((indices < 0) | (indices >= len(points))).any(axis=1)))
+        problem = f"face {bad} has the corners {indices[bad].tolist()}, but there are {len(points)} vertices"
+        raise wrong(place, problem, "corners are counted from 0")
+    return np.ascontiguousarray(points), indices
+
+
+def _triangles(triangles: Any, place: str) -> tuple[Floats, Ints]:
+    """From a list of triangles of three points each, as CARIBU has them."""
+    points = _numbers(triangles, place, "triangles")
+    if points.ndim == 2 and points.shape == (3, 3):
+        points = points[np.newaxis]
+    if points.ndim != 3 or points.shape[1:] != (3, 3):
+        remedy = "give (vertices, faces), triangles of shape (n, 3, 3), {name: triangles}, or a mesh of trimesh"
+        raise wrong(place, f"triangles of shape {points.shape}", remedy)
+    return np.ascontiguousarray(points.reshape(-1, 3)), np.arange(3 * len(points), dtype=np.int64).reshape(-1, 3)
+
+
+def _numbers(values: Any, place: str, what: str) -> Floats:
+    if isinstance(values, (str, bytes)):
+        raise wrong(place, f"{values!r} is no mesh", "a path is a text that stands alone, as in add(name, 'room.obj')")
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise wrong(place, f"{what} that are no numbers ({error})") from None
+    return numbers
+
+
+def _plantgl(scene: Any, place: str) -> Iterable[tuple[str, tuple[Floats, Ints]]]:
+    """Shapes of a PlantGL scene by their ids."""
+    try:
+        from openalea.plantgl.all import Tesselator
+    except ImportError:
+        raise missing("openalea.plantgl", "a PlantGL scene") from None
+    tesselator = Tesselator()
+    for key, shapes in scene.todict().items():
+        for shape in shapes if isinstance(shapes, (list, tuple)) else [shapes]:
+            shape.apply(tesselator)
+            found = tesselator.triangulation
+            points = [tuple(point) for point in found.pointList]
+            yield str(key), _arrays(points, [tuple(index) for index in found.indexList], f"{place}/{key}")

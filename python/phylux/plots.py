@@ -1,0 +1,185 @@
+"""Plots of results with matplotlib; each function returns the axes that it has drawn into."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import missing, wrong
+
+if TYPE_CHECKING:
+    from .result import Result
+
+
+def captor_map(
+    result: Result,
+    *,
+    band: str | None = None,
+    face: str = "front",
+    captors: str | Sequence[str] | None = None,
+    axes: str = "xy",
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Captors where they are, in the colour of their irradiance.
+
+    Args:
+        band: a band or sum; the first one if it is not given.
+        face: ``"front"`` or ``"back"``.
+        captors: ids, or the beginning of ids; all if it is not given.
+        axes: the coordinates across and up, such as ``"xz"``.
+        ax: where to draw; new axes if it is not given.
+        options: of matplotlib's ``scatter``.
+    """
+    ax = _axes(ax)
+    rows, column = _rows(result, captors), _band(result, band)
+    across, up = ("xyz".index(name) for name in axes)
+    center, values = result.center[rows], result.irradiance[rows, _face(face), column]
+    drawn = ax.scatter(center[:, across], center[:, up], c=values, **options)
+    ax.figure.colorbar(drawn, ax=ax, label=_label(result, column))
+    ax.set(xlabel=f"{axes[0]}, m", ylabel=f"{axes[1]}, m", aspect="equal")
+    return ax
+
+
+def rank(
+    result: Result,
+    *,
+    band: str | None = None,
+    quantity: str = "irradiance",
+    face: str = "front",
+    captors: str | Sequence[str] | None = None,
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Values of captors, such as the leaves of a plant, in their order, with error bars of 1.98 standard errors (95 %).
+
+    Args:
+        quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
+        band, face, captors, ax: as for `captor_map`.
+        options: of matplotlib's ``errorbar``.
+    """
+    ax = _axes(ax)
+    rows, column = _rows(result, captors), _band(result, band)
+    values, errors = _numbers(result, quantity, face)
+    usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
+    ranks = np.arange(1, len(rows) + 1)
+    ax.errorbar(ranks, values[rows, column], 1.98 * errors[rows, column], **{**usual, **options})
+    ax.set(xlabel="rank", ylabel=_label(result, column, quantity))
+    return ax
+
+
+def spectrum(
+    result: Result,
+    *,
+    captors: str | Sequence[str] | None = None,
+    face: str = "front",
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Irradiance over the bands, a line for each captor, with error bars of 1.98 standard errors (95 %).
+
+    Args:
+        captors, face, ax: as for `captor_map`.
+        options: of matplotlib's ``errorbar``.
+
+    Bands with wavelengths stand at their middles, in nm; others in their order. Sums are left out.
+    """
+    ax = _axes(ax)
+    bands = [(i, band) for i, band in enumerate(result.head["bands"]) if "sum_of" not in band]
+    columns = [i for i, _ in bands]
+    middles = [(band.get("from_nm", np.nan) + band.get("to_nm", np.nan)) / 2 for _, band in bands]
+    known = not np.isnan(middles).any()
+    places = middles if known else columns
+    for row in _rows(result, captors):
+        values = result.irradiance[row, _face(face), columns]
+        errors = result.irradiance_se[row, _face(face), columns]
+        usual = {"fmt": "o-", "capsize": 3, "label": result.ids[row]}
+        ax.errorbar(places, values, 1.98 * errors, **{**usual, **options})
+    if not known:
+        ax.set_xticks(columns, [result.bands[i] for i in columns])
+    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=f"irradiance, {result.unit['irradiance']}")
+    return ax
+
+
+def bars(
+    result: Result,
+    *,
+    band: str | None = None,
+    quantity: str = "irradiance",
+    face: str = "front",
+    captors: str | Sequence[str] | None = None,
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Values by the names of the captors, as bars with errors of 1.98 standard errors (95 %).
+
+    Args:
+        quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
+        band, face, captors, ax: as for `captor_map`.
+        options: of matplotlib's ``barh``.
+    """
+    ax = _axes(ax)
+    rows, column = _rows(result, captors), _band(result, band)
+    values, errors = _numbers(result, quantity, face)
+    names = [result.ids[row] for row in rows]
+    ax.barh(names, values[rows, column], xerr=1.98 * errors[rows, column], **options)
+    ax.invert_yaxis()
+    ax.set(xlabel=_label(result, column, quantity))
+    return ax
+
+
+def _axes(ax: Any) -> Any:
+    if ax is not None:
+        return ax
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        raise missing("matplotlib", "a plot") from None
+    return plt.subplots(layout="constrained")[1]
+
+
+def _rows(result: Result, captors: str | Sequence[str] | None) -> list[int]:
+    """Indices of captors by the beginning of their ids, or by ids."""
+    if captors is None:
+        rows = list(range(len(result.ids)))
+    elif isinstance(captors, str):
+        rows = [row for row, id in enumerate(result.ids) if id.startswith(captors)]
+    else:
+        index = {id: row for row, id in enumerate(result.ids)}
+        lacking = [id for id in captors if id not in index]
+        if lacking:
+            raise wrong("captors", f"there is no captor `{lacking[0]}`", "the ids are in result.ids")
+        rows = [index[id] for id in captors]
+    if not rows:
+        raise wrong("captors", f"no captor begins with {captors!r}", "the ids are in result.ids")
+    return rows
+
+
+def _band(result: Result, band: str | None) -> int:
+    if band is None:
+        return 0
+    if band not in result.bands:
+        raise wrong("band", f"no band or sum `{band}`", f"there are {', '.join(result.bands)}")
+    return result.bands.index(band)
+
+
+def _face(face: str) -> int:
+    if face not in ("front", "back"):
+        raise wrong("face", f"no face `{face}`", "there are front and back")
+    return int(face == "back")
+
+
+def _numbers(result: Result, quantity: str, face: str) -> tuple[Any, Any]:
+    if quantity == "absorbed":
+        return result.absorbed, result.absorbed_se
+    if quantity not in ("irradiance", "flux"):
+        raise wrong("quantity", f"no quantity `{quantity}`", "there are irradiance, flux and absorbed")
+    values, errors = getattr(result, quantity), getattr(result, f"{quantity}_se")
+    return values[:, _face(face)], errors[:, _face(face)]
+
+
+def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
+    unit = result.unit["irradiance" if quantity == "irradiance" else "flux"]
+    return f"{quantity}, {result.bands[column]}, {unit}"

@@ -1,0 +1,487 @@
+"""What a run found: numpy arrays, tables, labelled arrays, files."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .errors import missing, wrong
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+FACES = ("front", "back")
+
+
+@dataclass(frozen=True)
+class Values:
+    """What captors (or groups) received, as read-only arrays; NaN where there is nothing.
+
+    The second index is the face: 0 the front, light against the normal; 1 the back. The last index is the band, in the
+    order of `Result.bands`: the bands, then the sums. ``..._se`` are standard errors, 1 sigma.
+
+    Attributes:
+        ids: their names.
+        area: (n,), one-sided, m2.
+        flux, flux_se: (n, 2, bands), power that arrived, W or umol/s.
+        irradiance, irradiance_se: (n, 2, bands), per m2.
+        photons: (n, 2), photons counted.
+        absorbed, absorbed_se: (n, bands), power that surfaces absorbed, both faces together, W or umol/s.
+        has_back: (n,), whether light on the back is counted.
+    """
+
+    ids: list[str]
+    area: Floats
+    flux: Floats
+    flux_se: Floats
+    irradiance: Floats
+    irradiance_se: Floats
+    photons: Ints
+    absorbed: Floats
+    absorbed_se: Floats
+    has_back: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def take(self, rows: Any) -> Values:
+        """Some of them, by their indices; -1 stands for one that there is not, of which all is NaN."""
+        index = np.asarray(rows, dtype=np.intp)
+        known = index >= 0
+        arrays: dict[str, Any] = {}
+        for field in fields(self):
+            if field.name != "ids":
+                taken = getattr(self, field.name)[index]
+                taken[~known] = np.nan if taken.dtype.kind == "f" else 0
+                arrays[field.name] = _fixed(taken)
+        return Values([self.ids[i] if i >= 0 else "" for i in index.tolist()], **arrays)
+
+
+class Result:
+    """What a run found.
+
+    Arrays are of captor, face (front, back) and band, as in `Values`; ``ids``, ``bands`` and ``faces`` name their
+    entries. Lengths are metres; flux is W or umol/s, irradiance per m2: see ``unit``.
+    """
+
+    faces = FACES
+
+    def __init__(self, found: _native.Found, loaded: _native.Loaded | None = None) -> None:
+        self._found = found
+        self._loaded = loaded
+        self._head: dict[str, Any] = json.loads(found.head)
+
+    # --- what was run
+
+    @property
+    def scene(self) -> str:
+        """The name of the scene."""
+        return str(self._head["scene"])
+
+    @property
+    def photons(self) -> int:
+        """Photons traced, or paths over all captors."""
+        return int(self._head["photons"])
+
+    @property
+    def seed(self) -> int:
+        """Seed of the random numbers."""
+        return int(self._head["seed"])
+
+    @property
+    def estimator(self) -> str:
+        """``photons`` or ``paths``."""
+        return str(self._head["estimator"])
+
+    @property
+    def unit(self) -> dict[str, str]:
+        """Names of the units: ``length``, ``flux``, ``irradiance``, ``radiance``."""
+        return dict(self._head["unit"])
+
+    @property
+    def bands(self) -> list[str]:
+        """Names of the bands, then of the sums over bands."""
+        return [band["name"] for band in self._head["bands"]]
+
+    @property
+    def energy(self) -> dict[str, Any]:
+        """Where the power went, per band: emitted = absorbed + escaped + lost; see docs/results.md."""
+        return dict(self._head["energy"])
+
+    @property
+    def tolerance(self) -> dict[str, Any] | None:
+        """Of a run with a tolerance: whether it is ``met``, and what is farthest from it."""
+        found: dict[str, Any] | None = self._head.get("tolerance")
+        return found
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """All fields of the results file but ``captors`` and ``groups``."""
+        return dict(self._head)
+
+    @property
+    def lights(self) -> list[str]:
+        """Names of the lights that the results are split by; empty without ``by_light=True``."""
+        return list(self._head["energy"].get("by_light") or {})
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """What you should know before you trust these results, in sentences."""
+        return self._found.summary()[1]
+
+    def __str__(self) -> str:
+        return self._found.summary()[0]
+
+    def __repr__(self) -> str:
+        return f"<Result of {self.scene!r}: {self.photons} {self.estimator}, {len(self.ids)} captors>"
+
+    # --- arrays
+
+    @cached_property
+    def ids(self) -> list[str]:
+        """Ids of the captors."""
+        return self._found.ids(False)
+
+    @cached_property
+    def values(self) -> Values:
+        """What the captors received."""
+        return self._values(False, None)
+
+    @cached_property
+    def group_values(self) -> Values:
+        """What the groups of captors received together; their errors are those of the sums."""
+        return self._values(True, None)
+
+    def light(self, name: str, groups: bool = False) -> Values:
+        """What one light brought to the captors, or to the groups, in a run with ``by_light=True``."""
+        if not self.lights:
+            raise wrong(self.scene, "these results are not split by light", "run the scene with by_light=True")
+        if name not in self.lights:
+            raise wrong(self.scene, f"no light `{name}`", f"there are {', '.join(self.lights)}")
+        return self._values(groups, self.lights.index(name))
+
+    @property
+    def flux(self) -> Floats:
+        """(captors, 2, bands), W or umol/s."""
+        return self.values.flux
+
+    @property
+    def flux_se(self) -> Floats:
+        """Standard errors of `flux`."""
+        return self.values.flux_se
+
+    @property
+    def irradiance(self) -> Floats:
+        """(captors, 2, bands), W/m2 or umol/m2/s."""
+        return self.values.irradiance
+
+    @property
+    def irradiance_se(self) -> Floats:
+        """Standard errors of `irradiance`."""
+        return self.values.irradiance_se
+
+    @property
+    def absorbed(self) -> Floats:
+        """(captors, bands), W or umol/s; NaN of virtual captors."""
+        return self.values.absorbed
+
+    @property
+    def absorbed_se(self) -> Floats:
+        """Standard errors of `absorbed`."""
+        return self.values.absorbed_se
+
+    @property
+    def area(self) -> Floats:
+        """(captors,), one-sided, m2."""
+        return self.values.area
+
+    @cached_property
+    def _places(self) -> dict[str, Any]:
+        return self._found.places()
+
+    @property
+    def center(self) -> Floats:
+        """(captors, 3), where their middles are, m."""
+        return _fixed(self._places["center"].reshape(-1, 3))
+
+    @property
+    def normal(self) -> Floats:
+        """(captors, 3), where their fronts look; 0 where it cancels."""
+        return _fixed(self._places["normal"].reshape(-1, 3))
+
+    @property
+    def is_surface(self) -> npt.NDArray[np.bool_]:
+        """(captors,), True of surfaces, False of virtual captors."""
+        return _fixed(self._places["surface"].astype(bool))
+
+    @cached_property
+    def nearest(self) -> dict[str, Any]:
+        """The k-nearest estimates: ``knn_irradiance``, ``knn_radiance`` and their ``_se`` (captors, 2, bands), ``k``,
+        ``radius`` (m) and ``coverage`` (captors, 2); empty where there are none."""
+        arrays = self._found.nearest()
+        shapes = {name: (-1, 2, len(self.bands)) if name.startswith("knn") else (-1, 2) for name in arrays}
+        return {name: _fixed(array.reshape(shapes[name])) for name, array in arrays.items()}
+
+    def triangles(self, name: str) -> Values:
+        """What the triangles of a group received, in their order, where an object has ``captor="triangle"``.
+
+        Args:
+            name: ``object/group``, with instances ``object/group#0``; or the object alone, if it has one group.
+
+        Triangles without area are no captors: they have NaN.
+        """
+        found = self._triangles.get(name)
+        if found is None:
+            below = [known for known in self._triangles if known.startswith((f"{name}/", f"{name}#"))]
+            if len(below) == 1:
+                return self.triangles(below[0])
+            known = ", ".join((below or list(self._triangles))[:20])
+            remedy = f"there are {known}" if known else 'give the object captor="triangle"'
+            raise wrong(self.scene, f"no triangles of `{name}`", remedy)
+        rows = np.full(max(found) + 1, -1, dtype=np.intp)
+        rows[list(found)] = list(found.values())
+        return self.values.take(rows)
+
+    @cached_property
+    def _triangles(self) -> dict[str, dict[int, int]]:
+        """By the name of a group, the captor of each triangle."""
+        surface = self.is_surface
+        found: dict[str, dict[int, int]] = {}
+        for row, id in enumerate(self.ids):
+            group, _, number = id.rpartition("/")
+            if surface[row] and number.isdecimal() and "/" in group:
+                found.setdefault(group, {})[int(number)] = row
+        return found
+
+    # --- tables and labelled arrays
+
+    @cached_property
+    def frame(self) -> Any:
+        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error; the table of ``--csv``.
+
+        ``quantity`` is flux, irradiance, knn_irradiance, knn_radiance or absorbed, in the units of `unit`;
+        ``face`` is missing for absorbed; ``standard_error`` is NaN where it is not known. Names are categories.
+        """
+        values, nearest = self.values, self.nearest
+        cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
+        cells += [(name, nearest[name], nearest[f"{name}_se"]) for name in ("knn_irradiance", "knn_radiance") if nearest]
+        return self._tidy("captor", values, cells)
+
+    @cached_property
+    def groups(self) -> Any:
+        """The same of the groups of captors: group, face, band, quantity, value, standard_error.
+
+        ``irradiance_min`` and ``irradiance_max`` are those of the captors of a group of several.
+        """
+        values = self.group_values
+        cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
+        ranges = self._found.arrays(True, None)
+        for name in ("irradiance_min", "irradiance_max"):
+            if name in ranges:
+                array = ranges[name].reshape(values.flux.shape)
+                cells.append((name, array, np.full_like(array, np.nan)))
+        return self._tidy("group", values, cells)
+
+    def _tidy(self, key: str, values: Values, cells: list[tuple[str, Floats, Floats]]) -> Any:
+        try:
+            import pandas as pd
+        except ImportError:
+            raise missing("pandas", "a DataFrame") from None
+        count, bands, quantities = len(values), len(self.bands), [name for name, _, _ in cells]
+        width = 2 * bands * len(cells)
+        # entry, then face, band and quantity; then what was absorbed, per band
+        numbers = np.empty((2, count, width + bands))
+        for which in (0, 1):
+            arrived = np.stack([cell[1 + which] for cell in cells], axis=-1)
+            numbers[which, :, :width] = arrived.reshape(count, width)
+            numbers[which, :, width:] = (values.absorbed, values.absorbed_se)[which]
+        there = ~np.isnan(numbers[0])
+        face = np.repeat([0, 1, -1], [width // 2, width // 2, bands])
+        band = np.concatenate([np.tile(np.repeat(np.arange(bands), len(cells)), 2), np.arange(bands)])
+        quantity = np.concatenate([np.tile(np.arange(len(cells)), 2 * bands), np.full(bands, len(cells))])
+        rows, columns = np.nonzero(there)
+
+        def categories(codes: Any, names: Sequence[str]) -> Any:
+            return pd.Categorical.from_codes(codes, pd.Index(names, dtype="object"))
+
+        table = {
+            key: categories(rows.astype(np.int32), values.ids),
+            "face": categories(face.astype(np.int8)[columns], FACES),
+            "band": categories(band.astype(np.int16)[columns], self.bands),
+            "quantity": categories(quantity.astype(np.int8)[columns], [*quantities, "absorbed"]),
+            "value": numbers[0][there],
+            "standard_error": numbers[1][there],
+        }
+        return pd.DataFrame(table, copy=False)
+
+    def xarray(self, by_light: bool | None = None) -> Any:
+        """A labelled xarray Dataset, which ``to_netcdf`` saves.
+
+        ``flux``, ``irradiance`` and their ``_se`` are of captor, face and band, ``photons`` of captor and face,
+        ``absorbed`` and its ``_se`` of captor and band; ``area`` and the coordinates ``x``, ``y``, ``z``, ``nx``, ``ny``,
+        ``nz`` of captor; ``from_nm`` and ``to_nm`` of band. Units stand in the attributes.
+
+        Args:
+            by_light: whether they have the dimension ``light`` too. As a rule they have it where the run had
+                ``by_light=True``: sum over it for all light. Errors of lights are independent: their squares add up.
+        """
+        try:
+            import xarray as xr
+        except ImportError:
+            raise missing("xarray", "a labelled array") from None
+        split = bool(self.lights) if by_light is None else by_light
+        parts = [self.light(name) for name in self.lights] if split else [self.values]
+        if split and not parts:
+            self.light("")
+        unit, units = self.unit, {"length": "m", "area": "m2"}
+        last = ("light",) if split else ()
+
+        def stacked(name: str) -> Any:
+            arrays = [getattr(part, name) for part in parts]
+            return np.stack(arrays, axis=-1) if split else arrays[0]
+
+        names = {
+            "flux": ("captor", "face", "band"),
+            "flux_se": ("captor", "face", "band"),
+            "irradiance": ("captor", "face", "band"),
+            "irradiance_se": ("captor", "face", "band"),
+            "photons": ("captor", "face"),
+            "absorbed": ("captor", "band"),
+            "absorbed_se": ("captor", "band"),
+        }
+        data = {}
+        for name, dims in names.items():
+            attributes = {}
+            if name != "photons":
+                attributes["units"] = unit["irradiance" if name.startswith("irradiance") else "flux"]
+            if name.endswith("_se"):
+                attributes["long_name"] = f"standard error (1 sigma) of {name[:-3]}"
+            data[name] = ((*dims, *last), stacked(name), attributes)
+        nm = {
+            end: ("band", [float(band.get(end, np.nan)) for band in self._head["bands"]], {"units": "nm"})
+            for end in ("from_nm", "to_nm")
+        }
+        center, normal = self.center, self.normal
+        places = {name: ("captor", center[:, i], {"units": units["length"]}) for i, name in enumerate("xyz")}
+        normals = {name: ("captor", normal[:, i]) for i, name in enumerate(("nx", "ny", "nz"))}
+        coords: dict[str, Any] = {
+            "captor": self.ids,
+            "face": list(FACES),
+            "band": self.bands,
+            **({"light": self.lights} if split else {}),
+            "area": ("captor", self.area, {"units": units["area"]}),
+            **places,
+            **normals,
+            **nm,
+        }
+        attributes = {
+            "scene": self.scene,
+            "phylux": self._head["phylux"],
+            "version": self._head["phylux"],
+            "seed": self.seed,
+            "photons": self.photons,
+            "estimator": self.estimator,
+            "units": f"flux {unit['flux']}, irradiance {unit['irradiance']}, lengths {unit['length']}",
+        }
+        return xr.Dataset(data, coords, attributes)
+
+    def plot(self, kind: str = "map", **options: Any) -> Any:
+        """Draws with matplotlib, and returns the axes; see `phylux.plots` for the options of each kind.
+
+        Args:
+            kind: ``"map"`` (captors where they are, in the colour of their value), ``"rank"`` (values of a group in
+                the order of its captors, with error bars), ``"spectrum"`` (over the bands), ``"bars"`` (values with
+                error bars by name).
+        """
+        from . import plots
+
+        kinds = {"map": plots.captor_map, "rank": plots.rank, "spectrum": plots.spectrum, "bars": plots.bars}
+        if kind not in kinds:
+            raise wrong("kind", f"no plot `{kind}`", f"there are {', '.join(kinds)}")
+        return kinds[kind](self, **options)
+
+    # --- other powers, files, pages
+
+    def mix(self, factors: Mapping[str, float]) -> Result:
+        """What the run would have found with other powers of its lights, exactly: of a run with ``by_light=True``.
+
+        Args:
+            factors: by the name of a light what its power is multiplied with, at least 0; ``"row 1*"`` stands for all
+                whose names begin so. Lights that are not named stay as they are.
+        """
+        return Result(self._found.mix([(name, float(factor)) for name, factor in factors.items()]), self._loaded)
+
+    def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
+        """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
+
+        Results that were loaded know no scene: ``scene.view(result=result)`` shows them.
+        """
+        from .scene import _view
+
+        if self._loaded is None:
+            raise wrong(self.scene, "results from a file know no scene", "use scene.view(result=result)")
+        usual = {"trace": True, "threads": None, "inline": False, "width": "100%", "height": 600}
+        return _view(self._loaded, Path(path), self, **{**usual, **options})
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the results file (JSON), whole or not at all: the bytes of ``phylux run -o``."""
+        self._found.write(os.fspath(path))
+
+    def to_json(self) -> bytes:
+        """The bytes that `save` writes."""
+        return self._found.to_json()
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Writes the tidy table of ``phylux run --csv``."""
+        self._found.write_csv(os.fspath(path))
+
+    def save_per_captor(self, folder: str | os.PathLike[str]) -> None:
+        """Writes one JSON file for each captor, as ``phylux run --per-captor``."""
+        self._found.write_per_captor(os.fspath(folder))
+
+    def to_parquet(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Writes `frame` as Parquet; options go to ``DataFrame.to_parquet``, which needs pyarrow."""
+        self.frame.to_parquet(path, **options)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Result:
+        """Reads a results file."""
+        return cls(_native.Found.read(os.fspath(path)))
+
+    def __reduce__(self) -> Any:
+        return _from_json, (self._found.to_json(),)
+
+    def _values(self, groups: bool, light: int | None) -> Values:
+        arrays = self._found.arrays(groups, light)
+        bands = len(self.bands)
+        shapes: dict[str, tuple[int, ...]] = {
+            "area": (-1,),
+            "photons": (-1, 2),
+            "absorbed": (-1, bands),
+            "absorbed_se": (-1, bands),
+            "has_back": (-1,),
+        }
+        names = [field.name for field in fields(Values) if field.name != "ids"]
+        shaped = {name: arrays[name].reshape(shapes.get(name, (-1, 2, bands))) for name in names}
+        shaped["has_back"] = shaped["has_back"].astype(bool)
+        ids = self._found.ids(True) if groups else self.ids
+        return Values(ids, **{name: _fixed(array) for name, array in shaped.items()})
+
+
+def _fixed(array: Any) -> Any:
+    array.setflags(write=False)
+    return array
+
+
+def _from_json(json: bytes) -> Result:
+    """A result that came from another process."""
+    return Result(_native.Found.from_json(json))

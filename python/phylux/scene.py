@@ -1,0 +1,508 @@
+"""Scenes: put together in Python, checked, run, looked at, saved."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _native, geometry
+from .errors import SceneWarning, wrong
+from .result import Result
+
+#: keys of a scene file whose values name files
+_PATHS = ("obj", "csv", "file")
+#: options of `phylux run` that name what it writes; here the result does that
+_OUTPUTS = {"output": "save", "csv": "save_csv", "per_captor": "save_per_captor"}
+
+
+class Scene:
+    """A scene, with the keys of a scene file (docs/scene-format.md) and nothing else.
+
+    Args:
+        name: a title, repeated in the results.
+        unit: ``"m"``, ``"cm"`` or ``"mm"``, of every length in the scene. Results are always in metres.
+        quantity: ``"W"`` or ``"umol/s"``, what the powers of the lights are.
+        bands: ``{name: (from_nm, to_nm)}``, ``[name, ...]``, or as in a scene file; none is one band ``all``.
+        keys: any other key of a scene file, such as ``sums``, ``camera``, ``settings``, ``site``.
+
+    >>> scene = Scene("box", bands={"blue": (400, 500), "red": (600, 700)})
+    >>> scene.material("grey", type="lambert", reflectance=[0.5, 0.6])
+    >>> scene.add("floor", [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], material="grey", captor=True)
+    >>> scene.light("lamp", type="point", position=[0.2, 0.2, 1], power=[20, 80])
+    >>> result = scene.run(photons=1000, k=0)
+    >>> result.ids
+    ['floor/floor']
+    >>> result.irradiance.shape  # captor, face, band
+    (1, 2, 2)
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        unit: str = "m",
+        quantity: str = "W",
+        bands: Any = None,
+        **keys: Any,
+    ) -> None:
+        self._keys: dict[str, Any] = {"name": name, "unit": unit, "quantity": quantity}
+        if bands is not None:
+            self._keys["bands"] = _bands(bands)
+        self._keys.update(_plain(keys))
+        self._meshes: dict[str, geometry.Mesh] = {}
+        self._tables: dict[str, bytes] = {}
+        self._path = Path("scene")
+
+    def __repr__(self) -> str:
+        parts = [f"{len(self._keys.get(key, ()))} {key}" for key in ("materials", "objects", "lights", "captors")]
+        return f"<Scene {self._keys.get('name', str(self._path))!r}: {', '.join(parts)}>"
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """The scene as the JSON of its file would be: change what you like in place.
+
+        Meshes in memory stand there as ``"mesh:NAME"``, tables of sensors as ``"table:NAME"``.
+        """
+        return self._keys
+
+    def material(self, name: str, **keys: Any) -> None:
+        """Adds a material: ``material("leaf", type="leaf", reflectance=[0.05, 0.06], transmittance=0.01)``.
+
+        Args:
+            name: what objects call it.
+            keys: as in a scene file; per-band values are one number, or one for each band, in [0, 1].
+        """
+        self._keys.setdefault("materials", {})[name] = _plain(keys)
+
+    def add(self, name: str, shape: Any, *, material: str | None = None, **keys: Any) -> None:
+        """Adds an object.
+
+        Args:
+            name: the first part of its captors' ids.
+            shape: lengths in the scene's unit, fronts where corners run counter-clockwise; one of
+
+                - ``(vertices, faces)``: (n, 3) numbers and (m, 3) whole numbers counted from 0;
+                - triangles: (m, 3, 3) numbers;
+                - ``{id: any of these}``: each id is a group with a captor of its own (CARIBU's form);
+                - a mesh or scene of trimesh, PolyData or MultiBlock of PyVista, a scene of PlantGL;
+                - the path of an OBJ file.
+            material: a material of the scene, for all of it; an OBJ file may name its own.
+            keys: as in a scene file: ``captor`` (True: one per group; ``"triangle"``: one per triangle), ``group``,
+                ``transform``, ``instances``.
+        """
+        entry: dict[str, Any] = {"name": name, "obj": self._shape(name, shape, group=name)}
+        if material is not None:
+            entry["material"] = material
+        self._keys.setdefault("objects", []).append({**entry, **_plain(keys)})
+
+    def light(self, name: str, *, start: Any = None, shape: Any = None, **keys: Any) -> None:
+        """Adds a light: ``light("lamp", type="tube", start=[0, 0, 2], to=[1, 0, 2], radius=0.01, power=40)``.
+
+        Args:
+            name: what results by light call it.
+            start: the key ``from`` of a tube, which Python keeps for itself.
+            shape: in place of ``vertices`` of an area light, its surface in any of the forms of `add`.
+            keys: as in a scene file; ``power`` in W or umol/s, one number or one for each band.
+        """
+        entry: dict[str, Any] = {"name": name, **_plain(keys)}
+        if start is not None:
+            entry["from"] = _plain(start)
+        if shape is not None:
+            entry["obj"] = self._shape(name, shape)
+        self._keys.setdefault("lights", []).append(entry)
+
+    def captor(self, name: str, *, discs: Any = None, shape: Any = None, **keys: Any) -> None:
+        """Adds virtual captors: sensors that count light and do not disturb it.
+
+        Args:
+            name: the first part of their ids.
+            discs: (n, 7) numbers x, y, z, radius, nx, ny, nz in the scene's unit, as `grid` makes them, or a
+                DataFrame with these columns, and ``id`` if you like. Their ids are ``name/0``, ``name/1``, ...
+            shape: surfaces that count, one captor per group, in any of the forms of `add`.
+            keys: as in a scene file: ``disc``, ``csv``, ``obj``, ``sides`` (``"front"`` or ``"both"``), ``group``.
+        """
+        entry: dict[str, Any] = {"name": name, **_plain(keys)}
+        if discs is not None:
+            key = _free(name, self._tables)
+            self._tables[key] = _table(discs, name)
+            entry["csv"] = f"table:{key}"
+        if shape is not None:
+            entry["obj"] = self._shape(name, shape)
+        self._keys.setdefault("captors", []).append(entry)
+
+    def check(self) -> Check:
+        """What is in the scene, and as ``.warnings`` what looks wrong in it; the text of ``phylux check``."""
+        text, found = self._load(quiet=True).check()
+        return Check(text, found)
+
+    def run(
+        self,
+        photons: float | None = None,
+        seed: int | None = None,
+        *,
+        estimator: str | None = None,
+        tolerance: float | None = None,
+        max_time: float | None = None,
+        k: int | None = None,
+        map_photons: float | None = None,
+        splitting: int | None = None,
+        by_light: bool = False,
+        threads: int | None = None,
+        progress: bool | Callable[[int, int | None], object] = False,
+        **options: Any,
+    ) -> Result:
+        """Runs the scene. The same scene, options and seed give the same numbers, and the bytes of ``phylux run``.
+
+        Ctrl-C ends it with KeyboardInterrupt; other threads of Python go on meanwhile.
+
+        Args:
+            photons: how many to trace, or paths over all captors; with a tolerance at most so many.
+            seed: of the random numbers.
+            estimator: ``"photons"``, ``"paths"`` or ``"auto"``.
+            tolerance: go on until every captor's relative standard error is at most this, in (0, 1).
+            max_time: end soon after so many seconds.
+            k: photons of a k-nearest estimate; 0 makes none and takes less time and memory.
+            map_photons: the most arrivals to store for these estimates.
+            splitting: flights that a photon is split into for virtual captors.
+            by_light: also say what each light brings, for `Result.mix`.
+            threads: 0 takes all processors; the results do not depend on it.
+            progress: True shows a bar of tqdm; a function is called as ``progress(done, of)``, ``of`` being None
+                where it is not known.
+            options: any other option of ``phylux run``, ``--such-a-one=1`` as ``such_a_one=1``.
+
+        What is left out has the value that the scene's ``settings`` say, or that of the command.
+        """
+        given = {
+            "photons": photons,
+            "seed": seed,
+            "estimator": estimator,
+            "tolerance": tolerance,
+            "max_time": max_time,
+            "k": k,
+            "map_photons": map_photons,
+            "splitting": splitting,
+            "by_light": by_light,
+            "threads": threads,
+            **options,
+        }
+        for name in options:
+            if name in _OUTPUTS:
+                raise wrong(name, "names a file to write", f"call {_OUTPUTS[name]} of the result")
+            if name in ("shard", "stats"):
+                raise wrong(name, "is for the command alone", "save the scene, and run it with `phylux run`")
+        loaded = self._load()
+        with _progress(progress) as tell:
+            found = loaded.run(_options(given), tell)
+        result = Result(found, loaded)
+        _warn(result.warnings)
+        return result
+
+    def render(self, *, numbers: bool = False, **options: Any) -> Any:
+        """A picture of the scene.
+
+        Args:
+            numbers: in place of colours, the light on surfaces: (height, width, bands), W/m2/sr with
+                ``show="radiance"`` and W/m2 with the others (or in umol/s); nothing seen is 0.
+            options: those of ``phylux render``, such as ``show="irradiance"``, ``width=400``, ``position=[x, y, z]``,
+                ``band="red"``, ``log=True``, ``range=(0, 100)``, ``results=result``.
+
+        Returns:
+            (height, width, 3), red, green and blue in 0 to 255, for ``matplotlib.pyplot.imshow``.
+        """
+        results = options.pop("results", None)
+        if isinstance(results, Result):
+            import tempfile
+
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder, "results.json")
+                results.save(path)
+                return self.render(numbers=numbers, results=path, **options)
+        given = {**options, "results": results}
+        for name, separator in (("position", ","), ("look_at", ","), ("up", ","), ("range", ":")):
+            if given.get(name) is not None and not isinstance(given[name], str):
+                given[name] = separator.join(repr(float(number)) for number in given[name])
+        width, pixels, found = self._load().render(_options(given))
+        if not numbers:
+            return pixels.reshape(-1, width, 3)
+        if found is None:
+            raise wrong("numbers", "a picture of captors or photons has none", "leave it out, or change `show`")
+        width, bands, values = found
+        return values.reshape(-1, width, bands)
+
+    def view(
+        self,
+        path: str | os.PathLike[str] = "view.html",
+        *,
+        result: Result | None = None,
+        trace: bool = True,
+        threads: int | None = None,
+        inline: bool = False,
+        width: int | str = "100%",
+        height: int = 600,
+    ) -> Any:
+        """Writes a page that shows the scene and its light in a browser; in a notebook it is shown below the cell.
+
+        Args:
+            path: the page; it needs no network.
+            result: of a run of this scene, for the captors; without it the scene is run first.
+            trace: False traces nothing: surfaces that are no captors have no values.
+            threads: 0 takes all processors.
+            inline: put the page itself into the notebook (megabytes), not a link to the file.
+            width, height: of the frame in a notebook, pixels or ``"100%"``.
+
+        Returns:
+            a frame of IPython where it is installed, otherwise the path.
+        """
+        return _view(self._load(), Path(path), result, trace, threads, inline, width, height)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the scene file, with an OBJ file for each mesh and a CSV file for each table beside it.
+
+        ``phylux run`` of it gives the bytes that `run` gives. Files that the scene names stay where they are.
+        """
+        self._load(quiet=True)
+        target = Path(path)
+        folder = target.parent
+        stem = target.stem
+        names: dict[str, str] = {}
+        taken: set[str] = set()
+        for kind, ending, content in (("mesh", "obj", self._meshes), ("table", "csv", self._tables)):
+            for key in content:
+                names[f"{kind}:{key}"] = _file_name(f"{stem}-{key}", ending, taken)
+        moved = _moved(self._keys, names, self._path.parent, folder)
+        text = json.dumps(moved, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+        for key, mesh in self._meshes.items():
+            _native.write_obj(folder / names[f"mesh:{key}"], mesh.parts(key))
+        for key, table in self._tables.items():
+            (folder / names[f"table:{key}"]).write_bytes(table)
+        target.write_text(text, encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Scene:
+        """Reads a scene file. Errors: it is none, as ``phylux check`` says it."""
+        place = Path(path)
+        scene = cls.__new__(cls)
+        scene._keys = _read(place)
+        scene._meshes, scene._tables, scene._path = {}, {}, place
+        scene._load(quiet=True)
+        return scene
+
+    def copy(self) -> Scene:
+        """The same scene once more, to be changed without changing this one. Meshes are shared."""
+        scene = type(self).__new__(type(self))
+        scene._keys = json.loads(json.dumps(self._keys))
+        scene._meshes, scene._tables, scene._path = dict(self._meshes), dict(self._tables), self._path
+        return scene
+
+    def _shape(self, name: str, shape: Any, group: str | None = None) -> str:
+        if isinstance(shape, (str, os.PathLike)):
+            return os.fspath(shape)
+        key = _free(name, self._meshes)
+        self._meshes[key] = geometry.mesh(shape, name, group)
+        return f"mesh:{key}"
+
+    def _load(self, quiet: bool = False) -> _native.Loaded:
+        try:
+            text = json.dumps(self._keys, allow_nan=False, default=_plain)
+        except ValueError as error:
+            raise wrong(str(self._path), f"a number that JSON cannot hold ({error})") from None
+        meshes = [mesh.parts(key) for key, mesh in self._meshes.items()]
+        loaded = _native.load(text, self._path, meshes, self._tables)
+        if not quiet:
+            _warn(loaded.warnings)
+        return loaded
+
+
+class Check(str):
+    """The text of ``phylux check``, with ``.warnings``: a list of sentences."""
+
+    warnings: list[str]
+
+    def __new__(cls, text: str, warnings: list[str]) -> Check:
+        check = super().__new__(cls, text + "".join(f"warning: {warning}\n" for warning in warnings))
+        check.warnings = warnings
+        return check
+
+
+def _bands(bands: Any) -> list[Any]:
+    if isinstance(bands, Mapping):
+        return [
+            {"name": name, **({} if ends is None else {"from_nm": float(ends[0]), "to_nm": float(ends[1])})}
+            for name, ends in bands.items()
+        ]
+    return [{"name": band} if isinstance(band, str) else _plain(band) for band in bands]
+
+
+def _plain(value: Any) -> Any:
+    """The same as lists, dictionaries, numbers and texts that JSON has."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    return value
+
+
+def _table(discs: Any, name: str) -> bytes:
+    """Discs as the bytes of a CSV file."""
+    columns = ["x", "y", "z", "radius", "nx", "ny", "nz"]
+    ids: list[str] | None = None
+    if hasattr(discs, "columns"):
+        lacking = [column for column in columns if column not in discs.columns]
+        if lacking:
+            raise wrong(name, f"discs without the column {lacking[0]}", f"they need {', '.join(columns)}")
+        if "id" in discs.columns:
+            ids = [str(id) for id in discs["id"]]
+        discs = discs[columns]
+    try:
+        rows = np.asarray(discs, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise wrong(name, f"discs that are no numbers ({error})") from None
+    if rows.ndim != 2 or rows.shape[1] != 7:
+        raise wrong(name, f"discs of shape {rows.shape}", "they must be (n, 7): x, y, z, radius, nx, ny, nz")
+    lines = [",".join(map(repr, row)) for row in rows.tolist()]
+    if ids is not None:
+        quoted = ['"' + id.replace('"', '""') + '"' for id in ids]
+        lines = [f"{id},{line}" for id, line in zip(quoted, lines)]
+        columns = ["id", *columns]
+    return "\n".join([",".join(columns), *lines, ""]).encode()
+
+
+def _free(name: str, taken: Mapping[str, Any]) -> str:
+    """The name, or with a number behind it where it is taken."""
+    key, n = name, 1
+    while key in taken:
+        n += 1
+        key = f"{name}~{n}"
+    return key
+
+
+def _file_name(name: str, ending: str, taken: set[str]) -> str:
+    safe = "".join(c if c.isalnum() or c in "-_.#~" else "_" for c in name)[:200]
+    file, n = f"{safe}.{ending}", 1
+    while file.lower() in taken:
+        n += 1
+        file = f"{safe}~{n}.{ending}"
+    taken.add(file.lower())
+    return file
+
+
+def _moved(value: Any, names: Mapping[str, str], before: Path, after: Path, key: str = "") -> Any:
+    """The same keys, for a file in another folder."""
+    if isinstance(value, dict):
+        return {own: _moved(entry, names, before, after, own) for own, entry in value.items()}
+    if isinstance(value, list):
+        return [_moved(entry, names, before, after) for entry in value]
+    if isinstance(value, str) and key in _PATHS:
+        if value in names:
+            return names[value]
+        file = before / value
+        if not os.path.isabs(value) and file.exists():
+            return Path(os.path.relpath(file, after)).as_posix()
+    return value
+
+
+def _read(path: Path) -> dict[str, Any]:
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        keys = dict(pairs)
+        if len(keys) < len(pairs):
+            names = [name for name, _ in pairs]
+            twice = next(name for name in names if names.count(name) > 1)
+            raise wrong(str(path), f"the key `{twice}` stands twice in one object", "leave one of them out")
+        return keys
+
+    try:
+        keys = json.loads(path.read_bytes(), object_pairs_hook=once)
+    except OSError as error:
+        raise wrong(str(path), error.strerror or "cannot be read", "name a scene file (JSON)") from None
+    except (ValueError, RecursionError) as error:
+        if hasattr(error, "place"):
+            raise
+        raise wrong(str(path), f"is no JSON: {error}", "name a scene file (JSON)") from None
+    if not isinstance(keys, dict):
+        raise wrong(str(path), "is no scene: it holds no object", "name a scene file (JSON)")
+    return keys
+
+
+def _options(given: Mapping[str, Any]) -> list[str]:
+    """Options as the command line has them."""
+    options = []
+    for name, value in given.items():
+        option = "--" + name.replace("_", "-")
+        if value is True:
+            options.append(option)
+        elif value is not None and value is not False:
+            if isinstance(value, (float, np.floating)):
+                value = int(value) if float(value).is_integer() else repr(float(value))
+            options.append(f"{option}={value}")
+    return options
+
+
+def _warn(sentences: list[str]) -> None:
+    for sentence in sentences:
+        warnings.warn(sentence, SceneWarning, stacklevel=3)
+
+
+class _progress:
+    """A function that is told how far a run is, and what closes it."""
+
+    def __init__(self, wanted: bool | Callable[[int, int | None], object]) -> None:
+        self._wanted = wanted
+        self._bar: Any = None
+
+    def __enter__(self) -> Callable[[int, int | None], object] | None:
+        if callable(self._wanted):
+            return self._wanted
+        if not self._wanted:
+            return None
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            from .errors import missing
+
+            raise missing("tqdm", "progress=True") from None
+        self._bar = tqdm(unit=" photons", unit_scale=True)
+        return self._tell
+
+    def _tell(self, done: int, of: int | None) -> None:
+        if of is not None:
+            self._bar.total = of
+        self._bar.update(done - self._bar.n)
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _view(
+    loaded: _native.Loaded,
+    path: Path,
+    result: Result | None,
+    trace: bool,
+    threads: int | None,
+    inline: bool,
+    width: int | str,
+    height: int,
+) -> Any:
+    loaded.view(path, None if result is None else result._found, trace, threads)
+    try:
+        from IPython.display import HTML, IFrame
+    except ImportError:
+        return path
+    if inline:
+        import html
+
+        page = html.escape(path.read_text(encoding="utf-8"))
+        return HTML(f'<iframe srcdoc="{page}" width="{width}" height="{height}" style="border:0"></iframe>')
+    return IFrame(str(path), width, height)

@@ -1,0 +1,23 @@
+//! Errors of the library as exceptions of Python, defined in `phylux/errors.py`.
+
+use phylux::{Error, ErrorKind};
+use pyo3::{exceptions::PyKeyboardInterrupt, prelude::*};
+
+/// The exception that an error becomes: its sentence, and its place as `.place`.
+pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
+    let name = match error.kind() {
+        ErrorKind::Input => "InputError",
+        ErrorKind::Run => "RunError",
+        ErrorKind::Interrupted => return PyKeyboardInterrupt::new_err(error.to_string()),
+    };
+    let made = || -> PyResult<PyErr> {
+        let class = py.import("phylux.errors")?.getattr(name)?;
+        Ok(PyErr::from_value(class.call1((error.to_string(), error.place()))?))
+    };
+    made().unwrap_or_else(|failed| failed)
+}
+
+/// A result of the library as one of Python.
+pub fn raised<T>(py: Python<'_>, result: phylux::Result<T>) -> PyResult<T> {
+    result.map_err(|error| exception(py, &error))
+}

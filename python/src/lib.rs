@@ -1,0 +1,29 @@
+//! The native part of the Python package `phylux`: scenes from the JSON of a scene file with meshes in memory, runs
+//! that Ctrl-C ends, and results as flat arrays. All that is comfortable stands in Python, in `phylux/`.
+
+#![deny(unsafe_code)]
+
+mod errors;
+mod result;
+mod scene;
+mod watched;
+
+use std::ffi::OsString;
+
+use pyo3::prelude::*;
+
+/// Runs the command line, and returns its exit code. For a process of its own.
+#[pyfunction]
+fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| phylux::cli::main_from(arguments))
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::load, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::write_obj, module)?)?;
+    module.add_class::<scene::Loaded>()?;
+    module.add_class::<result::Found>()
+}

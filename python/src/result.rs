@@ -1,0 +1,335 @@
+//! What a run found: flat arrays for numpy, and files.
+
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+};
+
+use numpy::PyArray1;
+use phylux::{
+    Absorbed, ByLight, CaptorResult, FaceResult, FilesRead, GroupResult, OutputFile, OutputFolder,
+    RunResult,
+    cli::embedded::{self, Words},
+};
+use pyo3::{
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
+
+use crate::errors::raised;
+
+/// What a run found.
+#[pyclass(frozen, module = "phylux._native")]
+pub struct Found {
+    result: RunResult,
+    /// All but the captors and groups, as JSON.
+    head: String,
+    /// Files that the scene was read from, which no output may replace.
+    files: Vec<PathBuf>,
+}
+
+impl Found {
+    /// Of a scene that was read from these files.
+    pub fn new(mut result: RunResult, files: Vec<PathBuf>) -> Self {
+        let captors = std::mem::take(&mut result.captors);
+        let groups = std::mem::take(&mut result.groups);
+        // plain data with texts as keys always has a JSON form
+        let head = serde_json::to_string(&result).unwrap_or_default();
+        Self { result: RunResult { captors, groups, ..result }, head, files }
+    }
+
+    /// The results file.
+    pub fn json_bytes(&self) -> PyResult<Vec<u8>> {
+        let mut bytes = Vec::new();
+        phylux::write_json(&self.result, &mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// A captor or group: its faces, and what it absorbed with the error.
+struct Row<'a> {
+    area: f64,
+    faces: [Option<&'a FaceResult>; 2],
+    absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
+}
+
+impl<'a> Row<'a> {
+    fn of_captor(captor: &'a CaptorResult) -> Self {
+        Self {
+            area: captor.area,
+            faces: [Some(&captor.front), captor.back.as_ref()],
+            absorbed: captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref()),
+        }
+    }
+
+    fn of_group(group: &'a GroupResult) -> Self {
+        Self {
+            area: group.area,
+            faces: [Some(&group.front), group.back.as_ref()],
+            absorbed: group.absorbed.as_deref().zip(group.absorbed_se.as_deref()),
+        }
+    }
+
+    /// The same of one light alone.
+    fn of_light(self, by_light: Option<&'a ByLight<Absorbed>>, light: usize) -> Self {
+        let of_face = |face: &'a FaceResult| Some(face.by_light.as_ref()?.get_index(light)?.1);
+        let absorbed = by_light.and_then(|lights| lights.get_index(light));
+        Self {
+            faces: self.faces.map(|face| face.and_then(of_face)),
+            absorbed: absorbed.map(|(_, a)| (&a.absorbed[..], &a.absorbed_se[..])),
+            ..self
+        }
+    }
+}
+
+/// Numbers for an array, with NaN where nothing is known.
+struct Numbers {
+    values: Vec<f64>,
+    width: usize,
+}
+
+impl Numbers {
+    fn new(rows: usize, width: usize) -> Self {
+        Self { values: vec![f64::NAN; rows * width], width }
+    }
+
+    fn put(&mut self, row: usize, values: &[f64]) {
+        let into = &mut self.values[row * self.width..][..self.width];
+        into.iter_mut().zip(values).for_each(|(into, value)| *into = *value);
+    }
+
+    fn put_known(&mut self, row: usize, values: &[Option<f64>]) {
+        let into = &mut self.values[row * self.width..][..self.width];
+        into.iter_mut().zip(values).for_each(|(into, value)| *into = value.unwrap_or(f64::NAN));
+    }
+}
+
+/// A dictionary of flat arrays.
+struct Arrays<'py>(Bound<'py, PyDict>);
+
+impl<'py> Arrays<'py> {
+    fn new(py: Python<'py>) -> Self {
+        Self(PyDict::new(py))
+    }
+
+    fn add(&self, name: &str, numbers: Numbers) -> PyResult<()> {
+        self.0.set_item(name, PyArray1::from_vec(self.0.py(), numbers.values))
+    }
+
+    fn add_counts(&self, name: &str, counts: Vec<i64>) -> PyResult<()> {
+        self.0.set_item(name, PyArray1::from_vec(self.0.py(), counts))
+    }
+}
+
+#[pymethods]
+impl Found {
+    /// Reads a results file.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let result = raised(py, py.detach(|| phylux::read_json(&path)))?;
+        Ok(Self::new(result, Vec::new()))
+    }
+
+    /// From the bytes of a results file.
+    #[staticmethod]
+    fn from_json(py: Python<'_>, json: &[u8]) -> PyResult<Self> {
+        Ok(Self::new(raised(py, phylux::parse_json(json))?, Vec::new()))
+    }
+
+    /// The bytes of the results file.
+    fn to_json<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &self.json_bytes()?))
+    }
+
+    /// Writes the results file.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.write_with(py, path, |result, writer| phylux::write_json(result, writer))
+    }
+
+    /// Writes the tidy table.
+    fn write_csv(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.write_with(py, path, |result, writer| phylux::write_csv(result, writer))
+    }
+
+    /// Writes one file for each captor into a folder.
+    fn write_per_captor(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let written = py.detach(|| {
+            OutputFolder::create(&folder)?.write(&FilesRead::new(&self.files), &self.result)
+        });
+        raised(py, written)
+    }
+
+    /// All but captors and groups, as JSON.
+    #[getter]
+    fn head(&self) -> &str {
+        &self.head
+    }
+
+    /// The summary that ends `phylux run`, and its warnings.
+    fn summary(&self) -> (String, Vec<String>) {
+        let Words { text, warnings } = embedded::summarise(&self.result);
+        (text, warnings)
+    }
+
+    /// What the run would have found with factors on the powers of its lights.
+    fn mix(&self, py: Python<'_>, factors: Vec<(String, f64)>) -> PyResult<Self> {
+        let mixed = py.detach(|| embedded::mixed(&self.result, factors));
+        Ok(Self::new(raised(py, mixed)?, self.files.clone()))
+    }
+
+    /// Ids of the captors, or of the groups.
+    fn ids(&self, groups: bool) -> Vec<&str> {
+        match groups {
+            true => self.result.groups.iter().map(|group| group.id.as_str()).collect(),
+            false => self.result.captors.iter().map(|captor| captor.id.as_str()).collect(),
+        }
+    }
+
+    /// What captors or groups received, of all light or of one light: arrays of entry, then face (front, back), then
+    /// band; NaN where there is nothing.
+    #[pyo3(signature = (groups, light=None))]
+    fn arrays<'py>(
+        &self,
+        py: Python<'py>,
+        groups: bool,
+        light: Option<usize>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let rows: Box<dyn Iterator<Item = Row<'_>>> = match groups {
+            true => Box::new(self.result.groups.iter().map(move |group| {
+                let row = Row::of_group(group);
+                match light {
+                    Some(light) => row.of_light(group.by_light.as_ref(), light),
+                    None => row,
+                }
+            })),
+            false => Box::new(self.result.captors.iter().map(move |captor| {
+                let row = Row::of_captor(captor);
+                match light {
+                    Some(light) => row.of_light(captor.by_light.as_ref(), light),
+                    None => row,
+                }
+            })),
+        };
+        let count = if groups { self.result.groups.len() } else { self.result.captors.len() };
+        let bands = self.result.bands.len();
+        let faces = || Numbers::new(2 * count, bands);
+        let (mut flux, mut flux_se, mut irradiance, mut irradiance_se) =
+            (faces(), faces(), faces(), faces());
+        let (mut min, mut max) = (faces(), faces());
+        let mut absorbed = Numbers::new(count, bands);
+        let mut absorbed_se = Numbers::new(count, bands);
+        let mut area = Numbers::new(count, 1);
+        let (mut photons, mut histories) = (vec![0; 2 * count], vec![0; 2 * count]);
+        let (mut has_back, mut ranges) = (vec![0; count], false);
+        for (i, row) in rows.enumerate() {
+            area.put(i, &[row.area]);
+            has_back[i] = i64::from(row.faces[1].is_some());
+            for (f, face) in row.faces.into_iter().enumerate() {
+                let Some(face) = face else { continue };
+                let at = 2 * i + f;
+                flux.put(at, &face.flux);
+                flux_se.put_known(at, &face.flux_se);
+                irradiance.put(at, &face.irradiance);
+                irradiance_se.put_known(at, &face.irradiance_se);
+                photons[at] = face.photons.cast_signed();
+                histories[at] = face.histories.unwrap_or(0).cast_signed();
+                if let (Some(least), Some(most)) = (&face.min, &face.max) {
+                    ranges = true;
+                    min.put(at, least);
+                    max.put(at, most);
+                }
+            }
+            if let Some((power, error)) = row.absorbed {
+                absorbed.put(i, power);
+                absorbed_se.put_known(i, error);
+            }
+        }
+        let arrays = Arrays::new(py);
+        arrays.add("flux", flux)?;
+        arrays.add("flux_se", flux_se)?;
+        arrays.add("irradiance", irradiance)?;
+        arrays.add("irradiance_se", irradiance_se)?;
+        arrays.add("absorbed", absorbed)?;
+        arrays.add("absorbed_se", absorbed_se)?;
+        arrays.add("area", area)?;
+        arrays.add_counts("photons", photons)?;
+        arrays.add_counts("has_back", has_back)?;
+        if !groups {
+            arrays.add_counts("histories", histories)?;
+        }
+        if ranges {
+            arrays.add("irradiance_min", min)?;
+            arrays.add("irradiance_max", max)?;
+        }
+        Ok(arrays.0)
+    }
+
+    /// Where the captors are: `center` and `normal`, of captor and coordinate, and `surface`: 1 for surfaces, 0 for
+    /// virtual captors.
+    fn places<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let captors = &self.result.captors;
+        let mut center = Numbers::new(captors.len(), 3);
+        let mut normal = Numbers::new(captors.len(), 3);
+        for (i, captor) in captors.iter().enumerate() {
+            center.put(i, &captor.center);
+            normal.put(i, &captor.normal);
+        }
+        let surface = captors.iter().map(|captor| i64::from(captor.kind == "surface")).collect();
+        let arrays = Arrays::new(py);
+        arrays.add("center", center)?;
+        arrays.add("normal", normal)?;
+        arrays.add_counts("surface", surface)?;
+        Ok(arrays.0)
+    }
+
+    /// The k-nearest estimates, of captor, face and band; empty where there is none.
+    fn nearest<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let captors = &self.result.captors;
+        let arrays = Arrays::new(py);
+        if !captors.iter().any(|captor| captor.faces().any(|f| matches!(f.knn, Some(Some(_))))) {
+            return Ok(arrays.0);
+        }
+        let faces = || Numbers::new(2 * captors.len(), self.result.bands.len());
+        let (mut irradiance, mut irradiance_se, mut radiance, mut radiance_se) =
+            (faces(), faces(), faces(), faces());
+        let mut k = vec![0; 2 * captors.len()];
+        let mut radius = Numbers::new(2 * captors.len(), 1);
+        let mut coverage = Numbers::new(2 * captors.len(), 1);
+        for (i, captor) in captors.iter().enumerate() {
+            for (f, face) in captor.faces().enumerate() {
+                let Some(Some(nearest)) = &face.knn else { continue };
+                let at = 2 * i + f;
+                irradiance.put(at, &nearest.irradiance);
+                irradiance_se.put_known(at, &nearest.irradiance_se);
+                nearest.radiance.iter().for_each(|values| radiance.put(at, values));
+                nearest.radiance_se.iter().for_each(|values| radiance_se.put_known(at, values));
+                k[at] = nearest.k as i64;
+                radius.put(at, &[nearest.radius]);
+                coverage.put(at, &[nearest.coverage]);
+            }
+        }
+        arrays.add("knn_irradiance", irradiance)?;
+        arrays.add("knn_irradiance_se", irradiance_se)?;
+        arrays.add("knn_radiance", radiance)?;
+        arrays.add("knn_radiance_se", radiance_se)?;
+        arrays.add("radius", radius)?;
+        arrays.add("coverage", coverage)?;
+        arrays.add_counts("k", k)?;
+        Ok(arrays.0)
+    }
+}
+
+impl Found {
+    fn write_with(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        write: impl Fn(&RunResult, &mut dyn Write) -> io::Result<()> + Send + Sync,
+    ) -> PyResult<()> {
+        let written = py.detach(|| {
+            let file = OutputFile::create(&path)?;
+            file.write(&FilesRead::new(&self.files), |writer| write(&self.result, writer))
+        });
+        raised(py, written)
+    }
+}

@@ -1,0 +1,182 @@
+"""Results: arrays, tables, labelled arrays, files."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import phylux as px
+from conftest import chamber
+
+
+def test_arrays_say_what_the_file_says(result, tmp_path):
+    result.save(tmp_path / "r.json")
+    file = json.loads((tmp_path / "r.json").read_text())
+    assert result.ids == [captor["id"] for captor in file["captors"]]
+    assert result.bands == ["blue", "red", "PAR"]
+    for c, captor in enumerate(file["captors"]):
+        for f, face in enumerate(px.Result.faces):
+            values = captor.get(face)
+            if values is None:
+                assert np.isnan(result.flux[c, f]).all()
+                continue
+            assert result.flux[c, f].tolist() == values["flux"]
+            assert result.irradiance[c, f].tolist() == values["irradiance"]
+            known = [np.nan if error is None else error for error in values["flux_se"]]
+            np.testing.assert_array_equal(result.flux_se[c, f], known)
+            assert result.values.photons[c, f] == values["photons"]
+        np.testing.assert_array_equal(result.absorbed[c], captor.get("absorbed", [np.nan] * 3))
+        assert (result.area[c], result.center[c].tolist()) == (captor["area"], captor["center"])
+    assert {**result.head, "captors": file["captors"], "groups": file["groups"]} == file
+
+
+def test_arrays_are_views_and_do_not_change(result):
+    assert result.flux is result.flux
+    assert result.irradiance.base is not None and not result.irradiance.flags.owndata
+    with pytest.raises(ValueError, match="read-only"):
+        result.flux[0] = 1
+
+
+def test_the_frame_is_the_table_of_the_command(tmp_path):
+    pd = pytest.importorskip("pandas")
+    found = chamber().run(photons=20_000, k=50)
+    found.save_csv(tmp_path / "r.csv")
+    table = pd.read_csv(tmp_path / "r.csv", dtype={"captor": str, "band": str})
+    frame = found.frame
+    assert list(frame.columns) == ["captor", "face", "band", "quantity", "value", "standard_error"]
+    assert len(frame) == len(table) > 100
+    for column in ("captor", "face", "band", "quantity"):
+        assert frame[column].astype(object).where(frame[column].notna(), None).tolist() == table[column].astype(object).where(table[column].notna(), None).tolist()
+    np.testing.assert_array_equal(frame.value, table.value)
+    np.testing.assert_array_equal(frame.standard_error, table.standard_error)
+    assert set(frame.quantity) == {"flux", "irradiance", "knn_irradiance", "knn_radiance", "absorbed"}
+
+
+def test_groups(result):
+    pytest.importorskip("pandas")
+    groups = result.groups
+    assert list(groups.columns) == ["group", "face", "band", "quantity", "value", "standard_error"]
+    assert set(groups.group) == {"plant", "grid"}
+    row = groups[(groups.group == "plant") & (groups.quantity == "absorbed") & (groups.band == "red")]
+    assert row.value.item() == pytest.approx(np.nansum(result.absorbed[:, 1]), rel=1e-9)
+    assert (groups.quantity == "irradiance_min").any()
+
+
+def test_triangles(result):
+    leaf = result.triangles("plant/leaf0")
+    assert leaf.ids == ["plant/leaf0/0", "plant/leaf0/1"]
+    assert leaf.absorbed.shape == (2, 3) and leaf.irradiance.shape == (2, 2, 3)
+    assert (leaf.absorbed > 0).all()
+    with pytest.raises(px.InputError, match="plant/leaf1"):
+        result.triangles("plant")
+    with pytest.raises(px.InputError, match="plant/leaf0"):
+        result.triangles("leaf")
+
+
+def test_a_triangle_without_area_has_no_numbers():
+    scene = px.Scene("gap")
+    scene.material("grey", type="lambert", reflectance=0.5)
+    corners = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0]] * 3, [[1, 1, 0], [0, 1, 0], [1, 0, 0]]]
+    scene.add("floor", corners, material="grey", captor="triangle")
+    scene.light("lamp", type="point", position=[0.3, 0.3, 1], power=1)
+    with pytest.warns(px.SceneWarning, match="has no area"):
+        found = scene.run(photons=1000, k=0)
+    floor = found.triangles("floor")
+    assert floor.ids == ["floor/floor/0", "", "floor/floor/2"]
+    assert np.isnan(floor.absorbed[:, 0]).tolist() == [False, True, False]
+
+
+def test_xarray(result):
+    pytest.importorskip("xarray")
+    data = result.xarray()
+    assert data.irradiance.dims == ("captor", "face", "band", "light")
+    assert data.light.values.tolist() == ["lamp", "spot"]
+    whole = result.xarray(by_light=False)
+    assert whole.irradiance.dims == ("captor", "face", "band")
+    np.testing.assert_allclose(data.flux.sum("light", skipna=False), whole.flux, rtol=1e-9)
+    np.testing.assert_allclose(data.absorbed.sum("light", skipna=False), whole.absorbed, rtol=1e-9)
+    assert whole.irradiance.sel(face="front", band="red", captor="grid/0").item() == result.irradiance[result.ids.index("grid/0"), 0, 1]
+    assert whole.flux.attrs["units"] == "umol/s" and whole.irradiance_se.attrs["units"] == "umol/m2/s"
+    assert (whole.attrs["seed"], whole.attrs["photons"]) == (1, 20_000)
+    assert whole.from_nm.values.tolist()[:2] == [400, 600]
+    assert {"area", "x", "y", "z", "nx", "ny", "nz", "to_nm"} <= set(whole.coords)
+    with pytest.raises(px.InputError, match="not split by light"):
+        chamber().run(photons=1000, k=0).xarray(by_light=True)
+
+
+def test_netcdf(result, tmp_path):
+    xr = pytest.importorskip("xarray")
+    pytest.importorskip("netCDF4")
+    data = result.xarray()
+    data.to_netcdf(tmp_path / "r.nc")
+    with xr.open_dataset(tmp_path / "r.nc") as again:
+        xr.testing.assert_identical(again.load(), data)
+
+
+def test_mix_is_linear(result):
+    half = result.mix({"lamp": 0.5, "sp*": 0})
+    np.testing.assert_allclose(half.flux, 0.5 * result.light("lamp").flux, rtol=1e-12, equal_nan=True)
+    assert half.head["mixed"] == {"lamp": 0.5, "spot": 0}
+    assert half.mix({}).lights == result.lights
+    with pytest.raises(px.InputError, match="did you mean `lamp`"):
+        result.mix({"lapm": 0.5})
+    with pytest.raises(px.InputError, match="not split by light"):
+        chamber().run(photons=1000, k=0).mix({"lamp": 0.5})
+
+
+def test_results_travel_and_are_saved(result, tmp_path):
+    result.save(tmp_path / "r.json")
+    for other in (px.load(tmp_path / "r.json"), pickle.loads(pickle.dumps(result))):
+        assert isinstance(other, px.Result)
+        np.testing.assert_array_equal(other.flux, result.flux)
+        assert other.to_json() == (tmp_path / "r.json").read_bytes()
+    result.save_per_captor(tmp_path / "captors")
+    assert len(list((tmp_path / "captors").iterdir())) == len(result.ids)
+    with pytest.raises(px.InputError):
+        result.save(tmp_path / "none" / "r.json")
+
+
+def test_parquet(result, tmp_path):
+    pd = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    result.to_parquet(tmp_path / "r.parquet")
+    again = pd.read_parquet(tmp_path / "r.parquet")
+    np.testing.assert_array_equal(again.value, result.frame.value)
+    assert again.captor.tolist() == result.frame.captor.tolist()
+
+
+def test_nearest_estimates():
+    found = chamber().run(photons=20_000, k=20)
+    assert found.nearest["knn_irradiance"].shape == (8, 2, 3)
+    assert (found.nearest["k"][:, 0] == 20).all()
+    assert chamber().run(photons=1000, k=0).nearest == {}
+
+
+def test_words(result):
+    assert str(result).startswith("chamber: 20000 photons in 128 batches, seed 1")
+    assert repr(result) == "<Result of 'chamber': 20000 photons, 8 captors>"
+    energy = result.energy
+    np.testing.assert_allclose(energy["emitted"], np.add(np.add(energy["absorbed"], energy["escaped"]), energy["lost"]), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        ("map", {"captors": "grid", "band": "red"}),
+        ("rank", {"captors": "plant", "quantity": "absorbed"}),
+        ("spectrum", {"captors": ["grid/0", "grid/1"]}),
+        ("bars", {"captors": "grid", "face": "back"}),
+    ],
+)
+def test_plots_return_axes(result, kind, options):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    ax = result.plot(kind, **options)
+    assert isinstance(ax, matplotlib.axes.Axes)
+    assert "umol" in ax.get_xlabel() + ax.get_ylabel() + "".join(a.get_ylabel() for a in ax.figure.axes)
+    assert result.plot(kind, ax=ax, **options) is ax
+    with pytest.raises(px.InputError):
+        result.plot(kind, captors="none", ax=ax)
+    with pytest.raises(px.InputError, match="no plot"):
+        result.plot("pie")

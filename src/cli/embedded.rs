@@ -1,0 +1,127 @@
+//! What the commands know, for programs that embed phylux, such as the Python package: options mean there what they
+//! mean on the command line, and texts are the same.
+
+use std::{error::Error as _, sync::atomic::AtomicBool};
+
+use clap::{
+    Parser,
+    error::{ContextKind, ContextValue},
+};
+
+use super::{check, mix, render, run, summary::summary};
+use crate::{
+    error::{Error, Result},
+    formats::scene_file::LoadedScene,
+    results::result::RunResult,
+    show::{picture::Picture, render::Pixels},
+    transport::settings::Settings,
+};
+
+/// A text for a person, and what to be warned of.
+pub struct Words {
+    /// As the command prints it.
+    pub text: String,
+    /// One sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// A picture, and the numbers that it shows.
+pub struct Rendering {
+    /// As the command writes it.
+    pub picture: Picture,
+    /// The light on surfaces; none in pictures of captors or photons.
+    pub pixels: Option<Pixels>,
+}
+
+#[derive(Parser)]
+struct RunOptions {
+    #[command(flatten)]
+    arguments: run::Arguments,
+}
+
+#[derive(Parser)]
+struct RenderOptions {
+    #[command(flatten)]
+    arguments: render::Arguments,
+}
+
+/// The settings of a run with the options of `phylux run`, such as `["--photons=1e7", "--by-light"]`, in place of
+/// those of the scene. Errors: an option that there is not, or a value that it cannot have; the place is the option's
+/// name.
+pub fn run_settings(options: &[String], of_scene: &Settings) -> Result<Settings> {
+    let parsed: RunOptions = parse(&["phylux", "scene"], options)?;
+    Ok(parsed.arguments.settings(of_scene.clone()))
+}
+
+/// What `phylux check` says of a scene.
+pub fn describe(loaded: &LoadedScene) -> Result<Words> {
+    let summary = crate::studies::check::check(loaded)?;
+    Ok(Words { text: check::describe(loaded, &summary), warnings: summary.warnings })
+}
+
+/// The summary that ends `phylux run`.
+pub fn summarise(result: &RunResult) -> Words {
+    let found = summary(result, "");
+    Words { text: found.text, warnings: found.warnings }
+}
+
+/// What the run would have found with these factors on the powers of its lights; `row*` stands for all whose names
+/// begin so. Errors: those of [`RunResult::mix`].
+pub fn mixed(result: &RunResult, factors: Vec<(String, f64)>) -> Result<RunResult> {
+    result.mix(&mix::factors(factors, result)?)
+}
+
+/// A picture with the options of `phylux render`, such as `["--show=irradiance", "--width=400"]`; `stop` ends it.
+/// Errors: those of [`run_settings`] and of the command.
+pub fn picture(loaded: &LoadedScene, options: &[String], stop: &AtomicBool) -> Result<Rendering> {
+    let parsed: RenderOptions = parse(&["phylux", "scene", "--output=picture.png"], options)?;
+    render::check(&parsed.arguments)?;
+    let render::Made { picture, pixels, .. } = render::make(&parsed.arguments, loaded, stop)?;
+    Ok(Rendering { picture, pixels })
+}
+
+fn parse<T: Parser>(before: &[&str], options: &[String]) -> Result<T> {
+    let all = before.iter().copied().chain(options.iter().map(String::as_str));
+    T::try_parse_from(all).map_err(|error| {
+        let place = match error.get(ContextKind::InvalidArg) {
+            Some(ContextValue::String(option)) => {
+                let name = option.trim_start_matches('-').split([' ', '=']).next();
+                name.unwrap_or_default().replace('-', "_")
+            }
+            _ => "options".into(),
+        };
+        let text = error.to_string();
+        let line = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        match error.source() {
+            Some(why) => Error::input(place, why),
+            None => Error::input(place, line),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(options: &[&str]) -> Result<Settings> {
+        let options: Vec<String> = options.iter().map(|option| option.to_string()).collect();
+        run_settings(&options, &Settings { seed: 7, ..Settings::default() })
+    }
+
+    #[test]
+    fn options_mean_what_they_mean_on_the_command_line() {
+        let found = settings(&["--photons=1e3", "--by-light"]).unwrap();
+        assert_eq!((found.photons, found.seed, found.by_light), (Some(1000), 7, true));
+        assert_eq!(found.tolerance_limit, Some(1000));
+    }
+
+    #[test]
+    fn errors_name_the_option() {
+        let error = settings(&["--max-time=0"]).unwrap_err();
+        assert_eq!(error.to_string(), "max_time: 0 s, must be above 0 and below 1e19 s");
+        let error = settings(&["--fotons=1"]).unwrap_err();
+        assert!(error.to_string().starts_with("fotons: unexpected argument"), "{error}");
+        let error = settings(&["--estimator=none"]).unwrap_err();
+        assert!(error.to_string().starts_with("estimator: invalid value 'none'"), "{error}");
+    }
+}
