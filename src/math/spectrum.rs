@@ -79,6 +79,12 @@ impl<const N: usize> Spectrum<N> {
         self.0.iter().copied().fold(0.0, f32::max)
     }
 
+    /// The largest value among the bands in which `other` is above 0; 0 where none is.
+    #[inline]
+    pub fn largest_within(&self, other: &Self) -> f32 {
+        self.zip(*other, |value, other| if other > 0.0 { value } else { 0.0 }).largest()
+    }
+
     /// Each band times `factor`.
     #[inline]
     pub fn scaled(self, factor: f32) -> Self {

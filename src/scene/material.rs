@@ -16,7 +16,12 @@ use glam::Vec3;
 
 use crate::{
     error::{Problem, check_length, check_range},
-    math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum},
+    math::{
+        geometry::Frame,
+        rng::Stream,
+        sampling::{cosine_hemisphere, cosine_hemisphere_density},
+        spectrum::Spectrum,
+    },
 };
 
 /// Rounding that a sum of fractions in single precision may exceed 1 by.
@@ -44,23 +49,10 @@ fn check_sum(names: &str, sum: f64) -> Checked {
 /// Which way a path is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transport {
-    /// Photons, from the lights: they end by chance, and what goes on carries all.
+    /// Photons, from the lights: they carry power.
     Light,
-    /// Paths from a captor: what they carry is importance (Veach 1997, ch. 5). They go on wherever something
-    /// does, with what is left; when to end them is for whoever follows them.
+    /// Paths from a captor: they carry importance (Veach 1997, ch. 5).
     Importance,
-}
-
-impl Transport {
-    /// What a path that goes on is multiplied with where the largest fractions of its ways sum to
-    /// `total`.
-    #[inline]
-    fn weight(self, total: f32) -> f32 {
-        match self {
-            Self::Light => total.max(1.0),
-            Self::Importance => total.max(f32::MIN_POSITIVE),
-        }
-    }
 }
 
 /// A path meeting a surface.
@@ -93,13 +85,14 @@ impl Interaction {
     }
 }
 
-/// How a path goes on.
+/// How a path goes on. Nothing ends here by chance: absorption is a weight below 1.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample<const N: usize> {
     /// The new direction, unit vector.
     pub direction: Vec3,
-    /// What each band's power is multiplied with.
-    pub factor: Spectrum<N>,
+    /// What each band is multiplied with: f |cos| over the density of the choice. At most 1, but where bands have
+    /// their largest fractions in different lobes, or a Phong lobe's cosine is above its mean.
+    pub weight: Spectrum<N>,
     /// Whether the path goes on at the other side of the surface.
     pub crosses: bool,
     /// What its direction has to do with the old one.
@@ -110,13 +103,13 @@ pub struct BsdfSample<const N: usize> {
 
 impl<const N: usize> BsdfSample<N> {
     #[inline]
-    fn new(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { direction, factor, crosses, lobe: LobeKind::Diffuse, total_reflection: false }
+    fn new(direction: Vec3, weight: Spectrum<N>, crosses: bool) -> Self {
+        Self { direction, weight, crosses, lobe: LobeKind::Diffuse, total_reflection: false }
     }
 
     #[inline]
-    fn specular(direction: Vec3, factor: Spectrum<N>, crosses: bool) -> Self {
-        Self { lobe: LobeKind::Specular, ..Self::new(direction, factor, crosses) }
+    fn specular(direction: Vec3, weight: Spectrum<N>, crosses: bool) -> Self {
+        Self { lobe: LobeKind::Specular, ..Self::new(direction, weight, crosses) }
     }
 }
 
@@ -182,31 +175,25 @@ impl Lobe {
     }
 }
 
-/// The lobe that a path takes, by the largest band fraction of each; `None` ends the path. What
-/// a lobe's relative bands are then multiplied with is `weight`: for a photon 1 unless the fractions
-/// sum to more than 1.
+/// The lobe that a path takes, each with a chance in proportion to the largest of its fractions. What the lobe's
+/// relative bands are then multiplied with is `weight`, the sum of these.
 struct Choice {
     lobe: usize,
     weight: f32,
 }
 
+/// Chooses a lobe by the largest band fraction of each; none where all is absorbed. One alone needs no number.
 #[inline]
-fn choose<const K: usize>(
-    fractions: [f32; K],
-    transport: Transport,
-    rng: &mut Stream,
-) -> Option<Choice> {
-    let weight = transport.weight(fractions.iter().sum());
-    let certain = K == 1 && transport == Transport::Importance;
-    let u = if certain { 0.0 } else { rng.uniform() };
-    let mut rest = u * weight;
-    for (lobe, fraction) in fractions.into_iter().enumerate() {
-        if rest < fraction {
-            return Some(Choice { lobe, weight });
-        }
-        rest -= fraction;
+fn choose<const K: usize>(fractions: [f32; K], rng: &mut Stream) -> Option<Choice> {
+    let last = fractions.iter().rposition(|&fraction| fraction > 0.0)?;
+    let weight: f32 = fractions.iter().sum();
+    let mut rest = if K == 1 { 0.0 } else { rng.uniform() * weight };
+    let mut lobe = 0;
+    while lobe < last && rest >= fractions[lobe] {
+        rest -= fractions[lobe];
+        lobe += 1;
     }
-    None
+    Some(Choice { lobe, weight })
 }
 
 /// The diffuse direction about `normal`.
@@ -257,7 +244,7 @@ impl Material {
         lobes.into_iter().for_each(|lobe| lobe.relative.resize(lanes, 0.0));
     }
 
-    /// Follows a path one interaction further; `None` where it ends. Inlined
+    /// Follows a path one interaction further; none where nothing goes on. Inlined
     /// for the walls, which are met most; the longer ones are called.
     #[inline(always)]
     pub fn sample<const N: usize>(
@@ -267,12 +254,12 @@ impl Material {
         rng: &mut Stream,
     ) -> Option<BsdfSample<N>> {
         match self {
-            Self::Lambert(m) => m.sample(interaction, transport, rng),
+            Self::Lambert(m) => m.sample(interaction, rng),
             Self::Dielectric(m) => m.sample(interaction, transport, rng),
-            Self::Pane(m) => m.sample(interaction, transport, rng),
+            Self::Pane(m) => m.sample(interaction, rng),
             Self::Leaf(m) => m.sample(interaction, transport, rng),
-            Self::Phong(m) => m.sample(interaction, transport, rng),
-            Self::Mirror(m) => m.sample(interaction, transport, rng),
+            Self::Phong(m) => m.sample(interaction, rng),
+            Self::Mirror(m) => m.sample(interaction),
         }
     }
 
@@ -293,15 +280,15 @@ impl Material {
     }
 
     /// The ways in which light goes on mirrored, refracted or straight: together with
-    /// [`evaluate`](Self::evaluate) all that is scattered. Each has as factor what it carries per band.
+    /// [`evaluate`](Self::evaluate) all that is scattered. Each has as weight what it carries per band.
     pub fn smooth_ways<const N: usize>(
         &self,
         interaction: &Interaction,
         transport: Transport,
     ) -> [Option<BsdfSample<N>>; 2] {
-        let mirrored = |factor: Spectrum<N>| {
-            let way = BsdfSample::specular(interaction.mirrored(), factor, false);
-            [(!factor.is_zero()).then_some(way), None]
+        let mirrored = |fraction: Spectrum<N>| {
+            let way = BsdfSample::specular(interaction.mirrored(), fraction, false);
+            [(!fraction.is_zero()).then_some(way), None]
         };
         match self {
             Self::Lambert(_) => [None, None],
@@ -316,11 +303,11 @@ impl Material {
     /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
     /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
     #[inline]
-    pub fn density(&self, interaction: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+    pub fn pdf(&self, interaction: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         match self {
-            Self::Lambert(m) => m.density(interaction, transport, outgoing),
-            Self::Leaf(m) => m.density(interaction, transport, outgoing),
-            Self::Phong(m) => m.density(interaction, transport, outgoing),
+            Self::Lambert(m) => m.pdf(interaction, outgoing),
+            Self::Leaf(m) => m.pdf(interaction, transport, outgoing),
+            Self::Phong(m) => m.pdf(interaction, outgoing),
             Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => 0.0,
         }
     }
@@ -405,15 +392,9 @@ impl Lambert {
     }
 
     #[inline]
-    fn sample<const N: usize>(
-        &self,
-        at: &Interaction,
-        transport: Transport,
-        rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
-        let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
-        let factor = self.lobe.relative().scaled(weight);
-        Some(BsdfSample::new(diffuse(at.normal, rng), factor, false))
+    fn sample<const N: usize>(&self, at: &Interaction, rng: &mut Stream) -> Option<BsdfSample<N>> {
+        let reflected = || BsdfSample::new(diffuse(at.normal, rng), self.lobe.fraction(), false);
+        (self.lobe.largest > 0.0).then(reflected)
     }
 
     #[inline]
@@ -423,10 +404,9 @@ impl Lambert {
     }
 
     #[inline]
-    fn density(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
-        use crate::math::sampling::cosine_hemisphere_density;
-        let largest = self.lobe.largest;
-        largest / transport.weight(largest) * cosine_hemisphere_density(outgoing.dot(at.normal))
+    fn pdf(&self, at: &Interaction, outgoing: Vec3) -> f32 {
+        let reflects = self.lobe.largest > 0.0;
+        if reflects { cosine_hemisphere_density(outgoing.dot(at.normal)) } else { 0.0 }
     }
 }
 
@@ -443,13 +423,8 @@ impl Mirror {
     }
 
     #[inline]
-    fn sample<const N: usize>(
-        &self,
-        at: &Interaction,
-        transport: Transport,
-        rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
-        let Choice { weight, .. } = choose([self.lobe.largest], transport, rng)?;
-        Some(BsdfSample::specular(at.mirrored(), self.lobe.relative().scaled(weight), false))
+    fn sample<const N: usize>(&self, at: &Interaction) -> Option<BsdfSample<N>> {
+        let mirrored = || BsdfSample::specular(at.mirrored(), self.lobe.fraction(), false);
+        (self.lobe.largest > 0.0).then(mirrored)
     }
 }

@@ -25,7 +25,7 @@ use crate::{
         material::{Interaction, LobeKind, Material, Transport},
         world::{LightHit, Scene, SurfaceHit},
     },
-    transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS},
+    transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
 };
 use choice::LightChoice;
 pub use face::{Face, PathScore};
@@ -36,8 +36,7 @@ pub use reflectors::Reflectors;
 pub use unseen::Unseen;
 use vertex::Vertex;
 
-/// Where surfaces have left less of a path than this, it goes on by chance (Russian roulette; Arvo
-/// and Kirk, SIGGRAPH 1990), with this much.
+/// Where surfaces have left less of a path than this, it goes on by Russian roulette, with this much.
 const LEAST: f32 = 1.0 / 3.0;
 
 /// How a path goes on from a point.
@@ -206,7 +205,7 @@ impl Path<'_, '_> {
                 one_sided: matches!(material, Material::Lambert(_)).then_some(interaction.normal),
             };
             let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
-            let along = |d| free * material.density(&interaction, Transport::Importance, d);
+            let along = |d| free * material.pdf(&interaction, Transport::Importance, d);
             let scattered = |towards: Vec3| {
                 let arriving = Interaction::new(-towards, surface.normal);
                 let f: Spectrum<N> = material.evaluate(&arriving, -interaction.direction);
@@ -236,18 +235,15 @@ impl Path<'_, '_> {
                         material.sample::<N>(&interaction, Transport::Importance, self.rng);
                     let Some(scatter) = scatter else { return radiance };
                     let before = throughput.largest();
-                    throughput = throughput * scatter.factor;
+                    throughput = throughput * scatter.weight;
                     // what a solid takes from radiance on entry it gives back on exit
                     if !(scatter.crosses && scatter.lobe == LobeKind::Specular) {
                         kept *= throughput.largest() / before;
                     }
                     if kept < LEAST {
-                        let survival = kept / LEAST;
-                        if self.rng.uniform() >= survival {
-                            return radiance;
-                        }
-                        throughput = throughput.scaled(1.0 / survival);
-                        kept = LEAST;
+                        let onward = roulette(throughput, kept / LEAST, self.rng);
+                        let Some(onward) = onward else { return radiance };
+                        (throughput, kept) = (onward, LEAST);
                     }
                     throughput = throughput.scaled(1.0 / free);
                     total_reflections =

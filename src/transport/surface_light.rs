@@ -62,12 +62,12 @@ impl<'a> SurfaceLight<'a> {
     pub fn absorbed(&self, triangle: usize, point: Vec3) -> Vec<f64> {
         with_lanes!(self.scene.lanes(), N => {
             self.sum::<N>(triangle, point, [true, false], |material, at, photon| {
-                // without a closed form: what the photon would leave behind once
+                // without a closed form: what scattering once leaves behind, in the mean
                 material.absorptance(at).unwrap_or_else(|| {
                     let mut rng = Streams::new(0, Purpose::Surfaces, 0).history(photon as u64);
                     let scatter = material.sample::<N>(at, Transport::Light, &mut rng);
                     let kept = |scattered: f32| 1.0 - scattered;
-                    scatter.map_or(Spectrum::ONE, |s| Spectrum(s.factor.0.map(kept)))
+                    scatter.map_or(Spectrum::ONE, |s| Spectrum(s.weight.0.map(kept)))
                 })
             })
         })

@@ -1,12 +1,15 @@
 //! The hot loop: follow one photon from its light to its end.
 
+#[cfg(test)]
+mod tests;
+
 use glam::Vec3;
 
 use crate::{
     math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
     scene::{
         captor::{Captor, Channel},
-        material::{BsdfSample, Interaction, LobeKind, Transport},
+        material::{BsdfSample, Interaction, LobeKind, Material, Transport},
         world::{Crossing, Scene, Surface, SurfaceHit},
     },
 };
@@ -111,31 +114,56 @@ pub fn trace<const N: usize>(
         };
         let surface = scene.surface(hit.triangle);
         let interaction = &Interaction::new(direction, surface.normal);
-        let scatter = scene.material(surface).sample::<N>(interaction, Transport::Light, rng);
-        let scattered = &scatter.map_or(Spectrum::ZERO, |scatter| power * scatter.factor);
-        let lobe = scatter.map(|scatter| scatter.lobe);
+        let onward = scatter(scene.material(surface), interaction, &power, rng);
+        let scattered = &onward.map_or(Spectrum::ZERO, |(_, power)| power);
+        let lobe = onward.map(|(sample, _)| sample.lobe);
         on(Event::Arrival { hit, surface, interaction, power: &power, scattered, lobe });
 
         if flights > 1 {
             split_at_surface(scene, hit, interaction, shared, flights, rng, &mut on);
         }
-        let Some(scatter) = scatter else { return };
-        if scattered.is_zero() {
-            return;
-        }
-        power = *scattered;
-        total_reflections = if scatter.total_reflection { total_reflections + 1 } else { 0 };
+        let Some((sample, scattered)) = onward else { return };
+        power = scattered;
+        total_reflections = if sample.total_reflection { total_reflections + 1 } else { 0 };
         if total_reflections == MAX_TOTAL_REFLECTIONS {
             break;
         }
-        ray = leave(scene, hit, interaction, &scatter);
+        ray = leave(scene, hit, interaction, &sample);
     }
     on(Event::Lost(&power));
 }
 
+/// How a photon goes on from a surface, and with what. The largest weight among the bands that it still carries is
+/// its chance to go on: a band without power keeps no photon alive, and none grows but by a weight above 1.
+#[inline(always)]
+fn scatter<const N: usize>(
+    material: &Material,
+    interaction: &Interaction,
+    power: &Spectrum<N>,
+    rng: &mut Stream,
+) -> Option<(BsdfSample<N>, Spectrum<N>)> {
+    let sample = material.sample::<N>(interaction, Transport::Light, rng)?;
+    let survival = sample.weight.largest_within(power);
+    Some((sample, roulette(*power * sample.weight, survival, rng)?))
+}
+
+/// Russian roulette (Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990): with the chance
+/// `survival`, which is certain from 1 on, a path goes on, and what it carries is divided by it; so the mean stays.
+#[inline]
+pub fn roulette<const N: usize>(
+    carried: Spectrum<N>,
+    survival: f32,
+    rng: &mut Stream,
+) -> Option<Spectrum<N>> {
+    if survival >= 1.0 {
+        return Some(carried);
+    }
+    (rng.uniform() < survival).then(|| Spectrum(carried.0.map(|value| value / survival)))
+}
+
 /// Splits a photon that leaves its light into so many flights, each as `emit` has it, and tells `on` which virtual
-/// captors it crosses in all but the one to follow (Arvo and Kirk, "Particle Transport and Image
-/// Synthesis", SIGGRAPH 1990). Each is as likely as that one: their mean is right on average, and
+/// captors it crosses in all but the one to follow (Arvo
+/// and Kirk 1990). Each is as likely as that one: their mean is right on average, and
 /// varies less.
 #[cold]
 #[inline(never)]
@@ -167,9 +195,9 @@ fn split_at_surface<const N: usize>(
 ) {
     let material = scene.material(scene.surface(hit.triangle));
     for _ in 1..flights {
-        if let Some(scatter) = material.sample::<N>(interaction, Transport::Light, rng) {
-            let ray = leave(scene, hit, interaction, &scatter);
-            glance(scene, &ray, &(*shared * scatter.factor), &mut on);
+        if let Some((sample, power)) = scatter(material, interaction, shared, rng) {
+            let ray = leave(scene, hit, interaction, &sample);
+            glance(scene, &ray, &power, &mut on);
         }
     }
 }
@@ -192,8 +220,8 @@ fn leave<const N: usize>(
     scene: &Scene,
     hit: &SurfaceHit,
     interaction: &Interaction,
-    scatter: &BsdfSample<N>,
+    sample: &BsdfSample<N>,
 ) -> Ray {
-    let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
-    scene.leave(hit.point, side, scatter.direction)
+    let side = if sample.crosses { -interaction.normal } else { interaction.normal };
+    scene.leave(hit.point, side, sample.direction)
 }

@@ -45,7 +45,7 @@ impl Dielectric {
     ) -> Option<BsdfSample<N>> {
         let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
-        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], transport, rng)?;
+        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng)?;
         Some(match choice.lobe {
             0 => Self::reflected(at, &fresnel, choice.weight),
             _ => {
@@ -170,7 +170,6 @@ impl Pane {
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Interaction,
-        transport: Transport,
         rng: &mut Stream,
     ) -> Option<BsdfSample<N>> {
         let faces = Fresnel::new(at.cos, self.ior);
@@ -180,7 +179,7 @@ impl Pane {
             (mirrored.0[band], passed.0[band]) = (shares.mirrored, shares.passed);
         }
         let largest = [mirrored.largest(), passed.largest()];
-        let choice = choose(largest, transport, rng)?;
+        let choice = choose(largest, rng)?;
         let relative = |share: Spectrum<N>| {
             Spectrum(share.0.map(|share| share / largest[choice.lobe] * choice.weight))
         };
@@ -191,8 +190,8 @@ impl Pane {
     }
 
     #[inline]
-    fn straight<const N: usize>(at: &Interaction, factor: Spectrum<N>) -> BsdfSample<N> {
-        BsdfSample { lobe: LobeKind::Straight, ..BsdfSample::new(at.direction, factor, true) }
+    fn straight<const N: usize>(at: &Interaction, fraction: Spectrum<N>) -> BsdfSample<N> {
+        BsdfSample { lobe: LobeKind::Straight, ..BsdfSample::new(at.direction, fraction, true) }
     }
 
     #[inline]

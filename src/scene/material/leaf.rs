@@ -118,7 +118,7 @@ impl Leaf {
         let reflected = &self.face(at.front).reflected;
         let transmitted = self.transmitted(at, transport);
         let fractions = [mirrored, entered * reflected.largest, entered * transmitted.largest];
-        let choice = choose(fractions, transport, rng)?;
+        let choice = choose(fractions, rng)?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match choice.lobe {
             0 => BsdfSample::specular(at.mirrored(), scale(Spectrum::ONE), false),
@@ -146,14 +146,14 @@ impl Leaf {
         lobe.fraction().scaled(through / (PI * self.diffuse_transmittance))
     }
 
-    pub(super) fn density(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+    pub(super) fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         let cos = outgoing.dot(at.normal);
         let mirrored = self.cuticle(at.cos);
         let reflected = self.face(at.front).reflected.largest;
         let transmitted = self.transmitted(at, transport).largest;
         let total = mirrored + (1.0 - mirrored) * (reflected + transmitted);
         let lobe = if cos > 0.0 { reflected } else { transmitted };
-        let chance = lobe * (1.0 - mirrored) / transport.weight(total);
+        let chance = lobe * (1.0 - mirrored) / total.max(f32::MIN_POSITIVE);
         let leaves = (1.0 - self.cuticle(cos.abs())) * cos.abs();
         chance * leaves / (PI * self.diffuse_transmittance)
     }

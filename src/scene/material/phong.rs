@@ -4,9 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{
-    BsdfSample, Checked, Interaction, Lobe, Transport, check_sum, choose, complement, diffuse,
-};
+use super::{BsdfSample, Checked, Interaction, Lobe, check_sum, choose, complement, diffuse};
 use crate::{
     error::check_range,
     math::{
@@ -100,10 +98,9 @@ impl Phong {
     pub(super) fn sample<const N: usize>(
         &self,
         at: &Interaction,
-        transport: Transport,
         rng: &mut Stream,
     ) -> Option<BsdfSample<N>> {
-        let choice = choose(self.fractions(), transport, rng)?;
+        let choice = choose(self.fractions(), rng)?;
         let scale = |s: Spectrum<N>| s.scaled(choice.weight);
         Some(match (choice.lobe, self.exponent) {
             (0, _) => {
@@ -143,9 +140,9 @@ impl Phong {
         cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
     }
 
-    pub(super) fn density(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+    pub(super) fn pdf(&self, at: &Interaction, outgoing: Vec3) -> f32 {
         let [reflected, specular, transmitted] = self.fractions();
-        let total = transport.weight(reflected + specular + transmitted);
+        let total = (reflected + specular + transmitted).max(f32::MIN_POSITIVE);
         let cos = outgoing.dot(at.normal);
         let density = if cos <= 0.0 {
             transmitted * cosine_hemisphere_density(-cos)

@@ -296,12 +296,12 @@ fn panes_sum_all_inner_reflections() {
                 let material = pane(ior, [tint; BANDS]);
                 let [mirrored, passed] = exact_pane(at.cos, f64::from(ior), f64::from(tint));
                 let [up, down] = material.smooth_ways::<BANDS>(&at, Transport::Light);
-                let factor = |way: Option<BsdfSample<BANDS>>| {
-                    way.map_or([0.0; BANDS], |way| wide(way.factor))
+                let share = |way: Option<BsdfSample<BANDS>>| {
+                    way.map_or([0.0; BANDS], |way| wide(way.weight))
                 };
                 let what = format!("ior {ior}, tint {tint}, {degrees} degrees");
-                assert_near(&what, factor(up), [mirrored; BANDS], 1e-6);
-                assert_near(&what, factor(down), [passed; BANDS], 1e-6);
+                assert_near(&what, share(up), [mirrored; BANDS], 1e-6);
+                assert_near(&what, share(down), [passed; BANDS], 1e-6);
                 let absorbed = wide(material.absorptance(&at).unwrap());
                 assert_near(&what, absorbed, [1.0 - mirrored - passed; BANDS], 1e-6);
             }
@@ -355,19 +355,16 @@ fn leaf_faces_belong_to_the_light() {
             let light_enters_front = from_front == (transport == Transport::Light);
             let through = if light_enters_front { 0 } else { 1 };
             let reflected = if from_front { 2 } else { 3 };
-            // an importance path goes on always, with what both lobes scatter
-            let factor = match transport {
-                Transport::Light => 1.0,
-                Transport::Importance => 0.5 + if from_front { 0.4 } else { 0.3 },
-            };
+            // a path goes on always, with what both lobes scatter
+            let weight = 0.5 + if light_enters_front { 0.3 } else { 0.4 };
             let mut seen = [0; 2];
             for _ in 0..1_000 {
                 let Some(scatter) = leaf.sample::<BANDS>(&at, transport, &mut rng) else {
                     continue;
                 };
                 let band = if scatter.crosses { through } else { reflected };
-                let expected = std::array::from_fn(|b| if b == band { factor } else { 0.0 });
-                assert_near("factor", wide(scatter.factor), expected, 1e-6);
+                let expected = std::array::from_fn(|b| if b == band { weight } else { 0.0 });
+                assert_near("weight", wide(scatter.weight), expected, 1e-6);
                 seen[usize::from(scatter.crosses)] += 1;
             }
             assert!(seen.iter().all(|&n| n > 100));
@@ -387,8 +384,8 @@ struct MirrorLobe {
 const NO_MIRROR: MirrorLobe = MirrorLobe { fraction: [0.0; BANDS], chance: 0.0 };
 
 /// With the seed given, 2e5 samples, each assertion with odds of 1e-6: chi-square of directions, the
-/// mirror lobe and the ended paths against `density`; per band, chi-square of the sums of factors
-/// in each bin against f cos, and the mean over everything against the albedo. No factor exceeds
+/// mirror lobe and what does not go on against the density; per band, chi-square of the sums of weights
+/// in each bin against f cos, and the mean over everything against the albedo. No weight exceeds
 /// `growth`.
 fn assert_sampler(
     what: &str,
@@ -413,13 +410,13 @@ fn assert_sampler(
             continue;
         };
         assert!(
-            scatter.factor.0.iter().all(|&f| (0.0..=growth).contains(&f)),
+            scatter.weight.0.iter().all(|&f| (0.0..=growth).contains(&f)),
             "{what}: {scatter:?}"
         );
         let is_mirror = mirror.chance > 0.0 && scatter.direction == mirrored;
         let bin = if is_mirror { bins.len() } else { bins.index(scatter.direction) };
         counts[bin] += 1;
-        for (b, x) in wide(scatter.factor).into_iter().enumerate() {
+        for (b, x) in wide(scatter.weight).into_iter().enumerate() {
             sums[bin][b] += x;
             squares[bin][b] += x * x;
             means[b].add(x);
@@ -428,7 +425,7 @@ fn assert_sampler(
 
     let integrals = bins.integrals(|o| {
         let [a, b, c, d] = f_cos(material, at, transport, o);
-        [material.density(at, transport, o).into(), a, b, c, d]
+        [material.pdf(at, transport, o).into(), a, b, c, d]
     });
     let mut chances: Vec<f64> = integrals.iter().map(|i| i[0]).collect();
     chances.push(mirror.chance);
@@ -465,7 +462,7 @@ fn assert_sampler(
 
 const ANGLES: [f64; 3] = [0.0, 35.0, 80.0];
 
-/// Where one lobe alone goes, factor x density = f cos in every band of every sample, to 1e-5 (1e-4 in
+/// Where one lobe alone goes, weight x density = f cos in every band of every sample, to 1e-5 (1e-4 in
 /// a Phong lobe, as steep as its exponent). Seed 10, 2e4 samples each.
 #[test]
 fn weight_times_density_is_f_cos() {
@@ -484,7 +481,7 @@ fn weight_times_density_is_f_cos() {
             let mut compared = 0;
             for _ in 0..20_000 {
                 let sample = material.sample::<BANDS>(&at, transport, &mut rng);
-                let Some(BsdfSample { direction, factor, crosses, .. }) = sample else { continue };
+                let Some(BsdfSample { direction, weight, crosses, .. }) = sample else { continue };
                 let is_mirror = matches!(material, Material::Leaf(_)) && direction == at.mirrored();
                 // a glossy surface's two lobes overlap above it
                 let overlaps =
@@ -492,10 +489,10 @@ fn weight_times_density_is_f_cos() {
                 if is_mirror || overlaps {
                     continue;
                 }
-                let density = f64::from(material.density(&at, transport, direction));
+                let density = f64::from(material.pdf(&at, transport, direction));
                 let due = f_cos(material, &at, transport, direction);
-                for (factor, due) in wide(factor).into_iter().zip(due) {
-                    let found = factor * density;
+                for (weight, due) in wide(weight).into_iter().zip(due) {
+                    let found = weight * density;
                     assert!((found - due).abs() <= tolerance * due, "{material:?}: {found}, {due}");
                 }
                 compared += 1;
@@ -535,7 +532,7 @@ fn leaf_samples_its_density() {
                 let [_, t] = if enters_front { front } else { back };
                 let largest = |a: [f32; BANDS]| f64::from(a.into_iter().fold(0.0, f32::max));
                 let inside = ((largest(r) - f0).max(0.0) + largest(t)) / (1.0 - f0);
-                let weight = weight(transport, fresnel + (1.0 - fresnel) * inside);
+                let weight = fresnel + (1.0 - fresnel) * inside;
                 let lobe = MirrorLobe { fraction: [fresnel; BANDS], chance: fresnel / weight };
                 let bins = SphereBins::even(NORMAL);
                 let what = format!("leaf of {ior}");
@@ -544,12 +541,6 @@ fn leaf_samples_its_density() {
             }
         }
     }
-}
-
-/// What goes on is multiplied with, where the largest fractions of its ways sum to `total`: importance
-/// ends nowhere.
-fn weight(transport: Transport, total: f64) -> f64 {
-    if transport == Transport::Light { total.max(1.0) } else { total }
 }
 
 /// 240 bins; to 396 that resolve a narrow lobe. The lobe's weight is at most (n+2) / (n+1).
@@ -604,8 +595,8 @@ fn phong_with_a_mirror_samples_its_density() {
 }
 
 /// Seed 5, 2e5 samples for each angle, face, direction of transport and index: shares of mirror,
-/// transmission and ended paths against Fresnel's in double precision, with odds of 1e-6 each.
-/// Factors per band are exact: the tint, and (n here / n there)^2 for a backward path's radiance.
+/// and transmission against Fresnel's in double precision, with odds of 1e-6 each.
+/// Weights per band are exact: the tint, and (n here / n there)^2 for a backward path's radiance.
 #[test]
 fn dielectrics_share_by_fresnel() {
     const SAMPLES: u64 = 200_000;
@@ -630,7 +621,7 @@ fn dielectrics_share_by_fresnel() {
                 });
                 let largest = [0, 1].map(|way| shares.iter().map(|s| s[way]).fold(0.0, f64::max));
                 let scale = if thin || transport == Transport::Light { 1.0 } else { eta.powi(-2) };
-                let weight = weight(transport, largest[0] + largest[1]);
+                let weight = largest[0] + largest[1];
                 let (mut mirrors, mut passes) = (0, 0);
                 for _ in 0..SAMPLES {
                     let Some(scatter) = material.sample::<BANDS>(&at, transport, &mut rng) else {
@@ -639,7 +630,7 @@ fn dielectrics_share_by_fresnel() {
                     let (way, scale) = if scatter.crosses { (1, scale) } else { (0, 1.0) };
                     *[&mut mirrors, &mut passes][way] += 1;
                     let expected = shares.map(|s| s[way] / largest[way] * weight * scale);
-                    assert_near("factor", wide(scatter.factor), expected, 2e-6 * scale.max(1.0));
+                    assert_near("weight", wide(scatter.weight), expected, 2e-6 * scale.max(1.0));
                     let total = !thin && interface == 1.0;
                     assert_eq!(scatter.total_reflection, total, "{ior} {degrees}");
                 }
@@ -653,23 +644,16 @@ fn dielectrics_share_by_fresnel() {
     }
 }
 
-/// Seed 6, 2e5 samples: share of a mirror, and its bands; importance goes on always.
+/// A mirror sends on its share of each band, always and one way.
 #[test]
 fn mirror_reflects_its_share() {
-    let mut rng = Stream::new(6, 0, 0);
     let material = mirror([0.5, 0.9, 0.0, 0.45]);
     let at = at_degrees(false, 65.0);
-    let mut count = 0;
-    for _ in 0..200_000 {
-        let sample = material.sample::<BANDS>(&at, Transport::Light, &mut rng);
-        let Some(scatter) = sample else { continue };
-        count += 1;
-        assert_near("mirror", wide(scatter.factor), [0.5 / 0.9, 1.0, 0.0, 0.5], 1e-6);
-        assert_eq!((scatter.direction, scatter.crosses), (at.mirrored(), false));
+    for transport in TRANSPORTS {
+        let sample = material.sample::<BANDS>(&at, transport, &mut Stream::new(6, 0, 0)).unwrap();
+        assert_near("mirror", wide(sample.weight), [0.5, 0.9, 0.0, 0.45], 1e-6);
+        assert_eq!((sample.direction, sample.crosses), (at.mirrored(), false));
     }
-    assert_shard("mirror", count, 200_000, 0.9);
-    let sample = material.sample::<BANDS>(&at, Transport::Importance, &mut rng);
-    assert_near("mirror", wide(sample.unwrap().factor), [0.5, 0.9, 0.0, 0.45], 1e-6);
 }
 
 /// Seed 7, 1e5 random interactions for each index: the mirror direction and Snell's law in double
@@ -729,7 +713,7 @@ fn random_encounter(rng: &mut Stream) -> Interaction {
     incident(front, cos, turn)
 }
 
-/// Seed 8, 1e6 samples at 2^14 interactions: unit directions, finite factors that are not negative, and directions
+/// Seed 8, 1e6 samples at 2^14 interactions: unit directions, finite weights that are not negative, and directions
 /// on the side that `crosses` says, to the rounding of a dot product.
 fn assert_sound(what: &str, material: &Material) {
     let mut rng = Stream::new(8, 0, 0);
@@ -740,13 +724,13 @@ fn assert_sound(what: &str, material: &Material) {
         let Some(scatter) = material.sample::<BANDS>(&at, transport, &mut rng) else { continue };
         let length = scatter.direction.as_dvec3().length();
         assert!((length - 1.0).abs() < 1e-5, "{what}: {at:?} {scatter:?}");
-        let sound = scatter.factor.0.iter().all(|f| f.is_finite() && *f >= 0.0);
+        let sound = scatter.weight.0.iter().all(|f| f.is_finite() && *f >= 0.0);
         assert!(sound, "{what}: {at:?} {scatter:?}");
         let up = scatter.direction.as_dvec3().dot(at.normal.as_dvec3());
         let up = if scatter.crosses { -up } else { up };
         assert!(up > -2e-7, "{what}: {at:?} {scatter:?} {up}");
         if i % 16 == 0 {
-            let density = material.density(&at, transport, scatter.direction);
+            let density = material.pdf(&at, transport, scatter.direction);
             let f = material.evaluate::<BANDS>(&at, scatter.direction);
             let sound = density.is_finite() && density >= 0.0;
             assert!(sound && f.0.iter().all(|f| f.is_finite() && *f >= 0.0), "{what}: {at:?}");
@@ -810,7 +794,7 @@ fn lossless_materials_end_no_path() {
             (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
         for at in interactions.iter().cycle().take(1_000_000) {
             let scatter = material.sample::<BANDS>(at, Transport::Light, &mut rng);
-            assert!(scatter.is_some_and(|s| s.factor == Spectrum::ONE), "{material:?} {at:?}");
+            assert!(scatter.is_some_and(|s| s.weight == Spectrum::ONE), "{material:?} {at:?}");
         }
     }
 }
@@ -842,15 +826,15 @@ fn smooth_ways_carry_what_is_sampled() {
                         way.is_some_and(|w| w.direction == s.direction && w.lobe == s.lobe)
                     };
                     let way = ways.iter().position(same).expect("one of the ways");
-                    means[way].iter_mut().zip(s.factor.0).for_each(|(m, f)| *m += f64::from(f));
+                    means[way].iter_mut().zip(s.weight.0).for_each(|(m, f)| *m += f64::from(f));
                 }
                 for (way, mean) in ways.iter().zip(means) {
-                    let factor = way.map_or([0.0; BANDS], |way| way.factor.0);
-                    for (mean, factor) in mean.into_iter().zip(factor) {
-                        let (mean, factor) = (mean / f64::from(SAMPLES), f64::from(factor));
-                        // a factor is at most the square of the index, a share at most 1
-                        let error = 2.25 * (factor.min(1.0) / f64::from(SAMPLES)).sqrt();
-                        assert!((mean - factor).abs() <= 5.0 * error, "{m}: {mean} {factor}");
+                    let weight = way.map_or([0.0; BANDS], |way| way.weight.0);
+                    for (mean, weight) in mean.into_iter().zip(weight) {
+                        let (mean, weight) = (mean / f64::from(SAMPLES), f64::from(weight));
+                        // a weight is at most the square of the index, a share at most 1
+                        let error = 2.25 * (weight.min(1.0) / f64::from(SAMPLES)).sqrt();
+                        assert!((mean - weight).abs() <= 5.0 * error, "{m}: {mean} {weight}");
                     }
                 }
             }

@@ -133,7 +133,7 @@ impl<const N: usize> Whitted<'_, N> {
             }
             let smooth = material.smooth_ways::<N>(&interaction, Transport::Importance);
             for scatter in smooth.into_iter().flatten() {
-                let throughput = throughput * scatter.factor;
+                let throughput = throughput * scatter.weight;
                 let chance = (throughput.largest() / SMALL).min(1.0);
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
@@ -183,7 +183,7 @@ impl<const N: usize> Whitted<'_, N> {
             let ray = scene.leave(hit.point, side, scatter.direction);
             let start = Way::new(ray, false);
             let there = self.follow(start, rng, lamp, sky, |place, _| load(&self.seen(place)));
-            sum = sum + scatter.factor * there;
+            sum = sum + scatter.weight * there;
         }
         let caustic = self.light.caustic_radiance(hit.triangle, hit.point, outgoing);
         load::<N>(&caustic) + sum.scaled(1.0 / directions as f32)

@@ -163,9 +163,9 @@ impl<'a> Face<'a> {
         let material = self.scene.material(surface);
         match material.absorptance(&interaction) {
             Some(absorptance) => flux * absorptance,
-            // no closed form: what one photon would leave behind
+            // no closed form: what scattering once leaves behind, in the mean
             None => match material.sample::<N>(&interaction, Transport::Light, rng) {
-                Some(scatter) => flux.zip(scatter.factor, |f, factor| f * (1.0 - factor)),
+                Some(scatter) => flux.zip(scatter.weight, |f, weight| f * (1.0 - weight)),
                 None => flux,
             },
         }

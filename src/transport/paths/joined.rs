@@ -51,7 +51,7 @@ impl<'a> Joined<'a> {
     /// [`weight`](Self::weight) leaves to directions that are sampled.
     pub fn radiance<const N: usize>(&self, rng: &mut Stream) -> Spectrum<N> {
         let material = self.scene.material(self.surface);
-        let along = |d| material.density(&self.interaction, Transport::Importance, d);
+        let along = |d| material.pdf(&self.interaction, Transport::Importance, d);
         let mut path = Path { scene: self.scene, reflectors: None, rng, rays: 0, cut_off: false };
         let Some((towards, irradiance)) = path.next_event::<N>(&self.at, along) else {
             return Spectrum::ZERO;
@@ -64,7 +64,7 @@ impl<'a> Joined<'a> {
     /// What the lights at infinity count that a sampled direction meets straight or through panes.
     pub fn sky<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
         let material = self.scene.material(self.surface);
-        let density = material.density(&self.interaction, Transport::Importance, toward);
+        let density = material.pdf(&self.interaction, Transport::Importance, toward);
         let mut radiance = Spectrum::ZERO;
         for (l, light) in self.scene.infinite_lights() {
             let other = next_event_density_of_sky(self.scene, &self.at, l, light, toward);
@@ -77,7 +77,7 @@ impl<'a> Joined<'a> {
     /// What a lamp counts that a sampled direction meets straight or through panes.
     pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
         let material = self.scene.material(self.surface);
-        let density = material.density(&self.interaction, Transport::Importance, ray.direction);
+        let density = material.pdf(&self.interaction, Transport::Importance, ray.direction);
         density / (density + next_event_density(self.scene, &self.at, ray, hit))
     }
 }
