@@ -12,6 +12,7 @@ mod coverage;
 mod daylight;
 mod exact;
 mod examples;
+mod grazing;
 mod in_memory;
 mod invariance;
 mod layers;

@@ -116,6 +116,28 @@ impl Triangle {
         point
     }
 
+    /// Whether a ray along `direction` that meets both triangles is to meet this one first, because they share an
+    /// edge and are folded back there, as the two faces at the outline of a mesh are: the other one lies behind the
+    /// plane of this one. The corners alone tell that; where near the edge the two are met, does not matter.
+    pub fn is_before_at_fold(&self, other: &Self, direction: Vec3) -> bool {
+        let corners = |t: &Self| [t.a, t.b, t.c].map(|corner| corner.as_dvec3());
+        let (mine, theirs) = (corners(self), corners(other));
+        let apex = |of: [DVec3; 3], not: [DVec3; 3]| {
+            let mut free = of.into_iter().filter(|corner| !not.contains(corner));
+            free.next().filter(|_| free.next().is_none())
+        };
+        let (Some(my_apex), Some(their_apex)) = (apex(mine, theirs), apex(theirs, mine)) else {
+            return false;
+        };
+        // above 0 on the side of the triangle's plane that the ray goes to
+        let behind = |[a, b, c]: [DVec3; 3], point: DVec3| {
+            let normal = (b - a).cross(c - a);
+            normal.dot(point - a) * normal.dot(direction.as_dvec3())
+        };
+        // if each lay behind the other, they would lie on either side of the edge
+        behind(mine, their_apex) > 0.0 && behind(theirs, my_apex) < 0.0
+    }
+
     /// The point of the triangle nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
     pub fn nearest_point(&self, p: Vec3) -> Vec3 {
         let (ab, ac, ap) = (self.b - self.a, self.c - self.a, p - self.a);

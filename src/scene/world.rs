@@ -35,6 +35,14 @@ pub use shapes::{KeptShapes, LOOKED_AT};
 pub use sight::LightHit;
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
+/// Share of a triangle's margins (some ray offsets) within which rounding, 2^-20 of the scene's radius, may change
+/// what is met first.
+const AT_EDGE: f32 = 1.0 / 16.0;
+
+/// Ray offsets by which the distances of two faces may err that a ray meets at their common edge; one that it grazes
+/// errs most.
+const BLUR: f32 = 128.0;
+
 /// One triangle of a surface: what the hot loop asks of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
@@ -224,7 +232,7 @@ impl Scene {
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
-        Some(self.surface_hit(&hit))
+        Some(self.surface_hit(ray, &hit))
     }
 
     /// The nearest surface that a ray meets, and every virtual captor that it crosses before, in any
@@ -237,7 +245,7 @@ impl Scene {
         } else {
             surface_bvh.meet(captor_bvh, ray, self.crossing(ray, visit))
         };
-        hit.map(|hit| self.surface_hit(&hit))
+        hit.map(|hit| self.surface_hit(ray, &hit))
     }
 
     /// Every virtual captor that a ray crosses before `t_max`, in any order.
@@ -258,10 +266,39 @@ impl Scene {
     }
 
     #[inline]
-    fn surface_hit(&self, hit: &Hit) -> SurfaceHit {
+    fn surface_hit(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
         let triangle = hit.triangle as usize;
-        let point = self.inside(triangle, hit.point, hit.u, hit.v);
-        SurfaceHit { t: hit.t, triangle, point }
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        if weights.cmplt(self.surfaces[triangle].margins).any() {
+            return self.hit_near_edge(ray, hit, weights);
+        }
+        SurfaceHit { t: hit.t, triangle, point: hit.point }
+    }
+
+    /// At the outline of a mesh the distances of the face that looks at the ray and of that which looks away differ by
+    /// less than they err by. There it is the one in front that is hit: else light that grazes a closed mesh would come
+    /// in.
+    #[cold]
+    fn hit_near_edge(&self, ray: &Ray, hit: &Hit, weights: Vec3) -> SurfaceHit {
+        let mut front = *hit;
+        let triangle = &self.triangles()[hit.triangle as usize];
+        if weights.cmplt(AT_EDGE * self.surfaces[hit.triangle as usize].margins).any() {
+            let t_max = hit.t + BLUR * self.ray_offset();
+            self.shapes.surface_bvh.occluded(ray, t_max, |other| {
+                let shape = &self.triangles()[other.triangle as usize];
+                let before = shape.is_before_at_fold(triangle, ray.direction);
+                if before {
+                    front = other;
+                }
+                before
+            });
+        }
+        let triangle = front.triangle as usize;
+        SurfaceHit {
+            t: front.t,
+            triangle,
+            point: self.inside(triangle, front.point, front.u, front.v),
+        }
     }
 
     /// Visits what a hit of a captor's triangle is.

@@ -3,7 +3,6 @@
 use std::sync::LazyLock;
 
 use super::layout::{Bvh, Gather, Hit};
-use super::triangle::Met;
 use super::walk::Probe;
 use crate::math::geometry::Ray;
 
@@ -115,7 +114,7 @@ impl<F: FnMut(Hit) -> bool> Query for Occluded<'_, F> {
     fn answer(self, gather: impl Gather) -> bool {
         let Self { bvh, ray, t_max, mut stops } = self;
         let mut found = false;
-        bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit, _| {
+        bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit| {
             found = found || (hit.t < t_max && stops(hit));
             if found { -1.0 } else { t_max }
         });
@@ -166,23 +165,18 @@ impl<F: FnMut(Hit)> Query for Meet<'_, F> {
 impl Bvh {
     #[inline(always)]
     fn closest_of(&self, probe: &Probe, t_max: f32, gather: impl Gather) -> Option<Hit> {
-        let mut nearest: Option<(Hit, Met)> = None;
-        let (blur, mut limit) = (probe.blur(), t_max);
-        self.walk(probe, t_max, gather, |hit, met| {
-            let nearer = match &nearest {
-                Some((n, other)) if hit.t >= n.t - blur => {
-                    let before = met.is_before(other, probe.direction());
-                    before.unwrap_or((hit.t, hit.triangle) < (n.t, n.triangle)) && hit.t < t_max
-                }
-                _ => hit.t < t_max,
+        let mut nearest: Option<Hit> = None;
+        self.walk(probe, t_max, gather, |hit| {
+            let nearer = match nearest {
+                None => hit.t < t_max,
+                Some(n) => hit.t < n.t || (hit.t == n.t && hit.triangle < n.triangle),
             };
             if nearer {
-                limit = t_max.min(hit.t + blur);
-                nearest = Some((hit, met));
+                nearest = Some(hit);
             }
-            limit
+            nearest.map_or(t_max, |nearest| nearest.t)
         });
-        nearest.map(|(hit, _)| hit)
+        nearest
     }
 
     #[inline(always)]
@@ -193,7 +187,7 @@ impl Bvh {
         gather: impl Gather,
         mut visit: impl FnMut(Hit),
     ) {
-        self.walk(probe, t_max, gather, |hit, _| {
+        self.walk(probe, t_max, gather, |hit| {
             if hit.t < t_max && hit.owned {
                 visit(hit);
             }

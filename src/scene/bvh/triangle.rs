@@ -23,43 +23,6 @@ fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
     Vec3::new(leaf[i].0[lane], leaf[3 + i].0[lane], leaf[6 + i].0[lane])
 }
 
-/// A triangle that a ray has met: its leaf and its place there.
-#[derive(Clone, Copy)]
-pub(super) struct Met<'a> {
-    pub leaf: &'a Leaf,
-    pub lane: usize,
-}
-
-impl Met<'_> {
-    fn corners(&self) -> [DVec3; 3] {
-        [0, 1, 2].map(|i| corner(self.leaf, self.lane, i).as_dvec3())
-    }
-
-    /// Whether a ray that goes along `direction` and meets both triangles is to meet this one before the
-    /// other, where they have an edge in common and are folded back there, as the faces on either side of a mesh's
-    /// outline are. Close to that edge the distances of the two differ by less than their rounding errors, and would
-    /// let a ray that grazes a closed mesh meet it from the inside; which of them lies behind the other does not
-    /// depend on where they are met. None where there is no such edge.
-    #[cold]
-    #[inline(never)]
-    pub fn is_before(&self, other: &Self, direction: Vec3) -> Option<bool> {
-        let (mine, theirs) = (self.corners(), other.corners());
-        let apex = |of: [DVec3; 3], not: [DVec3; 3]| {
-            let mut free = of.into_iter().filter(|corner| !not.contains(corner));
-            free.next().filter(|_| free.next().is_none())
-        };
-        let (my_apex, their_apex) = (apex(mine, theirs)?, apex(theirs, mine)?);
-        // above 0 where the point lies on the side of the triangle's plane that the ray goes to
-        let beyond = |[a, b, c]: [DVec3; 3], point: DVec3| {
-            let normal = (b - a).cross(c - a);
-            normal.dot(point - a) * normal.dot(direction.as_dvec3())
-        };
-        let (they, we) = (beyond(mine, their_apex), beyond(theirs, my_apex));
-        // both or none: they lie on either side of the edge, and the ray passes through it
-        (they * we < 0.0).then_some(they > 0.0)
-    }
-}
-
 /// The quantities of a ray that the watertight test of triangles needs.
 pub(super) struct Shear {
     /// The axes of the scene in the order x, y, z of the sheared space; z has the largest
@@ -71,7 +34,7 @@ pub(super) struct Shear {
     /// direction.
     slope: [f32; 3],
     origin: Vec3A,
-    pub direction: Vec3A,
+    direction: Vec3A,
 }
 
 /// A leaf's triangles as the ray sees them, a lane each.

@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
 
 use super::layout::{Bvh, Gather, Hit, Row};
-use super::triangle::{INDICES, Leaf, Met, Shear};
+use super::triangle::{INDICES, Leaf, Shear};
 use crate::math::geometry::Ray;
 
 /// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.
@@ -121,12 +121,12 @@ impl Bvh {
     /// Calls `visit` for hits with 0 < t <= limit, where the limit is `t_max` at first and then
     /// what `visit` returned last; a negative one ends the walk.
     #[inline(always)]
-    pub(super) fn walk<'a>(
-        &'a self,
-        Probe { slabs, shear, .. }: &Probe,
+    pub(super) fn walk(
+        &self,
+        Probe { slabs, shear }: &Probe,
         t_max: f32,
         gather: impl Gather,
-        mut visit: impl FnMut(Hit, Met<'a>) -> f32,
+        mut visit: impl FnMut(Hit) -> f32,
     ) {
         let mut limit = t_max;
         let mut stack = ArrayVec::<Waiting, STACK>::new();
@@ -152,7 +152,7 @@ impl Bvh {
                     let lane = mask.trailing_zeros() as usize % 8;
                     mask &= mask - 1;
                     if let Some(hit) = shear.meet(leaf, &sheared, lane, limit) {
-                        limit = visit(hit, Met { leaf, lane });
+                        limit = visit(hit);
                     }
                 }
             } else {
@@ -254,20 +254,6 @@ impl Probe {
         let shear = Shear::new(origin, direction, slabs.inverse);
         Self { slabs, shear }
     }
-
-    /// Distances less apart than this, m, do not tell which of two triangles with a common edge is in front: 2^-12
-    /// of the reach of scene and ray. Corners are sheared with errors of some 2^-22 of it, and where a ray grazes a
-    /// triangle its distance errs by many times as much.
-    #[inline(always)]
-    pub fn blur(&self) -> f32 {
-        256.0 * self.slabs.extent
-    }
-
-    /// The way of the ray.
-    #[inline(always)]
-    pub fn direction(&self) -> Vec3 {
-        self.shear.direction.into()
-    }
 }
 
 /// What the box test needs of a ray: the distance of the plane x = p is p `inverse.x` + `near.x` or
@@ -285,8 +271,6 @@ struct Slabs {
     far: Vec3A,
     /// Bit 0, 1, 2: whether the ray meets the upper planes across x, y, z first.
     downward: usize,
-    /// The largest r + o, times [`PAD`], m.
-    extent: f32,
 }
 
 /// Which of the children a ray enters before its limit, as a bit mask, and at what distance.
@@ -309,11 +293,10 @@ impl Slabs {
         let infinite = Vec3A::splat(LARGEST_INVERSE).copysign(direction);
         let inverse = Vec3A::select(zero, infinite, 1.0 / direction);
         let (extent, slowness) = ((reach + origin.abs()) * PAD, inverse.abs());
-        let largest = extent.max_element();
-        let pad = extent * slowness + largest * slowness.min_element();
+        let pad = extent * slowness + extent.max_element() * slowness.min_element();
         let shift = -origin * inverse;
         let downward = direction.is_negative_bitmask() as usize;
-        Self { inverse, near: shift - pad, far: shift + pad, downward, extent: largest }
+        Self { inverse, near: shift - pad, far: shift + pad, downward }
     }
 
     #[inline(always)]
