@@ -1,5 +1,6 @@
 //! The command line: one file per command.
 
+mod calibrate;
 mod chart;
 mod check;
 mod compare;
@@ -49,6 +50,8 @@ enum Command {
     },
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
+    /// Fit the powers of the lamps to what an instrument read
+    Calibrate(calibrate::Arguments),
     /// Make a picture of a scene: what a camera would see, or its light in false colour
     Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
@@ -94,6 +97,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Run(arguments) => return finish(run::run(&arguments)),
         Command::Check { scene } => check::run(&scene),
         Command::Chart(arguments) => chart::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Mix(arguments) => mix::run(&arguments),

@@ -129,7 +129,7 @@ pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 
-fn splitting(text: &str) -> Checked<usize> {
+pub(super) fn splitting(text: &str) -> Checked<usize> {
     Settings::check_splitting(count(text)?)
 }
 
@@ -137,7 +137,7 @@ pub(super) fn threads(text: &str) -> Checked<usize> {
     Settings::check_threads(count(text)?)
 }
 
-fn tolerance(text: &str) -> Checked<f64> {
+pub(super) fn tolerance(text: &str) -> Checked<f64> {
     Settings::check_tolerance(number(text)?)
 }
 

@@ -3,12 +3,15 @@
 //! [`photometry`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
 //! the disk; an error names the file and the place in it.
 
+pub mod calibration_file;
 pub mod captor_csv;
+pub mod csv_table;
 pub mod csv_text;
 pub mod environment_map;
 pub mod input;
 pub mod iso8601;
 pub mod json;
+pub mod measured_csv;
 pub mod obj;
 pub mod output;
 pub mod photometry;
