@@ -68,9 +68,9 @@ mod tests {
     fn the_inverse_times_the_matrix_is_one() {
         let matrix = vec![vec![4.0, 2.0, 0.6], vec![2.0, 5.0, 1.0], vec![0.6, 1.0, 3.0]];
         let inverse = inverse(&matrix).unwrap();
-        for i in 0..3 {
+        for (i, row) in matrix.iter().enumerate() {
             for j in 0..3 {
-                let product: f64 = (0..3).map(|k| matrix[i][k] * inverse[k][j]).sum();
+                let product: f64 = row.iter().zip(&inverse).map(|(a, b)| a * b[j]).sum();
                 assert!((product - f64::from(i == j)).abs() < 1e-14);
             }
         }

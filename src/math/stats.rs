@@ -119,7 +119,8 @@ pub fn student_half_width(freedom: f64, inside: f64) -> f64 {
     let integral = |end: f64| {
         const PANELS: usize = 2000;
         let step = end / PANELS as f64;
-        let weight = |i: usize| if i % PANELS == 0 { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+        let ends = |i: usize| i == 0 || i == PANELS;
+        let weight = |i: usize| if ends(i) { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
         let terms = (0..=PANELS).map(|i| weight(i) * (step * i as f64).cos().abs().powf(power));
         terms.sum::<f64>() * step / 3.0
     };
