@@ -74,8 +74,8 @@ fn known_factors_are_found_again() {
     assert_eq!(found.model.name(), "lamps");
     assert_eq!(found.covariance.len(), 6);
     for (lamp, factors) in LAMPS.iter().zip(FACTORS) {
-        for b in 0..2 {
-            assert!((found.factors[*lamp][b] - factors[b]).abs() < 1e-6, "{:?}", found.factors);
+        for (b, factor) in factors.into_iter().enumerate() {
+            assert!((found.factors[*lamp][b] - factor).abs() < 1e-6, "{:?}", found.factors);
             // exact readings: what is unsure comes from the simulation's errors alone
             assert!(found.factors_se[*lamp][b].expect("an error") < 0.2);
         }
@@ -129,15 +129,15 @@ fn noisy_readings_have_honest_intervals() {
     let traced = command(&scene, "run scene.json --by-light -o all.json");
     assert_eq!(traced.0, Some(0), "{}", traced.2);
     let all = phylux::read_json(&scene.path("all.json")).expect("results");
-    let sign = |i: usize| if (i * i / 3 + i / 5) % 2 == 0 { 0.03 } else { -0.03 };
+    let sign = |i: usize| if (i * i / 3 + i / 5).is_multiple_of(2) { 0.03 } else { -0.03 };
     std::fs::write(scene.path("m.csv"), readings(&all, sign)).expect("a file");
     let done = command(&scene, "calibrate scene.json m.csv --seed 2 --model lamps --prior none");
     assert_eq!(done.0, Some(0), "{}", done.2);
     let found = calibration(&scene.path(""));
     for (lamp, factors) in LAMPS.iter().zip(FACTORS) {
-        for b in 0..2 {
+        for (b, factor) in factors.into_iter().enumerate() {
             let error = found.factors_se[*lamp][b].expect("an error");
-            assert!(error > 0.005 && (found.factors[*lamp][b] - factors[b]).abs() < 4.0 * error);
+            assert!(error > 0.005 && (found.factors[*lamp][b] - factor).abs() < 4.0 * error);
         }
     }
     let inside = found.test_inside.expect("tests");
