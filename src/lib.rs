@@ -61,21 +61,18 @@ pub use math::rng::Stream;
 pub use math::spectrum::Spectrum;
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
-pub use results::calibration::{Calibration, Model, ModelErrors, ReadingResult, SlopeIntercept};
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{
-    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, Factor,
-    GroupResult, MapResult, NearestResult, RunResult, ToleranceResult, Warning, WorstResult,
+    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, GroupResult,
+    MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Warning, WorstResult,
 };
 pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;
 pub use scene::camera::{Camera, View};
 pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use scene::daylight;
-pub use scene::light::{
-    EmittedRadiance, Intensity, IntensityTable, Light, LightSample, LightShape, TubeHit,
-};
+pub use scene::light::{EmittedRadiance, Light, LightSample, LightShape, TubeHit};
 pub use scene::material::{
     BsdfSample, Dielectric, Interaction, Lambert, Leaf, LeafFace, LobeKind, Material, Mirror, Pane,
     Phong, PhongFractions, Transport,

@@ -29,7 +29,7 @@ fn load(scene: &TestScene) -> LoadedScene {
 
 fn study(scene: &TestScene, truth: Option<&Path>, seeds: u64) -> ConvergenceStudy {
     let loaded = load(scene);
-    let plan = ConvergencePlan { photons: 100_000, seeds, k: vec![400], threads: 0 };
+    let plan = ConvergencePlan { photons: 100_000, seed: 1, seeds, k: vec![400], threads: 0 };
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     let truth =
         truth.map(|path| Reference::read(path, &loaded.scene).unwrap_or_else(|e| panic!("{e}")));
@@ -212,7 +212,7 @@ fn a_study_of_the_dark_is_refused() {
     assert!(said.contains("knows the irradiance of no captor to 5 %"), "{said}");
     assert!(!scene.path("charts").exists());
 
-    let plan = ConvergencePlan { photons: 1000, seeds: 1, k: vec![], threads: 1 };
+    let plan = ConvergencePlan { photons: 1000, seed: 1, seeds: 1, k: vec![], threads: 1 };
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     let error = phylux::study(&load(&scene).scene, &plan, None, &control).expect_err("one seed");
     assert!(error.to_string().contains("1 seeds, must be at least 2"), "{error}");

@@ -9,7 +9,13 @@ use std::{
 
 use clap::Args;
 
-use super::{interrupt::Interrupt, outputs, run};
+use super::{
+    interrupt::{Interrupt, check_folder},
+    outputs,
+    progress::{show, terminal_bar},
+    run,
+    tracing::TracingArguments,
+};
 use crate::{
     error::{Error, Result},
     formats::{
@@ -34,23 +40,21 @@ pub(super) struct Arguments {
     /// standard_error. Without it a run of 16 times the largest budget stands in for the truth
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// The largest budget; six smaller ones down to a thousandth come with it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons)]
-    photons: Option<u64>,
-    /// Runs of each budget
+    // --photons is the largest budget: six smaller ones down to a thousandth come with it
+    #[command(flatten)]
+    tracing: TracingArguments,
+    /// Runs of each budget, with seeds one after the other
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..=1000))]
     seeds: u64,
     /// k of the k-nearest estimates
     #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
     k: Vec<usize>,
-    /// Threads; 0 takes all processors. Times are CPU seconds of all of them together
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = run::threads)]
-    threads: usize,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let folder = &arguments.output;
+    check_folder(folder)?;
     let new = !folder.is_dir();
     if new {
         fs::create_dir(folder).map_err(|e| {
@@ -89,16 +93,17 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
         .remedy("add a captor, or `\"captor\": true` to an object"));
     }
     let truth = arguments.truth.as_ref().map(|path| Reference::read(path, scene)).transpose()?;
-    let photons = arguments.photons.or(loaded.settings.photons);
+    let Settings { photons, seed, threads, .. } = arguments.tracing.settings(&loaded.settings);
     let plan = ConvergencePlan {
         photons: photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+        seed,
         seeds: arguments.seeds,
         k: arguments.k.iter().copied().filter(|k| *k > 0).collect(),
-        threads: arguments.threads,
+        threads,
     };
 
-    let bar = run::terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
-    let progress = |progress: Progress| run::show(&bar, progress);
+    let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
+    let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let found = interrupt.listening(|| study(scene, &plan, truth, &control));
     bar.finish_and_clear();

@@ -1,12 +1,17 @@
 //! `phylux check`
 
-mod polar;
+use std::{fmt::Write, path::PathBuf};
 
-use std::{fmt::Write, path::Path};
+use clap::Args;
+use serde::Serialize;
 
-use super::summary::{SHOWN_BANDS, short};
+use super::{
+    interrupt::Interrupt,
+    summary::{SHOWN_BANDS, short},
+    terminal,
+};
 use crate::{
-    error::Result,
+    error::{Error, Result},
     formats::scene_file::{self, LoadedScene, OpenField},
     scene::{captor::CaptorKind, world::Scene},
     studies::check::{SceneSummary, check, decimals},
@@ -15,12 +20,130 @@ use crate::{
 /// Materials and lights that are listed; what is beyond is only in the totals.
 const LISTED: usize = 30;
 
-pub(super) fn run(path: &Path) -> Result<()> {
-    let loaded = scene_file::load(path)?;
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// End with exit code 1 where there is a warning
+    #[arg(long)]
+    strict: bool,
+    /// Print all of it as JSON, warnings included
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let _interrupt = Interrupt::install()?;
+    let loaded = scene_file::load(&arguments.scene)?;
     let summary = check(&loaded)?;
-    super::terminal::print(&describe(&loaded, &summary))?;
-    super::terminal::warn(&summary.warnings);
-    Ok(())
+    match arguments.json {
+        true => {
+            let text = serde_json::to_string_pretty(&Checked::new(&loaded, &summary));
+            let text = text.map_err(|e| Error::run("check", e))?;
+            terminal::print_result(&(text + "\n"))?;
+        }
+        false => {
+            terminal::print(&describe(&loaded, &summary))?;
+            terminal::warn(&summary.warnings);
+        }
+    }
+    match summary.warnings.len() {
+        count @ 1.. if arguments.strict => {
+            let s = if count == 1 { "" } else { "s" };
+            Err(Error::run(arguments.scene.display(), format!("{count} warning{s}"))
+                .remedy("change what they name, or leave out --strict"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Checked<'a> {
+    /// Name of the scene.
+    scene: &'a str,
+    /// Of everything in it together, along x, y and z, m.
+    size: [f64; 3],
+    /// Names of the bands.
+    bands: Vec<&'a str>,
+    /// Unit of the powers.
+    unit: String,
+    surfaces: Vec<Surfaces<'a>>,
+    lights: Vec<Powers<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sun: Option<Sun>,
+    captors: Captors,
+    /// Names of the groups of captors.
+    groups: &'a [String],
+    notes: &'a [String],
+    warnings: &'a [String],
+}
+
+/// The surfaces of a material.
+#[derive(Serialize)]
+struct Surfaces<'a> {
+    material: &'a str,
+    triangles: usize,
+    /// One-sided, m2.
+    area: f64,
+}
+
+#[derive(Serialize)]
+struct Powers<'a> {
+    name: &'a str,
+    /// Per band.
+    power: &'a [f64],
+}
+
+/// Where the sun stands, degrees.
+#[derive(Serialize)]
+struct Sun {
+    elevation: f64,
+    azimuth: f64,
+}
+
+/// How many there are.
+#[derive(Serialize)]
+struct Captors {
+    #[serde(rename = "virtual")]
+    sensors: usize,
+    surface: usize,
+}
+
+impl Captors {
+    fn of(scene: &Scene) -> Self {
+        let surface = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
+        Self { sensors: scene.captors.len() - surface, surface }
+    }
+}
+
+impl<'a> Checked<'a> {
+    fn new(loaded: &'a LoadedScene, summary: &'a SceneSummary) -> Self {
+        let scene = &loaded.scene;
+        let surfaces = summary.surfaces.iter().map(|s| Surfaces {
+            material: &s.material,
+            triangles: s.triangles,
+            area: s.area,
+        });
+        let lights = scene.lights.iter();
+        let sun = loaded.open_field.as_ref().and_then(|field| field.sun).map(|sun| Sun {
+            elevation: sun.elevation.to_degrees(),
+            azimuth: sun.azimuth.to_degrees(),
+        });
+        Self {
+            scene: &scene.name,
+            size: summary.size.to_array(),
+            bands: scene.bands.iter().map(|band| band.name.as_str()).collect(),
+            unit: scene.quantity.unit_names().flux.to_string(),
+            surfaces: surfaces.collect(),
+            lights: lights.map(|l| Powers { name: &l.name, power: &l.power }).collect(),
+            sun,
+            captors: Captors::of(scene),
+            groups: &scene.groups,
+            notes: &summary.notes,
+            warnings: &summary.warnings,
+        }
+    }
 }
 
 /// The text of the command.
@@ -34,7 +157,6 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     );
     surfaces(&mut text, summary);
     lights(&mut text, scene);
-    polar::distributions(&mut text, scene);
     if let Some(open_field) = &loaded.open_field {
         daylight(&mut text, open_field);
     }
@@ -92,13 +214,12 @@ fn daylight(text: &mut String, open_field: &OpenField) {
 }
 
 fn captors(text: &mut String, scene: &Scene) {
-    let on_surfaces = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
-    let sensors = scene.captors.len() - on_surfaces;
+    let Captors { sensors, surface } = Captors::of(scene);
     let groups = scene.groups.len();
     let _ = match scene.captors.len() {
         0 => writeln!(text, "\nno captors, so nothing to run"),
         _ => {
-            writeln!(text, "\ncaptors: {sensors} virtual, {on_surfaces} surface; groups: {groups}")
+            writeln!(text, "\ncaptors: {sensors} virtual, {surface} surface; groups: {groups}")
         }
     };
 }

@@ -7,7 +7,7 @@ use std::{
 
 use clap::Args;
 
-use super::{outputs::check_places, summary::short};
+use super::{interrupt::Interrupt, outputs::check_places, summary::short};
 use crate::{
     error::Result,
     formats::{
@@ -32,10 +32,17 @@ pub(super) struct Arguments {
     /// Also write all of them as a table: captor, what, band, a, b, z
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// End with exit code 1 where they differ by more than chance, or have not the same captors
+    #[arg(long)]
+    exit_code: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let csv = arguments.csv.as_deref().map(OutputFile::create).transpose()?;
+/// The exit code of `--exit-code` where they differ.
+const DIFFERENT: u8 = 1;
+
+pub(super) fn run(arguments: &Arguments) -> Result<u8> {
+    let interrupt = Interrupt::install()?;
+    let csv = arguments.csv.as_deref().map(|csv| interrupt.file(csv)).transpose()?;
     let place = csv.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
     let read = FilesRead::new([&arguments.a, &arguments.b]);
     check_places(place.as_slice(), &read)?;
@@ -58,7 +65,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
     }
     describe(&mut text, &comparison, arguments.worst);
-    super::terminal::print(&text)
+    super::terminal::print(&text)?;
+    Ok(if arguments.exit_code && !comparison.agrees() { DIFFERENT } else { 0 })
 }
 
 fn describe(text: &mut String, comparison: &Comparison, worst: usize) {

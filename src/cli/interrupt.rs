@@ -23,6 +23,20 @@ use crate::{
 /// The exit code of a command that was interrupted: 128 and the number of the signal of Ctrl-C.
 pub(super) const EXIT_CODE: u8 = 130;
 
+/// The path that stands for the standard output.
+pub(super) const STANDARD_OUTPUT: &str = "-";
+
+/// Error: `path` is that of the standard output, where a folder is to be.
+pub(super) fn check_folder(path: &Path) -> Result<()> {
+    match path == Path::new(STANDARD_OUTPUT) {
+        true => {
+            Err(Error::input("-", "is the standard output, and several files are to be written")
+                .remedy("name a folder"))
+        }
+        false => Ok(()),
+    }
+}
+
 /// Watches for signals from when it is installed to the end of the process.
 pub(super) struct Interrupt {
     stop: Arc<AtomicBool>,
@@ -62,13 +76,18 @@ impl Interrupt {
         &self.stop
     }
 
-    /// Prepares to write a file, and removes what that has made at an immediate end.
+    /// Prepares to write a file, or `-`, which is the standard output, and removes what that has made at an immediate end.
     pub fn file(&self, path: &Path) -> Result<OutputFile> {
+        if path == Path::new(STANDARD_OUTPUT) {
+            terminal::take_output()?;
+            return Ok(OutputFile::standard());
+        }
         self.make(|| OutputFile::create(path), |file| file.temporary())
     }
 
     /// Prepares to write files into a folder, and removes what that has made at an immediate end.
     pub fn folder(&self, path: &Path) -> Result<OutputFolder> {
+        check_folder(path)?;
         self.make(|| OutputFolder::create(path), |folder| Some(folder.temporary()))
     }
 

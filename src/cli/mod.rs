@@ -1,15 +1,16 @@
 //! The command line: one file per command.
 
-mod calibrate;
 mod chart;
 mod check;
 mod compare;
 pub mod embedded;
 mod export;
+mod help;
 mod interrupt;
 mod mix;
 mod outputs;
 mod plot;
+mod progress;
 mod render;
 mod rendered;
 mod run;
@@ -17,11 +18,12 @@ mod schema;
 mod summary;
 mod sweep;
 mod terminal;
+mod tracing;
 mod view;
 
-use std::{ffi::OsString, path::PathBuf, sync::LazyLock};
+use std::{ffi::OsString, sync::LazyLock};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::{ErrorKind, Result};
 use crate::scene::bvh::Kernel;
@@ -35,6 +37,9 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 #[derive(Parser)]
 #[command(name = "phylux", version, long_version = VERSION.as_str(), max_term_width = 100)]
 struct Cli {
+    /// Print no summary and no progress; warnings, errors and exit codes stay
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -44,19 +49,14 @@ enum Command {
     /// Trace photons through a scene and write what its captors received
     Run(Box<run::Arguments>),
     /// Say what a scene holds, and warn of what looks wrong in it
-    Check {
-        /// Scene file (JSON)
-        scene: PathBuf,
-    },
+    Check(check::Arguments),
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
-    /// Fit the powers of the lamps to what an instrument read
-    Calibrate(calibrate::Arguments),
     /// Make a picture of a scene: what a camera would see, or its light in false colour
     Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
     Compare(compare::Arguments),
-    /// Say what a run would have found with other powers of its lights, without running it again
+    /// Say what a run would have found with other powers of its lights, without a new one
     Mix(mix::Arguments),
     /// Plot results: a map of sensors, a profile over height, what plants absorbed, spectra
     Plot(plot::Arguments),
@@ -68,7 +68,7 @@ enum Command {
     Sweep(sweep::Arguments),
     /// Join the shards of a sweep, or of one run
     Merge(sweep::MergeArguments),
-    /// Print the JSON Schema of scene files, sweep files, results files or files of one captor
+    /// Print the JSON Schema of scene, sweep and results files, or of files of one captor
     Schema {
         /// Of which files
         #[arg(value_enum, default_value = "scene")]
@@ -76,13 +76,19 @@ enum Command {
     },
 }
 
+/// The command line, with its help.
+fn command() -> clap::Command {
+    help::add(Cli::command())
+}
+
 /// Runs a command line, whose first argument is the name of the program, and returns the exit code: 0 done, 1 the run
 /// failed, 2 wrong usage or input, 3 a tolerance was not met (results are written), 130 interrupted.
 ///
 /// It is for a process of its own: it takes over Ctrl-C, and may end the process there.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let command = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli.command,
+    let parsed = command().try_get_matches_from(arguments);
+    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(cli) => cli,
         Err(usage) if usage.use_stderr() => {
             terminal::complain(&usage.render().to_string());
             return 2;
@@ -93,13 +99,13 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return 0;
         }
     };
-    let outcome = match command {
+    terminal::begin(cli.quiet);
+    let outcome = match cli.command {
         Command::Run(arguments) => return finish(run::run(&arguments)),
-        Command::Check { scene } => check::run(&scene),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Chart(arguments) => chart::run(&arguments),
-        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Compare(arguments) => return finish(compare::run(&arguments)),
         Command::Mix(arguments) => mix::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::View(arguments) => view::run(&arguments),

@@ -20,13 +20,13 @@ use crate::{
 
 #[derive(Args)]
 pub(super) struct OutputArguments {
-    /// Results file (JSON)
+    /// Results file (JSON); `-` is the standard output
     #[arg(short, long, value_name = "FILE", default_value = "results.json")]
     pub(super) output: PathBuf,
     /// Also write one JSON file per captor into this folder
     #[arg(long, value_name = "DIR")]
     per_captor: Option<PathBuf>,
-    /// Also write a tidy table: captor, face, band, quantity, value, standard error
+    /// Also write a tidy table: captor, face, band, quantity, value, standard error, position, area, group
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 }

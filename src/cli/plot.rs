@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::{outputs::check_places, render};
+use super::{
+    interrupt::{Interrupt, STANDARD_OUTPUT},
+    outputs::check_places,
+    render,
+};
 use crate::{
     error::{Error, Result},
-    formats::{
-        output::{FilesRead, OutputFile},
-        result_file::read_json,
-    },
+    formats::{output::FilesRead, result_file::read_json},
     show::plot::{Plot, PlotKind, PlotRequest},
 };
 
@@ -18,7 +19,7 @@ use crate::{
 pub(super) struct Arguments {
     /// Results file (JSON) of `phylux run` or `phylux mix`
     results: PathBuf,
-    /// Picture: .svg, or .png with twice as many pixels each way
+    /// Picture: .svg (also `-`, the standard output), or .png with twice as many pixels each way
     #[arg(short, long, value_name = "FILE", default_value = "plot.svg")]
     output: PathBuf,
     /// What to plot
@@ -53,6 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
     let png = match extension.as_deref() {
         Some("svg") => false,
+        None if output == Path::new(STANDARD_OUTPUT) => false,
         Some("png") => true,
         _ => {
             return Err(Error::input(output.display(), "is neither .svg nor .png")
@@ -63,7 +65,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         return Err(Error::input("--range", "has no meaning here: it goes with --show map")
             .remedy("leave it out, or change --show"));
     }
-    let file = OutputFile::create(output)?;
+    let interrupt = Interrupt::install()?;
+    let file = interrupt.file(output)?;
     let place = file.place().map(Path::to_path_buf);
     let read = FilesRead::new([results]);
     check_places(place.as_slice(), &read)?;

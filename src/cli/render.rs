@@ -13,7 +13,11 @@ use std::{
     time::Duration,
 };
 
-use super::{interrupt::Interrupt, outputs::check_places, run::terminal_bar};
+use super::{
+    interrupt::{Interrupt, STANDARD_OUTPUT},
+    outputs::check_places,
+    progress::terminal_bar,
+};
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
     formats::{
@@ -122,6 +126,9 @@ enum Kind {
 
 impl Kind {
     fn of(path: &Path) -> Result<Self> {
+        if path == Path::new(STANDARD_OUTPUT) {
+            return Ok(Self::Png);
+        }
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),

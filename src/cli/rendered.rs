@@ -12,7 +12,8 @@ use clap::Args;
 use super::{
     interrupt::Interrupt,
     outputs::check_places,
-    run::{show, terminal_bar, threads},
+    progress::{show, terminal_bar},
+    tracing::TracingArguments,
 };
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
@@ -40,9 +41,8 @@ pub(super) struct Source {
     /// Trace nothing: surfaces that are no captors have no values
     #[arg(long, requires = "results")]
     no_trace: bool,
-    /// Threads; 0 takes all processors. What is written does not depend on it
-    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[command(flatten)]
+    tracing: TracingArguments,
 }
 
 impl Source {
@@ -74,7 +74,10 @@ pub(super) fn write(
     check(&scene)?;
     super::terminal::warn(&warnings);
 
-    let settings = Settings { threads: source.threads.unwrap_or(settings.threads), ..settings };
+    let asked = source.tracing.settings(&settings);
+    // a scene's photons are those of a run for its captors
+    let settings =
+        if photons { Settings { photons: source.tracing.photons, ..asked } } else { asked };
     let plan = match results {
         _ if photons => RenderPlan::Photons,
         Some(results) => RenderPlan::Results { results: Box::new(results), trace: source.traces() },

@@ -1,25 +1,26 @@
 //! `phylux run`
 
 use std::{
-    io::{self, IsTerminal},
     path::{Path, PathBuf},
-    sync::atomic::Ordering,
+    sync::atomic::{AtomicBool, Ordering},
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::ProgressBar;
 use serde::Serialize;
 
 use super::{
     interrupt::Interrupt,
     outputs::{OutputArguments, Outputs, check_places},
+    progress::{show, terminal_bar},
     summary::{far_off, summary},
     terminal,
 };
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result},
+    error::{Error, ErrorKind, NOTHING_WRITTEN, Result},
     formats::{
+        checkpoint_file::Checkpoint,
         output::{FilesRead, OutputFile},
         scene_file::{self, LoadedScene},
         shard_file::{self, ShardHead, ShardSettings, write_shard},
@@ -30,7 +31,10 @@ use crate::{
     transport::{
         settings::{Checked, Estimator, Settings},
         shard::Shard,
-        simulate::{Control, End, Progress, ShardSums, check_shardable, simulate, simulate_shard},
+        simulate::{
+            Control, End, Keeper, KeptArrivals, Progress, RunState, ShardSums, Simulation,
+            check_shardable, simulate, simulate_kept, simulate_shard,
+        },
     },
 };
 
@@ -72,6 +76,13 @@ pub(super) struct Arguments {
     /// Trace the I-th of N shards of the run; `phylux merge` joins the files to the results
     #[arg(long, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
     shard: Option<Shard>,
+    /// Keep what is done in this file, and go on from there when it is there already: the same command, after a
+    /// kill or the end of a job's time, finds the same results. The file goes once these are written
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    checkpoint: Option<PathBuf>,
+    /// With --checkpoint: the least time between two times of writing it
+    #[arg(long, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
+    checkpoint_every: Duration,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<usize>,
@@ -129,7 +140,7 @@ pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 
-pub(super) fn splitting(text: &str) -> Checked<usize> {
+fn splitting(text: &str) -> Checked<usize> {
     Settings::check_splitting(count(text)?)
 }
 
@@ -137,7 +148,7 @@ pub(super) fn threads(text: &str) -> Checked<usize> {
     Settings::check_threads(count(text)?)
 }
 
-pub(super) fn tolerance(text: &str) -> Checked<f64> {
+fn tolerance(text: &str) -> Checked<f64> {
     Settings::check_tolerance(number(text)?)
 }
 
@@ -214,7 +225,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         show(&bar, progress);
     };
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let simulation = interrupt.listening(|| simulate(&scene, &settings, &control));
+    let checkpoint = arguments.checkpoint.as_deref();
+    let checkpoint = checkpoint.map(|path| Checkpoint::new(path, &scene, &settings));
+    let simulation = match &checkpoint {
+        None => interrupt.listening(|| simulate(&scene, &settings, &control)),
+        Some(checkpoint) => {
+            places.extend(checkpoint.place());
+            check_places(&places, &read)?;
+            let every = arguments.checkpoint_every;
+            interrupt.listening(|| kept(&scene, &settings, &control, checkpoint, every))
+        }
+    };
     bar.finish_and_clear();
     let simulation = simulation?;
     let traced = Instant::now();
@@ -244,6 +265,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
             writer.write_all(b"\n")
         })?;
     }
+    if let Some(checkpoint) = checkpoint {
+        checkpoint.remove();
+    }
     let summary = summary(&result, reason(simulation.end, &result));
     super::terminal::warn(&summary.warnings);
     let speed = format!(
@@ -258,6 +282,34 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     Ok(match result.tolerance {
         Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
         _ => 0,
+    })
+}
+
+/// Runs the scene, or goes on with that, and keeps what is done in `checkpoint`, at most once in `every`.
+fn kept(
+    scene: &Scene,
+    settings: &Settings,
+    control: &Control,
+    checkpoint: &Checkpoint,
+    every: Duration,
+) -> Result<Simulation> {
+    checkpoint.check_place()?;
+    let resumed = checkpoint.read()?;
+    let path = checkpoint.path().display();
+    let written = AtomicBool::new(resumed.is_some());
+    let save = |state: &RunState, arrivals: KeptArrivals| match checkpoint.write(state, arrivals) {
+        Ok(()) => written.store(true, Ordering::Relaxed),
+        Err(e) => {
+            terminal::warn(&[format!("{path}: cannot be written, so the run goes on alone: {e}")])
+        }
+    };
+    let keeper = Keeper::new(every, resumed, &save);
+    simulate_kept(scene, settings, control, Some(&keeper)).map_err(|error| {
+        match error.kind() == ErrorKind::Interrupted && written.load(Ordering::Relaxed) {
+            true => Error::interrupted("run", format!("what was traced is in {path}"))
+                .remedy("the same command goes on from there"),
+            false => error,
+        }
     })
 }
 
@@ -298,27 +350,4 @@ fn progress_bar(settings: &Settings) -> ProgressBar {
         Some(_) => format!("{{elapsed}} {{human_pos}} {what}, {{speed}}, {{msg}}"),
         None => format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"),
     })
-}
-
-/// Progress in the form of `template`; on a terminal only.
-pub(super) fn terminal_bar(template: &str) -> ProgressBar {
-    let target = match io::stderr().is_terminal() {
-        true => ProgressDrawTarget::stderr_with_hz(10),
-        false => ProgressDrawTarget::hidden(),
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-            let _ = write!(text, "{:.2e}/s", state.per_sec());
-        };
-        bar.set_style(style.with_key("speed", speed));
-    }
-    bar
-}
-
-pub(super) fn show(bar: &ProgressBar, progress: Progress) {
-    if let Some(of) = progress.of {
-        bar.set_length(of);
-    }
-    bar.set_position(progress.photons);
 }

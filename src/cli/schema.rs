@@ -29,5 +29,5 @@ pub(super) fn print(of: Of) -> Result<()> {
         Of::Captor => schemars::schema_for!(SingleCaptor),
     };
     let text = serde_json::to_string_pretty(&schema).map_err(|e| Error::run("schema", e))?;
-    super::terminal::print(&(text + "\n"))
+    super::terminal::print_result(&(text + "\n"))
 }

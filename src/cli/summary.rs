@@ -3,11 +3,13 @@
 use std::{collections::HashSet, fmt::Write};
 
 use crate::results::result::{
-    CaptorResult, FaceResult, NearestResult, RunResult, ToleranceResult, WorstResult,
+    CaptorResult, FaceResult, GroupResult, NearestResult, RunResult, ToleranceResult, WorstResult,
 };
 
 /// More bands than this are not shown.
 pub(super) const SHOWN_BANDS: usize = 8;
+/// More groups than this are not shown.
+const SHOWN_GROUPS: usize = 20;
 /// Share of a captor above which a gather disc is no longer local.
 const WIDE_DISC: f64 = 0.5;
 
@@ -39,6 +41,7 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     for (title, kind) in kinds {
         captors(&mut text, result, title, kind);
     }
+    groups(&mut text, result);
     let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
     Summary { text, warnings }
 }
@@ -163,6 +166,42 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     }
     let faces = result.captors.iter().filter(|c| c.kind == kind).flat_map(CaptorResult::faces);
     nearest(text, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
+}
+
+/// The mean irradiance of the fronts of each group of several captors, and what its surfaces absorbed.
+fn groups(text: &mut String, result: &RunResult) {
+    let several: Vec<&GroupResult> = result.groups.iter().filter(|g| g.captors > 1).collect();
+    if several.is_empty() {
+        return;
+    }
+    let bands = result.bands.len().min(SHOWN_BANDS);
+    let title = format!("groups, mean {}", result.unit.irradiance);
+    let _ = write!(text, "\n{title:<24}{:>9}", "captors");
+    result.bands[..bands].iter().for_each(|band| {
+        let _ = write!(text, "{:>11}", band.name);
+    });
+    text.push_str("   relative error\n");
+    for group in several.iter().take(SHOWN_GROUPS) {
+        let GroupResult { id, captors, front, absorbed, absorbed_se, .. } = group;
+        let name = format!("  {id:<22}{captors:>9}");
+        row(text, &name, &front.irradiance[..bands], &front.irradiance_se[..bands]);
+        if let (Some(absorbed), Some(errors)) = (absorbed, absorbed_se) {
+            let name = format!("{:<33}", format!("    absorbed in all, {}", result.unit.flux));
+            row(text, &name, &absorbed[..bands], &errors[..bands]);
+        }
+    }
+    if several.len() > SHOWN_GROUPS {
+        let _ = writeln!(text, "  and {} more", several.len() - SHOWN_GROUPS);
+    }
+}
+
+/// A line of values, and the range of their relative errors.
+fn row(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
+    let relative = values.iter().zip(errors).filter_map(|(value, error)| Some((*error)? / value));
+    let relative: Vec<f64> = relative.collect();
+    let spread = if relative.is_empty() { "-".into() } else { Spread::of(relative).percent() };
+    let values: String = values.iter().map(|value| format!("{:>11}", short(*value))).collect();
+    let _ = writeln!(text, "{name}{values}   {spread}");
 }
 
 /// How sure and how local the k-nearest estimates are.

@@ -9,7 +9,13 @@ use std::{
 use clap::Args;
 use indicatif::ProgressBar;
 
-use super::{interrupt::Interrupt, outputs::check_places, run, summary::summary};
+use super::{
+    interrupt::{Interrupt, check_folder},
+    outputs::check_places,
+    progress::terminal_bar,
+    summary::summary,
+    tracing::TracingArguments,
+};
 use crate::{
     error::{Error, Result},
     formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep},
@@ -44,9 +50,8 @@ pub(super) struct Arguments {
     /// Do the I-th of N shares of the runs, in a folder of its own; `phylux merge` joins them
     #[arg(long, value_name = "I/N", value_parser = Shard::parse, default_value = "1/1")]
     shard: Shard,
-    /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = run::threads, allow_negative_numbers = true)]
-    threads: usize,
+    #[command(flatten)]
+    tracing: TracingArguments,
     /// The most runs at a time; 0 takes as many as there are threads. Fewer take less memory
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_negative_numbers = true)]
     jobs: usize,
@@ -71,10 +76,12 @@ pub(super) struct MergeArguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
-    let plan =
-        SweepPlan { shard: arguments.shard, threads: arguments.threads, jobs: arguments.jobs };
-    let file = Sweep::load(&arguments.sweep)?;
+    arguments.output.as_deref().map_or(Ok(()), check_folder)?;
+    let TracingArguments { photons, seed, threads } = arguments.tracing;
+    let file = Sweep::load(&arguments.sweep)?.with_settings(photons, seed);
     let base = load_base(&file)?;
+    let threads = threads.unwrap_or(base.settings.threads);
+    let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
     super::terminal::warn(&base.warnings);
     super::terminal::warn(&check_meshes(&base.scene)?);
     drop(base);
@@ -95,6 +102,7 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
         let problem = "folders of sweeps know their scene";
         return Err(Error::input("--scene", problem).remedy("leave it out"));
     }
+    check_folder(&arguments.output)?;
     let interrupt = Interrupt::install()?;
     let outcome =
         watched(&interrupt, |control| merge(&arguments.parts, &arguments.output, control))?;
@@ -108,7 +116,7 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     let place = output.place().map(Path::to_path_buf);
     // before parts are read that it would replace, for it says more than their errors
     check_places(place.as_slice(), &FilesRead::new(&arguments.parts))?;
-    let bar = run::terminal_bar("{elapsed} adding up, {pos} batches");
+    let bar = terminal_bar("{elapsed} adding up, {pos} batches");
     bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress: Progress| bar.set_position(progress.photons);
     let control = Control { stop: interrupt.stop(), progress: &progress };
@@ -132,7 +140,7 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
 /// Does `work` with a progress bar, and ends it in order at a signal.
 fn watched<T>(interrupt: &Interrupt, work: impl FnOnce(&SweepControl) -> Result<T>) -> Result<T> {
     interrupt.writing();
-    let bar = run::terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
+    let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
     bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress| show(&bar, progress);
     let control = SweepControl { stop: interrupt.stop(), progress: &progress };

@@ -5,12 +5,51 @@ use std::{
     borrow::Cow,
     fmt::Display,
     io::{self, Write},
+    sync::atomic::{AtomicBool, Ordering},
 };
 
 use crate::error::{Error, Result};
 
-/// Prints a text; whoever stops reading has read enough.
+/// Whether nothing is to be said that is neither a result nor a warning nor an error.
+static QUIET: AtomicBool = AtomicBool::new(false);
+/// Whether the standard output is for a result, so that all else goes to the standard error.
+static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Begins a command.
+pub fn begin(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+    TAKEN.store(false, Ordering::Relaxed);
+}
+
+/// Whether only results, warnings and errors are to be said.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Keeps the standard output for a result. Error: another one has it.
+pub fn take_output() -> Result<()> {
+    match TAKEN.swap(true, Ordering::Relaxed) {
+        false => Ok(()),
+        true => Err(Error::input("-", "the standard output is named for two outputs")
+            .remedy("write one of them to a file")),
+    }
+}
+
+/// Prints a summary, unless the command is to be quiet: to the standard output, or beside it where that is for a
+/// result. Whoever stops reading has read enough.
 pub fn print(text: &str) -> Result<()> {
+    match (is_quiet(), TAKEN.load(Ordering::Relaxed)) {
+        (true, _) => Ok(()),
+        (false, true) => {
+            complain(text);
+            Ok(())
+        }
+        (false, false) => print_result(text),
+    }
+}
+
+/// Prints the result of a command to the standard output.
+pub fn print_result(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::run("terminal", e)),
@@ -30,7 +69,7 @@ pub fn fail(error: impl Display) {
     complain(&format!("error: {error}\n"));
 }
 
-/// Lines about what went wrong; a reader that has gone away needs none.
+/// Lines beside the results, such as what went wrong; a reader that has gone away needs none.
 pub fn complain(text: &str) {
     let _ = io::stderr().write_all(harmless(text).as_bytes());
 }

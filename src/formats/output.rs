@@ -61,6 +61,8 @@ enum Target {
     Temporary(tempfile::NamedTempFile, PathBuf),
     /// A device or pipe, which no rename can replace.
     Special,
+    /// The standard output.
+    Standard,
 }
 
 impl OutputFile {
@@ -68,6 +70,11 @@ impl OutputFile {
     /// or not writable.
     pub fn create(path: &Path) -> Result<Self> {
         Self::with_prefix(path, TEMPORARY)
+    }
+
+    /// The standard output.
+    pub fn standard() -> Self {
+        Self { path: PathBuf::from("standard output"), target: Target::Standard }
     }
 
     /// The same in a folder that belongs to a sweep, where no link leads elsewhere.
@@ -116,11 +123,11 @@ impl OutputFile {
         }
     }
 
-    /// Where the file will be, a path without links; none for a device or a pipe.
+    /// Where the file will be, a path without links; none for a device, a pipe or the standard output.
     pub fn place(&self) -> Option<&Path> {
         match &self.target {
             Target::Temporary(_, place) => Some(place),
-            Target::Special => None,
+            Target::Special | Target::Standard => None,
         }
     }
 
@@ -128,7 +135,7 @@ impl OutputFile {
     pub fn temporary(&self) -> Option<Temporary> {
         match &self.target {
             Target::Temporary(file, _) => Some(Temporary::File(file.path().to_path_buf())),
-            Target::Special => None,
+            Target::Special | Target::Standard => None,
         }
     }
 
@@ -149,6 +156,7 @@ impl OutputFile {
         let Self { path, target } = self;
         let target = match target {
             Target::Special => fs::OpenOptions::new().write(true).open(&path).map(Opened::Special),
+            Target::Standard => Ok(Opened::Standard(io::stdout())),
             Target::Temporary(file, place) => Ok(Opened::Temporary(file, place)),
         };
         let target = target.map_err(|e| unwritten(&path, e))?;
@@ -171,6 +179,7 @@ pub struct OpenFile {
 enum Opened {
     Temporary(tempfile::NamedTempFile, PathBuf),
     Special(fs::File),
+    Standard(io::Stdout),
 }
 
 impl OpenFile {
@@ -180,6 +189,7 @@ impl OpenFile {
         let target = written.and_then(|()| writer.into_inner().map_err(io::Error::from));
         let placed = target.and_then(|target| match target {
             Opened::Special(_) => Ok(()),
+            Opened::Standard(mut output) => whoever_reads(output.flush(), ()),
             Opened::Temporary(file, place) => {
                 file.as_file().sync_all()?;
                 file.persist(&place).map(drop).map_err(|e| e.error)
@@ -203,10 +213,19 @@ impl Write for Opened {
         match self {
             Self::Temporary(file, _) => file.write(bytes),
             Self::Special(file) => file.write(bytes),
+            Self::Standard(output) => whoever_reads(output.write(bytes), bytes.len()),
         }
     }
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
+    }
+}
+
+/// Whoever stops reading the standard output has read enough: that is `done`.
+fn whoever_reads<T>(written: io::Result<T>, done: T) -> io::Result<T> {
+    match written {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(done),
+        written => written,
     }
 }
 

@@ -207,16 +207,20 @@ pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<S
     .collect()
 }
 
-/// Writes a tidy table: one row per captor, face, band and quantity.
+/// Writes a tidy table: one row per captor, face, band and quantity, with the captor's place, area and groups.
 pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
-    table.write_record(["captor", "face", "band", "quantity", "value", "standard_error"])?;
+    let place = ["x", "y", "z", "area", "group"];
+    let columns = ["captor", "face", "band", "quantity", "value", "standard_error"];
+    table.write_record(columns.iter().chain(&place))?;
     for captor in &result.captors {
+        let place = place_of(captor);
         let back = captor.back.as_ref().map(|back| ("back", back));
         for (face, values) in std::iter::once(("front", &captor.front)).chain(back) {
             for (b, band) in result.bands.iter().enumerate() {
                 for (quantity, value, error) in face_rows(values, b) {
-                    write_row(&mut table, [&captor.id, face, &band.name, quantity], value, error)?;
+                    let key = [&captor.id, face, &band.name, quantity];
+                    write_row(&mut table, key, value, error, &place)?;
                 }
             }
         }
@@ -224,7 +228,8 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             continue;
         };
         for ((band, value), error) in result.bands.iter().zip(absorbed).zip(errors) {
-            write_row(&mut table, [&captor.id, "", &band.name, "absorbed"], *value, *error)?;
+            let key = [&captor.id, "", &band.name, "absorbed"];
+            write_row(&mut table, key, *value, *error, &place)?;
         }
     }
     table.flush()
@@ -254,11 +259,21 @@ fn write_row<W: Write>(
     key: [&str; 4],
     value: f64,
     error: Option<f64>,
+    place: &[String; 5],
 ) -> io::Result<()> {
     let [captor, face, band, quantity] = key;
     let (captor, band) = (csv_text::cell(captor), csv_text::cell(band));
     let error = error.map_or(String::new(), |error| error.to_string());
-    Ok(table.write_record([&*captor, face, &*band, quantity, &value.to_string(), &error])?)
+    let value = value.to_string();
+    let row = [&*captor, face, &*band, quantity, &value, &error];
+    Ok(table.write_record(row.into_iter().chain(place.iter().map(String::as_str)))?)
+}
+
+/// Where a captor is, m, its area, m2, and its groups with semicolons between them.
+fn place_of(captor: &CaptorResult) -> [String; 5] {
+    let [x, y, z] = captor.center.map(|at| at.to_string());
+    let groups = captor.groups.as_ref().map_or(String::new(), |groups| groups.join(";"));
+    [x, y, z, captor.area.to_string(), csv_text::cell(&groups).into_owned()]
 }
 
 /// JSON with a line for each entry down to the lists in the top-level object, compact below.

@@ -10,7 +10,6 @@ mod kept;
 mod library;
 mod lights;
 mod loader;
-mod luminaires;
 mod materials;
 mod numbers;
 mod objects;

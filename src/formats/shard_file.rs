@@ -154,7 +154,7 @@ pub fn write_shard(
 }
 
 /// The last line, behind lines of this hash.
-fn end(before: Sha256) -> io::Result<Vec<u8>> {
+pub(super) fn end(before: Sha256) -> io::Result<Vec<u8>> {
     let mut line = serde_json::to_vec(&Line::End { sha256: hex(before) })?;
     line.push(b'\n');
     Ok(line)
@@ -222,7 +222,8 @@ impl ShardReader {
     }
 }
 
-fn line(reader: &mut BufReader<File>, hash: &mut Sha256) -> io::Result<Vec<u8>> {
+/// The next line, with its end, which is hashed.
+pub(super) fn line(reader: &mut BufReader<File>, hash: &mut Sha256) -> io::Result<Vec<u8>> {
     let mut line = Vec::new();
     reader.take(LONGEST).read_until(b'\n', &mut line)?;
     hash.update(&line);

@@ -91,6 +91,21 @@ impl Sweep {
         Ok(sweep)
     }
 
+    /// The same with these photons and this first seed in the place of those of the scene, where they are given.
+    pub fn with_settings(mut self, photons: Option<u64>, seed: Option<u64>) -> Self {
+        let given = [("photons", photons), ("seed", seed)];
+        if let Value::Object(scene) = &mut self.scene
+            && given.iter().any(|(_, value)| value.is_some())
+            && let Value::Object(settings) =
+                scene.entry("settings").or_insert_with(|| Map::new().into())
+        {
+            for (key, value) in given {
+                value.map(|value| settings.insert(key.into(), value.into()));
+            }
+        }
+        self
+    }
+
     /// The sweep file, as written.
     pub fn file(&self) -> &Value {
         &self.file

@@ -119,6 +119,11 @@ impl Comparison {
         self.differences.iter().filter(|d| d.weight() > self.limit).count()
     }
 
+    /// Whether they have the same values, at least one, and none differs by more than chance explains.
+    pub fn agrees(&self) -> bool {
+        self.beyond_chance() == 0 && self.unmatched.is_empty() && !self.differences.is_empty()
+    }
+
     /// Root mean square of z, where errors are known: about 1 for two runs of one scene.
     pub fn rms(&self) -> Option<f64> {
         let z: Vec<f64> = self.differences.iter().filter_map(|d| d.z).collect();

@@ -4,6 +4,7 @@
 mod dli;
 mod found;
 mod mix;
+mod settings;
 mod warnings;
 pub mod whole;
 
@@ -15,19 +16,28 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::{math::units::UnitNames, transport::settings::Estimator};
 
-pub use mix::Factor;
+pub use settings::RunSettings;
 pub use warnings::Warning;
 
 /// A value for each light by the light's name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;
 
+/// Number of the form of results: goes up where a program that reads the one before would misread them.
+pub const FORMAT: u32 = 1;
+
 /// The results of one run, as they are written to JSON.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct RunResult {
+    /// Number of the form that it has: 1; 0 where it does not say.
+    #[serde(default)]
+    pub format: u32,
     /// Version of phylux that wrote it.
     pub phylux: String,
     /// Name of the scene.
     pub scene: String,
+    /// [`Scene::digest`](crate::Scene::digest): the same for the same scene, from files and from memory.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub scene_hash: String,
     /// Seed of the random streams.
     pub seed: u64,
     /// Photons traced, or paths from all faces.
@@ -43,10 +53,15 @@ pub struct RunResult {
     /// Reason of the choice, where the estimator was left to a trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
-    /// In a mix: factors on the powers that the lights had in the run, each for all bands or a list with one for
-    /// each; 1 for those that are not named.
+    /// In a mix: factors on the powers that the lights had in the run; 1 for those that are not named.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub mixed: Option<ByLight<Factor>>,
+    pub mixed: Option<ByLight<f64>>,
+    /// The settings that decide the numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settings: Option<RunSettings>,
+    /// What a user should know before trusting the result, one sentence each.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Names of the units.
     pub unit: UnitNames,
     /// What the entries of every array stand for: the bands, then the sums over bands.

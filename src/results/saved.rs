@@ -21,9 +21,10 @@ pub struct ResultsFile {
     pub photons: u64,
     /// Name of the estimator that made the results.
     pub estimator: String,
-    /// Kinds of the warnings; only in results of sweeps.
     #[serde(default)]
-    pub(crate) warnings: Vec<String>,
+    warnings: Vec<String>,
+    #[serde(default)]
+    warning_kinds: Option<Vec<String>>,
     /// Names of the units.
     pub(crate) unit: Unit,
     /// Bands and sums over bands.
@@ -34,6 +35,11 @@ pub struct ResultsFile {
 }
 
 impl ResultsFile {
+    /// Kinds of the warnings; only in results of sweeps, of which those without a format have them as warnings.
+    pub(crate) fn warning_kinds(&self) -> &[String] {
+        self.warning_kinds.as_ref().unwrap_or(&self.warnings)
+    }
+
     /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
     /// sums and squares of such ones are infinite.
     pub(crate) fn is_whole(&self) -> bool {

@@ -4,6 +4,7 @@
 //! of the scene, so that a scene far from the origin works like one at the origin.
 
 mod build;
+mod digest;
 mod flush;
 mod parts;
 mod shapes;

@@ -110,7 +110,9 @@ impl<'a> RenderedScene<'a> {
         let mut rendered = Self { scene, tiles, source, captors, light: None, local: Vec::new() };
         if trace && !scene.triangles().is_empty() {
             let k = settings.k.or(Some(NEAREST));
-            let settings = Settings { photons: None, k, ..settings.clone() };
+            // beside a run for captors as many as the map takes
+            let photons = settings.photons.filter(|_| !reads_tiles);
+            let settings = Settings { photons, k, ..settings.clone() };
             let stage = Control { progress: &staged(RenderStage::Surfaces), ..*control };
             let light = light_surfaces(scene, &settings, &stage)?;
             if reads_tiles {

@@ -38,7 +38,9 @@ const LONG_RUN_SEED: u64 = 1_000_003;
 pub struct ConvergencePlan {
     /// The largest budget, in photons.
     pub photons: u64,
-    /// Runs of each budget, with the seeds 1, 2, ...; at least 2.
+    /// Seed of the first run of each budget.
+    pub seed: u64,
+    /// Runs of each budget, with `seed` and those after it; at least 2.
     pub seeds: u64,
     /// The k of the k-nearest estimates.
     pub k: Vec<usize>,
@@ -143,7 +145,7 @@ pub fn study(
     let (mut rows, mut rungs) = (Vec::new(), Vec::new());
     for &photons in &budgets {
         let mut runs = Vec::new();
-        for seed in 1..=plan.seeds {
+        for seed in (0..plan.seeds).map(|run| plan.seed.wrapping_add(run)) {
             runs.extend(ladder.runs(photons, seed)?);
         }
         rows.extend(runs.iter().map(|run| run.row(&reference)));

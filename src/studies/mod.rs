@@ -1,8 +1,6 @@
 //! What takes more than one run, or none: many runs as tables ([`sweep`]), error against cost
-//! ([`convergence`]), what looks wrong in a scene ([`check`]), powers of lamps from measured
-//! readings ([`calibrate`]), the parts of a run joined ([`join`]).
+//! ([`convergence`]), what looks wrong in a scene ([`check`]), the parts of a run joined ([`join`]).
 
-pub mod calibrate;
 pub mod check;
 pub mod convergence;
 pub mod join;

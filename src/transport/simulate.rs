@@ -6,6 +6,7 @@
 
 mod accuracy;
 mod batches;
+mod checkpoint;
 mod memory;
 mod mixed;
 mod schedule;
@@ -36,6 +37,7 @@ use crate::{
 };
 
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
+pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use schedule::BATCHES;
 use schedule::Schedule;
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
@@ -104,13 +106,35 @@ pub struct Simulation {
 /// to be split by light, stopped by `control`, no threads to be had, too many captors for a time limit, a
 /// panic in `control`'s callback or in the program.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
+    simulate_kept(scene, settings, control, None)
+}
+
+/// Like [`simulate`], and what it does is kept, to be gone on with. Errors besides: a time limit, which would end it
+/// elsewhere each time.
+pub fn simulate_kept(
+    scene: &Scene,
+    settings: &Settings,
+    control: &Control,
+    keeper: Option<&Keeper>,
+) -> Result<Simulation> {
+    if keeper.is_some() && settings.max_time.is_some() {
+        let problem = "a time limit ends a run for good, and this one is to be gone on with";
+        return Err(Error::input("--checkpoint", problem).remedy(
+            "leave the time limit out: whenever the run is killed, the same command goes on",
+        ));
+    }
     if settings.estimator == Estimator::Auto {
         let choice = catch_panic("run", || Choice::make(scene, settings, control))?;
         let settings = Settings { estimator: choice.estimator, ..settings.clone() };
-        let simulation = simulate(scene, &settings, control)?;
+        let simulation = simulate_kept(scene, &settings, control, keeper)?;
         return Ok(Simulation { choice: Some(choice), ..simulation });
     }
-    simulate_split(scene, settings, part_of(scene, settings), control)
+    catch_panic("run", || {
+        let part_of = part_of(scene, settings);
+        let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
+        let run = Run { keeper, ..run };
+        with_lanes!(scene.lanes(), N => run.go::<N>())
+    })
 }
 
 /// The part that each light is counted in.
@@ -145,6 +169,8 @@ struct Run<'a> {
     /// The part that each light is counted in; empty where nothing is split.
     part_of: Vec<usize>,
     done: AtomicU64,
+    /// Keeps what it does.
+    keeper: Option<&'a Keeper<'a>>,
     /// Whether a thread has panicked, so that the others need not go on.
     broken: AtomicBool,
     /// Of paths, per band: the bits of the largest irradiance that one of them found. Bits of floats that are not
@@ -209,6 +235,7 @@ impl<'a> Run<'a> {
             started,
             work,
             part_of,
+            keeper: None,
             done,
             broken,
             brightest,
@@ -268,7 +295,8 @@ impl<'a> Run<'a> {
                 let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
                 let (mut totals, map) = (self.totals(), self.map_builder());
                 let of = Some(schedule.histories * self.unit());
-                self.round::<N>(&schedule, 0, of, &mut totals, map.as_ref())?;
+                let begin = self.begin(&schedule, &mut totals, map.as_ref())?;
+                self.round::<N>(&schedule, begin, of, &mut totals, map.as_ref())?;
                 self.finish::<N>(totals, map, &schedule, End::Photons)
             }
             (None, Some(limit)) => {

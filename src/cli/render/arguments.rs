@@ -14,7 +14,7 @@ use crate::{
 pub struct Arguments {
     /// Scene file (JSON)
     pub scene: PathBuf,
-    /// Picture: .png, or .exr for the numbers (W/m2/sr, W/m2); may be given twice for both
+    /// Picture: .png (also `-`, the standard output), or .exr for the numbers (W/m2/sr, W/m2); may be given twice for both
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
     /// What to show: what a camera sees, or in false colour the light that arrives at or is absorbed by
@@ -57,10 +57,13 @@ pub struct Arguments {
     /// Photons of an estimate: more are smoother and blur more
     #[arg(long, value_name = "N", default_value_t = SurfaceLight::DEFAULT_K as u64, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub k: u64,
+    /// Photons to trace [default: as many as bring --map-photons arrivals; with --show captors the scene's]
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
+    pub photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same picture, byte for byte
     #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Threads; 0 takes all processors. The picture does not depend on it
+    /// Threads; 0 takes all processors. The picture does not depend on it [default: the scene's]
     #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }

@@ -46,8 +46,9 @@ impl Task<'_> {
 
     /// Runs the scene as `phylux run` would.
     fn simulated(&self, settings: &Settings) -> Result<(Vec<Faces>, String)> {
-        let Settings { seed, threads, .. } = self.settings;
-        let settings = Settings { seed, threads, k: Some(0), ..settings.clone() };
+        let Settings { seed, threads, photons, .. } = self.settings;
+        let photons = photons.or(settings.photons);
+        let settings = Settings { photons, seed, threads, k: Some(0), ..settings.clone() };
         let simulation =
             self.watched("photons", |control| simulate(self.scene, &settings, control))?;
         let result = RunResult::new(self.scene, &settings, &simulation);

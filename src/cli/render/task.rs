@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::arguments::{Arguments, What};
 use crate::{
-    cli::run::{self, terminal_bar},
+    cli::progress::{show, terminal_bar},
     error::{Error, Result},
     formats::scene_file::LoadedScene,
     math::geometry::Ray,
@@ -44,7 +44,7 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
     check_size(&viewpoint, scene.bands.len().max(3))?;
     let few = if arguments.show == What::Photons { DOTS } else { settings.map_photons };
     let settings = Settings {
-        photons: None,
+        photons: arguments.photons,
         seed: arguments.seed.unwrap_or(settings.seed),
         k: Some(arguments.k as usize),
         map_photons: arguments.map_photons.unwrap_or(few),
@@ -118,7 +118,7 @@ impl<'a> Task<'a> {
         let bar = terminal_bar(&format!(
             "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"
         ));
-        let progress = |progress: Progress| run::show(&bar, progress);
+        let progress = |progress: Progress| show(&bar, progress);
         let control = Control { stop: self.stop, progress: &progress };
         let done = work(&control);
         bar.finish_and_clear();

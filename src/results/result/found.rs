@@ -3,8 +3,9 @@
 use std::borrow::Cow;
 
 use super::{
-    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult,
-    GroupResult, MapResult, NearestResult, Range, RunResult, ToleranceResult, WorstResult,
+    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FORMAT,
+    FaceResult, GroupResult, MapResult, NearestResult, Range, RunResult, RunSettings,
+    ToleranceResult, WorstResult,
 };
 use crate::{
     math::{
@@ -66,8 +67,10 @@ impl RunResult {
         let mut unit = scene.quantity.unit_names();
         unit.dli = dli.then_some(Cow::Borrowed("mol/m2/d"));
         let mut result = Self {
+            format: FORMAT,
             phylux: env!("CARGO_PKG_VERSION").into(),
             scene: scene.name.clone(),
+            scene_hash: scene.digest(),
             seed: settings.seed,
             photons: totals.histories,
             batches: totals.batches,
@@ -75,6 +78,8 @@ impl RunResult {
             splitting: (flights > 1 && !of_paths).then_some(flights),
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
+            settings: Some(RunSettings::new(settings, simulation)),
+            warnings: Vec::new(),
             unit,
             bands,
             energy,
@@ -89,7 +94,7 @@ impl RunResult {
             captors,
         };
         result.add_dli();
-        result
+        result.with_warnings()
     }
 }
 
@@ -221,7 +226,7 @@ fn captor_result(
         absorbed,
         absorbed_se,
         by_light,
-        groups: (!simulation.totals.parts().is_empty()).then(|| groups.collect()),
+        groups: Some(groups.collect()),
     }
 }
 

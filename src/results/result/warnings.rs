@@ -24,6 +24,12 @@ impl RunResult {
     pub fn warnings(&self) -> Vec<Warning> {
         warnings(self)
     }
+
+    /// The same with its warnings in it.
+    pub(super) fn with_warnings(mut self) -> Self {
+        self.warnings = warnings(&self).into_iter().map(|warning| warning.text).collect();
+        self
+    }
 }
 
 fn warnings(result: &RunResult) -> Vec<Warning> {

@@ -60,8 +60,7 @@ impl Scene {
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
 
         for light in &parts.lights {
-            let triangles = light.shape.triangles();
-            if !triangles.is_empty() {
+            if let LightShape::Area { triangles, .. } = &light.shape {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
@@ -212,9 +211,7 @@ impl Bounds {
         triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
         for light in &parts.lights {
             match &light.shape {
-                LightShape::Point { position }
-                | LightShape::Spot { position, .. }
-                | LightShape::Luminaire { position, .. } => {
+                LightShape::Point { position } | LightShape::Spot { position, .. } => {
                     bounds.add(*position);
                 }
                 LightShape::Tube { from, to, radius } => {
@@ -227,8 +224,7 @@ impl Bounds {
                     bounds.add(*from);
                     bounds.add(*to);
                 }
-                LightShape::Area { triangles, .. }
-                | LightShape::LuminaireArea { triangles, .. } => {
+                LightShape::Area { triangles, .. } => {
                     triangles.iter().flatten().for_each(|&p| bounds.add(p));
                 }
                 LightShape::Infinite(_) => {}

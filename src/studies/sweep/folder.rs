@@ -118,8 +118,7 @@ struct Head {
 struct Finished<'a> {
     sweep: &'a Origin,
     /// Kinds of the run's warnings.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    warnings: Vec<&'static str>,
+    warning_kinds: Vec<&'static str>,
     #[serde(flatten)]
     result: &'a RunResult,
 }
@@ -207,8 +206,9 @@ impl SweepFolder {
 
     /// Keeps the results of a run.
     pub fn write_result(&self, key: &str, origin: &Origin, result: &RunResult) -> Result<()> {
-        let warnings = result.warnings().iter().map(|warning| warning.kind).collect();
-        write_sealed(&result_path(&self.path, key), &Finished { sweep: origin, warnings, result })?;
+        let warning_kinds = result.warnings().iter().map(|warning| warning.kind).collect();
+        let finished = Finished { sweep: origin, warning_kinds, result };
+        write_sealed(&result_path(&self.path, key), &finished)?;
         let _ = fs::remove_file(failure_path(&self.path, key));
         Ok(())
     }

@@ -78,7 +78,7 @@ pub fn write(
             continue;
         }
         let results = ResultsFile::read(&result_path(folder.path(), &sweep.key(&run)))?;
-        for kind in &results.warnings {
+        for kind in results.warning_kinds() {
             *warned.entry(kind.clone()).or_default() += 1;
         }
         for captor in &results.captors {

@@ -119,6 +119,16 @@ impl MapBuilder {
         }
     }
 
+    /// The tasks that are kept so far, in order.
+    pub fn tasks(&self) -> &BTreeMap<TaskKey, TaskArrivals> {
+        &self.tasks
+    }
+
+    /// The first task that no longer fits.
+    pub fn end(&self) -> Option<TaskKey> {
+        self.end
+    }
+
     /// What is kept so far, in order, and the first task that no longer fits.
     pub fn into_pieces(self) -> (BTreeMap<TaskKey, TaskArrivals>, Option<TaskKey>) {
         (self.tasks, self.end)

@@ -18,29 +18,36 @@ use crate::{
 };
 
 impl Run<'_> {
-    /// One round of batches, added up in order.
+    /// One round of batches, added up in order, from one of them on.
     pub(super) fn round<const N: usize>(
         &self,
         schedule: &Schedule,
-        round: u64,
+        (round, first): (u64, u64),
         of: Option<u64>,
         totals: &mut Totals,
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<()> {
-        let mut add = |batch, sums: &mut Tally| {
-            totals.add_batch(self.scene, sums, schedule.batch(batch));
+        let mut take = |turn: Turn| match turn {
+            Turn::Add(batch, sums) => {
+                totals.add_batch(self.scene, sums, schedule.batch(batch));
+                self.forget(Some(batch));
+            }
+            Turn::Keep(next) => self.keep((round, next), totals, map),
         };
-        self.batches::<N>(schedule, round, 0..schedule.batches, of, &mut add, map)
+        self.batches::<N>(schedule, round, first..schedule.batches, of, &mut take, map)?;
+        self.forget(None);
+        Ok(())
     }
 
-    /// Some batches of a round, each traced whole by one thread and handed over, to be emptied, in order.
+    /// Some batches of a round, each traced whole by one thread and handed over, to be emptied, in order. Between
+    /// them, and when it is stopped, `take` is also asked to keep what is done, if anything is to be kept.
     pub(super) fn batches<const N: usize>(
         &self,
         schedule: &Schedule,
         round: u64,
         batches: Range<u64>,
         of: Option<u64>,
-        take: &mut (dyn FnMut(u64, &mut Tally) + Send),
+        take: &mut (dyn FnMut(Turn) + Send),
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<()> {
         let next = AtomicU64::new(batches.start);
@@ -54,28 +61,50 @@ impl Run<'_> {
                 if batch >= batches.end {
                     return;
                 }
-                for task in 0..schedule.tasks(batch) {
+                let (mut task, tasks) = (self.begun(batch, &mut sums), schedule.tasks(batch));
+                while task < tasks {
+                    self.task::<N>(schedule, (round, task, batch), &mut task_sums, map);
+                    // it may be half done
                     if self.stopped() {
                         break;
                     }
-                    self.task::<N>(schedule, (round, task, batch), &mut task_sums, map);
                     sums.drain(&mut task_sums);
+                    task += 1;
                     self.report(of, None);
+                    if self.note_if_due(batch, task, &mut sums) {
+                        let mut taken = lock(&taken);
+                        let next = taken.0;
+                        (taken.1)(Turn::Keep(next));
+                    }
                 }
                 let mut taken = lock(&taken);
-                while taken.0 != batch && !self.broken() {
+                while taken.0 != batch && !self.stopped() {
                     taken = turn.wait(taken).unwrap_or_else(PoisonError::into_inner);
                 }
-                if self.broken() {
+                if self.stopped() {
+                    self.note(batch, task, &mut sums);
+                    turn.notify_all();
                     return;
                 }
-                (taken.1)(batch, &mut sums);
+                (taken.1)(Turn::Add(batch, &mut sums));
                 taken.0 += 1;
                 turn.notify_all();
             }
         });
+        if self.stopped() && !self.broken() {
+            let (next, take) = taken.into_inner().unwrap_or_else(PoisonError::into_inner);
+            take(Turn::Keep(next));
+        }
         self.check_stopped()
     }
+}
+
+/// What is asked of the one that takes batches.
+pub(super) enum Turn<'a> {
+    /// This batch comes next; its sums are to be emptied.
+    Add(u64, &'a mut Tally),
+    /// All before this batch have come: keep what is done.
+    Keep(u64),
 }
 
 /// Tells the other threads of a panic in the one that holds it: they would wait for its batch for ever.

@@ -7,7 +7,8 @@ use std::{
 };
 
 use super::{
-    Control, End, Keep, Run, Simulation, memory::most_open, part_of, parts, schedule::Schedule,
+    Control, End, Keep, Run, Simulation, batches::Turn, memory::most_open, part_of, parts,
+    schedule::Schedule,
 };
 use crate::{
     error::{Error, Result, catch_panic},
@@ -87,7 +88,11 @@ impl Run<'_> {
         let histories: u64 = range.clone().map(|batch| schedule.batch(batch)).sum();
         let map = self.map_builder();
         let mut batches = Vec::new();
-        let mut take = |batch, sums: &mut Tally| batches.push((batch, sums.take()));
+        let mut take = |turn: Turn| {
+            if let Turn::Add(batch, sums) = turn {
+                batches.push((batch, sums.take()));
+            }
+        };
         let of = Some(histories * self.unit());
         self.batches::<N>(&schedule, 0, range, of, &mut take, map.as_ref())?;
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
@@ -136,27 +141,10 @@ impl<'a> Joined<'a> {
 
     /// Adds the words of a task of the photon map. None where it is not of this run.
     pub fn add_task(&mut self, key: TaskKey, words: &[u32]) -> Option<()> {
-        let scene = self.run.scene;
-        let (round, task, batch) = key;
-        if round != 0 || batch >= self.schedule.batches || task >= self.schedule.tasks(batch) {
+        if key.0 != 0 {
             return None;
         }
-        let found = TaskArrivals::from_words(words, scene.bands.len())?;
-        let (_, histories) = self.schedule.range(batch, task);
-        for arrival in found.arrivals() {
-            let captor = scene.captors.partition_point(|c| c.first_channel <= arrival.bin as usize);
-            let captor = scene.captors.get(captor.checked_sub(1)?)?;
-            let triangles = match captor.kind {
-                CaptorKind::Surface => scene.triangles(),
-                CaptorKind::Virtual { .. } => scene.captor_triangles(),
-            };
-            let photon = &arrival.photon;
-            let fits = (arrival.bin as usize) < scene.channels()
-                && (photon.triangle as usize) < triangles.len()
-                && (photon.light as usize) < scene.lights.len()
-                && u64::from(photon.history) < histories;
-            fits.then_some(())?;
-        }
+        let found = check_arrivals(self.run.scene, &self.schedule, key, words)?;
         self.map.as_mut()?.add(key, found);
         Some(())
     }
@@ -175,4 +163,34 @@ impl<'a> Joined<'a> {
         let map = map.map(Mutex::new);
         with_lanes!(run.scene.lanes(), N => run.finish::<N>(totals, map, &schedule, End::Photons))
     }
+}
+
+/// The arrivals of a task from their [words](TaskArrivals::words); none where they are not of a run of `scene` by
+/// `schedule`.
+pub(super) fn check_arrivals(
+    scene: &Scene,
+    schedule: &Schedule,
+    (_, task, batch): TaskKey,
+    words: &[u32],
+) -> Option<TaskArrivals> {
+    if batch >= schedule.batches || task >= schedule.tasks(batch) {
+        return None;
+    }
+    let found = TaskArrivals::from_words(words, scene.bands.len())?;
+    let (_, histories) = schedule.range(batch, task);
+    for arrival in found.arrivals() {
+        let captor = scene.captors.partition_point(|c| c.first_channel <= arrival.bin as usize);
+        let captor = scene.captors.get(captor.checked_sub(1)?)?;
+        let triangles = match captor.kind {
+            CaptorKind::Surface => scene.triangles(),
+            CaptorKind::Virtual { .. } => scene.captor_triangles(),
+        };
+        let photon = &arrival.photon;
+        let fits = (arrival.bin as usize) < scene.channels()
+            && (photon.triangle as usize) < triangles.len()
+            && (photon.light as usize) < scene.lights.len()
+            && u64::from(photon.history) < histories;
+        fits.then_some(())?;
+    }
+    Some(found)
 }

@@ -75,7 +75,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     let mut histories = BATCHES * scene.sources() as u64;
     let totals = loop {
         let mut totals = run.totals();
-        run.round::<N>(&run.schedule(histories)?, 0, None, &mut totals, None)?;
+        run.round::<N>(&run.schedule(histories)?, (0, 0), None, &mut totals, None)?;
         if histories >= TRIAL || totals.segments >= RAYS {
             break totals;
         }

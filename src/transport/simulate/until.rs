@@ -40,8 +40,13 @@ impl Run<'_> {
         let (mut totals, map) = (self.totals(), self.map_builder());
         let (mut look, mut accuracy) = (1, None);
         let mut end = End::Photons;
-        for round in 1..=rounds {
-            self.round::<N>(&schedule, round - 1, limit, &mut totals, map.as_ref())?;
+        let (first, mut batch) = self.begin(&schedule, &mut totals, map.as_ref())?;
+        while look <= first {
+            look = next_look(look);
+        }
+        for round in first + 1..=rounds {
+            let begin = (round - 1, std::mem::take(&mut batch));
+            self.round::<N>(&schedule, begin, limit, &mut totals, map.as_ref())?;
             let time_is_up = short.is_some() || self.time_is_up();
             if round < look && round < rounds && !time_is_up {
                 continue;
@@ -82,7 +87,7 @@ impl Run<'_> {
         if let Some(short) = self.less_than::<N>(schedule, schedule.batch(0).min(schedule.task))? {
             let (mut totals, map) = (self.totals(), self.map_builder());
             let of = Some(short.histories * self.unit());
-            self.round::<N>(&short, 0, of, &mut totals, map.as_ref())?;
+            self.round::<N>(&short, (0, 0), of, &mut totals, map.as_ref())?;
             return self.finish::<N>(totals, map, &short, End::Time);
         }
         let map = self.map_builder();
@@ -143,7 +148,7 @@ impl Run<'_> {
         let mut parts = 1;
         while parts < most {
             let began = Instant::now();
-            self.round::<N>(&cut(parts), 0, None, &mut self.totals(), None)?;
+            self.round::<N>(&cut(parts), (0, 0), None, &mut self.totals(), None)?;
             self.done.store(0, Ordering::Relaxed);
             self.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
             let taken = began.elapsed();

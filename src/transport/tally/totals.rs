@@ -1,14 +1,16 @@
 //! What all batches found.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Counts, Ledger, Tally};
 use crate::{
-    math::stats::Running,
+    math::stats::{Running, is_possible},
     scene::{captor::CHANNELS, world::Scene},
 };
 
 /// What all batches found: running sums per channel of captors, then of groups, for each band,
 /// then each sum over bands.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Totals {
     /// Batches so far.
     pub batches: u64,
@@ -112,6 +114,26 @@ impl Totals {
         for (part, sums) in self.parts.iter_mut().zip(&mut batch.parts) {
             part.add_batch(scene, sums, histories);
         }
+    }
+
+    /// Whether they may be totals of the same scene, split alike, as the `other` ones.
+    pub fn fits(&self, other: &Self) -> bool {
+        let Ledger { emitted, absorbed, escaped, missed, lost } = &self.ledger;
+        let theirs = &other.ledger;
+        let powers = [emitted, absorbed, escaped, missed, lost];
+        self.columns == other.columns
+            && self.running.len() == other.running.len()
+            && self.photons.len() == other.photons.len()
+            && self.arrived.len() == other.arrived.len()
+            && self.group_values.len() == other.group_values.len()
+            && self.captor_of_channel == other.captor_of_channel
+            && [emitted.len(), escaped.len(), lost.len()] == [theirs.emitted.len(); 3]
+            && absorbed.len() == theirs.absorbed.len()
+            && [0, theirs.emitted.len()].contains(&missed.len())
+            && powers.into_iter().flatten().all(|power| is_possible(*power))
+            && self.running.iter().all(Running::is_possible)
+            && self.parts.len() == other.parts.len()
+            && self.parts.iter().zip(&other.parts).all(|(mine, theirs)| mine.fits(theirs))
     }
 
     /// What each part of the light did; none where it is not split.

@@ -1,0 +1,222 @@
+//! What a run has done so far, as a file: JSON, a line for the head, one for the sums, one for each task of the photon
+//! map, and one for the end. It is in its place only when it is whole.
+
+use std::{
+    fmt::Display,
+    fs::{self, File},
+    io::{self, BufReader, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::shard_file::{FORMAT, Line, VERSION, end, line};
+use crate::{
+    error::{Error, Result},
+    formats::{json, output::folder_of},
+    scene::world::Scene,
+    transport::{
+        settings::{Estimator, Settings},
+        simulate::{KeptArrivals, Resumed, RunState},
+    },
+};
+
+/// What a run is, of which this is a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Head {
+    /// What its random numbers and sums are.
+    phylux_checkpoint: u32,
+    /// Version of phylux.
+    phylux: String,
+    /// [`Scene::digest`].
+    scene_hash: String,
+    settings: KeptSettings,
+}
+
+/// Settings that the results of a run depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct KeptSettings {
+    estimator: Estimator,
+    photons: u64,
+    seed: u64,
+    k: Option<usize>,
+    map_photons: usize,
+    splitting: usize,
+    by_light: bool,
+    tolerance: Option<f64>,
+    tolerance_limit: Option<u64>,
+}
+
+/// A file that a run keeps what it does in.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    head: Head,
+}
+
+impl Checkpoint {
+    /// The file at `path`, for a run of `scene` with these settings.
+    pub fn new(path: &Path, scene: &Scene, settings: &Settings) -> Self {
+        let Settings { estimator, photons, seed, k, map_photons, splitting, by_light, .. } =
+            *settings;
+        let Settings { tolerance, tolerance_limit, .. } = *settings;
+        let photons = photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let settings = KeptSettings {
+            estimator,
+            photons,
+            seed,
+            k,
+            map_photons,
+            splitting,
+            by_light,
+            tolerance,
+            tolerance_limit: tolerance_limit.filter(|_| tolerance.is_some()),
+        };
+        let head = Head {
+            phylux_checkpoint: FORMAT,
+            phylux: VERSION.into(),
+            scene_hash: scene.digest(),
+            settings,
+        };
+        Self { path: path.to_path_buf(), head }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where it is, by a path without links, if there is such a folder.
+    pub fn place(&self) -> Option<PathBuf> {
+        Some(fs::canonicalize(folder_of(&self.path)).ok()?.join(self.path.file_name()?))
+    }
+
+    /// Where it is written before it is whole.
+    fn unfinished(&self) -> PathBuf {
+        let mut name = self.path.as_os_str().to_os_string();
+        name.push("~");
+        name.into()
+    }
+
+    /// Error: nothing can be written beside it.
+    pub fn check_place(&self) -> Result<()> {
+        let fail = |why: &dyn Display| {
+            let problem = format!("cannot be written: {why}");
+            Err(Error::input(self.path.display(), problem).remedy("write elsewhere"))
+        };
+        if self.path.exists() && !self.path.is_file() {
+            return fail(&"it is not a file");
+        }
+        match File::create(self.unfinished()) {
+            Ok(file) => {
+                drop(file);
+                let _ = fs::remove_file(self.unfinished());
+                Ok(())
+            }
+            Err(e) => fail(&e.kind()),
+        }
+    }
+
+    /// What the run has done; none where there is no such file. Errors: it is none, is damaged, or is of another run.
+    pub fn read(&self) -> Result<Option<Resumed>> {
+        let place = self.path.display();
+        let file = match File::open(&self.path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            opened => opened.map_err(|e| {
+                Error::input(&place, format!("cannot be read: {}", e.kind()))
+                    .remedy("write elsewhere")
+            })?,
+        };
+        let spoiled = || {
+            Error::input(&place, "was cut short or changed since it was written")
+                .remedy("remove it, and the run begins anew")
+        };
+        let mut reader = BufReader::new(file);
+        let mut hash = Sha256::new();
+        let first = line(&mut reader, &mut hash).map_err(|_| spoiled())?;
+        let head: Head = serde_json::from_slice(&first).map_err(|e| {
+            Error::input(&place, format!("is no checkpoint of a run: {e}")).remedy(
+                "name a file that is not there, or that `phylux run --checkpoint` has written",
+            )
+        })?;
+        self.check(&head)?;
+        let second = line(&mut reader, &mut hash).map_err(|_| spoiled())?;
+        json::check_memory(&second).map_err(|why| Error::input(&place, why))?;
+        let state: RunState = serde_json::from_slice(&second).map_err(|_| spoiled())?;
+        let mut arrivals = Vec::new();
+        loop {
+            let before = hash.clone();
+            let bytes = line(&mut reader, &mut hash).map_err(|_| spoiled())?;
+            json::check_memory(&bytes).map_err(|why| Error::input(&place, why))?;
+            match serde_json::from_slice(&bytes) {
+                Ok(Line::TaskArrivals { key, words }) => arrivals.push((key, words)),
+                Ok(Line::End { .. }) if end(before).is_ok_and(|end| end == bytes) => {
+                    return Ok(Some(Resumed { state, arrivals }));
+                }
+                _ => return Err(spoiled()),
+            }
+        }
+    }
+
+    /// Error: the file of this head is of another run.
+    fn check(&self, there: &Head) -> Result<()> {
+        let here = &self.head;
+        let (a, b) = (&there.settings, &here.settings);
+        let problem = match () {
+            () if there.phylux != here.phylux => {
+                format!("is of phylux {}, this is {}", there.phylux, here.phylux)
+            }
+            () if there.phylux_checkpoint != here.phylux_checkpoint => {
+                "was written by a phylux with other random numbers and counts".into()
+            }
+            () if there.scene_hash != here.scene_hash => {
+                "is of another scene, or of other contents of its files".into()
+            }
+            () if a != b => format!("is of a run with other settings: {}", difference(a, b)),
+            () => return Ok(()),
+        };
+        Err(Error::input(self.path.display(), problem)
+            .remedy("name another file, or remove this one, and the run begins anew"))
+    }
+
+    /// Writes what the run has done, and puts it in its place.
+    pub fn write(&self, state: &RunState, arrivals: KeptArrivals) -> io::Result<()> {
+        let unfinished = self.unfinished();
+        let mut writer = BufWriter::with_capacity(1 << 16, File::create(&unfinished)?);
+        let mut hash = Sha256::new();
+        let mut line = |value: Vec<u8>| {
+            hash.update(&value);
+            hash.update(b"\n");
+            writer.write_all(&value)?;
+            writer.write_all(b"\n")
+        };
+        line(serde_json::to_vec(&self.head)?)?;
+        line(serde_json::to_vec(state)?)?;
+        for (key, task) in arrivals {
+            line(serde_json::to_vec(&Line::TaskArrivals { key, words: task.words() })?)?;
+        }
+        writer.write_all(&end(hash)?)?;
+        writer.into_inner()?.sync_all()?;
+        fs::rename(unfinished, &self.path)
+    }
+
+    /// Removes it: the results stand.
+    pub fn remove(&self) {
+        for path in [&self.path, &self.unfinished()] {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// The first setting that differs, with its value there and here.
+fn difference(there: &KeptSettings, here: &KeptSettings) -> String {
+    let values = |settings| serde_json::to_value(settings).unwrap_or_default();
+    let (there, here) = (values(there), values(here));
+    let keys = here.as_object().into_iter().flatten();
+    let mut other = keys.filter(|(key, value)| there.get(key) != Some(value));
+    other.next().map_or(String::new(), |(key, value)| {
+        let before = there.get(key).unwrap_or(&serde_json::Value::Null);
+        format!("{key} was {before} and is {value}")
+    })
+}

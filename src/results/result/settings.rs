@@ -1,0 +1,56 @@
+//! The settings that decide what a run finds.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::transport::{
+    settings::{Estimator, Settings},
+    simulate::Simulation,
+};
+
+/// The settings that decide the numbers of a result: a run with them finds the same. Threads, time limits and shards
+/// are none of them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RunSettings {
+    /// How the captors were read.
+    pub estimator: Estimator,
+    /// Photons, or paths over all captors: as many as were traced; absent where a tolerance alone has ended the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub photons: Option<u64>,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// The relative standard error to stop at, if one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Photons of a k-nearest estimate, where their number was given; 0 made none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<usize>,
+    /// The most arrivals to store, where any were stored.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map_photons: Option<usize>,
+    /// Of photons: flights that each was split into for virtual captors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splitting: Option<usize>,
+    /// Whether results are split by light; absent where they are not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub by_light: bool,
+}
+
+impl RunSettings {
+    /// Those of a run that found `simulation`.
+    pub fn new(settings: &Settings, simulation: &Simulation) -> Self {
+        let Simulation { estimator, accuracy, map, totals, .. } = simulation;
+        let of_photons = *estimator != Estimator::Paths;
+        let met = accuracy.as_ref().is_some_and(|accuracy| accuracy.met);
+        Self {
+            estimator: *estimator,
+            photons: if met { settings.tolerance_limit } else { Some(totals.histories) },
+            seed: settings.seed,
+            tolerance: settings.tolerance,
+            k: settings.k.filter(|_| of_photons),
+            map_photons: map.as_ref().map(|_| settings.map_photons),
+            splitting: of_photons.then_some(settings.splitting),
+            by_light: settings.by_light,
+        }
+    }
+}

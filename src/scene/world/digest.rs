@@ -1,0 +1,47 @@
+//! What a scene is, in one word.
+
+use std::fmt::{self, Write};
+
+use sha2::{Digest, Sha256};
+
+use super::Scene;
+use crate::math::geometry::Triangle;
+
+/// Hashes what is written to it.
+struct Hashing(Sha256);
+
+impl Write for Hashing {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.update(text);
+        Ok(())
+    }
+}
+
+impl Scene {
+    /// A SHA-256, as 64 hexadecimal digits, of all that the numbers of a result and their names depend on: shapes,
+    /// materials, lights, captors, bands. The same scene has the same one in one version of phylux, from files and
+    /// from memory and however it was written; title and camera are no part of it.
+    pub fn digest(&self) -> String {
+        let mut hash = Hashing(Sha256::new());
+        let Self { quantity, bands, sums, materials, lights, captors, groups, .. } = self;
+        let (center, radius) = (self.center, self.radius);
+        // no error: nothing in it fails to be written
+        let _ = write!(hash, "{:?}", (quantity, bands, sums, materials, lights, captors, groups));
+        let _ = write!(hash, "{center:?} {radius:?} {:?}", self.is_period);
+        for (triangle, surface) in self.triangles().iter().zip(&self.surfaces) {
+            hash.0.update(surface.material.to_le_bytes());
+            hash.0.update(surface.captor.to_le_bytes());
+            hash.triangle(triangle);
+        }
+        self.captor_triangles().iter().for_each(|triangle| hash.triangle(triangle));
+        hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+impl Hashing {
+    fn triangle(&mut self, triangle: &Triangle) {
+        for corner in [triangle.a, triangle.b, triangle.c] {
+            corner.to_array().iter().for_each(|number| self.0.update(number.to_le_bytes()));
+        }
+    }
+}

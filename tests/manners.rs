@@ -1,0 +1,238 @@
+//! What a command says where, and how it ends: standard output and error, pipes, exit codes.
+
+#![cfg(unix)]
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use serde_json::Value;
+
+use crate::{
+    bad_input::{listing, phylux},
+    common::{TestScene, binary},
+};
+
+fn scene() -> TestScene {
+    let scene = r#"{
+        "name": "wall",
+        "materials": {"wall": {"type": "lambert", "reflectance": 0.5}},
+        "objects": [{"name": "w", "obj": "a.obj", "material": "wall", "captor": true}],
+        "lights": [{"type": "point", "position": [0.2, 0.2, 0.1], "power": 1}],
+        "settings": {"photons": 2000}
+    }"#;
+    TestScene::new(scene, &[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")])
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The output of a command that ends with this exit code.
+fn ends(folder: &Path, code: i32, arguments: &[&str]) -> Output {
+    let output = phylux(folder, arguments);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+    output
+}
+
+#[test]
+fn results_go_to_the_standard_output_and_words_beside_it() {
+    let scene = scene();
+    let folder = scene.path("");
+    let before = listing(&folder);
+    let output = ends(&folder, 0, &["run", "scene.json", "-o", "-"]);
+    let result: Value = serde_json::from_slice(&output.stdout).expect("results alone");
+    assert_eq!(result["photons"], 2000);
+    assert!(text(&output.stderr).starts_with("wall: 2000 photons"), "{}", text(&output.stderr));
+    assert_eq!(listing(&folder), before);
+    ends(&folder, 0, &["run", "scene.json", "-o", "a.json"]);
+    assert!(fs::read(scene.path("a.json")).expect("results") == output.stdout);
+
+    let table = ends(&folder, 0, &["run", "scene.json", "--csv", "-"]).stdout;
+    let mut lines = csv::Reader::from_reader(&table[..]);
+    let header = lines.headers().expect("a header").iter().collect::<Vec<_>>().join(",");
+    assert_eq!(header, "captor,face,band,quantity,value,standard_error,x,y,z,area,group");
+    let row = lines.records().next().expect("a row").expect("a row");
+    assert_eq!((&row[0], &row[9], &row[10]), ("w/a", "0.5", "w"));
+    assert!((row[6].parse::<f64>().expect("x") - 1.0 / 3.0).abs() < 1e-7);
+
+    let page = ends(&folder, 0, &["view", "scene.json", "-o", "-"]).stdout;
+    assert!(text(&page).starts_with("<!"), "a page");
+    let small = ["--map-photons", "500", "--width", "20", "--height", "20", "-o", "-"];
+    let picture = ends(&folder, 0, &[&["render", "scene.json"], &small[..]].concat()).stdout;
+    assert_eq!(&picture[1..4], b"PNG");
+    let part = ends(&folder, 0, &["run", "scene.json", "--shard", "1/1", "-o", "-"]).stdout;
+    assert!(text(&part).starts_with("{\"phylux_part\":\"1/1\""));
+}
+
+#[test]
+fn one_output_has_the_standard_output_and_no_folder_is_there() {
+    let scene = scene();
+    let folder = scene.path("");
+    let before = listing(&folder);
+    let said = |arguments: &[&str]| text(&ends(&folder, 2, arguments).stderr);
+    let two = said(&["run", "scene.json", "-o", "-", "--csv", "-"]);
+    assert_eq!(
+        two,
+        "error: -: the standard output is named for two outputs; write one of them to a file\n"
+    );
+    for arguments in [
+        &["run", "scene.json", "--per-captor", "-"][..],
+        &["chart", "scene.json", "-o", "-"],
+        &["sweep", "s.json", "-o", "-"],
+    ] {
+        assert!(said(arguments).contains("is the standard output, and several files"));
+    }
+    assert_eq!(listing(&folder), before);
+}
+
+#[test]
+fn a_pipe_that_is_closed_is_no_error() {
+    let scene = scene();
+    for arguments in [
+        &["run", "scene.json", "-o", "-", "-q"][..],
+        &["run", "scene.json", "--csv", "-", "-q"],
+        &["schema"],
+        &["check", "scene.json", "--json"],
+        &["--help"],
+        &["run", "--help"],
+    ] {
+        let mut command = Command::new(binary());
+        command.args(arguments).current_dir(scene.path(""));
+        let mut child =
+            command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a start");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("an end");
+        assert_eq!(text(&output.stderr), "", "{arguments:?}");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    }
+}
+
+#[test]
+fn quiet_commands_say_only_results_warnings_and_errors() {
+    let scene = scene();
+    let folder = scene.path("");
+    for arguments in [
+        &["run", "scene.json", "-q", "-o", "a.json"][..],
+        &["run", "scene.json", "--quiet", "--seed", "2", "-o", "b.json"],
+        &["-q", "check", "scene.json"],
+        &["compare", "a.json", "b.json", "-q"],
+    ] {
+        let output = ends(&folder, 0, arguments);
+        assert_eq!((text(&output.stdout), text(&output.stderr)), Default::default());
+    }
+    assert!(!ends(&folder, 0, &["schema", "-q"]).stdout.is_empty());
+    let few = ends(&folder, 0, &["run", "scene.json", "-q", "--photons", "5", "-o", "c.json"]);
+    assert!(text(&few.stderr).starts_with("warning: "), "{}", text(&few.stderr));
+    assert!(text(&ends(&folder, 2, &["run", "none.json", "-q"]).stderr).starts_with("error: "));
+}
+
+/// Seeds 1 and 2 of 2000 photons: the limit of |z| has odds of 1/1000, and the seeds are fixed.
+#[test]
+fn comparing_can_end_with_its_finding() {
+    let scene = scene();
+    let folder = scene.path("");
+    let json = fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    fs::write(scene.path("brighter.json"), json.replace("\"power\": 1", "\"power\": 2"))
+        .expect("written");
+    ends(&folder, 0, &["run", "scene.json", "-o", "a.json"]);
+    ends(&folder, 0, &["run", "scene.json", "--seed", "2", "-o", "b.json"]);
+    ends(&folder, 0, &["run", "brighter.json", "--seed", "3", "-o", "c.json"]);
+    ends(&folder, 0, &["compare", "a.json", "b.json", "--exit-code"]);
+    ends(&folder, 1, &["compare", "a.json", "c.json", "--exit-code"]);
+    ends(&folder, 0, &["compare", "a.json", "c.json"]);
+    ends(&folder, 2, &["compare", "a.json", "none.json", "--exit-code"]);
+    let other = fs::read_to_string(scene.path("a.json")).expect("results");
+    fs::write(scene.path("d.json"), other.replace("\"id\": \"w/a\"", "\"id\": \"v/a\""))
+        .expect("written");
+    ends(&folder, 1, &["compare", "a.json", "d.json", "--exit-code"]);
+}
+
+#[test]
+fn checks_can_be_strict_and_read_by_programs() {
+    let scene = scene();
+    let folder = scene.path("");
+    ends(&folder, 0, &["check", "scene.json", "--strict"]);
+    let json = fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    let more = json.replace(
+        "\"materials\": {",
+        "\"materials\": {\"spare\": {\"type\": \"mirror\", \"reflectance\": 1}, ",
+    );
+    fs::write(scene.path("spare.json"), more).expect("written");
+    ends(&folder, 0, &["check", "spare.json"]);
+    let output = ends(&folder, 1, &["check", "spare.json", "--strict"]);
+    assert!(
+        text(&output.stderr).ends_with(
+            "error: spare.json: 1 warning; change what they name, or leave out --strict\n"
+        )
+    );
+    let output = ends(&folder, 0, &["check", "spare.json", "--json"]);
+    assert_eq!(text(&output.stderr), "");
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(found["scene"], "wall");
+    assert_eq!(found["surfaces"][0]["material"], "wall");
+    assert_eq!(found["captors"]["surface"], 1);
+    assert!(found["warnings"][0].as_str().expect("a text").contains("spare"));
+    ends(&folder, 2, &["check", "none.json", "--json"]);
+}
+
+#[test]
+fn every_command_that_traces_takes_the_same_options() {
+    let scene = scene();
+    let folder = scene.path("");
+    for command in ["run", "chart", "render", "view", "export", "sweep"] {
+        let help = text(&ends(&folder, 0, &[command, "--help"]).stdout);
+        for option in ["--seed <N>", "--photons <N>", "--threads <N>"] {
+            assert!(help.contains(option), "{command} has no {option}");
+        }
+        assert!(help.contains("Examples:"), "{command} has no example");
+    }
+}
+
+#[test]
+fn usage_that_is_wrong_ends_with_2_and_help_with_0() {
+    let scene = scene();
+    let folder = scene.path("");
+    for arguments in [&["run"][..], &["fly"], &["run", "scene.json", "--fotons", "1"], &[]] {
+        assert_eq!(text(&ends(&folder, 2, arguments).stdout), "", "{arguments:?}");
+    }
+    for arguments in [&["--help"][..], &["--version"], &["help", "run"]] {
+        assert_eq!(text(&ends(&folder, 0, arguments).stderr), "", "{arguments:?}");
+    }
+}
+
+/// What decides the numbers is in the results, and what does not is not.
+#[test]
+fn results_say_what_they_are_of() {
+    let scene = scene();
+    let folder = scene.path("");
+    ends(&folder, 0, &["run", "scene.json", "--threads", "1", "--k", "0", "-o", "a.json"]);
+    let a = fs::read_to_string(scene.path("a.json")).expect("results");
+    let result: Value = serde_json::from_str(&a).expect("JSON");
+    assert_eq!(result["format"], 1);
+    assert_eq!(
+        result["settings"],
+        serde_json::json!({
+            "estimator": "photons", "photons": 2000, "seed": 1, "k": 0, "splitting": 1
+        })
+    );
+    assert_eq!(result["warnings"], serde_json::json!([]));
+    assert_eq!(result["captors"][0]["groups"], serde_json::json!(["w"]));
+    // written otherwise, under another name, it is the same scene
+    let json = fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    let other = json.replace("0.5}", "5e-1}").replace("\"name\": \"wall\"", "\"name\": \"other\"");
+    fs::write(scene.path("other.json"), other).expect("written");
+    ends(&folder, 0, &["run", "other.json", "--photons", "5", "--seed", "3", "-o", "b.json"]);
+    let b: Value =
+        serde_json::from_slice(&fs::read(scene.path("b.json")).expect("results")).expect("JSON");
+    assert_eq!(result["scene_hash"], b["scene_hash"]);
+    assert_eq!(result["scene_hash"].as_str().map(str::len), Some(64));
+    assert!(b["warnings"][0].as_str().expect("a warning").contains("5 batches"));
+    fs::write(scene.path("other.json"), json.replace("0.5}", "0.6}")).expect("written");
+    ends(&folder, 0, &["run", "other.json", "-o", "b.json"]);
+    let b: Value =
+        serde_json::from_slice(&fs::read(scene.path("b.json")).expect("results")).expect("JSON");
+    assert_ne!(result["scene_hash"], b["scene_hash"]);
+}
