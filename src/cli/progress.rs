@@ -109,7 +109,6 @@ mod tests {
         for text in ["\r", "12 %, 3 min left", "    ", "13 %, 2 min left", "  "] {
             lines.write_str(text).unwrap();
         }
-        drop(lines);
         said.into_inner().unwrap()
     }
 
