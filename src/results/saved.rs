@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::{
     math::stats::is_possible,
     results::result::{
-        CaptorResult, FaceResult,
+        Absorbed, ByLight, CaptorResult, FaceResult, GroupResult,
         whole::{are_errors, are_values},
     },
 };
@@ -59,13 +59,18 @@ impl CaptorValues {
             && std::iter::once(&self.front).chain(&self.back).all(|face| face.is_whole(bands))
             && self.absorbed.iter().all(|values| are_values(values, bands))
             && self.absorbed_se.iter().all(|errors| are_errors(errors, bands))
+            && self.by_light.iter().flat_map(|lights| lights.values()).all(|light| {
+                are_values(&light.absorbed, bands) && are_errors(&light.absorbed_se, bands)
+            })
     }
 }
 
 impl FaceValues {
     fn is_whole(&self, bands: usize) -> bool {
         let mut values = [&self.irradiance].into_iter().chain(&self.min).chain(&self.max);
-        values.all(|values| are_values(values, bands)) && are_errors(&self.irradiance_se, bands)
+        values.all(|values| are_values(values, bands))
+            && are_errors(&self.irradiance_se, bands)
+            && self.by_light.iter().flat_map(|lights| lights.values()).all(|l| l.is_whole(bands))
     }
 }
 
@@ -103,6 +108,9 @@ pub(crate) struct CaptorValues {
     pub back: Option<FaceValues>,
     pub absorbed: Option<Vec<f64>>,
     pub absorbed_se: Option<Vec<Option<f64>>>,
+    /// What was absorbed of each light, where results are split by light.
+    #[serde(default)]
+    pub by_light: Option<ByLight<Absorbed>>,
 }
 
 /// Light that a group of captors received, as read from a file.
@@ -122,6 +130,9 @@ pub(crate) struct FaceValues {
     pub max: Option<Vec<f64>>,
     #[serde(default)]
     pub few_paths: bool,
+    /// The same of each light, where results are split by light.
+    #[serde(default)]
+    pub by_light: Option<ByLight<FaceValues>>,
 }
 
 impl From<&CaptorResult> for CaptorValues {
@@ -134,7 +145,24 @@ impl From<&CaptorResult> for CaptorValues {
             back: captor.back.as_ref().map(FaceValues::from),
             absorbed: captor.absorbed.clone(),
             absorbed_se: captor.absorbed_se.clone(),
+            by_light: captor.by_light.clone(),
         }
+    }
+}
+
+impl From<&GroupResult> for GroupValues {
+    fn from(group: &GroupResult) -> Self {
+        let values = CaptorValues {
+            id: group.id.clone(),
+            area: group.area,
+            center: None,
+            front: FaceValues::from(&group.front),
+            back: group.back.as_ref().map(FaceValues::from),
+            absorbed: group.absorbed.clone(),
+            absorbed_se: group.absorbed_se.clone(),
+            by_light: group.by_light.clone(),
+        };
+        Self { captors: group.captors as u64, values }
     }
 }
 
@@ -146,6 +174,9 @@ impl From<&FaceResult> for FaceValues {
             min: face.min.clone(),
             max: face.max.clone(),
             few_paths: face.few_paths,
+            by_light: face.by_light.as_ref().map(|lights| {
+                lights.iter().map(|(name, face)| (name.clone(), Self::from(face))).collect()
+            }),
         }
     }
 }

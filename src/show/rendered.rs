@@ -12,8 +12,8 @@ use crate::{
     error::{Error, NOTHING_WRITTEN, Result, catch_panic},
     math::{machine, stats::Estimate},
     results::{
-        result::RunResult,
-        saved::{CaptorValues, ResultsFile},
+        result::{ByLight, RunResult},
+        saved::{CaptorValues, FaceValues, GroupValues, ResultsFile},
     },
     scene::{
         captor::{CHANNELS, CaptorKind, Channel},
@@ -21,7 +21,7 @@ use crate::{
         world::Scene,
     },
     transport::{
-        settings::Settings,
+        settings::{Estimator, Settings},
         simulate::{Control, Progress, light_surfaces, simulate},
         surface_light::SurfaceLight,
     },
@@ -37,10 +37,15 @@ pub struct RenderedScene<'a> {
     pub source: String,
     /// In the order of the scene's.
     pub(crate) captors: Vec<CaptorValues>,
+    /// Groups of captors: entries, objects, their instances.
+    pub(crate) groups: Vec<GroupValues>,
     /// Photons on all surfaces, if any were traced.
     pub light: Option<SurfaceLight<'a>>,
     /// Of tile, channel and band, W/m2 or umol/m2/s: what the photons say of the tiles of surfaces.
     local: Vec<f32>,
+    /// Of tile, face, light and band: the share of each light in what arrives there, 255 for all of it; empty
+    /// where there is one light, or where results are not split by light.
+    shares: Vec<u8>,
 }
 
 /// Where the light of a rendered scene comes from.
@@ -91,23 +96,34 @@ impl<'a> RenderedScene<'a> {
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
         let reads_tiles = !matches!(plan, RenderPlan::Photons);
         let trace = !matches!(plan, RenderPlan::Results { trace, .. } if !(trace && unknown));
-        let (captors, source) = match plan {
+        let (captors, groups, source) = match plan {
             RenderPlan::Results { results, .. } => {
                 results.check_scene(scene)?;
                 let source = source(results.photons, &results.estimator, results.seed);
-                (results.captors, source)
+                (results.captors, results.groups, source)
             }
             RenderPlan::Run if !scene.captors.is_empty() => {
                 let control = Control { progress: &staged(RenderStage::Captors), ..*control };
-                let settings = Settings { k: Some(0), ..settings.clone() };
+                let by_light = settings.estimator == Estimator::Photons && splits(scene);
+                let settings = Settings { k: Some(0), by_light, ..settings.clone() };
                 let simulation = simulate(scene, &settings, &control)?;
                 let result = RunResult::new(scene, &settings, &simulation);
                 let source = source(result.photons, result.estimator, result.seed);
-                (result.captors.iter().map(CaptorValues::from).collect(), source)
+                let captors = result.captors.iter().map(CaptorValues::from).collect();
+                (captors, result.groups.iter().map(GroupValues::from).collect(), source)
             }
-            RenderPlan::Run | RenderPlan::Photons => (Vec::new(), String::new()),
+            RenderPlan::Run | RenderPlan::Photons => (Vec::new(), Vec::new(), String::new()),
         };
-        let mut rendered = Self { scene, tiles, source, captors, light: None, local: Vec::new() };
+        let mut rendered = Self {
+            scene,
+            tiles,
+            source,
+            captors,
+            groups,
+            light: None,
+            local: Vec::new(),
+            shares: Vec::new(),
+        };
         if trace && !scene.triangles().is_empty() {
             let k = settings.k.or(Some(NEAREST));
             // beside a run for captors as many as the map takes
@@ -117,7 +133,10 @@ impl<'a> RenderedScene<'a> {
             let light = light_surfaces(scene, &settings, &stage)?;
             if reads_tiles {
                 let stage = Control { progress: &staged(RenderStage::Tiles), ..*control };
-                rendered.local = local(&rendered.tiles, &light, settings.threads, &stage)?;
+                let by_light = rendered.captors.is_empty() || rendered.is_by_light();
+                let split = by_light && splits(scene);
+                (rendered.local, rendered.shares) =
+                    local(&rendered.tiles, &light, split, settings.threads, &stage)?;
             }
             rendered.light = Some(light);
         }
@@ -135,6 +154,21 @@ impl<'a> RenderedScene<'a> {
         let bands = self.scene.bands.len();
         let values = self.local.get((3 * tile + channel as usize) * bands..)?;
         values.get(..bands)
+    }
+
+    /// Whether the captors' results are split by the lights of the scene.
+    pub fn is_by_light(&self) -> bool {
+        let same = |lights: &ByLight<FaceValues>| {
+            lights.keys().eq(self.scene.lights.iter().map(|light| &light.name))
+        };
+        let split = |captor: &CaptorValues| captor.front.by_light.as_ref().is_some_and(same);
+        splits(self.scene) && !self.captors.is_empty() && self.captors.iter().all(split)
+    }
+
+    /// The share of each light in what arrives at the faces of surfaces, of tile, face, light and band; 255 stands
+    /// for all of it. Empty where it is not known.
+    pub fn shares(&self) -> &[u8] {
+        &self.shares
     }
 
     /// What a captor received per area in a band or sum, W/m2 or umol/m2/s.
@@ -172,21 +206,37 @@ impl CaptorValues {
     }
 
     /// What it received per area in a band or sum, W/m2 or umol/m2/s.
-    fn value(&self, channel: Channel, band: usize) -> Option<Estimate> {
-        let estimate = |values: &[f64], errors: &[Option<f64>], area: f64| {
-            let error = errors.get(band).copied().flatten();
-            let mean = values.get(band)? / area;
-            Some(Estimate { mean, standard_error: error.map(|error| error / area) })
-        };
+    pub fn value(&self, channel: Channel, band: usize) -> Option<Estimate> {
         let face = match channel {
             Channel::Front => &self.front,
             Channel::Back => self.back.as_ref()?,
             Channel::Absorbed => {
-                return estimate(self.absorbed.as_ref()?, self.absorbed_se.as_ref()?, self.area);
+                let errors = self.absorbed_se.as_ref()?;
+                return per_area(self.absorbed.as_ref()?, errors, band, self.area);
             }
         };
-        estimate(&face.irradiance, &face.irradiance_se, 1.0)
+        per_area(&face.irradiance, &face.irradiance_se, band, 1.0)
     }
+
+    /// The same of one light, where results are split by light.
+    pub fn of_light(&self, light: usize, channel: Channel, band: usize) -> Option<Estimate> {
+        let face = match channel {
+            Channel::Front => &self.front,
+            Channel::Back => self.back.as_ref()?,
+            Channel::Absorbed => {
+                let (_, light) = self.by_light.as_ref()?.get_index(light)?;
+                return per_area(&light.absorbed, &light.absorbed_se, band, self.area);
+            }
+        };
+        let (_, light) = face.by_light.as_ref()?.get_index(light)?;
+        per_area(&light.irradiance, &light.irradiance_se, band, 1.0)
+    }
+}
+
+fn per_area(values: &[f64], errors: &[Option<f64>], band: usize, area: f64) -> Option<Estimate> {
+    let error = errors.get(band).copied().flatten();
+    let mean = values.get(band)? / area;
+    Some(Estimate { mean, standard_error: error.map(|error| error / area) })
 }
 
 impl ResultsFile {
@@ -247,45 +297,80 @@ impl ResultsFile {
 const NEAREST: usize = 300;
 /// The most numbers that the light on surfaces may take, 4 GiB.
 const MOST_NUMBERS: usize = 1 << 30;
+/// The most lights that are told apart.
+const MOST_LIGHTS: usize = 32;
+
+/// Whether a scene has lights to tell apart, and not too many.
+fn splits(scene: &Scene) -> bool {
+    (2..=MOST_LIGHTS).contains(&scene.lights.len())
+}
+
 /// Tiles between two looks at the stop flag.
 const CHUNK: usize = 256;
 
-/// The light at the middle of each tile of a surface.
+/// The light at the middle of each tile of a surface and, if `split`, the shares of the lights in it.
 fn local(
     tiles: &Tiles,
     light: &SurfaceLight,
+    split: bool,
     threads: usize,
     control: &Control,
-) -> Result<Vec<f32>> {
+) -> Result<(Vec<f32>, Vec<u8>)> {
     let bands = light.scene.bands.len();
     let surfaces = tiles.parts.iter().filter(|part| part.material.is_some());
     let count = surfaces.map(|part| part.tiles.end).max().unwrap_or(0);
-    let mut values = vec![0.0; count * CHANNELS.len() * bands];
+    let each = CHANNELS.len() * bands;
+    let shares_each = if split { 2 * light.scene.lights.len() * bands } else { 0 };
+    let mut values = vec![0.0; count * each];
+    let mut shares = vec![0; count * shares_each];
     let pool = machine::pool(threads)?;
     let done = AtomicU64::new(0);
+    let tile = |tile: usize, values: &mut [f32], shares: &mut [u8]| {
+        let triangle = tiles.triangles[tile] as usize;
+        let point = tiles.corners[tile].centroid();
+        for (face, front) in [true, false].into_iter().enumerate() {
+            let into = &mut values[face * bands..][..bands];
+            if !split {
+                let found = light.irradiance(triangle, front, point);
+                into.iter_mut().zip(found).for_each(|(into, value)| *into = value as f32);
+                continue;
+            }
+            let found = light.irradiance_by_light(triangle, front, point);
+            let shares = &mut shares[face * found.len()..][..found.len()];
+            for (band, into) in into.iter_mut().enumerate() {
+                let sum: f64 = found.iter().skip(band).step_by(bands).sum();
+                *into = sum as f32;
+                let own = shares.iter_mut().zip(&found).skip(band).step_by(bands);
+                own.filter(|_| sum > 0.0)
+                    .for_each(|(share, value)| *share = (255.0 * value / sum).round() as u8);
+            }
+        }
+        let absorbed = values[2 * bands..].iter_mut().zip(light.absorbed(triangle, point));
+        absorbed.for_each(|(into, value)| *into = value as f32);
+    };
     let all = || {
-        let chunks = values.par_chunks_mut(CHUNK * CHANNELS.len() * bands).enumerate();
-        chunks.for_each(|(chunk, values)| {
+        let work = |chunk: usize, values: &mut [f32], shares: &mut [u8]| {
             if control.stop.load(Ordering::Relaxed) {
                 return;
             }
-            let tiles_of_chunk = values.chunks_mut(CHANNELS.len() * bands);
-            for (tile, values) in (chunk * CHUNK..).zip(tiles_of_chunk) {
-                let triangle = tiles.triangles[tile] as usize;
-                let point = tiles.corners[tile].centroid();
-                let faces = [true, false].map(|front| light.irradiance(triangle, front, point));
-                let absorbed = light.absorbed(triangle, point);
-                let all = faces.into_iter().flatten().chain(absorbed);
-                values.iter_mut().zip(all).for_each(|(into, value)| *into = value as f32);
+            for (i, values) in values.chunks_mut(each).enumerate() {
+                tile(chunk * CHUNK + i, values, &mut shares[i * shares_each..][..shares_each]);
             }
             let photons = done.fetch_add(CHUNK as u64, Ordering::Relaxed);
             (control.progress)(Progress { photons, of: Some(count as u64), worst: None });
-        });
+        };
+        let chunks = values.par_chunks_mut(CHUNK * each).enumerate();
+        if split {
+            let shares = shares.par_chunks_mut(CHUNK * shares_each);
+            chunks.zip(shares).for_each(|((chunk, values), shares)| work(chunk, values, shares));
+        } else {
+            chunks.for_each(|(chunk, values)| work(chunk, values, &mut []));
+        }
         Ok(())
     };
     catch_panic("run", || pool.install(all))?;
     if control.stop.load(Ordering::Relaxed) {
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
-    Ok(values)
+    Ok((values, shares))
 }

@@ -7,11 +7,9 @@ use serde_json::{Value, json};
 
 use crate::{
     error::{Error, Result},
-    math::geometry::Extent,
-    scene::{
-        captor::{CHANNELS, Channel},
-        world::Scene,
-    },
+    math::{geometry::Extent, stats::Estimate},
+    results::saved::CaptorValues,
+    scene::{captor::CHANNELS, world::Scene},
     show::{picture::Scale, rendered::RenderedScene},
     transport::surface_light::SurfaceLight,
 };
@@ -27,11 +25,13 @@ const MOST_LIGHTS: usize = 10_000;
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 6] = [
     include_str!("view/data.js"),
     include_str!("view/draw.js"),
     include_str!("view/table.js"),
+    include_str!("view/link.js"),
     include_str!("view/panel.js"),
+    include_str!("view/start.js"),
 ];
 /// three.js, MIT; see `view/three.md`.
 const THREE: &str = include_str!("view/three.min.js");
@@ -96,7 +96,18 @@ fn write_data(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Result<()
     array("parts", &parts.flat_map(i32::to_le_bytes).collect::<Vec<u8>>())?;
     let most = most_light(rendered);
     array("local", &shorts(local(rendered).map(|value| level(value, most))))?;
-    array("captors", &captors(rendered).flat_map(f32::to_le_bytes).collect::<Vec<u8>>())?;
+    let floats =
+        |values: Vec<f32>| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    let bands = rendered.scene.band_names().count();
+    let groups = rendered.groups.iter().map(|group| &group.values);
+    array("captors", &floats(received(&rendered.captors, bands).collect()))?;
+    array("groups", &floats(received(groups.clone(), bands).collect()))?;
+    if rendered.is_by_light() {
+        let lights = rendered.scene.lights.len();
+        let both = rendered.captors.iter().chain(groups);
+        array("byLight", &floats(received_of_lights(both, lights, bands).collect()))?;
+    }
+    array("shares", rendered.shares())?;
     if let Some(light) = &rendered.light {
         let shown = shown_photons(light);
         let positions = light.map.positions();
@@ -135,6 +146,9 @@ fn facts(rendered: &RenderedScene) -> Value {
         let Extent { min, max } = light.extent();
         json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
     });
+    // those whose share is known, if each of them is
+    let split = rendered.is_by_light() || !rendered.shares().is_empty();
+    let lamps = scene.lights.iter().filter(|_| split).map(|light| &light.name);
     let shown = rendered.light.as_ref().map(|light| (light, shown_photons(light)));
     json!({
         "phylux": env!("CARGO_PKG_VERSION"),
@@ -150,6 +164,10 @@ fn facts(rendered: &RenderedScene) -> Value {
         "areas": scene.captors.iter().map(|captor| captor.area).collect::<Vec<_>>(),
         "fewPaths": few_paths.map(|(c, _)| c).collect::<Vec<_>>(),
         "lights": lights.collect::<Vec<_>>(),
+        "lamps": lamps.collect::<Vec<_>>(),
+        "groups": rendered.groups.iter().map(|group| {
+            json!({ "name": group.values.id, "captors": group.captors, "area": group.values.area })
+        }).collect::<Vec<_>>(),
         "min": extent.min.to_array(),
         "size": extent.size().to_array(),
         "tiles": rendered.tiles.count(),
@@ -212,19 +230,35 @@ fn most_light(rendered: &RenderedScene) -> f32 {
     local(rendered).fold(f32::MIN_POSITIVE, f32::max)
 }
 
-/// What each captor received per area: channel after channel, value before error, band after band and
-/// sums, captor after captor; NaN where it is not known.
-fn captors<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
-    let bands = rendered.scene.band_names().count();
-    let each = (0..rendered.scene.captors.len()).flat_map(move |captor| {
-        let channels: [Channel; 3] = CHANNELS;
-        channels.into_iter().flat_map(move |channel| (0..bands).map(move |b| (captor, channel, b)))
-    });
-    each.flat_map(|(captor, channel, band)| {
-        let estimate = rendered.captor(captor, channel, band);
-        let error = estimate.and_then(|e| e.standard_error);
-        [estimate.map(|e| e.mean), error].map(|value| value.map_or(f32::NAN, |value| value as f32))
+/// What captors or groups received per area: channel after channel, band after band and sums, value before error;
+/// NaN where it is not known.
+fn received<'a>(
+    all: impl IntoIterator<Item = &'a CaptorValues>,
+    bands: usize,
+) -> impl Iterator<Item = f32> {
+    all.into_iter().flat_map(move |captor| {
+        let each = CHANNELS.into_iter().flat_map(move |c| (0..bands).map(move |b| (c, b)));
+        each.flat_map(move |(channel, band)| numbers(captor.value(channel, band)))
     })
+}
+
+/// The same of each light, one light after the other within a band.
+fn received_of_lights<'a>(
+    all: impl IntoIterator<Item = &'a CaptorValues>,
+    lights: usize,
+    bands: usize,
+) -> impl Iterator<Item = f32> {
+    all.into_iter().flat_map(move |captor| {
+        let each = CHANNELS.into_iter().flat_map(move |c| (0..bands).map(move |b| (c, b)));
+        each.flat_map(move |(channel, band)| {
+            (0..lights).flat_map(move |light| numbers(captor.of_light(light, channel, band)))
+        })
+    })
+}
+
+fn numbers(estimate: Option<Estimate>) -> [f32; 2] {
+    let error = estimate.and_then(|e| e.standard_error);
+    [estimate.map(|e| e.mean), error].map(|value| value.map_or(f32::NAN, |value| value as f32))
 }
 
 /// All photons of as many first histories as a page holds.

@@ -48,14 +48,34 @@ impl<'a> SurfaceLight<'a> {
     /// What arrives at a face of a triangle near `point`, per band, W/m2 or umol/m2/s. Zero where no
     /// photon has reached that face of its piece.
     pub fn irradiance(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
-        let mut sum = vec![0.0; self.scene.bands.len()];
-        let Some(gathered) = self.gather(triangle, front, point) else { return sum };
+        self.arrived(triangle, front, point, 1, |_| 0)
+    }
+
+    /// The same of each light, light after light.
+    pub fn irradiance_by_light(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
+        let light = |photon: usize| self.map.photons[photon].light as usize;
+        self.arrived(triangle, front, point, self.scene.lights.len(), light)
+    }
+
+    /// What arrives, in so many parts; `part` says to which a photon belongs.
+    fn arrived(
+        &self,
+        triangle: usize,
+        front: bool,
+        point: Vec3,
+        parts: usize,
+        part: impl Fn(usize) -> usize,
+    ) -> Vec<f64> {
+        let bands = self.scene.bands.len();
+        let mut sums = vec![0.0; parts * bands];
+        let Some(gathered) = self.gather(triangle, front, point) else { return sums };
         for photon in &gathered.photons {
+            let sum = &mut sums[part(photon.index) * bands..][..bands];
             let power = self.map.power(photon.index);
             sum.iter_mut().zip(power).for_each(|(sum, p)| *sum += f64::from(*p));
         }
-        sum.iter_mut().for_each(|sum| *sum *= gathered.weight);
-        sum
+        sums.iter_mut().for_each(|sum| *sum *= gathered.weight);
+        sums
     }
 
     /// What the surface absorbs near `point`, from both sides, per band, W/m2 or umol/m2/s.

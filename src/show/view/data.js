@@ -20,6 +20,9 @@ const corners = new Uint16Array(bytes("corners").buffer);
 const parts = readParts(new Int32Array(bytes("parts").buffer));
 const local = facts.local && new Uint16Array(bytes("local").buffer);
 const captorValues = new Float32Array(bytes("captors").buffer);
+const groupValues = new Float32Array(bytes("groups").buffer);
+const shares = bytes("shares");
+const byLight = element("byLight") && new Float32Array(bytes("byLight").buffer);
 const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
 const photons = facts.photons && {
   ...facts.photons,
@@ -63,18 +66,61 @@ function levels(most) {
 }
 const localLevels = local && levels(facts.local.most);
 
+/** The light at the place of a tile that arrives on a face in a traced band, with the lamps as they are set. */
+function arriving(tile, face, b) {
+  const all = localLevels[local[(face * traced + b) * surfaceTiles + tile]];
+  if (!dimmed) return all;
+  const lamps = facts.lamps.length;
+  let [lit, shone] = [0, 0];
+  for (let l = 0; l < lamps; l++) {
+    const share = shares[((tile * 2 + face) * lamps + l) * traced + b];
+    lit += share;
+    shone += share * state.lamps[l];
+  }
+  return lit ? (all * shone) / lit : 0;
+}
+
 /** Light at the place of a tile, per area; `UNKNOWN` where it is not known. */
 function localValue(tile, channel, band) {
-  if (tile >= surfaceTiles) return UNKNOWN;
+  if (tile >= surfaceTiles || (dimmed && !shares.length)) return UNKNOWN;
   let sum = 0;
-  for (const b of facts.bands[band].of) sum += localLevels[local[(channel * traced + b) * surfaceTiles + tile]];
+  for (const b of facts.bands[band].of) {
+    if (channel !== ABSORBED || !dimmed) {
+      sum += channel === ABSORBED ? localLevels[local[(channel * traced + b) * surfaceTiles + tile]] : arriving(tile, channel, b);
+      continue;
+    }
+    // as what arrives on both faces
+    const at = (face) => localLevels[local[(face * traced + b) * surfaceTiles + tile]];
+    const all = at(FRONT) + at(BACK);
+    const absorbed = localLevels[local[(ABSORBED * traced + b) * surfaceTiles + tile]];
+    sum += all ? (absorbed * (arriving(tile, FRONT, b) + arriving(tile, BACK, b))) / all : 0;
+  }
   return sum;
 }
 
 /** What a captor received per area: value and standard error, NaN where they are not known. */
 function captorValue(captor, channel, band) {
-  const at = 2 * ((captor * 3 + channel) * facts.bands.length + band);
-  return { value: captorValues[at], error: captorValues[at + 1] };
+  return received(captorValues, captor, captor, channel, band);
+}
+
+/** The same of a group of captors. */
+function groupValue(group, channel, band) {
+  return received(groupValues, group, facts.captors.length + group, channel, band);
+}
+
+/** With the lamps as they are set: light is linear in their powers, and each has photons of its own. */
+function received(values, row, rowByLight, channel, band) {
+  const at = 2 * ((row * 3 + channel) * facts.bands.length + band);
+  if (!dimmed || Number.isNaN(values[at])) return { value: values[at], error: values[at + 1] };
+  if (!byLight) return { value: NaN, error: NaN };
+  const lamps = facts.lamps.length;
+  const first = 2 * ((rowByLight * 3 + channel) * facts.bands.length + band) * lamps;
+  let [value, variance] = [0, 0];
+  for (let l = 0; l < lamps; l++) {
+    value += state.lamps[l] * byLight[first + 2 * l];
+    variance += (state.lamps[l] * (byLight[first + 2 * l + 1] || 0)) ** 2;
+  }
+  return { value, error: variance > 0 ? Math.sqrt(variance) : NaN };
 }
 
 /** The value that a tile is coloured by. */
@@ -92,8 +138,10 @@ const state = {
   low: 0, high: 1, log: false, cut: 0, dark: true, shade: true,
   photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
-  listed: [],
+  listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),
 };
+/** Whether some lamp is set to another power than it has in the scene. */
+let dimmed = false;
 
 /** Whether each face of a part is as good as unlit, while the other is lit. */
 function findDarkSides() {

@@ -12,8 +12,9 @@ uniform sampler2D values;
 in vec3 position;
 flat out vec4 tile;
 flat out int index;
-out vec3 view;
+out vec3 view, inBox;
 void main() {
+  inBox = position;
   index = gl_VertexID / 3;
   tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
   vec4 at = modelViewMatrix * vec4(position, 1.0);
@@ -27,12 +28,14 @@ const SEEN = `
 precision highp float; precision highp int;
 uniform float nearest;
 uniform bool seeThrough;
+uniform vec3 clipLow, clipHigh;
 flat in vec4 tile;
 flat in int index;
-in vec3 view;
+in vec3 view, inBox;
 bool flag(float bit) { return mod(floor(tile.w / bit), 2.0) >= 1.0; }
 void skipUnseen() {
   if (-view.z < nearest) discard;
+  if (any(lessThan(inBox, clipLow)) || any(greaterThan(inBox, clipHigh))) discard;
   if (seeThrough && (gl_FrontFacing ? flag(2.0) : flag(4.0))) discard;
 }`;
 
@@ -73,6 +76,7 @@ uniform mat4 modelViewMatrix, projectionMatrix, viewMatrix;
 uniform vec2 bounces;
 uniform float size, nearest;
 uniform bool seeThrough;
+uniform vec3 clipLow, clipHigh;
 in vec3 position;
 in vec3 normal; // of the face that it arrived on
 in float bounce;
@@ -86,7 +90,8 @@ void main() {
   // not scaled, and so along the axes of the scene
   vec3 facing = (viewMatrix * vec4(normal, 0.0)).xyz;
   bool behind = seeThrough && dot(facing, at.xyz) > 0.0;
-  if (behind || bounce < bounces.x || bounce > bounces.y || -at.z < nearest) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+  bool clipped = any(lessThan(position, clipLow)) || any(greaterThan(position, clipHigh));
+  if (clipped || behind || bounce < bounces.x || bounce > bounces.y || -at.z < nearest) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
 }`;
 
 const POINT_COLOUR = `
@@ -102,7 +107,8 @@ void main() {
 function makeRenderer() {
   renderer = new T.WebGLRenderer({ antialias: true });
   renderer.setPixelRatio(window.devicePixelRatio);
-  renderer.setClearColor(0xffffff);
+  renderer.domElement.tabIndex = 0;
+  renderer.domElement.setAttribute("aria-label", "the scene in the colours of its light");
   stage.prepend(renderer.domElement);
   scene = new T.Scene();
   pickTarget = new T.WebGLRenderTarget(1, 1);
@@ -114,6 +120,23 @@ function makeRenderer() {
   controls.zoomToCursor = true;
   controls.addEventListener("change", draw);
   controls.target.copy(new T.Vector3(...facts.min).addScaledVector(size, 0.5));
+}
+
+/** Whether the page is dark: as was chosen, or as the system is. */
+function isDark() {
+  return state.theme ? state.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+}
+
+/** The colour behind everything. */
+function paper() {
+  return isDark() ? 0x16181c : 0xffffff;
+}
+
+function showTheme() {
+  document.documentElement.dataset.theme = isDark() ? "dark" : "light";
+  element("theme").textContent = isDark() ? "light" : "dark";
+  renderer.setClearColor(paper(), 1);
+  draw();
 }
 
 /** Looks at everything, from the front, a little above, from as near as shows it all. */
@@ -164,6 +187,7 @@ function makeMesh() {
     values: { value: valueTexture }, colours: { value: colourTexture },
     low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false }, shaded: { value: true },
     nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
+    clipLow: { value: new T.Vector3() }, clipHigh: { value: new T.Vector3() },
   };
   const material = (fragmentShader) => new T.RawShaderMaterial({
     glslVersion: T.GLSL3, vertexShader: VERTEX, fragmentShader, uniforms, side: T.DoubleSide,
@@ -185,6 +209,7 @@ function makePhotons() {
     uniforms: {
       colours: mesh.material.uniforms.colours, nearest: mesh.material.uniforms.nearest,
       seeThrough: mesh.material.uniforms.seeThrough,
+      clipLow: mesh.material.uniforms.clipLow, clipHigh: mesh.material.uniforms.clipHigh,
       bounces: { value: new T.Vector2() }, size: { value: 2.5 * window.devicePixelRatio },
     },
   }));
@@ -221,7 +246,7 @@ function paintTiles() {
   const channels = state.quantity === "absorbed" ? [ABSORBED, ABSORBED] : [FRONT, BACK];
   for (const part of parts) {
     const hidden = state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
-    const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * listed.has(part.captor);
+    const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * (part.captor >= 0 && (listed.has(part.captor) || part.captor === state.found));
     for (let tile = part.first; tile < part.end; tile++) {
       for (const face of [FRONT, BACK]) {
         data[4 * tile + face] = state.quantity === "none" ? UNKNOWN : shownValue(part, tile, channels[face], state.band);
@@ -233,7 +258,21 @@ function paintTiles() {
   valueTexture.needsUpdate = true;
 }
 
-/** A range that fits the values shown: up to what all but 1 % of them are below. */
+/** What sensors received in the quantity shown, in order; of all captors, where there are few sensors. */
+function sensorValues() {
+  const channel = state.quantity === "absorbed" ? ABSORBED : FRONT;
+  const of = (chosen) => {
+    const captors = new Set(chosen.filter((part) => part.captor >= 0).map((part) => part.captor));
+    const values = [...captors].map((captor) => captorValue(captor, channel, state.band).value);
+    return values.filter((value) => value > 0).sort((a, b) => a - b);
+  };
+  const shown = parts.filter((p) => !state.hidden.object.has(p.object) && !state.hidden.material.has(p.material));
+  const sensors = of(shown.filter((part) => part.material < 0));
+  return sensors.length >= 4 ? sensors : of(shown);
+}
+
+/** A range that fits the values shown: up to what all but 1 % of them are below. Where that would leave half of
+ *  the sensors in a fifth of the colours, the range is that of the sensors. */
 function chooseRange() {
   const data = valueTexture.image.data;
   const values = [];
@@ -243,8 +282,24 @@ function chooseRange() {
     for (const face of [FRONT, BACK]) if (data[4 * tile + face] > 0) values.push(data[4 * tile + face]);
   }
   values.sort((a, b) => a - b);
-  state.high = values.length ? round(values[Math.floor(0.99 * (values.length - 1))]) : 1;
-  state.low = state.log ? round(state.high / 1000) : 0;
+  const at = (sorted, share) => sorted[Math.round(share * (sorted.length - 1))];
+  let high = values.length ? round(at(values, 0.99)) : 1;
+  let low = state.log ? round(high / 1000) : 0;
+  const sensors = state.quantity === "none" ? [] : sensorValues();
+  if (sensors.length >= 4 && !state.log) {
+    const [quarter, most] = [at(sensors, 0.25), at(sensors, 0.75)];
+    const tight = () => most > quarter && most - quarter < 0.2 * (high - low);
+    if (tight()) high = roundUp(at(sensors, 0.98), at(sensors, 0.98));
+    if (tight()) low = Math.max(0, -roundUp(-at(sensors, 0.02), high - at(sensors, 0.02)));
+    if (tight()) [low, high] = [Math.max(0, quarter - 1.9 * (most - quarter)), most + 1.9 * (most - quarter)];
+  }
+  [state.low, state.high] = [low, high];
+}
+
+/** The next number above with two digits of `size`. */
+function roundUp(value, size) {
+  const step = 10 ** (Math.floor(Math.log10(size)) - 1);
+  return Number((Math.ceil(value / step - 1e-9) * step).toPrecision(8));
 }
 
 function round(value) {
@@ -264,6 +319,9 @@ function draw() {
     uniforms.logarithmic.value = state.log;
     uniforms.shaded.value = state.shade;
     uniforms.seeThrough.value = state.dark;
+    // what lies in the faces of the box stays
+    uniforms.clipLow.value.set(...[0, 2, 4].map((i) => state.clip[i] - (state.clip[i] <= 0)));
+    uniforms.clipHigh.value.set(...[1, 3, 5].map((i) => state.clip[i] + (state.clip[i] >= 1)));
     const radius = new T.Vector3(...facts.size).length() / 2;
     const distance = camera.position.distanceTo(new T.Vector3(...facts.min).addScaledVector(new T.Vector3(...facts.size), 0.5));
     camera.near = Math.max(distance - 1.1 * radius, 1e-3 * Math.min(radius, camera.position.distanceTo(controls.target)));
@@ -276,6 +334,7 @@ function draw() {
       points.material.uniforms.bounces.value.set(...state.bounces);
     }
     renderer.render(scene, camera);
+    saveLink();
   });
 }
 
@@ -301,7 +360,7 @@ function tileAt(x, y) {
   const pixel = new Uint8Array(4);
   renderer.readRenderTargetPixels(pickTarget, 0, 0, 1, 1, pixel);
   renderer.setRenderTarget(null);
-  renderer.setClearColor(0xffffff, 1);
+  renderer.setClearColor(paper(), 1);
   mesh.material = painted;
   others.forEach((child) => (child.visible = true));
   camera.clearViewOffset();

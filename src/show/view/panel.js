@@ -49,6 +49,8 @@ function repaint(fit) {
   paintTiles();
   if (fit) chooseRange();
   showScale();
+  showFound();
+  showTables();
   if (points) paintPhotons();
   draw();
 }
@@ -89,7 +91,7 @@ function makeList(id, kind, names, isHidden) {
     const box = document.createElement("input");
     box.type = "checkbox";
     box.checked = !isHidden(key);
-    if (!box.checked) state.hidden[kind].add(key);
+    box.dataset.key = key;
     box.addEventListener("change", () => {
       state.hidden[kind][box.checked ? "delete" : "add"](key);
       paintTiles();
@@ -103,11 +105,32 @@ function makeList(id, kind, names, isHidden) {
   if (keys.length > MOST) element(id).append(`and ${keys.length - MOST} more`);
 }
 
-/** Looks at a captor's front from near by. */
-function find(id) {
-  const captor = facts.captors.indexOf(id);
+/** The captor of a name, or else the first whose name has this in it; -1 if there is none. */
+function named(text) {
+  const exact = facts.captors.indexOf(text);
+  if (exact >= 0 || !text.trim()) return exact;
+  return facts.captors.findIndex((id) => id.toLowerCase().includes(text.trim().toLowerCase()));
+}
+
+/** Marks a captor, shows it if it was hidden, says its numbers, and looks at its front from near by. */
+function find(text) {
+  const captor = named(text);
   const own = parts.filter((part) => part.captor === captor);
-  if (captor < 0 || !own.length) return;
+  state.found = captor;
+  if (captor < 0 || !own.length) {
+    element("found").textContent = text.trim() ? "no captor has this in its name" : "";
+    repaint(false);
+    return;
+  }
+  for (const { object, material } of own) {
+    for (const [kind, key] of [["object", object], ["material", material]]) {
+      if (!state.hidden[kind].delete(key)) continue;
+      const box = element(`${kind}s`).querySelector(`[data-key="${key}"]`);
+      if (box) box.checked = true;
+    }
+  }
+  showFound();
+  repaint(false);
   const [middle, normal, corner] = [new T.Vector3(), new T.Vector3(), [0, 1, 2].map(() => new T.Vector3())];
   let area = 0;
   for (const part of own) {
@@ -131,6 +154,77 @@ function find(id) {
   draw();
 }
 
+/** What is known of the captor that was found. */
+function showFound() {
+  const part = parts.find((part) => part.captor === state.found && state.found >= 0);
+  if (!part) return;
+  const line = (name, channel, factor, unit) => {
+    const { value, error } = captorValue(part.captor, channel, state.band);
+    return Number.isNaN(value) ? [] : [`${name} ${withError({ value: factor * value, error: factor * error })} ${unit}`];
+  };
+  const { irradiance, flux } = facts.unit;
+  const lines = [
+    nameOf(part), ...line("front", FRONT, 1, irradiance), ...line("back", BACK, 1, irradiance),
+    ...line("absorbed", ABSORBED, facts.areas[part.captor], flux),
+  ];
+  element("found").textContent = lines.join("\n");
+}
+
+/** A slider for the power of each lamp. */
+function makeLamps() {
+  element("lampSection").hidden = !facts.lamps.length;
+  makeLampSliders();
+  on("allLamps", "click", () => {
+    state.lamps.fill(1);
+    makeLampSliders();
+    relight();
+  });
+}
+
+function makeLampSliders() {
+  element("lamps").replaceChildren();
+  facts.lamps.forEach((name, l) => {
+    const label = document.createElement("label");
+    const [text, slider] = [document.createElement("span"), document.createElement("input")];
+    const say = () => (text.textContent = `${name} × ${short(state.lamps[l], 2)}`);
+    Object.assign(slider, { type: "range", min: 0, max: 2, step: 0.05, value: state.lamps[l] });
+    slider.addEventListener("input", () => {
+      state.lamps[l] = Number(slider.value);
+      say();
+      relight();
+    });
+    say();
+    label.append(text, slider);
+    element("lamps").append(label);
+  });
+}
+
+/** All colours and numbers for the lamps as they are set, on the scale that is there. */
+function relight() {
+  dimmed = state.lamps.some((factor) => factor !== 1);
+  repaint(false);
+}
+
+/** Two sliders for each axis. */
+function makeClip() {
+  ["x", "y", "z"].forEach((axis, i) => {
+    const row = document.createElement("div");
+    row.className = "row";
+    [0, 1].forEach((end) => {
+      const slider = document.createElement("input");
+      Object.assign(slider, { type: "range", min: 0, max: 1, step: 0.005, value: state.clip[2 * i + end] });
+      slider.setAttribute("aria-label", `${axis} ${end ? "to" : "from"}`);
+      slider.addEventListener("input", () => {
+        state.clip[2 * i + end] = Number(slider.value);
+        draw();
+      });
+      row.append(slider);
+    });
+    row.prepend(axis);
+    element("clip").append(row);
+  });
+}
+
 function makePanel() {
   element("name").textContent = facts.scene;
   element("source").textContent = `${facts.source ? facts.source + " · " : ""}phylux ${facts.phylux}`;
@@ -146,9 +240,25 @@ function makePanel() {
   element("band").value = state.band;
   element("values").value = state.values;
   element("valuesLabel").hidden = !local || !facts.captors.length;
-  // glass is in the way; so is what nothing is known of
-  makeList("objects", "object", facts.objects, () => false);
-  makeList("materials", "material", facts.materials.map((m) => m.name), (key) => key >= 0 && facts.materials[key].clear);
+  makeList("objects", "object", facts.objects, (key) => state.hidden.object.has(key));
+  makeList("materials", "material", facts.materials.map((m) => m.name), (key) => state.hidden.material.has(key));
+  for (const [id, value] of [["quantity", state.quantity], ["cut", state.cut]]) element(id).value = value;
+  for (const [id, value] of [["log", state.log], ["dark", state.dark], ["shade", state.shade]]) element(id).checked = value;
+  makeLamps();
+  makeClip();
+  const kinds = ["groups", "plants", "captors"].filter((kind) => rowsOf(kind).length);
+  kinds.forEach((kind) => {
+    const button = document.createElement("button");
+    button.textContent = kind;
+    button.addEventListener("click", () => { tables.of = tables.of === kind ? "" : kind; showTables(); });
+    element("tableButtons").append(button);
+  });
+  element("tableSection").hidden = !kinds.length;
+  on("copyTable", "click", () => copyText(tableCsv(), "copyTable"));
+  on("closeTable", "click", () => { tables.of = ""; showTables(); });
+  on("picture", "click", savePicture);
+  on("theme", "click", () => { state.theme = isDark() ? "light" : "dark"; showTheme(); });
+  on("menu", "click", () => document.body.classList.toggle("open"));
 
   on("quantity", "change", (e) => { state.quantity = e.target.value; repaint(true); });
   on("band", "change", (e) => { state.band = Number(e.target.value); repaint(true); });
@@ -169,7 +279,7 @@ function makePanel() {
   on("dark", "change", (e) => { state.dark = e.target.checked; draw(); });
   on("shade", "change", (e) => { state.shade = e.target.checked; draw(); });
   on("find", "change", (e) => find(e.target.value));
-  on("copy", "click", copyCsv);
+  on("copy", "click", () => copyText(csv(), "copy"));
   on("clear", "click", () => { state.listed = []; showListed(); });
 
   element("photonSection").hidden = !photons;
@@ -231,24 +341,66 @@ function watchMouse() {
     // a click, not the end of a drag
     if (e.button !== 0 || !pressed || Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) > 4) return;
     const tile = tileAt(e.clientX, e.clientY);
-    if (tile >= 0 && tile < facts.tiles) list(tile);
+    // a finger does not hover
+    if (e.pointerType === "touch") showTip(tile, e.clientX, e.clientY);
+    else if (tile >= 0 && tile < facts.tiles) list(tile);
   });
 }
 
-try {
-  makeRenderer();
-  findDarkSides();
-  makeMesh();
-  makeLights();
-  if (photons) makePhotons();
-  makePanel();
-  resize();
+// --- the keyboard ---
+
+/** Turns the eye about what it looks at, by so many degrees about the vertical and up. */
+function turn(across, up) {
+  const away = camera.position.clone().sub(controls.target);
+  const vertical = new T.Vector3(0, 0, 1);
+  away.applyAxisAngle(vertical, (across * Math.PI) / 180);
+  const right = vertical.clone().cross(away).normalize();
+  const turned = away.clone().applyAxisAngle(right, (-up * Math.PI) / 180);
+  // not over the top
+  if (Math.abs(turned.z) < 0.998 * turned.length()) away.copy(turned);
+  camera.position.copy(controls.target).add(away);
+  controls.update();
+  draw();
+}
+
+/** Moves by shares of the distance to what is looked at. */
+function move(right, up) {
+  const away = camera.position.clone().sub(controls.target);
+  const across = new T.Vector3(0, 0, 1).cross(away).normalize();
+  const step = across.clone().multiplyScalar(right * away.length());
+  step.addScaledVector(away.clone().normalize().cross(across), up * away.length());
+  camera.position.add(step);
+  controls.target.add(step);
+  controls.update();
+  draw();
+}
+
+function zoom(factor) {
+  const away = camera.position.clone().sub(controls.target);
+  camera.position.copy(controls.target).addScaledVector(away, factor);
+  controls.update();
+  draw();
+}
+
+function resetView() {
+  controls.target.copy(new T.Vector3(...facts.min).addScaledVector(new T.Vector3(...facts.size), 0.5));
   lookAtAll();
-  repaint(true);
-  watchMouse();
-  new ResizeObserver(resize).observe(stage);
-  document.documentElement.dataset.ready = "yes";
-} catch (error) {
-  element("message").textContent = `This page needs WebGL 2, which this browser does not give: ${error.message}`;
-  console.error(error);
+  draw();
+}
+
+function watchKeys() {
+  const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+  const keys = {
+    "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: resetView,
+    f: () => element("find").focus(), p: savePicture, t: () => element("tableButtons").firstElementChild?.click(),
+    Escape: () => { tables.of = ""; showTables(); showTip(-1); },
+  };
+  document.addEventListener("keydown", (e) => {
+    if (e.ctrlKey || e.metaKey || e.altKey || e.target.matches("input, select, textarea, summary, button")) return;
+    const arrow = arrows[e.key];
+    if (arrow) (e.shiftKey ? move(0.05 * arrow[0], 0.05 * arrow[1]) : turn(5 * arrow[0], 5 * arrow[1]));
+    else if (keys[e.key]) keys[e.key]();
+    else return;
+    e.preventDefault();
+  });
 }

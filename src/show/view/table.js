@@ -147,21 +147,27 @@ function showListed() {
 
 /** The listed values as `phylux run --csv` writes them. */
 function csv() {
+  return csvOf(state.listed.map(({ part, tile }) => ({ name: nameOf(part), lines: linesOf(part, tile) })));
+}
+
+/** Lines of names with values in each band. */
+function csvOf(entries) {
+  const number = (n) => (Number.isFinite(n) ? String(Number(n.toPrecision(7))) : "");
+  // a spreadsheet would run it as a formula
+  const plain = (text) => (/^[=+\-@\t\r\n'\uff1d\uff0b\uff0d\uff20]/.test(text) ? `'${text}` : text);
+  const quoted = (text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   const rows = [["captor", "face", "band", "quantity", "value", "standard_error"]];
-  for (const { part, tile } of state.listed) {
-    for (const { values, quantity, face } of linesOf(part, tile)) {
+  for (const { name, lines } of entries) {
+    for (const { values, quantity, face } of lines) {
       values.forEach(({ value, error }, band) => {
-        const number = (n) => (Number.isFinite(n) ? String(Number(n.toPrecision(7))) : "");
-        rows.push([nameOf(part), face, facts.bands[band].name, quantity, number(value), number(error)]);
+        rows.push([plain(name), face, plain(facts.bands[band].name), quantity, number(value), number(error)]);
       });
     }
   }
-  const quoted = (text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   return rows.map((row) => row.map(quoted).join(",") + "\n").join("");
 }
 
-async function copyCsv() {
-  const text = csv();
+async function copyText(text, button) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {
@@ -173,6 +179,103 @@ async function copyCsv() {
     document.execCommand("copy");
     area.remove();
   }
-  element("copy").textContent = "copied";
-  setTimeout(() => (element("copy").textContent = "copy as CSV"), 1200);
+  element(button).textContent = "copied";
+  setTimeout(() => (element(button).textContent = "copy as CSV"), 1200);
+}
+
+// --- tables of groups, plants and captors ---
+
+const MOST_ROWS = 1000;
+const tables = { of: "", column: 0, down: false };
+
+/** Names of the tables that have rows: an instance of an object is a plant. */
+function rowsOf(kind) {
+  if (kind === "captors") {
+    return facts.captors.map((name, i) => ({ name, area: facts.areas[i], captor: i, value: (c, b) => captorValue(i, c, b) }));
+  }
+  const rows = facts.groups.map((group, i) => ({ ...group, captor: -1, value: (c, b) => groupValue(i, c, b) }));
+  return rows.filter(({ name }) => /#\d+$/.test(name) === (kind === "plants"));
+}
+
+/** What the columns of a table hold: a name, a number to sort by, and its text. */
+function columnsOf(rows) {
+  const columns = [
+    { name: "name", sort: (row) => row.name, text: (row) => row.name },
+    { name: "area, m²", sort: (row) => row.area, text: (row) => short(row.area) },
+  ];
+  const add = (name, unit, channel, factor) => facts.bands.forEach((band, b) => {
+    const at = (row) => {
+      const { value, error } = row.value(channel, b);
+      return { value: factor(row) * value, error: factor(row) * error };
+    };
+    if (rows.every((row) => Number.isNaN(at(row).value))) return;
+    columns.push({ name: `${name} ${band.name}, ${unit}`, sort: (row) => at(row).value, text: (row) => withError(at(row)) });
+  });
+  add("front", facts.unit.irradiance, FRONT, () => 1);
+  add("absorbed", facts.unit.flux, ABSORBED, (row) => row.area);
+  return columns;
+}
+
+function showTables() {
+  const box = element("tables");
+  box.hidden = !tables.of;
+  if (!tables.of) return;
+  const rows = rowsOf(tables.of);
+  const columns = columnsOf(rows);
+  const key = columns[Math.min(tables.column, columns.length - 1)].sort;
+  const keys = new Map(rows.map((row) => [row, key(row)]));
+  const order = (a, b) => {
+    const [x, y] = [keys.get(a), keys.get(b)];
+    if (typeof x === "string") return x.localeCompare(y, "en", { numeric: true });
+    return (Number.isNaN(x) ? -Infinity : x) - (Number.isNaN(y) ? -Infinity : y);
+  };
+  rows.sort((a, b) => (tables.down ? order(b, a) : order(a, b)));
+  const table = element("groupTable");
+  table.replaceChildren();
+  heading(table, columns.map((column) => column.name));
+  [...table.tHead.rows[0].cells].forEach((cell, i) => {
+    const button = document.createElement("button");
+    button.textContent = cell.textContent + (i === tables.column ? (tables.down ? " ▾" : " ▴") : "");
+    button.addEventListener("click", () => {
+      // numbers begin with the largest
+      tables.down = i === tables.column ? !tables.down : i > 0;
+      tables.column = i;
+      showTables();
+    });
+    cell.replaceChildren(button);
+    cell.setAttribute("aria-sort", i === tables.column ? (tables.down ? "descending" : "ascending") : "none");
+  });
+  const body = table.createTBody();
+  for (const row of rows.slice(0, MOST_ROWS)) {
+    const line = body.insertRow();
+    columns.forEach((column) => cell(line, column.text(row)));
+    if (row.captor >= 0) line.addEventListener("click", () => find(row.name));
+  }
+  const left = rows.length - MOST_ROWS;
+  element("tableNote").textContent = left > 0 ? `and ${left} more, which CSV has` : "";
+}
+
+/** All rows of the table as CSV, in its order, back faces too. */
+function tableCsv() {
+  const lines = (row) => {
+    const line = (quantity, face, channel, factor) => ({
+      quantity, face, values: facts.bands.map((_, b) => {
+        const { value, error } = row.value(channel, b);
+        return { value: factor * value, error: factor * error };
+      }),
+    });
+    const all = [
+      line("irradiance", "front", FRONT, 1), line("irradiance", "back", BACK, 1), line("absorbed", "", ABSORBED, row.area),
+    ];
+    return all.filter(({ values }) => !values.every(({ value }) => Number.isNaN(value)));
+  };
+  const rows = rowsOf(tables.of);
+  const columns = columnsOf(rows);
+  const key = columns[Math.min(tables.column, columns.length - 1)].sort;
+  rows.sort((a, b) => {
+    const [x, y] = [key(a), key(b)];
+    const order = typeof x === "string" ? x.localeCompare(y, "en", { numeric: true }) : (x || 0) - (y || 0);
+    return tables.down ? -order : order;
+  });
+  return csvOf(rows.map((row) => ({ name: row.name, lines: lines(row) })));
 }

@@ -1,0 +1,99 @@
+// What is shown, kept in the link of the page, and pictures of it.
+
+/** The view as text that stands behind the `#` of a link. */
+function linkText() {
+  const list = (numbers) => [...numbers].map((n) => Number(n.toPrecision(6))).join(",");
+  const off = (kind) => [...state.hidden[kind]].join(",");
+  return new URLSearchParams({
+    quantity: state.quantity, band: facts.bands[state.band].name, values: state.values,
+    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clip: list(state.clip),
+    unlit: Number(state.dark), shading: Number(state.shade), objects: off("object"), materials: off("material"),
+    eye: list(camera.position), at: list(controls.target),
+    ...(dimmed && { lamps: list(state.lamps) }), ...(state.theme && { theme: state.theme }),
+    ...(state.found >= 0 && { find: facts.captors[state.found] }),
+  }).toString();
+}
+
+let saving = 0;
+/** Writes it into the link, a little after the last change: browsers refuse many at once. */
+function saveLink() {
+  clearTimeout(saving);
+  saving = setTimeout(() => history.replaceState(null, "", `#${linkText()}`), 250);
+}
+
+/** Takes what the link says and this scene has; whether it gives a range. */
+function readLink() {
+  const link = new URLSearchParams(location.hash.slice(1));
+  const numbers = (key, count) => {
+    const found = (link.get(key) ?? "").split(",").map(Number);
+    return link.get(key) && found.length === count && found.every(Number.isFinite) ? found : null;
+  };
+  const flag = (key, old) => (link.has(key) ? link.get(key) === "1" : old);
+  const chosen = (key, all, old) => (all.includes(link.get(key)) ? link.get(key) : old);
+  state.quantity = chosen("quantity", ["irradiance", "absorbed", "none"], state.quantity);
+  state.values = local ? chosen("values", ["local", "captor"], state.values) : "captor";
+  state.theme = chosen("theme", ["dark", "light"], state.theme);
+  const band = facts.bands.findIndex((band) => band.name === link.get("band"));
+  if (band >= 0) state.band = band;
+  state.log = flag("log", state.log);
+  state.dark = flag("unlit", state.dark);
+  state.shade = flag("shading", state.shade);
+  const inside = (n) => Math.min(Math.max(n, 0), 1);
+  state.cut = inside(numbers("cut", 1)?.[0] ?? 0);
+  state.clip = (numbers("clip", 6) ?? state.clip).map(inside);
+  state.lamps = (numbers("lamps", facts.lamps.length) ?? state.lamps).map((factor) => Math.max(factor, 0));
+  dimmed = state.lamps.some((factor) => factor !== 1);
+  for (const [key, kind] of [["objects", "object"], ["materials", "material"]]) {
+    if (link.has(key)) state.hidden[kind] = new Set(link.get(key).split(",").filter((n) => n).map(Number).filter(Number.isInteger));
+  }
+  state.found = facts.captors.indexOf(link.get("find"));
+  const [eye, at] = [numbers("eye", 3), numbers("at", 3)];
+  if (eye && at) {
+    camera.position.set(...eye);
+    controls.target.set(...at);
+    controls.update();
+  }
+  const range = numbers("range", 2);
+  const fits = range && range[0] < range[1] && (!state.log || range[0] > 0);
+  if (fits) [state.low, state.high] = range;
+  return Boolean(fits);
+}
+
+/** The picture with its title and its colour bar, as a canvas. */
+function picture() {
+  renderer.render(scene, camera);
+  const from = renderer.domElement;
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [from.width, from.height];
+  const pen = canvas.getContext("2d");
+  pen.drawImage(from, 0, 0);
+  const em = 14 * window.devicePixelRatio;
+  pen.fillStyle = isDark() ? "#eee" : "#222";
+  pen.font = `${1.2 * em}px sans-serif`;
+  pen.fillText(facts.scene, em, 1.8 * em);
+  if (state.quantity === "none") return canvas;
+  const [width, height] = [Math.min(22 * em, canvas.width - 4 * em), em];
+  const [left, top] = [canvas.width - width - 2 * em, canvas.height - 3 * em];
+  pen.imageSmoothingEnabled = false;
+  pen.drawImage(element("bar"), left, top, width, height);
+  pen.font = `${em}px sans-serif`;
+  pen.textAlign = "center";
+  for (const value of tickValues()) {
+    const { low, high } = state;
+    const f = state.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+    pen.fillText(String(Number(value.toPrecision(6))), left + f * width, top + height + 1.2 * em);
+  }
+  pen.fillText(element("unit").textContent, left + width / 2, top - 0.5 * em);
+  return canvas;
+}
+
+/** Saves it as a file. */
+function savePicture() {
+  picture().toBlob((blob) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${facts.scene.replace(/[^\p{L}\p{N}._-]+/gu, "-") || "scene"}.png`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+}
