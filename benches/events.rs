@@ -3,8 +3,8 @@
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
 use glam::{DVec3, Vec3};
 use phylux::{
-    Dielectric, Extent, Interaction, Lambert, Leaf, LeafFace, Light, LightShape, Material, Mirror,
-    Pane, Phong, PhongFractions, Stream, Transport,
+    Dielectric, Extent, Interaction, Lambert, Lanes, Leaf, LeafFace, Light, LightShape, Material,
+    Mirror, Pane, Phong, PhongFractions, Stream, Transport,
 };
 
 const EVENTS: u64 = 10_000;
@@ -56,9 +56,9 @@ fn material(name: &str, bands: usize) -> Material {
     }
 }
 
-#[divan::bench(args = ["lambert", "solid", "pane", "leaf", "phong", "mirror"], consts = [1, 4, 16])]
-fn scatter<const N: usize>(bencher: Bencher, name: &str) {
-    let material = material(name, N);
+#[divan::bench(args = ["lambert", "solid", "pane", "leaf", "phong", "mirror"], types = [[f32; 1], [f32; 4], [f32; 16]])]
+fn scatter<L: Lanes>(bencher: Bencher, name: &str) {
+    let material = material(name, size_of::<L>() / size_of::<f32>());
     let at = Interaction::new(Vec3::new(0.6, 0.0, -0.8), Vec3::Z);
-    sample(bencher, |rng| material.sample::<N>(&at, Transport::Light, rng));
+    sample(bencher, |rng| material.sample::<L>(&at, Transport::Light, rng));
 }

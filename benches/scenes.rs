@@ -55,7 +55,8 @@ pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
         for _ in 0..8 {
             let Some(hit) = scene.closest(&ray) else { break };
             let interaction = Interaction::new(ray.direction, scene.surface(hit.triangle).normal);
-            let Some(on) = white.sample::<1>(&interaction, Transport::Light, &mut rng) else {
+            let Some(on) = white.sample::<[f32; 1]>(&interaction, Transport::Light, &mut rng)
+            else {
                 break;
             };
             ray = scene.leave(hit.point, interaction.normal, on.direction);

@@ -58,7 +58,7 @@ pub use formats::sweep_file::{Parameter, Run, Sweep};
 pub use formats::{environment_map, iso8601, weather};
 pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use math::rng::Stream;
-pub use math::spectrum::Spectrum;
+pub use math::spectrum::{Lanes, Spectrum, Wide};
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
 pub use results::compare::{Comparison, Difference};

@@ -29,7 +29,7 @@ const LONGEST: u64 = 1 << 30;
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Goes up by one where random numbers or sums change, so that no shards of before and after are joined.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// What a shard is a shard of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

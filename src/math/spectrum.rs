@@ -1,53 +1,122 @@
-//! One number per band, in a fixed number of lanes that the compiler can unroll.
+//! One number per band. Few bands lie in a fixed number of lanes that the compiler can unroll; many in memory
+//! that is used again.
 
-use std::array;
+use std::{array, cell::RefCell, fmt::Debug, mem, ops};
 
-/// One number for each of `N` bands.
+/// One number for each band of a scene, and 0 in lanes beyond them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spectrum<const N: usize>(pub [f32; N]);
+pub struct Spectrum<L>(pub L);
 
 /// The largest number of bands that one run can carry.
 pub const MAX_BANDS: usize = 4096;
 
-/// Lanes that hold `bands` bands: the least of 1, 2, 4, 8, 16, 64, 512, 4096.
-pub fn lanes(bands: usize) -> usize {
-    [1, 2, 4, 8, 16, 64, 512].into_iter().find(|&n| n >= bands).unwrap_or(MAX_BANDS)
+/// Where the numbers of a spectrum lie.
+pub trait Lanes: Clone + Debug + PartialEq + 'static {
+    /// The value of `f` in each lane; there are `lanes`, unless the type has a number of its own.
+    fn from_fn(lanes: usize, f: impl FnMut(usize) -> f32) -> Self;
+
+    /// The numbers in order.
+    fn values(&self) -> &[f32];
+
+    /// The numbers in order, to be changed.
+    fn values_mut(&mut self) -> &mut [f32];
 }
 
-/// Runs `$body` with the constant `$n` set to the lanes of a scene.
+impl<const N: usize> Lanes for [f32; N] {
+    #[inline]
+    fn from_fn(_: usize, f: impl FnMut(usize) -> f32) -> Self {
+        array::from_fn(f)
+    }
+
+    #[inline]
+    fn values(&self) -> &[f32] {
+        self
+    }
+
+    #[inline]
+    fn values_mut(&mut self) -> &mut [f32] {
+        self
+    }
+}
+
+/// Any number of lanes. The memory of one that is dropped is kept for the next of the same thread, so that the loops
+/// of photons and paths allocate nothing.
+#[derive(Debug, PartialEq)]
+pub struct Wide(Vec<f32>);
+
+thread_local! {
+    static FREE: RefCell<Vec<Vec<f32>>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Wide {
+    /// Empty, with memory of one that was dropped if there is any.
+    #[inline]
+    fn empty() -> Vec<f32> {
+        FREE.with_borrow_mut(Vec::pop).unwrap_or_default()
+    }
+}
+
+impl Lanes for Wide {
+    #[inline]
+    fn from_fn(lanes: usize, f: impl FnMut(usize) -> f32) -> Self {
+        let mut values = Self::empty();
+        values.extend((0..lanes).map(f));
+        Self(values)
+    }
+
+    #[inline]
+    fn values(&self) -> &[f32] {
+        &self.0
+    }
+
+    #[inline]
+    fn values_mut(&mut self) -> &mut [f32] {
+        &mut self.0
+    }
+}
+
+impl Clone for Wide {
+    #[inline]
+    fn clone(&self) -> Self {
+        let mut values = Self::empty();
+        values.extend_from_slice(&self.0);
+        Self(values)
+    }
+}
+
+impl Drop for Wide {
+    #[inline]
+    fn drop(&mut self) {
+        let mut values = mem::take(&mut self.0);
+        values.clear();
+        // a thread that ends has no use for it
+        let _ = FREE.try_with(|free| free.borrow_mut().push(values));
+    }
+}
+
+/// Lanes of a scene with `bands` bands: the least of 1, 4 and 16 that holds them; beyond, as many as bands.
+pub fn lanes(bands: usize) -> usize {
+    [1, 4, 16].into_iter().find(|&n| n >= bands).unwrap_or(bands)
+}
+
+/// Runs `$body` with the type `$l` set to the lanes of a scene.
 macro_rules! with_lanes {
-    ($lanes:expr, $n:ident => $body:expr) => {
+    ($lanes:expr, $l:ident => $body:expr) => {
         match $lanes {
             1 => {
-                const $n: usize = 1;
-                $body
-            }
-            2 => {
-                const $n: usize = 2;
+                type $l = [f32; 1];
                 $body
             }
             4 => {
-                const $n: usize = 4;
-                $body
-            }
-            8 => {
-                const $n: usize = 8;
+                type $l = [f32; 4];
                 $body
             }
             16 => {
-                const $n: usize = 16;
-                $body
-            }
-            64 => {
-                const $n: usize = 64;
-                $body
-            }
-            512 => {
-                const $n: usize = 512;
+                type $l = [f32; 16];
                 $body
             }
             _ => {
-                const $n: usize = $crate::math::spectrum::MAX_BANDS;
+                type $l = $crate::math::spectrum::Wide;
                 $body
             }
         }
@@ -55,61 +124,146 @@ macro_rules! with_lanes {
 }
 pub(crate) use with_lanes;
 
-impl<const N: usize> Spectrum<N> {
-    /// Zero in every band.
-    pub const ZERO: Self = Self([0.0; N]);
-    /// One in every band.
-    pub const ONE: Self = Self([1.0; N]);
+impl<L: Lanes> Spectrum<L> {
+    /// The value of `f` in each of so many lanes.
+    #[inline]
+    pub fn from_fn(lanes: usize, f: impl FnMut(usize) -> f32) -> Self {
+        Self(L::from_fn(lanes, f))
+    }
 
-    /// Reads per-band values that are padded to the scene's lanes.
+    /// The same value in each of so many lanes.
+    #[inline]
+    pub fn splat(lanes: usize, value: f32) -> Self {
+        Self::from_fn(lanes, |_| value)
+    }
+
+    /// From values per lane of the scene.
     #[inline]
     pub fn load(values: &[f32]) -> Self {
-        Self(array::from_fn(|b| values[b]))
+        Self::from_fn(values.len(), |b| values[b])
+    }
+
+    /// The numbers, lane by lane.
+    #[inline]
+    pub fn values(&self) -> &[f32] {
+        self.0.values()
+    }
+
+    /// Zero in each of its lanes.
+    #[inline]
+    pub fn zero(&self) -> Self {
+        Self::splat(self.values().len(), 0.0)
     }
 
     /// Whether every band is zero.
     #[inline]
     pub fn is_zero(&self) -> bool {
-        self.0.iter().all(|&v| v == 0.0)
+        self.values().iter().all(|&v| v == 0.0)
     }
 
     /// The largest value; 0 where none is above.
     #[inline]
     pub fn largest(&self) -> f32 {
-        self.0.iter().copied().fold(0.0, f32::max)
+        self.values().iter().copied().fold(0.0, f32::max)
     }
 
     /// The largest value among the bands in which `other` is above 0; 0 where none is.
     #[inline]
     pub fn largest_within(&self, other: &Self) -> f32 {
-        self.zip(*other, |value, other| if other > 0.0 { value } else { 0.0 }).largest()
+        let both = self.values().iter().zip(other.values());
+        both.fold(0.0, |most, (&v, &o)| f32::max(most, if o > 0.0 { v } else { 0.0 }))
+    }
+
+    /// Each band by itself.
+    #[inline]
+    pub fn map(mut self, f: impl Fn(f32) -> f32) -> Self {
+        self.0.values_mut().iter_mut().for_each(|v| *v = f(*v));
+        self
     }
 
     /// Each band times `factor`.
     #[inline]
     pub fn scaled(self, factor: f32) -> Self {
-        Self(array::from_fn(|b| self.0[b] * factor))
+        self.map(|v| v * factor)
     }
 
     /// Band by band.
     #[inline]
-    pub fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(array::from_fn(|b| f(self.0[b], other.0[b])))
+    pub fn zip(mut self, other: &Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let values = self.0.values_mut().iter_mut().zip(other.values());
+        values.for_each(|(v, o)| *v = f(*v, *o));
+        self
     }
 }
 
-impl<const N: usize> std::ops::Mul for Spectrum<N> {
+impl<L: Lanes> ops::Mul<&Self> for Spectrum<L> {
     type Output = Self;
     #[inline]
-    fn mul(self, other: Self) -> Self {
+    fn mul(self, other: &Self) -> Self {
         self.zip(other, |a, b| a * b)
     }
 }
 
-impl<const N: usize> std::ops::Add for Spectrum<N> {
+impl<L: Lanes> ops::Add<&Self> for Spectrum<L> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: &Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl<L: Lanes> ops::Mul for Spectrum<L> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        self * &other
+    }
+}
+
+impl<L: Lanes> ops::Add for Spectrum<L> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+        self + &other
+    }
+}
+
+impl<L: Lanes> ops::AddAssign for Spectrum<L> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        let values = self.0.values_mut().iter_mut().zip(other.values());
+        values.for_each(|(v, o)| *v += o);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Any number of bands up to 4096 has lanes; beyond 16 none is idle.
+    #[test]
+    fn every_number_of_bands_has_lanes() {
+        let of: Vec<usize> = (1..=MAX_BANDS).map(lanes).collect();
+        assert_eq!(of[..6], [1, 4, 4, 4, 16, 16]);
+        assert!((17..=MAX_BANDS).all(|bands| of[bands - 1] == bands));
+    }
+
+    /// Wide spectra calculate like those in fixed lanes, and take the memory of one that was dropped.
+    #[test]
+    fn wide_spectra_are_like_others() {
+        fn both<L: Lanes>() -> Vec<f32> {
+            let a = Spectrum::<L>::from_fn(4, |b| b as f32);
+            let b = Spectrum::<L>::load(&[2.0, 0.0, 0.5, 1.0]);
+            let sum = a.clone() * &b + a.zero().map(|v| v + 1.0).scaled(0.5);
+            let mut values = sum.values().to_vec();
+            values.extend([a.largest(), a.largest_within(&b), b.largest_within(&a)]);
+            values
+        }
+        assert_eq!(both::<[f32; 4]>(), both::<Wide>());
+        let first = Wide::from_fn(100, |_| 1.0);
+        let place = first.0.as_ptr();
+        drop(first);
+        let second = Wide::from_fn(100, |_| 2.0);
+        assert_eq!((second.0.as_ptr(), second.values()), (place, &[2.0; 100][..]));
     }
 }

@@ -13,7 +13,7 @@ use crate::{
             Chosen, cosine_hemisphere, uniform_circle, uniform_cone, uniform_triangle,
             weighted_choice,
         },
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum},
     },
     scene::daylight::InfiniteLight,
 };
@@ -421,7 +421,7 @@ fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
 }
 
 /// A photon as it leaves its light.
-pub struct Emission<'a, const N: usize> {
+pub struct Emission<'a, L> {
     /// Index of the light.
     pub light: usize,
     /// Index of its stratum.
@@ -432,7 +432,7 @@ pub struct Emission<'a, const N: usize> {
     pub ray: Ray,
     /// What it starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit;
     /// something else where the bands of a light at infinity come from different directions.
-    pub power: Spectrum<N>,
+    pub power: Spectrum<L>,
 }
 
 /// How the histories of one piece are shared among the lights: which history belongs to which
@@ -494,28 +494,28 @@ impl Strata {
 
     /// Emits history `index`, from `offset` metres off its light.
     #[inline]
-    pub fn emit<const N: usize>(
+    pub fn emit<L: Lanes>(
         &self,
         lights: &[Light],
         index: u64,
         offset: f32,
         rng: &mut Stream,
-    ) -> Emission<'_, N> {
+    ) -> Emission<'_, L> {
         self.emit_of(lights, self.source(index), offset, rng)
     }
 
     /// Emits a history of stratum `source`.
     #[inline]
-    pub fn emit_of<const N: usize>(
+    pub fn emit_of<L: Lanes>(
         &self,
         lights: &[Light],
         source: usize,
         offset: f32,
         rng: &mut Stream,
-    ) -> Emission<'_, N> {
+    ) -> Emission<'_, L> {
         let (light, door) = self.sources[source];
         let weights = self.weights(source);
-        let power = Spectrum(std::array::from_fn(|b| f32::from(weights[b] > 0.0)));
+        let power = Spectrum::from_fn(self.lanes, |b| f32::from(weights[b] > 0.0));
         let (ray, power) = match lights[light].entrance() {
             Some(entrance) if entrance.doors() > 0 => {
                 let (ray, factor) = entrance.enter(door, rng);

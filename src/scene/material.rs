@@ -20,7 +20,7 @@ use crate::{
         geometry::Frame,
         rng::Stream,
         sampling::{cosine_hemisphere, cosine_hemisphere_density},
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum},
     },
 };
 
@@ -87,12 +87,12 @@ impl Interaction {
 
 /// How a path goes on. Nothing ends here by chance: absorption is a weight below 1.
 #[derive(Clone, Copy, Debug)]
-pub struct BsdfSample<const N: usize> {
+pub struct BsdfSample<L> {
     /// The new direction, unit vector.
     pub direction: Vec3,
     /// What each band is multiplied with: f |cos| over the density of the choice. At most 1, but where bands have
     /// their largest fractions in different lobes, or a Phong lobe's cosine is above its mean.
-    pub weight: Spectrum<N>,
+    pub weight: Spectrum<L>,
     /// Whether the path goes on at the other side of the surface.
     pub crosses: bool,
     /// What its direction has to do with the old one.
@@ -101,14 +101,14 @@ pub struct BsdfSample<const N: usize> {
     pub total_reflection: bool,
 }
 
-impl<const N: usize> BsdfSample<N> {
+impl<L: Lanes> BsdfSample<L> {
     #[inline]
-    fn new(direction: Vec3, weight: Spectrum<N>, crosses: bool) -> Self {
+    fn new(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
         Self { direction, weight, crosses, lobe: LobeKind::Diffuse, total_reflection: false }
     }
 
     #[inline]
-    fn specular(direction: Vec3, weight: Spectrum<N>, crosses: bool) -> Self {
+    fn specular(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
         Self { lobe: LobeKind::Specular, ..Self::new(direction, weight, crosses) }
     }
 }
@@ -165,13 +165,24 @@ impl Lobe {
     }
 
     #[inline]
-    fn relative<const N: usize>(&self) -> Spectrum<N> {
+    fn relative<L: Lanes>(&self) -> Spectrum<L> {
         Spectrum::load(&self.relative)
     }
 
     #[inline]
-    fn fraction<const N: usize>(&self) -> Spectrum<N> {
+    fn fraction<L: Lanes>(&self) -> Spectrum<L> {
         self.relative().scaled(self.largest)
+    }
+
+    /// The same value in every band.
+    #[inline]
+    fn all<L: Lanes>(&self, value: f32) -> Spectrum<L> {
+        Spectrum::splat(self.relative.len(), value)
+    }
+
+    #[inline]
+    fn nothing<L: Lanes>(&self) -> Spectrum<L> {
+        self.all(0.0)
     }
 }
 
@@ -247,12 +258,12 @@ impl Material {
     /// Follows a path one interaction further; none where nothing goes on. Inlined
     /// for the walls, which are met most; the longer ones are called.
     #[inline(always)]
-    pub fn sample<const N: usize>(
+    pub fn sample<L: Lanes>(
         &self,
         interaction: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
+    ) -> Option<BsdfSample<L>> {
         match self {
             Self::Lambert(m) => m.sample(interaction, rng),
             Self::Dielectric(m) => m.sample(interaction, transport, rng),
@@ -266,35 +277,33 @@ impl Material {
     /// Scattering function f per band, 1/sr, for light that meets the surface at `interaction` and
     /// leaves along `outgoing`, without the lobes that are mirrors.
     #[inline]
-    pub fn evaluate<const N: usize>(
-        &self,
-        interaction: &Interaction,
-        outgoing: Vec3,
-    ) -> Spectrum<N> {
+    pub fn evaluate<L: Lanes>(&self, interaction: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         match self {
             Self::Lambert(m) => m.evaluate(interaction, outgoing),
             Self::Leaf(m) => m.evaluate(interaction, outgoing),
             Self::Phong(m) => m.evaluate(interaction, outgoing),
-            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => Spectrum::ZERO,
+            Self::Dielectric(Dielectric { tint: lobe, .. })
+            | Self::Pane(Pane { tint: lobe, .. })
+            | Self::Mirror(Mirror { lobe }) => lobe.nothing(),
         }
     }
 
     /// The ways in which light goes on mirrored, refracted or straight: together with
     /// [`evaluate`](Self::evaluate) all that is scattered. Each has as weight what it carries per band.
-    pub fn smooth_ways<const N: usize>(
+    pub fn smooth_ways<L: Lanes>(
         &self,
         interaction: &Interaction,
         transport: Transport,
-    ) -> [Option<BsdfSample<N>>; 2] {
-        let mirrored = |fraction: Spectrum<N>| {
-            let way = BsdfSample::specular(interaction.mirrored(), fraction, false);
-            [(!fraction.is_zero()).then_some(way), None]
+    ) -> [Option<BsdfSample<L>>; 2] {
+        let mirrored = |fraction: Spectrum<L>| {
+            let some = !fraction.is_zero();
+            [some.then(|| BsdfSample::specular(interaction.mirrored(), fraction, false)), None]
         };
         match self {
             Self::Lambert(_) => [None, None],
             Self::Dielectric(m) => m.ways(interaction, transport),
             Self::Pane(m) => m.ways(interaction),
-            Self::Leaf(m) => mirrored(Spectrum::ONE.scaled(m.mirrored(interaction))),
+            Self::Leaf(m) => mirrored(m.mirrored(interaction)),
             Self::Phong(m) => mirrored(m.mirrored()),
             Self::Mirror(m) => mirrored(m.lobe.fraction()),
         }
@@ -315,7 +324,7 @@ impl Material {
     /// Fraction of the incident power that is absorbed, per band; `None` where no closed form is
     /// known (the Phong lobe).
     #[inline]
-    pub fn absorptance<const N: usize>(&self, interaction: &Interaction) -> Option<Spectrum<N>> {
+    pub fn absorptance<L: Lanes>(&self, interaction: &Interaction) -> Option<Spectrum<L>> {
         match self {
             Self::Lambert(m) => Some(complement(m.lobe.fraction())),
             Self::Dielectric(m) => Some(m.absorptance(interaction)),
@@ -370,8 +379,8 @@ impl Material {
     }
 }
 
-fn complement<const N: usize>(scattered: Spectrum<N>) -> Spectrum<N> {
-    Spectrum(scattered.0.map(|s| (1.0 - s).max(0.0)))
+fn complement<L: Lanes>(scattered: Spectrum<L>) -> Spectrum<L> {
+    scattered.map(|s| (1.0 - s).max(0.0))
 }
 
 /// Opaque Lambertian surface: f = reflectance / pi on both faces (Lambert 1760).
@@ -392,15 +401,16 @@ impl Lambert {
     }
 
     #[inline]
-    fn sample<const N: usize>(&self, at: &Interaction, rng: &mut Stream) -> Option<BsdfSample<N>> {
+    fn sample<L: Lanes>(&self, at: &Interaction, rng: &mut Stream) -> Option<BsdfSample<L>> {
         let reflected = || BsdfSample::new(diffuse(at.normal, rng), self.lobe.fraction(), false);
         (self.lobe.largest > 0.0).then(reflected)
     }
 
     #[inline]
-    fn evaluate<const N: usize>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<N> {
+    fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         let above = outgoing.dot(at.normal) > 0.0;
-        if above { self.lobe.fraction().scaled(1.0 / std::f32::consts::PI) } else { Spectrum::ZERO }
+        let fraction = if above { self.lobe.fraction() } else { self.lobe.nothing() };
+        fraction.scaled(1.0 / std::f32::consts::PI)
     }
 
     #[inline]
@@ -423,7 +433,7 @@ impl Mirror {
     }
 
     #[inline]
-    fn sample<const N: usize>(&self, at: &Interaction) -> Option<BsdfSample<N>> {
+    fn sample<L: Lanes>(&self, at: &Interaction) -> Option<BsdfSample<L>> {
         let mirrored = || BsdfSample::specular(at.mirrored(), self.lobe.fraction(), false);
         (self.lobe.largest > 0.0).then(mirrored)
     }

@@ -102,17 +102,17 @@ pub fn render(
     };
     let rows =
         pixels.values.par_chunks_mut(width * bands).zip(pixels.covered.par_chunks_mut(width));
-    with_lanes!(light.scene.lanes(), N => {
+    with_lanes!(light.scene.lanes(), L => {
         each_row(rows, viewpoint, sampling, control, |mut samples, (values, covered)| {
-            let whitted = Whitted::<N> { light, viewpoint };
+            let whitted = Whitted { light, viewpoint };
             for (x, value) in values.chunks_mut(bands).enumerate() {
                 let (mut shared, mut sum, mut met) = (Shared::default(), vec![0.0; bands], 0);
                 for (ray, mut rng) in samples.pixel(x) {
                     let found = match show {
                         Show::Radiance { gather } => {
-                            let found = whitted.radiance(ray, gather, &mut shared, &mut rng);
+                            let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
                             met += 1;
-                            found.0[..bands].iter().zip(&mut sum).for_each(|(f, s)| *s += f64::from(*f));
+                            found.values().iter().zip(&mut sum).for_each(|(f, s)| *s += f64::from(*f));
                             continue;
                         }
                         Show::Irradiance => flat(viewpoint, ray, &mut shared, |triangle, front, point| {

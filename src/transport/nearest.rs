@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
-        spectrum::{Spectrum, with_lanes},
+        spectrum::{Lanes, Spectrum, with_lanes},
         stats::Estimate,
     },
     scene::{
@@ -73,7 +73,7 @@ pub fn estimate(
     let radiance = |face| match captor.kind {
         CaptorKind::Virtual { .. } => None,
         CaptorKind::Surface => {
-            with_lanes!(scene.lanes(), N => radiance::<N>(scene, map, captor, &gathered, face))
+            with_lanes!(scene.lanes(), L => radiance::<L>(scene, map, captor, &gathered, face))
         }
     };
     faces.map(|face| {
@@ -180,7 +180,7 @@ fn gather(
 
 /// Radiance along the mean normal of `face`: reflected from its own photons, transmitted from
 /// those of the other face.
-fn radiance<const N: usize>(
+fn radiance<L: Lanes>(
     scene: &Scene,
     map: &PhotonMap,
     captor: &Captor,
@@ -203,9 +203,9 @@ fn radiance<const N: usize>(
         if leaves_front != (face == Channel::Front) {
             return;
         }
-        let f: Spectrum<N> = scene.material(surface).evaluate(&interaction, outgoing);
-        for ((sum, f), power) in into.iter_mut().zip(f.0).zip(map.power(photon)) {
-            *sum += f64::from(f) * f64::from(*power) * weight;
+        let f: Spectrum<L> = scene.material(surface).evaluate(&interaction, outgoing);
+        for ((sum, f), power) in into.iter_mut().zip(f.values()).zip(map.power(photon)) {
+            *sum += f64::from(*f) * f64::from(*power) * weight;
         }
     }))
 }

@@ -19,7 +19,11 @@ mod vertex;
 use glam::Vec3;
 
 use crate::{
-    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    math::{
+        geometry::Ray,
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
     scene::{
         daylight::{DirectionSample, InfiniteLight},
         material::{Interaction, LobeKind, Material, Transport},
@@ -75,11 +79,11 @@ impl Path<'_, '_> {
     /// Light from one light point: the direction towards it, and its irradiance across that
     /// direction over the density of the choice, weighted against `otherwise`, the density with
     /// which a path would go there by itself.
-    fn next_event<const N: usize>(
+    fn next_event<L: Lanes>(
         &mut self,
         at: &Vertex,
         otherwise: impl Fn(Vec3) -> f32,
-    ) -> Option<(Vec3, Spectrum<N>)> {
+    ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (light, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
         let light = &scene.lights[light];
@@ -94,32 +98,32 @@ impl Path<'_, '_> {
         let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(towards).signum();
         let origin = at.point + at.step.map_or(Vec3::ZERO, step);
         self.rays += 1;
-        let visible: Spectrum<N> = scene.visibility(origin, sample.point)?;
+        let visible: Spectrum<L> = scene.visibility(origin, sample.point)?;
         let weight = match sample.density {
             Some(density) => density * chance / (density * chance + otherwise(towards)),
             None => 1.0,
         };
-        let power = power::<N>(&light.power);
+        let power = power::<L>(&light.power);
         Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
     }
 
     /// The same from a direction of a light at infinity that was chosen with this `chance`.
-    fn next_event_at_infinity<const N: usize>(
+    fn next_event_at_infinity<L: Lanes>(
         &mut self,
         light: &InfiniteLight,
         chance: f32,
         at: &Vertex,
         otherwise: impl Fn(Vec3) -> f32,
-    ) -> Option<(Vec3, Spectrum<N>)> {
+    ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let DirectionSample { toward, radiance_over_pdf, pdf } = light.sample::<N>(self.rng)?;
+        let DirectionSample { toward, radiance_over_pdf, pdf } = light.sample::<L>(self.rng)?;
         if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
             return None;
         }
         let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
         let ray = Ray { origin: at.point + at.step.map_or(Vec3::ZERO, step), direction: toward };
         self.rays += 1;
-        let visible: Spectrum<N> = scene.visibility_along(&ray, f32::INFINITY)?;
+        let visible: Spectrum<L> = scene.visibility_along(&ray, f32::INFINITY)?;
         let weight = match pdf {
             Some(pdf) => pdf * chance / (pdf * chance + otherwise(toward)),
             None => 1.0,
@@ -130,19 +134,17 @@ impl Path<'_, '_> {
     /// Radiance of the lights at infinity that a ray meets which leaves the scene, but what a direction
     /// chosen at the beginning of the leg counts for. The sun by way of a mirror or refraction is too small for
     /// chance: [`Unseen`] says how much that is.
-    fn sky<const N: usize>(&self, leg: &Leg) -> Spectrum<N> {
+    fn sky<L: Lanes>(&self, leg: &Leg) -> Spectrum<L> {
         let toward = leg.ray.direction;
-        let mut radiance = Spectrum::ZERO;
+        let mut radiance = Spectrum::splat(self.scene.lanes(), 0.0);
         for (l, light) in self.scene.infinite_lights() {
-            radiance = radiance
-                + match leg.density {
-                    None => light.radiance_without_suns::<N>(toward),
-                    Some(density) => {
-                        let other =
-                            next_event_density_of_sky(self.scene, &leg.at, l, light, toward);
-                        light.radiance::<N>(toward).scaled(density / (density + other))
-                    }
-                };
+            radiance += match leg.density {
+                None => light.radiance_without_suns::<L>(toward),
+                Some(density) => {
+                    let other = next_event_density_of_sky(self.scene, &leg.at, l, light, toward);
+                    light.radiance::<L>(toward).scaled(density / (density + other))
+                }
+            };
         }
         radiance
     }
@@ -165,9 +167,10 @@ impl Path<'_, '_> {
 
     /// Radiance that arrives by `leg`: all of it but what a light point chosen at its beginning counts
     /// for. By an aimed leg the part that aiming counts for, over its density.
-    fn follow<const N: usize>(&mut self, mut leg: Leg) -> Spectrum<N> {
+    fn follow<L: Lanes>(&mut self, mut leg: Leg) -> Spectrum<L> {
         let scene = self.scene;
-        let (mut radiance, mut throughput) = (Spectrum::ZERO, Spectrum::ONE);
+        let [mut radiance, mut throughput] =
+            [0.0, 1.0].map(|value| Spectrum::splat(scene.lanes(), value));
         let mut total_reflections = 0;
         // what surfaces have left of the path; how its directions were chosen is no reason to end it
         let mut kept = 1.0;
@@ -181,14 +184,14 @@ impl Path<'_, '_> {
                     let weight = leg.density.map_or(1.0, |density| {
                         density / (density + next_event_density(scene, &leg.at, &leg.ray, &hit))
                     });
-                    let power = power::<N>(&scene.lights[hit.light].power);
-                    radiance = radiance + throughput * power.scaled(weight * hit.shine.radiance);
+                    let power = power::<L>(&scene.lights[hit.light].power);
+                    radiance += power.scaled(weight * hit.shine.radiance) * &throughput;
                 });
             }
 
             let Some(hit) = hit else {
                 if leg.aimed.is_none() && scene.has_daylight() {
-                    radiance = radiance + throughput * self.sky(&leg);
+                    radiance += self.sky(&leg) * &throughput;
                 }
                 return radiance;
             };
@@ -208,13 +211,13 @@ impl Path<'_, '_> {
             let along = |d| free * material.pdf(&interaction, Transport::Importance, d);
             let scattered = |towards: Vec3| {
                 let arriving = Interaction::new(-towards, surface.normal);
-                let f: Spectrum<N> = material.evaluate(&arriving, -interaction.direction);
+                let f: Spectrum<L> = material.evaluate(&arriving, -interaction.direction);
                 f.scaled(arriving.cos)
             };
             if material.is_diffuse()
-                && let Some((towards, irradiance)) = self.next_event::<N>(&here, along)
+                && let Some((towards, irradiance)) = self.next_event::<L>(&here, along)
             {
-                radiance = radiance + throughput * scattered(towards) * irradiance;
+                radiance += scattered(towards) * &throughput * irradiance;
             }
 
             let aim = if material.is_diffuse() { self.aim(&here) } else { Aim::Free };
@@ -232,10 +235,10 @@ impl Path<'_, '_> {
                 }
                 Aim::Free => {
                     let scatter =
-                        material.sample::<N>(&interaction, Transport::Importance, self.rng);
+                        material.sample::<L>(&interaction, Transport::Importance, self.rng);
                     let Some(scatter) = scatter else { return radiance };
                     let before = throughput.largest();
-                    throughput = throughput * scatter.weight;
+                    throughput = throughput * &scatter.weight;
                     // what a solid takes from radiance on entry it gives back on exit
                     if !(scatter.crosses && scatter.lobe == LobeKind::Specular) {
                         kept *= throughput.largest() / before;
@@ -311,6 +314,6 @@ fn next_event_density_of_sky(
 }
 
 /// A light's power in lanes.
-pub fn power<const N: usize>(power: &[f64]) -> Spectrum<N> {
-    Spectrum(std::array::from_fn(|b| power.get(b).map_or(0.0, |p| *p as f32)))
+pub fn power<L: Lanes>(power: &[f64]) -> Spectrum<L> {
+    Spectrum::from_fn(power.len(), |b| power.get(b).map_or(0.0, |p| *p as f32))
 }

@@ -26,7 +26,7 @@ use std::{
 
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result, catch_panic},
-    math::{machine, rng::Purpose, spectrum::with_lanes},
+    math::{machine, rng::Purpose},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         paths::{Face, Reflectors, Unseen},
@@ -133,7 +133,7 @@ pub fn simulate_kept(
         let part_of = part_of(scene, settings);
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
         let run = Run { keeper, ..run };
-        with_lanes!(scene.lanes(), N => run.go::<N>())
+        run.go()
     })
 }
 
@@ -152,7 +152,7 @@ pub fn simulate_split(
 ) -> Result<Simulation> {
     catch_panic("run", || {
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-        with_lanes!(scene.lanes(), N => run.go::<N>())
+        run.go()
     })
 }
 
@@ -285,23 +285,21 @@ impl<'a> Run<'a> {
         Ok(Schedule::new(histories, lights, self.full_task()))
     }
 
-    fn go<const N: usize>(&self) -> Result<Simulation> {
+    fn go(&self) -> Result<Simulation> {
         let photons = self.settings.photons;
         match (self.settings.tolerance, self.settings.max_time) {
-            (Some(tolerance), _) => {
-                self.until_accurate::<N>(tolerance, self.settings.tolerance_limit)
-            }
+            (Some(tolerance), _) => self.until_accurate(tolerance, self.settings.tolerance_limit),
             (None, None) => {
                 let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
                 let (mut totals, map) = (self.totals(), self.map_builder());
                 let of = Some(schedule.histories * self.unit());
                 let begin = self.begin(&schedule, &mut totals, map.as_ref())?;
-                self.round::<N>(&schedule, begin, of, &mut totals, map.as_ref())?;
-                self.finish::<N>(totals, map, &schedule, End::Photons)
+                self.round(&schedule, begin, of, &mut totals, map.as_ref())?;
+                self.finish(totals, map, &schedule, End::Photons)
             }
             (None, Some(limit)) => {
                 let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
-                self.until_time::<N>(&schedule, limit)
+                self.until_time(&schedule, limit)
             }
         }
     }
@@ -318,7 +316,7 @@ impl<'a> Run<'a> {
         (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
-    fn finish<const N: usize>(
+    fn finish(
         &self,
         mut totals: Totals,
         map: Option<Mutex<MapBuilder>>,
@@ -332,7 +330,7 @@ impl<'a> Run<'a> {
         totals.histories *= self.unit();
         let unseen = match self.work {
             Work::Photons(_) => None,
-            Work::Paths(..) => Unseen::find::<N>(self.scene, self.settings.seed),
+            Work::Paths(..) => Unseen::find(self.scene, self.settings.seed),
         };
         Ok(Simulation {
             estimator: self.settings.estimator,

@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::{
     math::{
         rng::{Purpose, Streams},
-        spectrum::{Spectrum, with_lanes},
+        spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
         material::{Interaction, Material, Transport},
@@ -80,14 +80,14 @@ impl<'a> SurfaceLight<'a> {
 
     /// What the surface absorbs near `point`, from both sides, per band, W/m2 or umol/m2/s.
     pub fn absorbed(&self, triangle: usize, point: Vec3) -> Vec<f64> {
-        with_lanes!(self.scene.lanes(), N => {
-            self.sum::<N>(triangle, point, [true, false], |material, at, photon| {
+        with_lanes!(self.scene.lanes(), L => {
+            self.sum::<L>(triangle, point, [true, false], |material, at, photon| {
                 // without a closed form: what scattering once leaves behind, in the mean
                 material.absorptance(at).unwrap_or_else(|| {
                     let mut rng = Streams::new(0, Purpose::Surfaces, 0).history(photon as u64);
-                    let scatter = material.sample::<N>(at, Transport::Light, &mut rng);
-                    let kept = |scattered: f32| 1.0 - scattered;
-                    scatter.map_or(Spectrum::ONE, |s| Spectrum(s.weight.0.map(kept)))
+                    let scatter = material.sample::<L>(at, Transport::Light, &mut rng);
+                    let all = || Spectrum::splat(self.scene.lanes(), 1.0);
+                    scatter.map_or_else(all, |s| s.weight.map(|scattered| 1.0 - scattered))
                 })
             })
         })
@@ -110,8 +110,8 @@ impl<'a> SurfaceLight<'a> {
             let irradiance = self.irradiance(triangle, front, point);
             return irradiance.iter().zip(albedo).map(|(e, r)| e * f64::from(r) / PI).collect();
         }
-        with_lanes!(self.scene.lanes(), N => {
-            self.sum::<N>(triangle, point, faces, |material, at, _| {
+        with_lanes!(self.scene.lanes(), L => {
+            self.sum::<L>(triangle, point, faces, |material, at, _| {
                 material.evaluate(at, outgoing)
             })
         })
@@ -124,11 +124,11 @@ impl<'a> SurfaceLight<'a> {
         let front = outgoing.dot(surface.normal) > 0.0;
         let through = self.scene.material(surface).transmits_diffusely();
         let faces = [front || through, !front || through];
-        with_lanes!(self.scene.lanes(), N => {
-            self.sum::<N>(triangle, point, faces, |material, at, photon| {
+        with_lanes!(self.scene.lanes(), L => {
+            self.sum::<L>(triangle, point, faces, |material, at, photon| {
                 match self.map.ways()[photon] {
                     Way { bounces: 0, mirrored: true } => material.evaluate(at, outgoing),
-                    _ => Spectrum::ZERO,
+                    _ => Spectrum::splat(self.scene.lanes(), 0.0),
                 }
             })
         })
@@ -136,12 +136,12 @@ impl<'a> SurfaceLight<'a> {
 
     /// Sum over the photons on some `faces` (front, back) of their power times what `score` makes of
     /// the material and their interaction with it, per area.
-    fn sum<const N: usize>(
+    fn sum<L: Lanes>(
         &self,
         triangle: usize,
         point: Vec3,
         faces: [bool; 2],
-        score: impl Fn(&Material, &Interaction, usize) -> Spectrum<N>,
+        score: impl Fn(&Material, &Interaction, usize) -> Spectrum<L>,
     ) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
         let material = self.scene.material(surface);
@@ -161,8 +161,8 @@ impl<'a> SurfaceLight<'a> {
                 };
                 let scored = score(material, &at, photon.index);
                 let power = self.map.power(photon.index);
-                for ((sum, score), power) in sums.iter_mut().zip(scored.0).zip(power) {
-                    *sum += gathered.weight * f64::from(score) * f64::from(*power);
+                for ((sum, score), power) in sums.iter_mut().zip(scored.values()).zip(power) {
+                    *sum += gathered.weight * f64::from(*score) * f64::from(*power);
                 }
             }
         }

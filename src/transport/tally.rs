@@ -6,7 +6,7 @@ mod totals;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    math::spectrum::Spectrum,
+    math::spectrum::{Lanes, Spectrum},
     scene::{
         captor::{Captor, CaptorKind, Channel},
         world::Scene,
@@ -138,12 +138,7 @@ impl Tally {
 
     /// Scores the emission of a photon with all of its power, also in its `part`.
     #[inline]
-    pub fn emitted<const N: usize>(
-        &mut self,
-        part: Option<usize>,
-        weights: &[f64],
-        power: &Spectrum<N>,
-    ) {
+    pub fn emitted<L: Lanes>(&mut self, part: Option<usize>, weights: &[f64], power: &Spectrum<L>) {
         self.history += 1;
         accumulate(&mut self.ledger.emitted, weights, power);
         if let Some(part) = part {
@@ -153,12 +148,12 @@ impl Tally {
 
     /// Scores what happened to a photon of these weights, also in its `part`.
     #[inline]
-    pub fn score<const N: usize>(
+    pub fn score<L: Lanes>(
         &mut self,
         scene: &Scene,
         part: Option<usize>,
         weights: &[f64],
-        event: &Event<'_, N>,
+        event: &Event<'_, L>,
     ) {
         self.score_whole(scene, weights, event);
         if let Some(part) = part {
@@ -168,17 +163,12 @@ impl Tally {
 
     /// Out of the way of runs that split nothing.
     #[inline(never)]
-    fn score_part<const N: usize>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, N>) {
+    fn score_part<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         self.score_whole(scene, weights, event);
     }
 
     #[inline]
-    fn score_whole<const N: usize>(
-        &mut self,
-        scene: &Scene,
-        weights: &[f64],
-        event: &Event<'_, N>,
-    ) {
+    fn score_whole<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         let counted = event.counted(scene);
         if let Some(counted) = &counted {
             self.add(counted.channel(), weights, counted.power);
@@ -188,13 +178,14 @@ impl Tally {
             Event::Arrival { surface, interaction, power, scattered, .. } => {
                 self.segments += 1;
                 let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];
+                let (came, left) = (power.values(), scattered.values());
                 for b in 0..self.bands {
-                    absorbed[b] += (f64::from(power.0[b]) - f64::from(scattered.0[b])) * weights[b];
+                    absorbed[b] += (f64::from(came[b]) - f64::from(left[b])) * weights[b];
                 }
                 if let Some(Counted { captor, .. }) = counted {
-                    let absorbed = match scene.material(surface).absorptance::<N>(interaction) {
-                        Some(absorptance) => *power * absorptance,
-                        None => power.zip(*scattered, |before, after| before - after),
+                    let absorbed = match scene.material(surface).absorptance::<L>(interaction) {
+                        Some(absorptance) => absorptance * power,
+                        None => power.clone().zip(scattered, |before, after| before - after),
                     };
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);
@@ -213,12 +204,7 @@ impl Tally {
     }
 
     /// Scores what a path says about a captor's face.
-    pub fn score_path<const N: usize>(
-        &mut self,
-        captor: &Captor,
-        face: Channel,
-        score: &PathScore<N>,
-    ) {
+    pub fn score_path<L: Lanes>(&mut self, captor: &Captor, face: Channel, score: &PathScore<L>) {
         let ones = std::iter::repeat(&1.0);
         self.history += 1;
         self.segments += u64::from(score.rays);
@@ -230,11 +216,11 @@ impl Tally {
     }
 
     #[inline]
-    fn add<'a, const N: usize>(
+    fn add<'a, L: Lanes>(
         &mut self,
         channel: usize,
         weights: impl IntoIterator<Item = &'a f64>,
-        power: &Spectrum<N>,
+        power: &Spectrum<L>,
     ) {
         let counts = &mut self.counts[channel];
         if counts.photons == 0 {
@@ -266,12 +252,12 @@ impl Tally {
 }
 
 #[inline]
-fn accumulate<'a, const N: usize>(
+fn accumulate<'a, L: Lanes>(
     sums: &mut [f64],
     weights: impl IntoIterator<Item = &'a f64>,
-    power: &Spectrum<N>,
+    power: &Spectrum<L>,
 ) {
-    for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(&power.0) {
+    for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(power.values()) {
         *sum += weight * f64::from(*power);
     }
 }

@@ -6,7 +6,11 @@ mod tests;
 use glam::Vec3;
 
 use crate::{
-    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    math::{
+        geometry::Ray,
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
     scene::{
         captor::{Captor, Channel},
         material::{BsdfSample, Interaction, LobeKind, Material, Transport},
@@ -21,7 +25,7 @@ pub const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
 
 /// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
 #[derive(Debug)]
-pub enum Event<'a, const N: usize> {
+pub enum Event<'a, L> {
     /// It crosses a virtual captor, in one of the flights that it is split into.
     Crossing {
         /// Where, and which.
@@ -29,7 +33,7 @@ pub enum Event<'a, const N: usize> {
         /// The way it travels.
         direction: Vec3,
         /// What it carries, shared among these flights.
-        power: &'a Spectrum<N>,
+        power: &'a Spectrum<L>,
     },
     /// It arrives at a surface; what it does not carry on is absorbed there.
     Arrival {
@@ -40,44 +44,44 @@ pub enum Event<'a, const N: usize> {
         /// How it comes.
         interaction: &'a Interaction,
         /// What it brings.
-        power: &'a Spectrum<N>,
+        power: &'a Spectrum<L>,
         /// What it carries on.
-        scattered: &'a Spectrum<N>,
+        scattered: &'a Spectrum<L>,
         /// How it goes on, if it does.
         lobe: Option<LobeKind>,
     },
     /// It leaves the scene.
     Escaped {
         /// What it carries.
-        power: &'a Spectrum<N>,
+        power: &'a Spectrum<L>,
         /// Whether it has met no surface.
         missed: bool,
     },
     /// Its path is longer than the limits allow.
-    Lost(&'a Spectrum<N>),
+    Lost(&'a Spectrum<L>),
 }
 
 /// What an event counts for at a captor.
-pub struct Counted<'e, const N: usize> {
+pub struct Counted<'e, L> {
     /// The captor.
     pub captor: &'e Captor,
     /// The face that it comes to.
     pub face: Channel,
     /// What it brings.
-    pub power: &'e Spectrum<N>,
+    pub power: &'e Spectrum<L>,
 }
 
-impl<const N: usize> Counted<'_, N> {
+impl<L: Lanes> Counted<'_, L> {
     /// Index of the face's channel.
     pub fn channel(&self) -> usize {
         self.captor.first_channel + self.face as usize
     }
 }
 
-impl<const N: usize> Event<'_, N> {
+impl<L: Lanes> Event<'_, L> {
     /// Where it counts; nowhere off captors, and behind captors of one side.
     #[inline]
-    pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, N>> {
+    pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, L>> {
         let (captor, front, power) = match *self {
             Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
             Self::Arrival { surface, interaction, power, .. } => {
@@ -94,19 +98,20 @@ impl<const N: usize> Event<'_, N> {
 /// Follows a photon along `ray`, one of `flights` that start there, and tells `on` what happens. Where it
 /// arrives it is split into as many.
 #[inline]
-pub fn trace<const N: usize>(
+pub fn trace<L: Lanes>(
     scene: &Scene,
     mut ray: Ray,
-    mut power: Spectrum<N>,
+    mut power: Spectrum<L>,
     flights: usize,
     rng: &mut Stream,
-    mut on: impl FnMut(Event<'_, N>),
+    mut on: impl FnMut(Event<'_, L>),
 ) {
     let share = 1.0 / flights as f32;
     let mut total_reflections = 0;
     for interactions in 0..MAX_INTERACTIONS {
         let direction = ray.direction;
-        let shared = &power.scaled(share);
+        let split = (flights > 1).then(|| power.clone().scaled(share));
+        let shared = split.as_ref().unwrap_or(&power);
         let hit =
             scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
         let Some(hit) = &hit else {
@@ -114,15 +119,18 @@ pub fn trace<const N: usize>(
         };
         let surface = scene.surface(hit.triangle);
         let interaction = &Interaction::new(direction, surface.normal);
-        let onward = scatter(scene.material(surface), interaction, &power, rng);
-        let scattered = &onward.map_or(Spectrum::ZERO, |(_, power)| power);
-        let lobe = onward.map(|(sample, _)| sample.lobe);
-        on(Event::Arrival { hit, surface, interaction, power: &power, scattered, lobe });
+        let (sample, scattered) = match scatter(scene.material(surface), interaction, &power, rng) {
+            Some((sample, scattered)) => (Some(sample), scattered),
+            None => (None, power.zero()),
+        };
+        let lobe = sample.as_ref().map(|sample| sample.lobe);
+        let (power_in, out) = (&power, &scattered);
+        on(Event::Arrival { hit, surface, interaction, power: power_in, scattered: out, lobe });
 
         if flights > 1 {
             split_at_surface(scene, hit, interaction, shared, flights, rng, &mut on);
         }
-        let Some((sample, scattered)) = onward else { return };
+        let Some(sample) = sample else { return };
         power = scattered;
         total_reflections = if sample.total_reflection { total_reflections + 1 } else { 0 };
         if total_reflections == MAX_TOTAL_REFLECTIONS {
@@ -136,43 +144,43 @@ pub fn trace<const N: usize>(
 /// How a photon goes on from a surface, and with what. The largest weight among the bands that it still carries is
 /// its chance to go on: a band without power keeps no photon alive, and none grows but by a weight above 1.
 #[inline(always)]
-fn scatter<const N: usize>(
+fn scatter<L: Lanes>(
     material: &Material,
     interaction: &Interaction,
-    power: &Spectrum<N>,
+    power: &Spectrum<L>,
     rng: &mut Stream,
-) -> Option<(BsdfSample<N>, Spectrum<N>)> {
-    let sample = material.sample::<N>(interaction, Transport::Light, rng)?;
+) -> Option<(BsdfSample<L>, Spectrum<L>)> {
+    let sample = material.sample::<L>(interaction, Transport::Light, rng)?;
     let survival = sample.weight.largest_within(power);
-    Some((sample, roulette(*power * sample.weight, survival, rng)?))
+    let scattered = roulette(sample.weight.clone() * power, survival, rng)?;
+    Some((sample, scattered))
 }
 
 /// Russian roulette (Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990): with the chance
 /// `survival`, which is certain from 1 on, a path goes on, and what it carries is divided by it; so the mean stays.
 #[inline]
-pub fn roulette<const N: usize>(
-    carried: Spectrum<N>,
+pub fn roulette<L: Lanes>(
+    carried: Spectrum<L>,
     survival: f32,
     rng: &mut Stream,
-) -> Option<Spectrum<N>> {
+) -> Option<Spectrum<L>> {
     if survival >= 1.0 {
         return Some(carried);
     }
-    (rng.uniform() < survival).then(|| Spectrum(carried.0.map(|value| value / survival)))
+    (rng.uniform() < survival).then(|| carried.map(|value| value / survival))
 }
 
 /// Splits a photon that leaves its light into so many flights, each as `emit` has it, and tells `on` which virtual
-/// captors it crosses in all but the one to follow (Arvo
-/// and Kirk 1990). Each is as likely as that one: their mean is right on average, and
-/// varies less.
+/// captors it crosses in all but the one to follow (Arvo and Kirk 1990). Each is as likely as that one: their mean is
+/// right on average, and varies less.
 #[cold]
 #[inline(never)]
-pub fn split_at_light<const N: usize>(
+pub fn split_at_light<L: Lanes>(
     scene: &Scene,
-    emit: impl Fn(&mut Stream) -> (Ray, Spectrum<N>),
+    emit: impl Fn(&mut Stream) -> (Ray, Spectrum<L>),
     flights: usize,
     rng: &mut Stream,
-    mut on: impl FnMut(Event<'_, N>),
+    mut on: impl FnMut(Event<'_, L>),
 ) {
     let share = 1.0 / flights as f32;
     for _ in 1..flights {
@@ -184,14 +192,14 @@ pub fn split_at_light<const N: usize>(
 /// The same where it arrives; `shared` is what each flight brings there.
 #[cold]
 #[inline(never)]
-fn split_at_surface<const N: usize>(
+fn split_at_surface<L: Lanes>(
     scene: &Scene,
     hit: &SurfaceHit,
     interaction: &Interaction,
-    shared: &Spectrum<N>,
+    shared: &Spectrum<L>,
     flights: usize,
     rng: &mut Stream,
-    mut on: impl FnMut(Event<'_, N>),
+    mut on: impl FnMut(Event<'_, L>),
 ) {
     let material = scene.material(scene.surface(hit.triangle));
     for _ in 1..flights {
@@ -204,11 +212,11 @@ fn split_at_surface<const N: usize>(
 
 /// Tells `on` which virtual captors a photon crosses in a flight that is not followed further.
 #[inline]
-fn glance<const N: usize>(
+fn glance<L: Lanes>(
     scene: &Scene,
     ray: &Ray,
-    power: &Spectrum<N>,
-    mut on: impl FnMut(Event<'_, N>),
+    power: &Spectrum<L>,
+    mut on: impl FnMut(Event<'_, L>),
 ) {
     let direction = ray.direction;
     scene.glance(ray, |crossing| on(Event::Crossing { crossing, direction, power }));
@@ -216,11 +224,11 @@ fn glance<const N: usize>(
 
 /// The ray of a photon that goes on.
 #[inline]
-fn leave<const N: usize>(
+fn leave<L: Lanes>(
     scene: &Scene,
     hit: &SurfaceHit,
     interaction: &Interaction,
-    sample: &BsdfSample<N>,
+    sample: &BsdfSample<L>,
 ) -> Ray {
     let side = if sample.crosses { -interaction.normal } else { interaction.normal };
     scene.leave(hit.point, side, sample.direction)

@@ -10,7 +10,11 @@ use super::{
 };
 use crate::{
     error::{Problem, check_length, check_range},
-    math::{rng::Stream, sampling::weighted_choice, spectrum::Spectrum},
+    math::{
+        rng::Stream,
+        sampling::weighted_choice,
+        spectrum::{Lanes, Spectrum},
+    },
 };
 
 /// A light that is infinitely far away: the sun, the sky, an environment map.
@@ -45,11 +49,11 @@ pub enum InfiniteShape {
 
 /// A direction that was chosen as light may come from there.
 #[derive(Clone, Copy, Debug)]
-pub struct DirectionSample<const N: usize> {
+pub struct DirectionSample<L> {
     /// Towards the light, unit vector.
     pub toward: Vec3,
     /// Radiance divided by the density of the choice, W/m2.
-    pub radiance_over_pdf: Spectrum<N>,
+    pub radiance_over_pdf: Spectrum<L>,
     /// Density of the choice, 1/sr; none for parallel rays, which no direction meets by chance.
     pub pdf: Option<f32>,
 }
@@ -71,12 +75,12 @@ enum EntryShape {
 
 /// A photon as it enters through a face.
 #[derive(Clone, Copy, Debug)]
-pub struct Entering<const N: usize> {
+pub struct Entering<L> {
     /// Where it goes, unit vector.
     pub direction: Vec3,
     /// Its power over the mean of all that enter, per band: 1 unless the bands of a map differ; 0 where
     /// the band brings nothing.
-    pub factor: Spectrum<N>,
+    pub factor: Spectrum<L>,
 }
 
 impl InfinitePart {
@@ -122,14 +126,14 @@ impl InfinitePart {
     }
 
     /// Radiance, W/m2/sr, and density of [`sample`](InfiniteLight::sample)'s choice within the part, 1/sr.
-    fn look<const N: usize>(&self, toward: Vec3) -> (Spectrum<N>, f64) {
+    fn look<L: Lanes>(&self, toward: Vec3) -> (Spectrum<L>, f64) {
         let toward = toward.as_dvec3();
         match &self.shape {
             InfiniteShape::Suns(suns) => {
                 let radiance = suns.radiance(toward);
                 (self.spectrum(|_| radiance), radiance / suns.total())
             }
-            InfiniteShape::Map(map) if map.is_dark() => (Spectrum::ZERO, 0.0),
+            InfiniteShape::Map(map) if map.is_dark() => (self.spectrum(|_| 0.0), 0.0),
             InfiniteShape::Map(map) => {
                 let cell = map.cell(toward);
                 let radiance = self.spectrum(|b| f64::from(map.radiance(cell, b)));
@@ -138,9 +142,9 @@ impl InfinitePart {
         }
     }
 
-    fn spectrum<const N: usize>(&self, relative: impl Fn(usize) -> f64) -> Spectrum<N> {
+    fn spectrum<L: Lanes>(&self, relative: impl Fn(usize) -> f64) -> Spectrum<L> {
         let value = |b: usize| self.scale.get(b).map_or(0.0, |scale| (scale * relative(b)) as f32);
-        Spectrum(std::array::from_fn(value))
+        Spectrum::from_fn(self.scale.len(), value)
     }
 
     /// Irradiance of a plane that faces `normal`, per band, W/m2.
@@ -219,15 +223,14 @@ impl InfiniteLight {
     }
 
     /// Radiance that comes from a direction, W/m2/sr; that of parallel rays not included.
-    pub fn radiance<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
-        let looks = self.parts.iter().map(|part| part.look(toward).0);
-        looks.fold(Spectrum::ZERO, |sum, radiance| sum + radiance)
+    pub fn radiance<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
+        self.sum(self.parts.iter().map(|part| part.look(toward).0))
     }
 
     /// Density with which [`sample`](Self::sample) chooses a direction, 1/sr, parallel rays not included.
     pub fn pdf(&self, toward: Vec3) -> f32 {
         let parts = self.parts.iter().enumerate();
-        parts.map(|(p, part)| self.chance(p) * part.look::<1>(toward).1).sum::<f64>() as f32
+        parts.map(|(p, part)| self.chance(p) * part.look::<[f32; 1]>(toward).1).sum::<f64>() as f32
     }
 
     /// Chance that a direction is chosen by part `p`.
@@ -248,13 +251,19 @@ impl InfiniteLight {
     }
 
     /// Radiance that comes from a direction but from suns, W/m2/sr.
-    pub fn radiance_without_suns<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
-        let looks = self.parts.iter().filter(|part| !part.is_sun()).map(|part| part.look(toward).0);
-        looks.fold(Spectrum::ZERO, |sum, radiance| sum + radiance)
+    pub fn radiance_without_suns<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
+        let parts = self.parts.iter().filter(|part| !part.is_sun());
+        self.sum(parts.map(|part| part.look(toward).0))
+    }
+
+    /// The sum of what parts send.
+    fn sum<L: Lanes>(&self, radiances: impl Iterator<Item = Spectrum<L>>) -> Spectrum<L> {
+        let nothing = self.parts[0].spectrum(|_| 0.0);
+        radiances.fold(nothing, |sum, radiance| sum + radiance)
     }
 
     /// Chooses a direction in proportion to the radiance (over all bands); none where it is dark.
-    pub fn sample<const N: usize>(&self, rng: &mut Stream) -> Option<DirectionSample<N>> {
+    pub fn sample<L: Lanes>(&self, rng: &mut Stream) -> Option<DirectionSample<L>> {
         if self.is_dark() {
             return None;
         }
@@ -283,7 +292,7 @@ impl InfiniteLight {
         pdf *= chance;
         for (p, other) in self.parts.iter().enumerate().filter(|(p, _)| *p != chosen) {
             let (more, density) = other.look(toward);
-            radiance = radiance + more;
+            radiance += more;
             pdf += self.chance(p) * density;
         }
         let radiance_over_pdf = radiance.scaled((1.0 / pdf) as f32);
@@ -304,10 +313,11 @@ impl InfiniteLight {
 
 impl InfiniteEntry {
     /// A photon that enters through the face, with density in proportion to radiance x cosine.
-    pub fn sample<const N: usize>(&self, rng: &mut Stream) -> Entering<N> {
-        let bright = Spectrum(std::array::from_fn(|b| {
+    pub fn sample<L: Lanes>(&self, rng: &mut Stream) -> Entering<L> {
+        let bands = self.irradiance.len();
+        let bright = Spectrum::from_fn(bands, |b| {
             f32::from(self.irradiance.get(b).is_some_and(|&e| e > 0.0))
-        }));
+        });
         match &self.shape {
             EntryShape::Suns(suns, entry) => {
                 let toward = suns.sample_entry(entry, rng);
@@ -320,7 +330,7 @@ impl InfiniteEntry {
                     Some(factors) => {
                         let own = |b: usize| map.radiance(cell, b) / map.density(cell);
                         let factor = |b: usize| factors.get(b).map_or(0.0, |f| f * own(b));
-                        bright * Spectrum(std::array::from_fn(factor))
+                        bright * Spectrum::from_fn(bands, factor)
                     }
                 };
                 Entering { direction: -toward.as_vec3(), factor }

@@ -63,12 +63,12 @@ fn tilted_planes_have_their_closed_forms() {
             assert!((found - expected).abs() < 2e-3, "overcast {tilt}: {found}, not {expected}");
         }
     }
-    assert!((overcast.radiance::<1>(Vec3::Z).0[0] / zenith as f32 - 1.0).abs() < 1e-4);
+    assert!((overcast.radiance::<[f32; 1]>(Vec3::Z).0[0] / zenith as f32 - 1.0).abs() < 1e-4);
     // the standard's overcast sky is another function
     let cie = sky(SkyModel::Cie(1), hour);
     let vertical = cie.irradiance(Vec3::X)[0] / 100.0;
     assert!((vertical - 0.379).abs() < 5e-4, "{vertical}");
-    let zenith = f64::from(cie.radiance::<1>(Vec3::Z).0[0]);
+    let zenith = f64::from(cie.radiance::<[f32; 1]>(Vec3::Z).0[0]);
     assert!((100.0 / zenith - 2.4496).abs() < 5e-4, "{zenith}");
 }
 
@@ -79,7 +79,7 @@ fn a_clear_june_noon_has_its_irradiances() {
     let perez = sky(SkyModel::Perez, noon);
     // cells meet at the zenith: their mean
     let around = (0..36).map(|i| position(89.5, 10.0 * f64::from(i)).direction(0.0).as_vec3());
-    let zenith = around.map(|d| f64::from(perez.radiance::<1>(d).0[0])).sum::<f64>() / 36.0;
+    let zenith = around.map(|d| f64::from(perez.radiance::<[f32; 1]>(d).0[0])).sum::<f64>() / 36.0;
     for (what, found, expected, digit) in [
         ("zenith", zenith, 43.86, 0.1),
         ("south", perez.irradiance(Vec3::NEG_Y)[0], 63.27, 0.02),
@@ -271,11 +271,11 @@ fn directions_have_their_density() {
         let (mut counts, mut rng) = (vec![0; bins.len()], Stream::new(1, 0, 0));
         let (mut mean, mut balance) = (Mean::default(), Mean::default());
         for _ in 0..SAMPLES {
-            let sample = light.sample::<2>(&mut rng).unwrap();
+            let sample = light.sample::<[f32; 2]>(&mut rng).unwrap();
             assert!((sample.toward.length() - 1.0).abs() < 1e-6);
             let pdf = light.pdf(sample.toward);
             // but at borders of cells and discs, where rounding may fall to either side
-            let radiance = light.radiance::<2>(sample.toward);
+            let radiance = light.radiance::<[f32; 2]>(sample.toward);
             let alike = (pdf / sample.pdf.unwrap() - 1.0).abs() < 1e-4
                 && (radiance.0[0] / pdf / sample.radiance_over_pdf.0[0] - 1.0).abs() < 1e-4;
             balance.add(if alike { 1.0 } else { 0.0 });
@@ -312,7 +312,7 @@ fn sum_over_sphere(light: &InfiniteLight) -> Vec<(Vec3, [f64; 3])> {
         for j in 0..columns {
             let (s, c) = (2.0 * PI * (f64::from(j) + 0.5) / f64::from(columns)).sin_cos();
             let direction = DVec3::new(across * s, across * c, z).as_vec3();
-            let [l, m] = light.radiance::<2>(direction).0.map(f64::from);
+            let [l, m] = light.radiance::<[f32; 2]>(direction).0.map(f64::from);
             let density = f64::from(light.pdf(direction));
             if density > 0.0 {
                 found.push((direction, [density, l, m].map(|v| v * solid_angle)));
@@ -350,7 +350,7 @@ fn check_entry(what: &str, entry: &InfiniteEntry, fine: &[(Vec3, [f64; 3])], nor
     let mut power = vec![Mean::default(); bands];
     let mut cosine = vec![Mean::default(); bands];
     for _ in 0..SAMPLES {
-        let photon = entry.sample::<2>(&mut rng);
+        let photon = entry.sample::<[f32; 2]>(&mut rng);
         let cos = -f64::from(photon.direction.dot(normal));
         assert!(cos > -1e-6, "{what}: goes out");
         counts[bins.index(-photon.direction)] += 1;
@@ -414,20 +414,22 @@ fn a_large_map_is_sampled_by_its_cells() {
 fn parallel_rays_are_found_by_sampling_alone() {
     let toward = position(35.0, 120.0).direction(0.0);
     let light = light([(sun(0.0, toward), vec![800.0, 0.0])]);
-    let sample = light.sample::<2>(&mut Stream::new(1, 0, 0)).unwrap();
+    let sample = light.sample::<[f32; 2]>(&mut Stream::new(1, 0, 0)).unwrap();
     assert_eq!((sample.toward, sample.pdf), (toward.as_vec3(), None));
     assert_eq!(sample.radiance_over_pdf.0, [800.0, 0.0]);
     assert_eq!(
-        (light.radiance::<2>(toward.as_vec3()).0, light.pdf(toward.as_vec3())),
+        (light.radiance::<[f32; 2]>(toward.as_vec3()).0, light.pdf(toward.as_vec3())),
         ([0.0; 2], 0.0)
     );
     let entry = light.parts()[0].entry(Vec3::Z).unwrap();
-    let photon = entry.sample::<2>(&mut Stream::new(1, 0, 0));
+    let photon = entry.sample::<[f32; 2]>(&mut Stream::new(1, 0, 0));
     assert_eq!((photon.direction, photon.factor.0), (-toward.as_vec3(), [1.0, 0.0]));
     assert!(light.parts()[0].entry(Vec3::Y).is_none());
     // a disc tells its radiance
     let disc = self::light([(sun(0.2666, toward), vec![800.0])]);
     let expected = 800.0 / (PI * 0.2666f64.to_radians().sin().powi(2));
-    assert!((f64::from(disc.radiance::<1>(toward.as_vec3()).0[0]) / expected - 1.0).abs() < 1e-6);
-    assert_eq!(disc.radiance::<1>(position(35.28, 120.0).direction(0.0).as_vec3()).0, [0.0]);
+    assert!(
+        (f64::from(disc.radiance::<[f32; 1]>(toward.as_vec3()).0[0]) / expected - 1.0).abs() < 1e-6
+    );
+    assert_eq!(disc.radiance::<[f32; 1]>(position(35.28, 120.0).direction(0.0).as_vec3()).0, [0.0]);
 }

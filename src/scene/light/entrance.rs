@@ -8,7 +8,7 @@ use crate::{
         geometry::{Extent, Ray},
         rng::Stream,
         sampling::weighted_choice,
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum},
     },
     scene::daylight::{InfiniteEntry, InfiniteLight},
 };
@@ -97,11 +97,11 @@ impl Entrance {
     }
 
     /// A photon that enters by a door, and its power over the mean there.
-    pub fn enter<const N: usize>(&self, door: usize, rng: &mut Stream) -> (Ray, Spectrum<N>) {
+    pub fn enter<L: Lanes>(&self, door: usize, rng: &mut Stream) -> (Ray, Spectrum<L>) {
         let Door { entry, corner, sides, .. } = &self.doors[door];
         let u = rng.square();
         let origin = *corner + u.x * sides[0] + u.y * sides[1];
-        let entering = entry.sample::<N>(rng);
+        let entering = entry.sample::<L>(rng);
         (Ray { origin, direction: entering.direction }, entering.factor)
     }
 
@@ -109,6 +109,6 @@ impl Entrance {
     pub fn enter_anywhere(&self, rng: &mut Stream) -> Option<Ray> {
         self.running.last()?;
         let door = weighted_choice(&self.running, rng.uniform_fine()).index;
-        Some(self.enter::<1>(door, rng).0)
+        Some(self.enter::<[f32; 1]>(door, rng).0)
     }
 }

@@ -4,7 +4,10 @@ use super::{
     BsdfSample, Checked, Fresnel, Interaction, Lobe, LobeKind, Transport, check_ior, choose,
     complement,
 };
-use crate::math::{rng::Stream, spectrum::Spectrum};
+use crate::math::{
+    rng::Stream,
+    spectrum::{Lanes, Spectrum},
+};
 
 /// Interface between air, on the front, and a solid: Fresnel reflection, Snell refraction.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,17 +40,17 @@ impl Dielectric {
     }
 
     #[inline(never)]
-    pub(super) fn sample<const N: usize>(
+    pub(super) fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
+    ) -> Option<BsdfSample<L>> {
         let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
         let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng)?;
         Some(match choice.lobe {
-            0 => Self::reflected(at, &fresnel, choice.weight),
+            0 => self.reflected(at, &fresnel, choice.weight),
             _ => {
                 let relative = self.tint.relative().scaled(choice.weight);
                 self.refracted(at, &fresnel, transport, relative)
@@ -56,39 +59,40 @@ impl Dielectric {
     }
 
     /// Both ways on, each with the fraction that it carries.
-    pub(super) fn ways<const N: usize>(
+    pub(super) fn ways<L: Lanes>(
         &self,
         at: &Interaction,
         transport: Transport,
-    ) -> [Option<BsdfSample<N>>; 2] {
+    ) -> [Option<BsdfSample<L>>; 2] {
         let fresnel = Fresnel::new(at.cos, self.eta(at));
         let reflected = fresnel.unpolarised();
         let beyond = self.tint.fraction().scaled(1.0 - reflected);
         let crosses = !fresnel.is_total();
         [
-            (reflected > 0.0).then(|| Self::reflected(at, &fresnel, reflected)),
+            (reflected > 0.0).then(|| self.reflected(at, &fresnel, reflected)),
             crosses.then(|| self.refracted(at, &fresnel, transport, beyond)),
         ]
     }
 
     #[inline]
-    fn reflected<const N: usize>(
+    fn reflected<L: Lanes>(
+        &self,
         at: &Interaction,
         fresnel: &Fresnel,
         fraction: f32,
-    ) -> BsdfSample<N> {
-        let scatter = BsdfSample::specular(at.mirrored(), Spectrum::ONE.scaled(fraction), false);
+    ) -> BsdfSample<L> {
+        let scatter = BsdfSample::specular(at.mirrored(), self.tint.all(fraction), false);
         BsdfSample { total_reflection: fresnel.is_total(), ..scatter }
     }
 
     #[inline]
-    fn refracted<const N: usize>(
+    fn refracted<L: Lanes>(
         &self,
         at: &Interaction,
         fresnel: &Fresnel,
         transport: Transport,
-        fraction: Spectrum<N>,
-    ) -> BsdfSample<N> {
+        fraction: Spectrum<L>,
+    ) -> BsdfSample<L> {
         let eta = self.eta(at);
         let along = at.cos / eta - fresnel.cos_refracted;
         let direction = (at.direction / eta + along * at.normal).normalize();
@@ -101,7 +105,7 @@ impl Dielectric {
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
+    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         let transmitted = 1.0 - Fresnel::new(at.cos, self.eta(at)).unpolarised();
         complement(self.tint.fraction()).scaled(transmitted)
     }
@@ -161,28 +165,29 @@ impl Pane {
 
     /// One of the shares, per band.
     #[inline(always)]
-    fn per_band<const N: usize>(&self, at: &Interaction, which: fn(Shares) -> f32) -> Spectrum<N> {
+    fn per_band<L: Lanes>(&self, at: &Interaction, which: fn(Shares) -> f32) -> Spectrum<L> {
         let faces = Fresnel::new(at.cos, self.ior);
-        Spectrum(self.tint.fraction::<N>().0.map(|tint| which(Self::shares(&faces, tint))))
+        self.tint.fraction::<L>().map(|tint| which(Self::shares(&faces, tint)))
     }
 
     #[inline(never)]
-    pub(super) fn sample<const N: usize>(
+    pub(super) fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
+    ) -> Option<BsdfSample<L>> {
         let faces = Fresnel::new(at.cos, self.ior);
-        let (mut mirrored, mut passed) = (Spectrum::<N>::ZERO, Spectrum::<N>::ZERO);
-        for (band, tint) in self.tint.fraction::<N>().0.into_iter().enumerate() {
-            let shares = Self::shares(&faces, tint);
-            (mirrored.0[band], passed.0[band]) = (shares.mirrored, shares.passed);
-        }
+        let tint = self.tint.fraction::<L>();
+        let mut mirrored = tint.clone();
+        let passed = Spectrum::<L>::from_fn(tint.values().len(), |band| {
+            let shares = Self::shares(&faces, tint.values()[band]);
+            mirrored.0.values_mut()[band] = shares.mirrored;
+            shares.passed
+        });
         let largest = [mirrored.largest(), passed.largest()];
         let choice = choose(largest, rng)?;
-        let relative = |share: Spectrum<N>| {
-            Spectrum(share.0.map(|share| share / largest[choice.lobe] * choice.weight))
-        };
+        let relative =
+            |share: Spectrum<L>| share.map(|share| share / largest[choice.lobe] * choice.weight);
         Some(match choice.lobe {
             0 => BsdfSample::specular(at.mirrored(), relative(mirrored), false),
             _ => Self::straight(at, relative(passed)),
@@ -190,17 +195,17 @@ impl Pane {
     }
 
     #[inline]
-    fn straight<const N: usize>(at: &Interaction, fraction: Spectrum<N>) -> BsdfSample<N> {
+    fn straight<L: Lanes>(at: &Interaction, fraction: Spectrum<L>) -> BsdfSample<L> {
         BsdfSample { lobe: LobeKind::Straight, ..BsdfSample::new(at.direction, fraction, true) }
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
+    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         self.per_band(at, |shares| shares.absorbed)
     }
 
     /// Both ways on, each with the fraction that it carries.
-    pub(super) fn ways<const N: usize>(&self, at: &Interaction) -> [Option<BsdfSample<N>>; 2] {
+    pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
         let mirrored = self.per_band(at, |shares| shares.mirrored);
         [
             (self.ior > 1.0).then(|| BsdfSample::specular(at.mirrored(), mirrored, false)),
@@ -209,7 +214,7 @@ impl Pane {
     }
 
     /// Fraction that goes straight through, per band.
-    pub fn transmittance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
+    pub fn transmittance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         self.per_band(at, |shares| shares.passed)
     }
 }

@@ -8,7 +8,12 @@ use super::{
     BsdfSample, Checked, Fresnel, Interaction, Lobe, Transport, check_ior, check_sum, choose,
     complement, diffuse_fresnel, normal_fresnel,
 };
-use crate::math::{geometry::Frame, rng::Stream, sampling::cosine_hemisphere, spectrum::Spectrum};
+use crate::math::{
+    geometry::Frame,
+    rng::Stream,
+    sampling::cosine_hemisphere,
+    spectrum::{Lanes, Spectrum},
+};
 
 /// A leaf of index n: at the angle theta the cuticle mirrors F(theta); of what enters, r comes
 /// back out of the same face, t out of the other, Lambertian inside and refracted out:
@@ -84,9 +89,9 @@ impl Leaf {
         self.ior > 1.0
     }
 
-    /// Fraction that the cuticle mirrors.
-    pub(super) fn mirrored(&self, at: &Interaction) -> f32 {
-        if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 }
+    /// Fraction per band that the cuticle mirrors.
+    pub(super) fn mirrored<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+        self.front.reflected.all(if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 })
     }
 
     #[inline]
@@ -107,21 +112,21 @@ impl Leaf {
     }
 
     #[inline(never)]
-    pub(super) fn sample<const N: usize>(
+    pub(super) fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         transport: Transport,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
+    ) -> Option<BsdfSample<L>> {
         let mirrored = self.cuticle(at.cos);
         let entered = 1.0 - mirrored;
         let reflected = &self.face(at.front).reflected;
         let transmitted = self.transmitted(at, transport);
         let fractions = [mirrored, entered * reflected.largest, entered * transmitted.largest];
         let choice = choose(fractions, rng)?;
-        let scale = |s: Spectrum<N>| s.scaled(choice.weight);
+        let scale = |s: Spectrum<L>| s.scaled(choice.weight);
         Some(match choice.lobe {
-            0 => BsdfSample::specular(at.mirrored(), scale(Spectrum::ONE), false),
+            0 => BsdfSample::specular(at.mirrored(), reflected.all(choice.weight), false),
             1 => BsdfSample::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
             _ => BsdfSample::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
         })
@@ -138,7 +143,7 @@ impl Leaf {
         }
     }
 
-    pub(super) fn evaluate<const N: usize>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<N> {
+    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         let cos = outgoing.dot(at.normal);
         let face = self.face(at.front);
         let lobe = if cos > 0.0 { &face.reflected } else { &face.transmitted };
@@ -159,9 +164,9 @@ impl Leaf {
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self, at: &Interaction) -> Spectrum<N> {
+    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         let face = self.face(at.front);
-        let scattered = face.reflected.fraction().zip(face.transmitted.fraction(), |r, t| r + t);
+        let scattered = face.reflected.fraction() + face.transmitted.fraction();
         complement(scattered).scaled(1.0 - self.cuticle(at.cos))
     }
 }

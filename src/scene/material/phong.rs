@@ -11,7 +11,7 @@ use crate::{
         geometry::Frame,
         rng::Stream,
         sampling::{cosine_hemisphere_density, cosine_power, cosine_power_density},
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum},
     },
 };
 
@@ -81,8 +81,8 @@ impl Phong {
     }
 
     /// Fraction per band that is mirrored.
-    pub(super) fn mirrored<const N: usize>(&self) -> Spectrum<N> {
-        if self.has_mirror() { self.specular.fraction() } else { Spectrum::ZERO }
+    pub(super) fn mirrored<L: Lanes>(&self) -> Spectrum<L> {
+        if self.has_mirror() { self.specular.fraction() } else { self.specular.nothing() }
     }
 
     /// Whether some light crosses it.
@@ -95,13 +95,13 @@ impl Phong {
     }
 
     #[inline(never)]
-    pub(super) fn sample<const N: usize>(
+    pub(super) fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<N>> {
+    ) -> Option<BsdfSample<L>> {
         let choice = choose(self.fractions(), rng)?;
-        let scale = |s: Spectrum<N>| s.scaled(choice.weight);
+        let scale = |s: Spectrum<L>| s.scaled(choice.weight);
         Some(match (choice.lobe, self.exponent) {
             (0, _) => {
                 BsdfSample::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
@@ -125,14 +125,14 @@ impl Phong {
         })
     }
 
-    pub(super) fn evaluate<const N: usize>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<N> {
+    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         if outgoing.dot(at.normal) <= 0.0 {
             return self.transmitted.fraction().scaled(1.0 / PI);
         }
         let diffuse = self.reflected.fraction().scaled(1.0 / PI);
         let Some(n) = self.exponent else { return diffuse };
         let lobe = (n + 2.0) / (n + 1.0) * Self::lobe_density(n, at, outgoing);
-        diffuse.zip(self.specular.fraction().scaled(lobe), |d, s| d + s)
+        diffuse + self.specular.fraction().scaled(lobe)
     }
 
     /// Density of the lobe around the mirror direction, above the surface or below.
@@ -154,11 +154,11 @@ impl Phong {
     }
 
     #[inline]
-    pub(super) fn absorptance<const N: usize>(&self) -> Option<Spectrum<N>> {
+    pub(super) fn absorptance<L: Lanes>(&self) -> Option<Spectrum<L>> {
         if self.exponent.is_some() && self.specular.largest > 0.0 {
             return None;
         }
-        let diffuse = self.reflected.fraction().zip(self.transmitted.fraction(), |r, t| r + t);
-        Some(complement(diffuse.zip(self.specular.fraction(), |d, s| d + s)))
+        let diffuse = self.reflected.fraction() + self.transmitted.fraction();
+        Some(complement(diffuse + self.specular.fraction()))
     }
 }

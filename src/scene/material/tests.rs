@@ -12,6 +12,7 @@ use crate::math::{
 
 const BANDS: usize = 4;
 type Bands = [f64; BANDS];
+type Lanes4 = [f32; BANDS];
 
 /// A front normal along no axis.
 const NORMAL: Vec3 = Vec3::new(0.48, -0.6, 0.64);
@@ -78,7 +79,7 @@ fn pane(ior: f32, tint: [f32; BANDS]) -> Material {
     Material::Pane(Pane::new(ior, &tint))
 }
 
-fn wide(spectrum: Spectrum<BANDS>) -> Bands {
+fn wide(spectrum: Spectrum<Lanes4>) -> Bands {
     spectrum.0.map(f64::from)
 }
 
@@ -259,7 +260,7 @@ fn panes_and_slabs_transmit_what_is_published() {
     };
     let lossless = Pane::new(1.52, &[1.0; BANDS]);
     let through_pane = |cos: f64| {
-        let through: Spectrum<BANDS> = lossless.transmittance(&incident(true, cos, 0.0));
+        let through: Spectrum<Lanes4> = lossless.transmittance(&incident(true, cos, 0.0));
         wide(through)[0]
     };
     let published = [
@@ -295,8 +296,8 @@ fn panes_sum_all_inner_reflections() {
             for tint in tints {
                 let material = pane(ior, [tint; BANDS]);
                 let [mirrored, passed] = exact_pane(at.cos, f64::from(ior), f64::from(tint));
-                let [up, down] = material.smooth_ways::<BANDS>(&at, Transport::Light);
-                let share = |way: Option<BsdfSample<BANDS>>| {
+                let [up, down] = material.smooth_ways::<Lanes4>(&at, Transport::Light);
+                let share = |way: Option<BsdfSample<Lanes4>>| {
                     way.map_or([0.0; BANDS], |way| wide(way.weight))
                 };
                 let what = format!("ior {ior}, tint {tint}, {degrees} degrees");
@@ -359,7 +360,7 @@ fn leaf_faces_belong_to_the_light() {
             let weight = 0.5 + if light_enters_front { 0.3 } else { 0.4 };
             let mut seen = [0; 2];
             for _ in 0..1_000 {
-                let Some(scatter) = leaf.sample::<BANDS>(&at, transport, &mut rng) else {
+                let Some(scatter) = leaf.sample::<Lanes4>(&at, transport, &mut rng) else {
                     continue;
                 };
                 let band = if scatter.crosses { through } else { reflected };
@@ -404,7 +405,7 @@ fn assert_sampler(
     let mut squares = sums.clone();
     let mut means = [Mean::default(); BANDS];
     for _ in 0..SAMPLES {
-        let Some(scatter) = material.sample::<BANDS>(at, transport, &mut rng) else {
+        let Some(scatter) = material.sample::<Lanes4>(at, transport, &mut rng) else {
             counts[bins.len() + 1] += 1;
             means.iter_mut().for_each(|mean| mean.add(0.0));
             continue;
@@ -440,7 +441,7 @@ fn assert_sampler(
         let fractions: Vec<f64> = fractions.collect();
         let albedo: f64 = fractions.iter().sum();
         means[b].assert(&what, albedo, 1e-3);
-        if let Some(absorptance) = material.absorptance::<BANDS>(at) {
+        if let Some(absorptance) = material.absorptance::<Lanes4>(at) {
             // an importance path through a leaf of two faces has no absorptance of its own
             if transport == Transport::Light {
                 means[b].assert(&what, 1.0 - f64::from(absorptance.0[b]), 1e-6);
@@ -480,7 +481,7 @@ fn weight_times_density_is_f_cos() {
             let at = at_degrees(front, 50.0);
             let mut compared = 0;
             for _ in 0..20_000 {
-                let sample = material.sample::<BANDS>(&at, transport, &mut rng);
+                let sample = material.sample::<Lanes4>(&at, transport, &mut rng);
                 let Some(BsdfSample { direction, weight, crosses, .. }) = sample else { continue };
                 let is_mirror = matches!(material, Material::Leaf(_)) && direction == at.mirrored();
                 // a glossy surface's two lobes overlap above it
@@ -624,7 +625,7 @@ fn dielectrics_share_by_fresnel() {
                 let weight = largest[0] + largest[1];
                 let (mut mirrors, mut passes) = (0, 0);
                 for _ in 0..SAMPLES {
-                    let Some(scatter) = material.sample::<BANDS>(&at, transport, &mut rng) else {
+                    let Some(scatter) = material.sample::<Lanes4>(&at, transport, &mut rng) else {
                         continue;
                     };
                     let (way, scale) = if scatter.crosses { (1, scale) } else { (0, 1.0) };
@@ -650,7 +651,7 @@ fn mirror_reflects_its_share() {
     let material = mirror([0.5, 0.9, 0.0, 0.45]);
     let at = at_degrees(false, 65.0);
     for transport in TRANSPORTS {
-        let sample = material.sample::<BANDS>(&at, transport, &mut Stream::new(6, 0, 0)).unwrap();
+        let sample = material.sample::<Lanes4>(&at, transport, &mut Stream::new(6, 0, 0)).unwrap();
         assert_near("mirror", wide(sample.weight), [0.5, 0.9, 0.0, 0.45], 1e-6);
         assert_eq!((sample.direction, sample.crosses), (at.mirrored(), false));
     }
@@ -670,7 +671,7 @@ fn mirrors_and_refractions_go_where_they_should() {
             let side = if at.front { normal } else { -normal };
             let d = at.direction.as_dvec3().normalize();
             let across = d - d.dot(side) * side;
-            let Some(scatter) = material.sample::<BANDS>(&at, Transport::Light, &mut rng) else {
+            let Some(scatter) = material.sample::<Lanes4>(&at, Transport::Light, &mut rng) else {
                 panic!("a lossless interface absorbs")
             };
             let out = scatter.direction.as_dvec3();
@@ -693,7 +694,7 @@ fn mirrors_and_refractions_go_where_they_should() {
     let at = at_degrees(true, 50.0);
     for _ in 0..1_000 {
         let pane = pane(1.52, [1.0; BANDS]);
-        let scatter = pane.sample::<BANDS>(&at, Transport::Light, &mut rng).unwrap();
+        let scatter = pane.sample::<Lanes4>(&at, Transport::Light, &mut rng).unwrap();
         let expected = if scatter.crosses { at.direction } else { at.mirrored() };
         assert_eq!(scatter.direction, expected);
     }
@@ -721,7 +722,7 @@ fn assert_sound(what: &str, material: &Material) {
     for i in 0..1_000_000 {
         let at = interactions[i % interactions.len()];
         let transport = TRANSPORTS[i / interactions.len() % 2];
-        let Some(scatter) = material.sample::<BANDS>(&at, transport, &mut rng) else { continue };
+        let Some(scatter) = material.sample::<Lanes4>(&at, transport, &mut rng) else { continue };
         let length = scatter.direction.as_dvec3().length();
         assert!((length - 1.0).abs() < 1e-5, "{what}: {at:?} {scatter:?}");
         let sound = scatter.weight.0.iter().all(|f| f.is_finite() && *f >= 0.0);
@@ -731,7 +732,7 @@ fn assert_sound(what: &str, material: &Material) {
         assert!(up > -2e-7, "{what}: {at:?} {scatter:?} {up}");
         if i % 16 == 0 {
             let density = material.pdf(&at, transport, scatter.direction);
-            let f = material.evaluate::<BANDS>(&at, scatter.direction);
+            let f = material.evaluate::<Lanes4>(&at, scatter.direction);
             let sound = density.is_finite() && density >= 0.0;
             assert!(sound && f.0.iter().all(|f| f.is_finite() && *f >= 0.0), "{what}: {at:?}");
         }
@@ -793,8 +794,11 @@ fn lossless_materials_end_no_path() {
         let interactions: Vec<Interaction> =
             (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
         for at in interactions.iter().cycle().take(1_000_000) {
-            let scatter = material.sample::<BANDS>(at, Transport::Light, &mut rng);
-            assert!(scatter.is_some_and(|s| s.weight == Spectrum::ONE), "{material:?} {at:?}");
+            let scatter = material.sample::<Lanes4>(at, Transport::Light, &mut rng);
+            assert!(
+                scatter.is_some_and(|s| s.weight == Spectrum([1.0; BANDS])),
+                "{material:?} {at:?}"
+            );
         }
     }
 }
@@ -816,13 +820,13 @@ fn smooth_ways_carry_what_is_sampled() {
     for (m, material) in materials.iter().enumerate() {
         for (at, transport) in [(at_degrees(true, 30.0), 0), (at_degrees(false, 30.0), 1)] {
             for transport in [TRANSPORTS[transport], TRANSPORTS[1 - transport]] {
-                let ways = material.smooth_ways::<BANDS>(&at, transport);
+                let ways = material.smooth_ways::<Lanes4>(&at, transport);
                 let mut rng = Stream::new(1, 0, m as u64);
                 let mut means = [[0.0; BANDS]; 2];
                 for _ in 0..SAMPLES {
-                    let sampled = material.sample::<BANDS>(&at, transport, &mut rng);
+                    let sampled = material.sample::<Lanes4>(&at, transport, &mut rng);
                     let Some(s) = sampled.filter(|s| s.lobe != LobeKind::Diffuse) else { continue };
-                    let same = |way: &Option<BsdfSample<BANDS>>| {
+                    let same = |way: &Option<BsdfSample<Lanes4>>| {
                         way.is_some_and(|w| w.direction == s.direction && w.lobe == s.lobe)
                     };
                     let way = ways.iter().position(same).expect("one of the ways");

@@ -4,7 +4,10 @@ use glam::Vec3;
 
 use super::Scene;
 use crate::{
-    math::{geometry::Ray, spectrum::Spectrum},
+    math::{
+        geometry::Ray,
+        spectrum::{Lanes, Spectrum},
+    },
     scene::{
         daylight::InfiniteLight,
         light::EmittedRadiance,
@@ -54,26 +57,22 @@ impl Scene {
 
     /// What of the light goes straight from one point to another, per band: all, nothing, or what
     /// thin panes let through.
-    pub fn visibility<const N: usize>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<N>> {
+    pub fn visibility<L: Lanes>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<L>> {
         let distance = from.distance(to);
         let ray = Ray { origin: from, direction: (to - from) / distance };
         self.visibility_along(&ray, distance)
     }
 
     /// The same along a ray, as far as `distance`, m.
-    pub fn visibility_along<const N: usize>(
-        &self,
-        ray: &Ray,
-        distance: f32,
-    ) -> Option<Spectrum<N>> {
-        let mut through = Spectrum::ONE;
+    pub fn visibility_along<L: Lanes>(&self, ray: &Ray, distance: f32) -> Option<Spectrum<L>> {
+        let mut through = Spectrum::splat(self.lanes(), 1.0);
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
             let Material::Pane(pane) = self.material(surface) else { return true };
             // an edge between two triangles of a pane counts once
             if hit.owned {
                 let interaction = Interaction::new(ray.direction, surface.normal);
-                through = through * pane.transmittance(&interaction);
+                through = through.clone() * pane.transmittance(&interaction);
             }
             false
         });

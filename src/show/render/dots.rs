@@ -141,13 +141,13 @@ fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize) -> Option<Dot> {
 /// The corners of so many paths of photons, from their lights on.
 fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
     let all = paths.max(scene.sources() as u64);
-    with_lanes!(scene.lanes(), N => {
-        let strata = Strata::new(&scene.lights, all, N);
+    with_lanes!(scene.lanes(), L => {
+        let strata = Strata::new(&scene.lights, all, scene.lanes());
         let streams = Streams::new(seed, Purpose::Dots, 0);
         (0..paths)
             .map(|index| {
                 let mut rng = streams.history(index);
-                let photon = strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
+                let photon = strata.emit::<L>(&scene.lights, index, scene.ray_offset(), &mut rng);
                 let mut corners = vec![photon.ray.origin];
                 trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
                     if let Event::Arrival { hit, .. } = event {

@@ -7,7 +7,11 @@ use super::{
     viewpoint::Viewpoint,
 };
 use crate::{
-    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    math::{
+        geometry::Ray,
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
     scene::{
         material::{Interaction, LobeKind, Transport},
         world::{LightHit, Surface, SurfaceHit},
@@ -24,15 +28,15 @@ const MOST_SURFACES: u32 = 100;
 const SMALL: f32 = 0.005;
 
 /// Radiance along camera rays.
-pub(super) struct Whitted<'a, const N: usize> {
+pub(super) struct Whitted<'a> {
     pub light: &'a SurfaceLight<'a>,
     pub viewpoint: &'a Viewpoint<'a>,
 }
 
 /// A ray on its way, and what it carries of what it will find.
-struct Way<const N: usize> {
+struct Way<L> {
     ray: Ray,
-    throughput: Spectrum<N>,
+    throughput: Spectrum<L>,
     surfaces: u32,
     /// Its length from its start, m.
     length: f32,
@@ -42,9 +46,10 @@ struct Way<const N: usize> {
     straight: bool,
 }
 
-impl<const N: usize> Way<N> {
-    fn new(ray: Ray, from_eye: bool) -> Self {
-        Self { ray, throughput: Spectrum::ONE, surfaces: 0, length: 0.0, from_eye, straight: true }
+impl<L: Lanes> Way<L> {
+    fn new(ray: Ray, lanes: usize, from_eye: bool) -> Self {
+        let throughput = Spectrum::splat(lanes, 1.0);
+        Self { ray, throughput, surfaces: 0, length: 0.0, from_eye, straight: true }
     }
 }
 
@@ -57,23 +62,24 @@ struct Place<'a> {
     reach: f32,
 }
 
-impl<const N: usize> Whitted<'_, N> {
+impl Whitted<'_> {
     /// Radiance along a ray from the viewpoint.
-    pub fn radiance(
+    pub fn radiance<L: Lanes>(
         &self,
         ray: Ray,
         gather: u32,
         shared: &mut Shared,
         rng: &mut Stream,
-    ) -> Spectrum<N> {
-        let start = Way::new(ray, true);
+    ) -> Spectrum<L> {
+        let start = Way::new(ray, self.light.scene.lanes(), true);
         self.follow(
             start,
             rng,
             |_, _| 1.0,
             |way| {
                 let lights = self.light.scene.infinite_lights();
-                lights.fold(Spectrum::ZERO, |sum, (_, l)| sum + l.radiance(way.ray.direction))
+                lights
+                    .fold(way.throughput.zero(), |sum, (_, l)| sum + l.radiance(way.ray.direction))
             },
             |place, rng| match gather {
                 0 => {
@@ -88,19 +94,19 @@ impl<const N: usize> Whitted<'_, N> {
 
     /// Follows a ray both ways at every smooth surface and sums what is `seen` where it is scattered,
     /// and the lamps on its way as much as they count.
-    fn follow(
+    fn follow<L: Lanes>(
         &self,
-        start: Way<N>,
+        start: Way<L>,
         rng: &mut Stream,
-        lamp: impl Fn(&Way<N>, &LightHit) -> f32,
-        sky: impl Fn(&Way<N>) -> Spectrum<N>,
-        mut seen: impl FnMut(&Place, &mut Stream) -> Spectrum<N>,
-    ) -> Spectrum<N> {
+        lamp: impl Fn(&Way<L>, &LightHit) -> f32,
+        sky: impl Fn(&Way<L>) -> Spectrum<L>,
+        mut seen: impl FnMut(&Place, &mut Stream) -> Spectrum<L>,
+    ) -> Spectrum<L> {
         let scene = self.light.scene;
-        let mut radiance = Spectrum::ZERO;
+        let mut radiance = start.throughput.zero();
         let mut ways = vec![start];
         while let Some(way) = ways.pop() {
-            let Way { ray, throughput, surfaces, length, from_eye, straight } = way;
+            let Way { ray, ref throughput, surfaces, length, from_eye, straight } = way;
             let hit = if from_eye && straight {
                 self.viewpoint.closest(&ray)
             } else {
@@ -110,12 +116,12 @@ impl<const N: usize> Whitted<'_, N> {
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             scene.lights_hit(&ray, t_max, |hit| {
                 let brightness = lamp(&way, &hit) * hit.shine.radiance;
-                let power = power::<N>(&scene.lights[hit.light].power);
-                radiance = radiance + throughput * power.scaled(brightness);
+                let power = power::<L>(&scene.lights[hit.light].power);
+                radiance += power.scaled(brightness) * throughput;
             });
             let Some(hit) = hit else {
                 if scene.has_daylight() {
-                    radiance = radiance + throughput * sky(&way);
+                    radiance += sky(&way) * throughput;
                 }
                 continue;
             };
@@ -126,14 +132,14 @@ impl<const N: usize> Whitted<'_, N> {
             if material.is_diffuse() {
                 let reach = PIXELS * self.viewpoint.camera.pixel() * length;
                 let place = Place { hit, surface, interaction, reach };
-                radiance = radiance + throughput * seen(&place, rng);
+                radiance += seen(&place, rng) * throughput;
             }
             if surfaces == MOST_SURFACES {
                 continue;
             }
-            let smooth = material.smooth_ways::<N>(&interaction, Transport::Importance);
+            let smooth = material.smooth_ways::<L>(&interaction, Transport::Importance);
             for scatter in smooth.into_iter().flatten() {
-                let throughput = throughput * scatter.weight;
+                let throughput = scatter.weight * throughput;
                 let chance = (throughput.largest() / SMALL).min(1.0);
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
@@ -160,36 +166,36 @@ impl<const N: usize> Whitted<'_, N> {
 
     /// From the lamps, from photons that came by mirrors alone, and from the photons where other
     /// directions lead (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8).
-    fn gathered(&self, place: &Place, directions: u32, rng: &mut Stream) -> Spectrum<N> {
+    fn gathered<L: Lanes>(&self, place: &Place, directions: u32, rng: &mut Stream) -> Spectrum<L> {
         let scene = self.light.scene;
         let Place { hit, surface, interaction, .. } = place;
         let outgoing = -interaction.direction;
         let material = scene.material(surface);
         let joined = Joined::new(scene, surface, *interaction, hit.point);
         // lamps by way of mirrors are left to photons
-        let lamp = |way: &Way<N>, hit: &LightHit| {
+        let lamp = |way: &Way<L>, hit: &LightHit| {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
         };
-        let sky = |way: &Way<N>| match way.straight {
+        let sky = |way: &Way<L>| match way.straight {
             true => joined.sky(way.ray.direction),
-            false => Spectrum::ZERO,
+            false => way.throughput.zero(),
         };
-        let mut sum = Spectrum::ZERO;
+        let mut sum = Spectrum::splat(scene.lanes(), 0.0);
         for _ in 0..directions {
-            sum = sum + joined.radiance(rng);
-            let scatter = material.sample::<N>(interaction, Transport::Importance, rng);
+            sum += joined.radiance(rng);
+            let scatter = material.sample::<L>(interaction, Transport::Importance, rng);
             let Some(scatter) = scatter.filter(|s| s.lobe == LobeKind::Diffuse) else { continue };
             let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
             let ray = scene.leave(hit.point, side, scatter.direction);
-            let start = Way::new(ray, false);
+            let start = Way::new(ray, scene.lanes(), false);
             let there = self.follow(start, rng, lamp, sky, |place, _| load(&self.seen(place)));
-            sum = sum + scatter.weight * there;
+            sum += scatter.weight * there;
         }
         let caustic = self.light.caustic_radiance(hit.triangle, hit.point, outgoing);
-        load::<N>(&caustic) + sum.scaled(1.0 / directions as f32)
+        load::<L>(&caustic) + sum.scaled(1.0 / directions as f32)
     }
 }
 
-fn load<const N: usize>(values: &[f64]) -> Spectrum<N> {
-    Spectrum(std::array::from_fn(|b| values.get(b).map_or(0.0, |v| *v as f32)))
+fn load<L: Lanes>(values: &[f64]) -> Spectrum<L> {
+    Spectrum::from_fn(values.len(), |b| values.get(b).map_or(0.0, |v| *v as f32))
 }

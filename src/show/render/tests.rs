@@ -201,7 +201,7 @@ fn a_box_looks_as_paths_see_it() {
             let mut rng = Stream::new(2, pixel as u64, ray);
             let within = rng.square();
             let ray = viewpoint.camera.ray(x + within.x, y + within.y);
-            f64::from(paths::radiance::<1>(&loaded.scene, ray, &mut rng).0[0])
+            f64::from(paths::radiance::<[f32; 1]>(&loaded.scene, ray, &mut rng).0[0])
         };
         ((0..RAYS).map(radiance).sum::<f64>() / RAYS as f64) as f32
     };

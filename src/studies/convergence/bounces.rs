@@ -8,7 +8,7 @@ use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
     math::{
         rng::{Purpose, Streams},
-        spectrum::with_lanes,
+        spectrum::{Lanes, with_lanes},
     },
     scene::{light::Strata, world::Scene},
     transport::{
@@ -45,7 +45,7 @@ pub struct Within {
 impl Bounces {
     /// Traces `photons` of `scene`. Error: stopped by `control`.
     pub fn count(scene: &Scene, photons: u64, control: &Control) -> Result<Self> {
-        with_lanes!(scene.lanes(), N => count::<N>(scene, photons, control))
+        with_lanes!(scene.lanes(), L => count::<L>(scene, photons, control))
     }
 
     /// The first number of bounces within which a share of the light arrives.
@@ -54,7 +54,7 @@ impl Bounces {
     }
 }
 
-fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Result<Bounces> {
+fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bounces> {
     let bands = scene.bands.len();
     let width = scene.channels() * bands;
     let mut sums = vec![vec![0.0; width]; LIMITS.len()];
@@ -65,14 +65,15 @@ fn count<const N: usize>(scene: &Scene, photons: u64, control: &Control) -> Resu
             return Err(Error::interrupted("chart", NOTHING_WRITTEN));
         }
         let mut rng = streams.history(index);
-        let photon = strata.emit::<N>(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let photon = strata.emit::<L>(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut bounces = 0;
         trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {
                 let first = counted.channel() * bands;
+                let power = counted.power.values();
                 let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];
                 for b in 0..bands {
-                    row[first + b] += f64::from(counted.power.0[b]) * photon.weights[b];
+                    row[first + b] += f64::from(power[b]) * photon.weights[b];
                 }
             }
             bounces += u32::from(matches!(event, Event::Arrival { .. }));

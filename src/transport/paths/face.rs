@@ -12,7 +12,7 @@ use crate::{
         sampling::{
             Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_choice,
         },
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum},
     },
     scene::{
         captor::{Captor, CaptorKind, Channel},
@@ -23,11 +23,11 @@ use crate::{
 
 /// What one path says about a face, per band in W or umol/s.
 #[derive(Clone, Copy, Debug)]
-pub struct PathScore<const N: usize> {
+pub struct PathScore<L> {
     /// Estimate of the flux on the face.
-    pub flux: Spectrum<N>,
+    pub flux: Spectrum<L>,
     /// Estimate of the power that a surface absorbs of it; zero for a virtual captor.
-    pub absorbed: Spectrum<N>,
+    pub absorbed: Spectrum<L>,
     /// Rays traced.
     pub rays: u32,
     /// Whether a length limit ended it: what it could still have found is missing. Where surfaces have
@@ -91,18 +91,18 @@ impl<'a> Face<'a> {
     }
 
     /// Follows one path back from the face; some of it aims at `reflectors`.
-    pub fn path<const N: usize>(
+    pub fn path<L: Lanes>(
         &self,
         reflectors: Option<&Reflectors>,
         rng: &mut Stream,
-    ) -> PathScore<N> {
+    ) -> PathScore<L> {
         let Start { triangle, point, normal } = self.start(rng);
         let at = Vertex { point, step: None, one_sided: Some(normal) };
         let mut path = Path { scene: self.scene, reflectors, rng, rays: 0, cut_off: false };
 
         let free = path.free_share();
         let along = |direction: Vec3| free * cosine_hemisphere_density(direction.dot(normal));
-        let direct = path.next_event::<N>(&at, along);
+        let direct = path.next_event::<L>(&at, along);
         let direct = direct.map(|(towards, irradiance)| {
             (towards, irradiance.scaled(self.area * towards.dot(normal).max(0.0)))
         });
@@ -121,14 +121,14 @@ impl<'a> Face<'a> {
         let indirect = indirect.map(|(direction, weight, aimed)| {
             let ray = Ray { origin: point, direction };
             let leg = Leg { at, ray, density: Some(along(direction)), aimed, unbroken: true };
-            (direction, path.follow::<N>(leg).scaled(self.area * weight))
+            (direction, path.follow::<L>(leg).scaled(self.area * weight))
         });
         let Path { rays, cut_off, .. } = path;
-        let nothing = Spectrum::ZERO;
-        let mut score = PathScore { flux: nothing, absorbed: nothing, rays, cut_off };
+        let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
+        let mut score = PathScore { flux, absorbed, rays, cut_off };
         for (direction, flux) in direct.into_iter().chain(indirect) {
-            score.flux = score.flux + flux;
-            score.absorbed = score.absorbed + self.absorbed(triangle, direction, flux, rng);
+            score.absorbed += self.absorbed(triangle, direction, &flux, rng);
+            score.flux += flux;
         }
         score
     }
@@ -151,22 +151,22 @@ impl<'a> Face<'a> {
     }
 
     /// What a surface captor absorbs of `flux` that comes from `direction`.
-    fn absorbed<const N: usize>(
+    fn absorbed<L: Lanes>(
         &self,
         triangle: usize,
         direction: Vec3,
-        flux: Spectrum<N>,
+        flux: &Spectrum<L>,
         rng: &mut Stream,
-    ) -> Spectrum<N> {
-        let Some(surface) = self.surface(triangle) else { return Spectrum::ZERO };
+    ) -> Spectrum<L> {
+        let Some(surface) = self.surface(triangle) else { return flux.zero() };
         let interaction = Interaction::new(-direction, surface.normal);
         let material = self.scene.material(surface);
         match material.absorptance(&interaction) {
-            Some(absorptance) => flux * absorptance,
+            Some(absorptance) => absorptance * flux,
             // no closed form: what scattering once leaves behind, in the mean
-            None => match material.sample::<N>(&interaction, Transport::Light, rng) {
-                Some(scatter) => flux.zip(scatter.weight, |f, weight| f * (1.0 - weight)),
-                None => flux,
+            None => match material.sample::<L>(&interaction, Transport::Light, rng) {
+                Some(scatter) => scatter.weight.zip(flux, |weight, f| f * (1.0 - weight)),
+                None => flux.clone(),
             },
         }
     }

@@ -4,7 +4,11 @@ use glam::Vec3;
 
 use super::{Path, next_event_density, next_event_density_of_sky, vertex::Vertex};
 use crate::{
-    math::{geometry::Ray, rng::Stream, spectrum::Spectrum},
+    math::{
+        geometry::Ray,
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
     scene::{
         material::{Interaction, Transport},
         world::{LightHit, Scene, Surface},
@@ -14,7 +18,7 @@ use crate::{
 /// For pictures to be compared with: one path's estimate of the radiance that comes along `ray` towards its origin, per band, W/m2/sr or
 /// umol/m2/s/sr.
 #[cfg(test)]
-pub fn radiance<const N: usize>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<N> {
+pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
     let eye = Vertex { point: ray.origin, step: None, one_sided: None };
     let leg = super::Leg { at: eye, ray, density: None, aimed: None, unbroken: true };
     Path { scene, reflectors: None, rng, rays: 0, cut_off: false }.follow(leg)
@@ -49,12 +53,12 @@ impl<'a> Joined<'a> {
 
     /// One light point's estimate of the radiance sent back along the path, less what
     /// [`weight`](Self::weight) leaves to directions that are sampled.
-    pub fn radiance<const N: usize>(&self, rng: &mut Stream) -> Spectrum<N> {
+    pub fn radiance<L: Lanes>(&self, rng: &mut Stream) -> Spectrum<L> {
         let material = self.scene.material(self.surface);
         let along = |d| material.pdf(&self.interaction, Transport::Importance, d);
         let mut path = Path { scene: self.scene, reflectors: None, rng, rays: 0, cut_off: false };
-        let Some((towards, irradiance)) = path.next_event::<N>(&self.at, along) else {
-            return Spectrum::ZERO;
+        let Some((towards, irradiance)) = path.next_event::<L>(&self.at, along) else {
+            return Spectrum::splat(self.scene.lanes(), 0.0);
         };
         let arriving = Interaction::new(-towards, self.surface.normal);
         let f = material.evaluate(&arriving, -self.interaction.direction);
@@ -62,14 +66,14 @@ impl<'a> Joined<'a> {
     }
 
     /// What the lights at infinity count that a sampled direction meets straight or through panes.
-    pub fn sky<const N: usize>(&self, toward: Vec3) -> Spectrum<N> {
+    pub fn sky<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
         let material = self.scene.material(self.surface);
         let density = material.pdf(&self.interaction, Transport::Importance, toward);
-        let mut radiance = Spectrum::ZERO;
+        let mut radiance = Spectrum::splat(self.scene.lanes(), 0.0);
         for (l, light) in self.scene.infinite_lights() {
             let other = next_event_density_of_sky(self.scene, &self.at, l, light, toward);
             let weight = density / (density + other);
-            radiance = radiance + light.radiance::<N>(toward).scaled(weight);
+            radiance += light.radiance::<L>(toward).scaled(weight);
         }
         radiance
     }

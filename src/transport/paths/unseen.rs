@@ -3,7 +3,7 @@
 use crate::{
     math::{
         rng::{Purpose, Streams},
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
         light::{Light, Strata},
@@ -31,24 +31,28 @@ pub struct Unseen {
 
 impl Unseen {
     /// Runs photons; none where the scene has no point or line light, or nothing smooth.
-    pub fn find<const N: usize>(scene: &Scene, seed: u64) -> Option<Self> {
+    pub fn find(scene: &Scene, seed: u64) -> Option<Self> {
         let smooth = scene.materials.iter().any(|named| named.material.has_mirror());
         if !smooth || !scene.lights.iter().any(Light::is_delta) {
             return None;
         }
+        Some(with_lanes!(scene.lanes(), L => Self::find_in::<L>(scene, seed)))
+    }
+
+    fn find_in<L: Lanes>(scene: &Scene, seed: u64) -> Self {
         let nothing = || {
             let zeros = vec![0.0; scene.bands.len()];
             Self { all: zeros.clone(), hidden: zeros }
         };
         let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
         let photons = PHOTONS.max(2 * scene.sources() as u64);
-        let strata = Strata::new(&scene.lights, photons, N);
+        let strata = Strata::new(&scene.lights, photons, scene.lanes());
         let (mut done, mut rays) = (0, 0);
         let streams = Streams::new(seed, Purpose::Unseen, 0);
         // neighbouring histories share the lights well, so it can end after any
         while done < photons && rays < MOST_RAYS {
             let mut rng = streams.history(done);
-            let photon = strata.emit::<N>(&scene.lights, done, scene.ray_offset(), &mut rng);
+            let photon = strata.emit::<L>(&scene.lights, done, scene.ray_offset(), &mut rng);
             let delta = strata.is_delta(&scene.lights, photon.source);
             let (mut hidden, mut diffused) = (false, false);
             trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
@@ -67,7 +71,7 @@ impl Unseen {
         let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
         let flux = if reached { on_captors } else { on_surfaces };
         let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();
-        Some(Self { all: mean(flux.all), hidden: mean(flux.hidden) })
+        Self { all: mean(flux.all), hidden: mean(flux.hidden) }
     }
 
     /// The largest hidden share over bands, in [0, 1].
@@ -76,10 +80,10 @@ impl Unseen {
         lit.map(|(hidden, all)| hidden / all).fold(0.0, f64::max)
     }
 
-    fn add<const N: usize>(&mut self, weights: &[f64], power: &Spectrum<N>, hidden: bool) {
+    fn add<L: Lanes>(&mut self, weights: &[f64], power: &Spectrum<L>, hidden: bool) {
         let sums = self.all.iter_mut().zip(&mut self.hidden);
-        for (((all, unseen), weight), power) in sums.zip(weights).zip(power.0) {
-            let flux = f64::from(power) * weight;
+        for (((all, unseen), weight), power) in sums.zip(weights).zip(power.values()) {
+            let flux = f64::from(*power) * weight;
             *all += flux;
             *unseen += if hidden { flux } else { 0.0 };
         }

@@ -19,7 +19,7 @@ use crate::{
 
 impl Run<'_> {
     /// One round of batches, added up in order, from one of them on.
-    pub(super) fn round<const N: usize>(
+    pub(super) fn round(
         &self,
         schedule: &Schedule,
         (round, first): (u64, u64),
@@ -34,14 +34,14 @@ impl Run<'_> {
             }
             Turn::Keep(next) => self.keep((round, next), totals, map),
         };
-        self.batches::<N>(schedule, round, first..schedule.batches, of, &mut take, map)?;
+        self.batches(schedule, round, first..schedule.batches, of, &mut take, map)?;
         self.forget(None);
         Ok(())
     }
 
     /// Some batches of a round, each traced whole by one thread and handed over, to be emptied, in order. Between
     /// them, and when it is stopped, `take` is also asked to keep what is done, if anything is to be kept.
-    pub(super) fn batches<const N: usize>(
+    pub(super) fn batches(
         &self,
         schedule: &Schedule,
         round: u64,
@@ -63,7 +63,7 @@ impl Run<'_> {
                 }
                 let (mut task, tasks) = (self.begun(batch, &mut sums), schedule.tasks(batch));
                 while task < tasks {
-                    self.task::<N>(schedule, (round, task, batch), &mut task_sums, map);
+                    self.task(schedule, (round, task, batch), &mut task_sums, map);
                     // it may be half done
                     if self.stopped() {
                         break;

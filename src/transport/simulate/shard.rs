@@ -12,7 +12,6 @@ use super::{
 };
 use crate::{
     error::{Error, Result, catch_panic},
-    math::spectrum::with_lanes,
     scene::{captor::CaptorKind, world::Scene},
     transport::{
         photon_map::{MapBuilder, TaskArrivals, TaskKey},
@@ -63,7 +62,7 @@ pub fn simulate_shard(
     check_shardable(settings)?;
     catch_panic("run", || {
         let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
-        with_lanes!(scene.lanes(), N => run.shard_sums::<N>(shard))
+        run.shard_sums(shard)
     })
 }
 
@@ -72,7 +71,7 @@ impl Run<'_> {
         self.schedule(self.settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS))
     }
 
-    fn shard_sums<const N: usize>(&self, shard: Shard) -> Result<ShardSums> {
+    fn shard_sums(&self, shard: Shard) -> Result<ShardSums> {
         let schedule = self.shard_schedule()?;
         if shard.of() as u64 > schedule.batches {
             let problem = format!("{} shards of a run of {} batches", shard.of(), schedule.batches);
@@ -94,7 +93,7 @@ impl Run<'_> {
             }
         };
         let of = Some(histories * self.unit());
-        self.batches::<N>(&schedule, 0, range, of, &mut take, map.as_ref())?;
+        self.batches(&schedule, 0, range, of, &mut take, map.as_ref())?;
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
         let (tasks, end) = map.map_or_else(Default::default, MapBuilder::into_pieces);
         Ok(ShardSums { batches, tasks: tasks.into_iter().collect(), end })
@@ -161,7 +160,7 @@ impl<'a> Joined<'a> {
             return Err(Error::input("merge", "not all batches are there").remedy("name all parts"));
         }
         let map = map.map(Mutex::new);
-        with_lanes!(run.scene.lanes(), N => run.finish::<N>(totals, map, &schedule, End::Photons))
+        run.finish(totals, map, &schedule, End::Photons)
     }
 }
 

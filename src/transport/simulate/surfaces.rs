@@ -3,7 +3,7 @@
 use super::{Control, Keep, Run, Simulation};
 use crate::{
     error::{Result, catch_panic},
-    math::{rng::Purpose, spectrum::with_lanes},
+    math::rng::Purpose,
     scene::{patches::Patches, world::Scene},
     transport::{
         settings::{Estimator, Settings},
@@ -43,7 +43,7 @@ pub fn light_surfaces<'a>(
         catch_panic("run", || {
             let run = Run::new(scene, &settings, Vec::new(), Keep::OnSurfaces(&patches), control)?;
             let run = Run { purpose, ..run };
-            with_lanes!(scene.lanes(), N => run.go::<N>())
+            run.go()
         })
     };
     let photons = match settings.photons {

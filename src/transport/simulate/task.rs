@@ -6,7 +6,7 @@ use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
 use crate::{
     math::{
         rng::{Stream, Streams},
-        spectrum::Spectrum,
+        spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{light::Strata, material::LobeKind, world::Scene},
     transport::{
@@ -25,7 +25,7 @@ const SOBOL_NUMBERS: u32 = 16;
 
 impl Run<'_> {
     /// Follows the histories of one task.
-    pub(super) fn task<const N: usize>(
+    pub(super) fn task(
         &self,
         schedule: &Schedule,
         key: TaskKey,
@@ -34,18 +34,16 @@ impl Run<'_> {
     ) {
         let (_, task, batch) = key;
         let (_, histories) = schedule.range(batch, task);
-        match &self.work {
+        with_lanes!(self.scene.lanes(), L => match &self.work {
             Work::Paths(faces, reflectors) => {
-                self.paths::<N>(schedule, key, faces, reflectors.as_ref(), tally);
+                self.paths::<L>(schedule, key, faces, reflectors.as_ref(), tally);
             }
-            Work::Photons(strata) if strata.histories() == histories => {
-                self.photons::<N>(schedule, key, strata, tally, map);
+            Work::Photons(strata) => {
+                let own = (strata.histories() != histories)
+                    .then(|| Strata::new(&self.scene.lights, histories, self.scene.lanes()));
+                self.photons::<L>(schedule, key, own.as_ref().unwrap_or(strata), tally, map);
             }
-            Work::Photons(_) => {
-                let strata = Strata::new(&self.scene.lights, histories, N);
-                self.photons::<N>(schedule, key, &strata, tally, map);
-            }
-        }
+        });
         self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
     }
 
@@ -55,7 +53,7 @@ impl Run<'_> {
     }
 
     /// Follows paths from every face.
-    fn paths<const N: usize>(
+    fn paths<L: Lanes>(
         &self,
         schedule: &Schedule,
         (round, task, batch): TaskKey,
@@ -69,27 +67,25 @@ impl Run<'_> {
             if self.stopped() {
                 return;
             }
-            let mut brightest = [0.0f32; N];
+            let mut brightest = Spectrum::<L>::splat(self.scene.lanes(), 0.0);
             let sequence = streams.sequence(f as u64);
             for index in first..first + histories {
                 let stream = index * faces.len() as u64 + f as u64;
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
-                let score = face.path::<N>(reflectors, &mut rng);
+                let score = face.path::<L>(reflectors, &mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
-                for (most, flux) in brightest.iter_mut().zip(score.flux.0) {
-                    *most = most.max(flux);
-                }
+                brightest = brightest.zip(&score.flux, f32::max);
             }
             let area = self.scene.captors[face.captor].area;
-            for (all, most) in self.brightest.iter().zip(brightest) {
+            for (all, &most) in self.brightest.iter().zip(brightest.values()) {
                 all.fetch_max((f64::from(most) / area).to_bits(), Ordering::Relaxed);
             }
         }
     }
 
     /// Emits and follows photons.
-    fn photons<const N: usize>(
+    fn photons<L: Lanes>(
         &self,
         schedule: &Schedule,
         key: TaskKey,
@@ -110,18 +106,19 @@ impl Run<'_> {
             }
             let mut rng = streams.history(first + index);
             let offset = self.scene.ray_offset();
-            let photon = strata.emit::<N>(&self.scene.lights, index, offset, &mut rng);
+            let photon = strata.emit::<L>(&self.scene.lights, index, offset, &mut rng);
             let part = self.part_of.get(photon.light).copied();
             tally.emitted(part, photon.weights, &photon.power);
             let mut way = Way::default();
-            let mut on = |event: Event<'_, N>| {
+            let mut on = |event: Event<'_, L>| {
                 tally.score(self.scene, part, photon.weights, &event);
                 let Some(task) = &mut stored else { return };
                 if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
                     arrival.photon.light = photon.light as u32;
                     arrival.photon.history = index as u32;
+                    let power = power.values();
                     let power =
-                        (0..bands).map(|b| (f64::from(power.0[b]) * photon.weights[b]) as f32);
+                        (0..bands).map(|b| (f64::from(power[b]) * photon.weights[b]) as f32);
                     task.push(limit, arrival, power);
                     if let Keep::OnSurfaces(_) = self.keep {
                         task.came(way);
@@ -133,7 +130,7 @@ impl Run<'_> {
             };
             if flights > 1 {
                 let emit = |rng: &mut Stream| {
-                    let other = strata.emit_of::<N>(&self.scene.lights, photon.source, offset, rng);
+                    let other = strata.emit_of::<L>(&self.scene.lights, photon.source, offset, rng);
                     (other.ray, other.power)
                 };
                 split_at_light(self.scene, emit, flights, &mut rng, &mut on);
@@ -161,11 +158,11 @@ impl Way {
 impl Keep<'_> {
     /// The arrival to store of an event, and its power.
     #[inline]
-    fn arrival<'e, const N: usize>(
+    fn arrival<'e, L: Lanes>(
         self,
         scene: &'e Scene,
-        event: &'e Event<'_, N>,
-    ) -> Option<(Arrival, &'e Spectrum<N>)> {
+        event: &'e Event<'_, L>,
+    ) -> Option<(Arrival, &'e Spectrum<L>)> {
         let (position, direction, triangle) = match *event {
             Event::Crossing { crossing, direction, .. } => {
                 (crossing.point, direction, crossing.triangle)

@@ -44,16 +44,16 @@ impl Choice {
     /// Picks the cheaper estimator for the tolerance of `settings` on each captor or, without one, for
     /// the root mean square error over captors. Errors: those of a run.
     pub(super) fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Self> {
-        with_lanes!(scene.lanes(), N => make::<N>(scene, settings, control))
+        make(scene, settings, control)
     }
 }
 
-fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice> {
+fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice> {
     if settings.by_light {
         let why = "only photons know which light they come from".into();
         return Ok(Choice { estimator: Estimator::Photons, why });
     }
-    let missed = Unseen::find::<N>(scene, settings.seed).map_or(0.0, |unseen| unseen.share());
+    let missed = Unseen::find(scene, settings.seed).map_or(0.0, |unseen| unseen.share());
     if missed > MISSED {
         let why = format!("paths cannot find {:.2} % of the light on the captors", 100.0 * missed);
         return Ok(Choice { estimator: Estimator::Photons, why });
@@ -75,7 +75,7 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     let mut histories = BATCHES * scene.sources() as u64;
     let totals = loop {
         let mut totals = run.totals();
-        run.round::<N>(&run.schedule(histories)?, (0, 0), None, &mut totals, None)?;
+        run.round(&run.schedule(histories)?, (0, 0), None, &mut totals, None)?;
         if histories >= TRIAL || totals.segments >= RAYS {
             break totals;
         }
@@ -95,7 +95,9 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     }
 
     let mut paths_found = Found::default();
-    let (mut sums, mut squares) = (vec![[0.0; N]; tried.len()], vec![[0.0; N]; tried.len()]);
+    let bands = scene.bands.len();
+    let nothing = || vec![vec![0.0; bands]; tried.len()];
+    let (mut sums, mut squares) = (nothing(), nothing());
     let mut paths = 0;
     // the photons had the batches before
     let streams = Streams::new(settings.seed, Purpose::Trial, BATCHES);
@@ -103,9 +105,12 @@ fn make<const N: usize>(scene: &Scene, settings: &Settings, control: &Control) -
     while paths < LEAST || (paths < TRIAL / tried.len() as u64 && paths_found.rays < RAYS) {
         for (f, face) in tried.iter().enumerate() {
             let mut rng = streams.history(paths * tried.len() as u64 + f as u64);
-            let score = face.path::<N>(reflectors.as_ref(), &mut rng);
-            paths_found.rays += u64::from(score.rays);
-            for (b, flux) in score.flux.0.into_iter().map(f64::from).enumerate() {
+            let (rays, flux) = with_lanes!(scene.lanes(), L => {
+                let score = face.path::<L>(reflectors.as_ref(), &mut rng);
+                (score.rays, score.flux.values()[..bands].to_vec())
+            });
+            paths_found.rays += u64::from(rays);
+            for (b, flux) in flux.into_iter().map(f64::from).enumerate() {
                 sums[f][b] += flux;
                 squares[f][b] += flux * flux;
             }

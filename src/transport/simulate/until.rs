@@ -18,11 +18,7 @@ use crate::{
 
 impl Run<'_> {
     /// Rounds of equal batches, until every captor is accurate enough.
-    pub(super) fn until_accurate<const N: usize>(
-        &self,
-        tolerance: f64,
-        limit: Option<u64>,
-    ) -> Result<Simulation> {
+    pub(super) fn until_accurate(&self, tolerance: f64, limit: Option<u64>) -> Result<Simulation> {
         let (task, unit) = (self.full_task(), self.unit());
         // a batch is worth adding up once it has some photons for each captor; paths always have
         let enough = match self.work {
@@ -31,7 +27,7 @@ impl Run<'_> {
         };
         let batch = task * enough.max(2);
         let whole = self.schedule(limit.unwrap_or(u64::MAX).min(BATCHES * batch * unit))?;
-        let short = self.less_than::<N>(&whole, whole.batch(0))?;
+        let short = self.less_than(&whole, whole.batch(0))?;
         let rounds = match short {
             Some(_) => 1,
             None => (limit.unwrap_or(MAX_PHOTONS) / (whole.histories * unit)).max(1),
@@ -46,7 +42,7 @@ impl Run<'_> {
         }
         for round in first + 1..=rounds {
             let begin = (round - 1, std::mem::take(&mut batch));
-            self.round::<N>(&schedule, begin, limit, &mut totals, map.as_ref())?;
+            self.round(&schedule, begin, limit, &mut totals, map.as_ref())?;
             let time_is_up = short.is_some() || self.time_is_up();
             if round < look && round < rounds && !time_is_up {
                 continue;
@@ -65,16 +61,12 @@ impl Run<'_> {
                 break;
             }
         }
-        Ok(Simulation { accuracy, ..self.finish::<N>(totals, map, &schedule, end)? })
+        Ok(Simulation { accuracy, ..self.finish(totals, map, &schedule, end)? })
     }
 
     /// All batches side by side, task by task, so that the run can end after any task with
     /// batches as if it had been asked for just so many photons.
-    pub(super) fn until_time<const N: usize>(
-        &self,
-        schedule: &Schedule,
-        limit: Duration,
-    ) -> Result<Simulation> {
+    pub(super) fn until_time(&self, schedule: &Schedule, limit: Duration) -> Result<Simulation> {
         let bytes = Tally::bytes(self.scene, parts(&self.part_of)) as u64 * schedule.batches;
         if bytes > most_open() {
             let gib = bytes as f64 / f64::from(1 << 30);
@@ -84,11 +76,11 @@ impl Run<'_> {
             )
             .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
         }
-        if let Some(short) = self.less_than::<N>(schedule, schedule.batch(0).min(schedule.task))? {
+        if let Some(short) = self.less_than(schedule, schedule.batch(0).min(schedule.task))? {
             let (mut totals, map) = (self.totals(), self.map_builder());
             let of = Some(short.histories * self.unit());
-            self.round::<N>(&short, (0, 0), of, &mut totals, map.as_ref())?;
-            return self.finish::<N>(totals, map, &short, End::Time);
+            self.round(&short, (0, 0), of, &mut totals, map.as_ref())?;
+            return self.finish(totals, map, &short, End::Time);
         }
         let map = self.map_builder();
         let batches: Vec<Mutex<Tally>> =
@@ -107,7 +99,7 @@ impl Run<'_> {
                         return;
                     }
                     if task < schedule.tasks(batch) {
-                        self.task::<N>(schedule, (0, task, batch), &mut task_sums, map.as_ref());
+                        self.task(schedule, (0, task, batch), &mut task_sums, map.as_ref());
                         lock(&batches[batch as usize]).drain(&mut task_sums);
                         self.report(Some(schedule.histories * self.unit()), None);
                     }
@@ -127,16 +119,12 @@ impl Run<'_> {
         for (batch, sums) in batches.iter().enumerate() {
             totals.add_batch(self.scene, &mut lock(sums), ended.batch(batch as u64));
         }
-        self.finish::<N>(totals, map, &ended, end)
+        self.finish(totals, map, &ended, end)
     }
 
     /// With a time limit that will be up before each batch of `schedule` has done `most` histories: a
     /// schedule that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
-    fn less_than<const N: usize>(
-        &self,
-        schedule: &Schedule,
-        most: u64,
-    ) -> Result<Option<Schedule>> {
+    fn less_than(&self, schedule: &Schedule, most: u64) -> Result<Option<Schedule>> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
         let each = match &self.work {
             Work::Photons(_) => self.scene.sources() as u64,
@@ -148,7 +136,7 @@ impl Run<'_> {
         let mut parts = 1;
         while parts < most {
             let began = Instant::now();
-            self.round::<N>(&cut(parts), (0, 0), None, &mut self.totals(), None)?;
+            self.round(&cut(parts), (0, 0), None, &mut self.totals(), None)?;
             self.done.store(0, Ordering::Relaxed);
             self.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
             let taken = began.elapsed();

@@ -43,15 +43,15 @@ fn room(power: [f64; 2]) -> Scene {
 
 /// What arrives at the walls per photon in each band, and how often something does.
 fn arrivals(scene: &Scene, photons: u64) -> [Mean; 3] {
-    let strata = Strata::new(&scene.lights, photons, 2);
+    let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(1, Purpose::Run, 0);
     let mut means = [Mean::default(); 3];
     for index in 0..photons {
         let mut rng = streams.history(index);
-        let photon = strata.emit::<2>(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let photon = strata.emit::<[f32; 4]>(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut sums = [0.0; 3];
         trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
-            if let Event::Arrival { power: Spectrum([blue, infrared]), .. } = event {
+            if let Event::Arrival { power: Spectrum([blue, infrared, ..]), .. } = event {
                 let values = [f64::from(*blue), f64::from(*infrared), 1.0];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
             }
