@@ -72,7 +72,9 @@ pub use scene::bvh::Kernel;
 pub use scene::camera::{Camera, View};
 pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel};
 pub use scene::daylight;
-pub use scene::light::{EmittedRadiance, Light, LightSample, LightShape, TubeHit};
+pub use scene::light::{
+    EmittedRadiance, Intensity, IntensityTable, Light, LightSample, LightShape, TubeHit,
+};
 pub use scene::material::{
     BsdfSample, Dielectric, Interaction, Lambert, Leaf, LeafFace, LobeKind, Material, Mirror, Pane,
     Phong, PhongFractions, Transport,

@@ -23,6 +23,7 @@ mod nearest;
 mod nearest_study;
 mod output;
 mod paths;
+mod photometry;
 mod pinned;
 mod plot;
 mod render;

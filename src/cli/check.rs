@@ -1,5 +1,7 @@
 //! `phylux check`
 
+mod polar;
+
 use std::{fmt::Write, path::PathBuf};
 
 use clap::Args;
@@ -157,6 +159,7 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     );
     surfaces(&mut text, summary);
     lights(&mut text, scene);
+    polar::distributions(&mut text, scene);
     if let Some(open_field) = &loaded.open_field {
         daylight(&mut text, open_field);
     }

@@ -1,5 +1,6 @@
 //! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
-//! [`captor_csv`], [`weather`], [`environment_map`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
+//! [`captor_csv`], [`weather`], [`environment_map`],
+//! [`photometry`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
 //! the disk; an error names the file and the place in it.
 
 pub mod captor_csv;
@@ -11,6 +12,7 @@ pub mod iso8601;
 pub mod json;
 pub mod obj;
 pub mod output;
+pub mod photometry;
 pub mod result_file;
 pub mod scene_file;
 pub mod shard_file;

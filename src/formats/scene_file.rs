@@ -10,6 +10,7 @@ mod kept;
 mod library;
 mod lights;
 mod loader;
+mod luminaires;
 mod materials;
 mod numbers;
 mod objects;

@@ -20,11 +20,13 @@ use crate::{
 
 mod entrance;
 mod illuminate;
+mod intensity;
 #[cfg(test)]
 mod tests;
 
 pub use entrance::{Entrance, MARGIN};
 pub use illuminate::{EmittedRadiance, LightSample, TubeHit};
+pub use intensity::{Intensity, IntensityTable};
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
@@ -65,6 +67,21 @@ pub enum LightShape {
         triangles: Vec<[DVec3; 3]>,
         /// Whether the back emits too.
         two_sided: bool,
+    },
+    /// A point whose intensity depends on the direction.
+    Luminaire {
+        /// Where it is.
+        position: DVec3,
+        /// Into which directions it shines.
+        intensity: Intensity,
+    },
+    /// Triangles of which every point shines with the same intensity, from the front where that goes to the
+    /// front, from the back where it goes to the back: with the radiance I / (area x |cosine|).
+    LuminaireArea {
+        /// Corners, counter-clockwise seen from the front; total area above zero.
+        triangles: Vec<[DVec3; 3]>,
+        /// Into which directions it shines.
+        intensity: Intensity,
     },
     /// Infinitely far away: what enters the scene's box is its power.
     Infinite(InfiniteLight),
@@ -126,7 +143,7 @@ impl LightShape {
     /// Refuses what cannot shine. That coordinates are finite is for the scene to check.
     pub fn check(&self) -> Checked {
         match self {
-            Self::Point { .. } => Ok(()),
+            Self::Point { .. } | Self::Luminaire { .. } | Self::Infinite(_) => Ok(()),
             Self::Spot { direction, half_angle, .. } => {
                 check_direction(*direction).map_err(|problem| problem.of("direction"))?;
                 let degrees = half_angle.to_degrees();
@@ -137,11 +154,18 @@ impl LightShape {
                 check_range(*radius, 0.0, f64::MAX).map_err(|problem| problem.of("radius"))
             }
             Self::IsotropicLine { from, to } => check_axis(*from, *to).map(|_| ()),
-            Self::Area { triangles, .. } => {
+            Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => {
                 let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
                 check_area(triangles.iter().map(area).sum())
             }
-            Self::Infinite(_) => Ok(()),
+        }
+    }
+
+    /// The triangles that it is made of, if it is.
+    pub fn triangles(&self) -> &[[DVec3; 3]] {
+        match self {
+            Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => triangles,
+            _ => &[],
         }
     }
 }
@@ -164,6 +188,8 @@ enum Emitter {
     Tube { line: Line, frame: Frame, radius: f32 },
     IsotropicLine(Line),
     Area { surface: EmittingSurface, two_sided: bool },
+    Luminaire { position: Vec3, intensity: Intensity },
+    LuminaireArea { surface: EmittingSurface, intensity: Intensity },
     Infinite(Arc<Entrance>),
 }
 
@@ -274,6 +300,13 @@ impl Light {
                 let surface = EmittingSurface::new(triangles, local);
                 Emitter::Area { surface, two_sided: *two_sided }
             }
+            LightShape::Luminaire { position, intensity } => {
+                Emitter::Luminaire { position: local(*position), intensity: intensity.clone() }
+            }
+            LightShape::LuminaireArea { triangles, intensity } => {
+                let surface = EmittingSurface::new(triangles, local);
+                Emitter::LuminaireArea { surface, intensity: intensity.clone() }
+            }
             LightShape::Infinite(light) => {
                 let entrance = Entrance::new(light.clone(), power.len(), inside);
                 for (b, power) in power.iter_mut().enumerate() {
@@ -289,14 +322,18 @@ impl Light {
     /// A box around it, m from the centre of the scene.
     pub fn extent(&self) -> Extent {
         match &self.emitter {
-            Emitter::Cone { position, .. } => Extent::of([*position]),
+            Emitter::Cone { position, .. } | Emitter::Luminaire { position, .. } => {
+                Extent::of([*position])
+            }
             Emitter::Tube { line, radius, .. } => {
                 let r = Vec3::splat(*radius);
                 let ends = [line.from, line.from + line.whole];
                 Extent::of(ends.into_iter().flat_map(|p| [p - r, p + r]))
             }
             Emitter::IsotropicLine(line) => Extent::of([line.from, line.from + line.whole]),
-            Emitter::Area { surface, .. } => Extent::of_triangles(&surface.triangles),
+            Emitter::Area { surface, .. } | Emitter::LuminaireArea { surface, .. } => {
+                Extent::of_triangles(&surface.triangles)
+            }
             Emitter::Infinite(_) => Extent::EMPTY,
         }
     }
@@ -305,12 +342,14 @@ impl Light {
     /// equal pieces.
     pub(super) fn places(&self, pieces: usize) -> Vec<Vec3> {
         match &self.emitter {
-            Emitter::Cone { position, .. } => vec![*position],
+            Emitter::Cone { position, .. } | Emitter::Luminaire { position, .. } => vec![*position],
             Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => {
                 let at = |i: usize| line.from + (i as f32 + 0.5) / pieces as f32 * line.whole;
                 (0..pieces).map(at).collect()
             }
-            Emitter::Area { .. } | Emitter::Infinite(_) => Vec::new(),
+            Emitter::Area { .. } | Emitter::LuminaireArea { .. } | Emitter::Infinite(_) => {
+                Vec::new()
+            }
         }
     }
 
@@ -324,10 +363,11 @@ impl Light {
         }
     }
 
-    /// Unit vector along the axis of a spot, unless it shines everywhere.
+    /// Unit vector along the axis of a spot, unless it shines everywhere, or where a luminaire aims.
     pub(super) fn axis(&self) -> Option<Vec3> {
         match &self.emitter {
             Emitter::Cone { frame, versine, .. } if *versine < 2.0 => Some(frame.normal),
+            Emitter::Luminaire { intensity, .. } => Some(intensity.axes().normal),
             _ => None,
         }
     }
@@ -348,11 +388,21 @@ impl Light {
     /// Moves a point, a spot, a line or a tube.
     pub(super) fn shift(&mut self, by: Vec3) {
         match &mut self.emitter {
-            Emitter::Cone { position, .. } => *position += by,
+            Emitter::Cone { position, .. } | Emitter::Luminaire { position, .. } => *position += by,
             Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => line.from += by,
-            Emitter::Area { .. } | Emitter::Infinite(_) => return,
+            Emitter::Area { .. } | Emitter::LuminaireArea { .. } | Emitter::Infinite(_) => return,
         }
         self.ball.0 += by;
+    }
+
+    /// How its intensity depends on the direction, for a luminaire.
+    pub fn intensity(&self) -> Option<&Intensity> {
+        match &self.emitter {
+            Emitter::Luminaire { intensity, .. } | Emitter::LuminaireArea { intensity, .. } => {
+                Some(intensity)
+            }
+            _ => None,
+        }
     }
 
     /// How it enters the scene, for a light at infinity.
@@ -397,6 +447,15 @@ impl Light {
                 let (point, normal) = surface.choose(offset, rng);
                 let front = !*two_sided || rng.uniform() < 0.5;
                 leave(point, if front { normal } else { -normal }, offset, rng)
+            }
+            Emitter::Luminaire { position, intensity } => {
+                Ray { origin: *position, direction: intensity.sample(rng) }
+            }
+            Emitter::LuminaireArea { surface, intensity } => {
+                let (point, normal) = surface.choose(offset, rng);
+                let direction = intensity.sample(rng);
+                let side = normal * normal.dot(direction).signum();
+                Ray { origin: point + offset * side, direction }
             }
             Emitter::Infinite(entrance) => {
                 let dark = || Ray { origin: Vec3::ZERO, direction: Vec3::NEG_Z };

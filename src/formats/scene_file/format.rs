@@ -205,6 +205,58 @@ impl<'de> Deserialize<'de> for PerBand {
     }
 }
 
+/// The power of a light.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum PowerFile {
+    /// As given.
+    Given(PerBand),
+    /// What the photometry says.
+    #[schemars(with = "FileWord")]
+    File,
+}
+
+/// The word that stands for a file's own value.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[allow(dead_code)] // for the schema alone
+enum FileWord {
+    /// What the file says.
+    File,
+}
+
+impl<'de> Deserialize<'de> for PowerFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = PowerFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, an array with one number per band, or \"file\"")
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<PowerFile, E> {
+                Ok(PowerFile::Given(PerBand::All(v)))
+            }
+            fn visit_u64<E: de::Error>(self, v: u64) -> Result<PowerFile, E> {
+                self.visit_f64(v as f64)
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<PowerFile, E> {
+                self.visit_f64(v as f64)
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<PowerFile, E> {
+                match text {
+                    "file" => Ok(PowerFile::File),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
+                }
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<PowerFile, A::Error> {
+                let deserializer = de::value::SeqAccessDeserializer::new(seq);
+                PerBand::deserialize(deserializer).map(PowerFile::Given)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
 /// A whole number, which may be written 1e8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
 #[schemars(transparent)]
@@ -511,8 +563,17 @@ pub struct PointFile {
     pub name: Option<String>,
     /// Where it is.
     pub position: [f64; 3],
-    /// Total emitted flux.
-    pub power: PerBand,
+    /// Total emitted flux; with `photometry` also "file".
+    pub power: PowerFile,
+    /// IES (LM-63) or EULUMDAT file of its intensity; without it alike in all directions.
+    pub photometry: Option<String>,
+    /// With `photometry` or `cosine`: where it aims (default [0, 0, -1], down).
+    pub aim: Option<[f64; 3]>,
+    /// With `photometry`: where C = 0 lies (default [1, 0, 0]).
+    pub zero_plane: Option<[f64; 3]>,
+    /// Exponent n of an intensity ~ cos^n of the angle to `aim`.
+    #[schemars(range(min = 0))]
+    pub cosine: Option<f64>,
 }
 
 /// Light `spot`.
@@ -579,8 +640,8 @@ pub struct AreaFile {
     pub transform: Option<TransformFile>,
     /// Copies of the OBJ, each placed after `transform`.
     pub instances: Option<Vec<TransformFile>>,
-    /// Total emitted flux; or `radiance`.
-    pub power: Option<PerBand>,
+    /// Total emitted flux, with `photometry` also "file"; or `radiance`.
+    pub power: Option<PowerFile>,
     /// Radiance of each emitting side; or `power`.
     pub radiance: Option<PerBand>,
     /// Whether the back emits too (default false).
@@ -588,6 +649,12 @@ pub struct AreaFile {
     pub two_sided: bool,
     /// Makes the light an obstacle of this material.
     pub material: Option<String>,
+    /// IES (LM-63) or EULUMDAT file of its intensity; without it Lambertian.
+    pub photometry: Option<String>,
+    /// With `photometry`: where it aims (default: the mean normal).
+    pub aim: Option<[f64; 3]>,
+    /// With `photometry`: where C = 0 lies (default [1, 0, 0]).
+    pub zero_plane: Option<[f64; 3]>,
 }
 
 /// Captors: one of `csv`, `obj` and `disc`.

@@ -4,13 +4,20 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{daylight::Sky, format::*, loader::Loader, objects::area};
+use super::{
+    daylight::Sky,
+    format::*,
+    loader::Loader,
+    luminaires::{Aim, Measured},
+    objects::area,
+};
 use crate::{
     error::Result,
     math::geometry::triangulate,
     scene::{
         light::{
-            LightShape, check_area, check_axis, check_direction, check_half_angle, check_power,
+            Intensity, LightShape, check_area, check_axis, check_direction, check_half_angle,
+            check_power,
         },
         world::{LightPart, MAX_LIGHTS, SurfacePart},
     },
@@ -82,8 +89,8 @@ impl Loader<'_> {
         let Some(material) = light.material else { return };
         let object = Some(self.parts.objects.len());
         self.parts.objects.push(name.to_string());
-        if let LightShape::Area { triangles, .. } = &light.shape {
-            let triangles = triangles.clone();
+        let triangles = light.shape.triangles().to_vec();
+        if !triangles.is_empty() {
             self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
         }
         if !light.caps.is_empty() {
@@ -97,9 +104,31 @@ impl Loader<'_> {
         self.per_band(&format!("{pointer}/power"), power, f64::MAX)
     }
 
-    fn point_light(&self, pointer: &str, light: &PointFile) -> Result<Glowing> {
-        let shape = LightShape::Point { position: self.point(light.position) };
-        Ok(Glowing::new(self.light_power(pointer, &light.power)?, shape))
+    fn point_light(&mut self, pointer: &str, light: &PointFile) -> Result<Glowing> {
+        let position = self.point(light.position);
+        let aim = Aim { aim: light.aim, zero_plane: light.zero_plane, default: DVec3::NEG_Z };
+        let measured = self.measured(pointer, light.photometry.as_deref(), &aim)?;
+        let power = self.power(pointer, &light.power, measured.as_ref())?;
+        let shape = match (measured, light.cosine) {
+            (None, None) => {
+                self.only_with(pointer, "aim", aim.aim, "`photometry` or `cosine`")?;
+                LightShape::Point { position }
+            }
+            (Some(Measured { intensity, .. }), None) => {
+                LightShape::Luminaire { position, intensity }
+            }
+            (None, Some(exponent)) => {
+                let intensity = Intensity::cosine(exponent, aim.aim())
+                    .map_err(|problem| problem.at(self.place(pointer)))?;
+                LightShape::Luminaire { position, intensity }
+            }
+            (Some(_), Some(_)) => {
+                return Err(self
+                    .error(pointer, "both `photometry` and `cosine`")
+                    .remedy("give one of them"));
+            }
+        };
+        Ok(Glowing::new(power, shape))
     }
 
     fn spot_light(&self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
@@ -149,8 +178,26 @@ impl Loader<'_> {
         let area: f64 = triangles.iter().map(area).sum();
         check_area(area).map_err(|problem| problem.at(self.place(pointer)))?;
         let sides = if light.two_sided { 2.0 } else { 1.0 };
+        let cross: DVec3 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
+        let aim = Aim { aim: light.aim, zero_plane: light.zero_plane, default: 0.5 * cross / area };
+        let measured = self.measured(pointer, light.photometry.as_deref(), &aim)?;
+        if measured.is_some() {
+            for (key, given) in
+                [("two_sided", light.two_sided), ("radiance", light.radiance.is_some())]
+            {
+                if given {
+                    return Err(self
+                        .error(format!("{pointer}/{key}"), "does not go with `photometry`")
+                        .remedy(
+                            "leave it out: the file says where the light goes, `power` how much",
+                        ));
+                }
+            }
+        } else {
+            self.only_with(pointer, "aim", light.aim, "`photometry`")?;
+        }
         let power = match (&light.power, &light.radiance) {
-            (Some(power), None) => self.light_power(pointer, power)?,
+            (Some(power), None) => self.power(pointer, power, measured.as_ref())?,
             (None, Some(radiance)) => {
                 let radiance = self.per_band(&format!("{pointer}/radiance"), radiance, f64::MAX)?;
                 radiance.iter().map(|l| sides * PI * l * area).collect()
@@ -167,7 +214,10 @@ impl Loader<'_> {
             Some(name) => Some(self.named_material(&format!("{pointer}/material"), name)?),
             None => None,
         };
-        let shape = LightShape::Area { triangles, two_sided: light.two_sided };
+        let shape = match measured {
+            Some(Measured { intensity, .. }) => LightShape::LuminaireArea { triangles, intensity },
+            None => LightShape::Area { triangles, two_sided: light.two_sided },
+        };
         Ok(Glowing { power, shape, material, caps: Vec::new() })
     }
 

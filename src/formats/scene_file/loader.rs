@@ -17,6 +17,7 @@ use crate::{
         input::{Fetch, RELATIVE},
         json,
         obj::{Mesh, ObjFile},
+        photometry::Photometry,
     },
     scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
 };
@@ -43,6 +44,7 @@ pub(super) struct Loader<'a> {
     pub(super) bands: usize,
     pub(super) parts: SceneParts,
     pub(super) obj_files: HashMap<PathBuf, Arc<ObjFile>>,
+    pub(super) photometries: HashMap<PathBuf, Photometry>,
     pub(super) materials: Library,
     pub(super) groups: BTreeMap<String, usize>,
     /// Names of captor entries and captor objects: each is a group of its own.
@@ -63,6 +65,7 @@ impl<'a> Loader<'a> {
             bands: 0,
             parts: SceneParts::default(),
             obj_files: HashMap::new(),
+            photometries: HashMap::new(),
             materials: Library::default(),
             groups: BTreeMap::new(),
             entries: HashSet::new(),

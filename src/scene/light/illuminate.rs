@@ -47,9 +47,11 @@ impl Light {
     /// Whether it is a point or a line, which no ray can hit, or the sun, which none hits by chance.
     pub fn is_delta(&self) -> bool {
         match &self.emitter {
-            Emitter::Cone { .. } | Emitter::IsotropicLine { .. } => true,
+            Emitter::Cone { .. } | Emitter::IsotropicLine { .. } | Emitter::Luminaire { .. } => {
+                true
+            }
             Emitter::Tube { radius, .. } => *radius == 0.0,
-            Emitter::Area { .. } => false,
+            Emitter::Area { .. } | Emitter::LuminaireArea { .. } => false,
             Emitter::Infinite(entrance) => entrance.light.has_sun(),
         }
     }
@@ -57,7 +59,9 @@ impl Light {
     /// The triangles that emit, for an area light.
     pub fn triangles(&self) -> &[Triangle] {
         match &self.emitter {
-            Emitter::Area { surface, .. } => &surface.triangles,
+            Emitter::Area { surface, .. } | Emitter::LuminaireArea { surface, .. } => {
+                &surface.triangles
+            }
             _ => &[],
         }
     }
@@ -81,6 +85,9 @@ impl Light {
                 // a little more than the cone, for rounding
                 let inside = 1.0 + frame.normal.dot(towards.normalize_or_zero()) <= versine + 1e-5;
                 if inside { near / versine } else { 0.0 }
+            }
+            Emitter::Luminaire { intensity, .. } => {
+                2.0 * PI * near * intensity.towards(-towards.normalize_or_zero())
             }
             Emitter::Area { surface, two_sided: false } if surface.triangles.len() <= 2 => {
                 let seen = |t: &Triangle| (point - t.a).dot(t.cross()) > 0.0;
@@ -129,16 +136,43 @@ impl Light {
                 };
                 seen(point, on_light, normal, surface.area() as f32, sides, offset)
             }
+            Emitter::Luminaire { position, intensity } => {
+                let away = point - *position;
+                let towards = intensity.towards(away.normalize_or_zero());
+                let irradiance = towards / away.length_squared();
+                (towards > 0.0).then_some(LightSample {
+                    point: *position,
+                    irradiance,
+                    density: None,
+                })
+            }
+            Emitter::LuminaireArea { surface, intensity } => {
+                let (on_light, normal) = surface.choose(offset, rng);
+                let away = point - on_light;
+                let d2 = away.length_squared();
+                let direction = away.normalize_or_zero();
+                let (towards, cos) = (intensity.towards(direction), direction.dot(normal));
+                (towards > 0.0 && cos != 0.0).then(|| LightSample {
+                    point: on_light + offset * cos.signum() * normal,
+                    irradiance: towards / d2,
+                    density: Some(d2 / (surface.area() as f32 * cos.abs())),
+                })
+            }
             // in directions, not points
             Emitter::Infinite(_) => None,
         }
     }
 
-    /// Radiance per W of power, 1/(m2 sr), of an area light's triangle for a ray that meets it from
-    /// its front or back, and the area that emits, m2; none where that side is dark.
-    pub fn shine(&self, front: bool) -> Option<EmittedRadiance> {
+    /// Radiance per W of power, 1/(m2 sr), of an area light's triangle for a ray that meets it along `direction`, with
+    /// the cosine `cos` to its front, below zero from behind, and the area that emits, m2; none where it is dark.
+    pub fn shine(&self, direction: Vec3, cos: f32) -> Option<EmittedRadiance> {
         match &self.emitter {
-            Emitter::Area { surface, two_sided } if front || *two_sided => {
+            Emitter::LuminaireArea { surface, intensity } => {
+                let (towards, area) = (intensity.towards(-direction), surface.area() as f32);
+                let radiance = towards / (area * cos.abs());
+                (towards > 0.0 && cos != 0.0).then_some(EmittedRadiance { radiance, area })
+            }
+            Emitter::Area { surface, two_sided } if cos > 0.0 || *two_sided => {
                 let area = surface.area() as f32;
                 let sides = if *two_sided { 2.0 } else { 1.0 };
                 Some(EmittedRadiance { radiance: 1.0 / (PI * area * sides), area })
@@ -184,10 +218,10 @@ impl Emitter {
     /// Middle and radius of a ball around it.
     pub(super) fn ball(&self) -> (Vec3, f32) {
         match self {
-            Self::Cone { position, .. } => (*position, 0.0),
+            Self::Cone { position, .. } | Self::Luminaire { position, .. } => (*position, 0.0),
             Self::IsotropicLine(line) => (line.middle(), 0.5 * line.length),
             Self::Tube { line, radius, .. } => (line.middle(), 0.5 * line.length + radius),
-            Self::Area { surface, .. } => {
+            Self::Area { surface, .. } | Self::LuminaireArea { surface, .. } => {
                 let corners = || surface.triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
                 let min = corners().fold(Vec3::INFINITY, Vec3::min);
                 let max = corners().fold(Vec3::NEG_INFINITY, Vec3::max);

@@ -60,7 +60,8 @@ impl Scene {
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
 
         for light in &parts.lights {
-            if let LightShape::Area { triangles, .. } = &light.shape {
+            let triangles = light.shape.triangles();
+            if !triangles.is_empty() {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
@@ -211,7 +212,9 @@ impl Bounds {
         triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
         for light in &parts.lights {
             match &light.shape {
-                LightShape::Point { position } | LightShape::Spot { position, .. } => {
+                LightShape::Point { position }
+                | LightShape::Spot { position, .. }
+                | LightShape::Luminaire { position, .. } => {
                     bounds.add(*position);
                 }
                 LightShape::Tube { from, to, radius } => {
@@ -224,7 +227,8 @@ impl Bounds {
                     bounds.add(*from);
                     bounds.add(*to);
                 }
-                LightShape::Area { triangles, .. } => {
+                LightShape::Area { triangles, .. }
+                | LightShape::LuminaireArea { triangles, .. } => {
                     triangles.iter().flatten().for_each(|&p| bounds.add(p));
                 }
                 LightShape::Infinite(_) => {}

@@ -43,7 +43,7 @@ impl Scene {
             let light = self.light_of_triangle[hit.triangle as usize] as usize;
             let normal = self.light_triangles[hit.triangle as usize].normal();
             let cos = -ray.direction.dot(normal);
-            if let Some(shine) = self.lights[light].shine(cos > 0.0) {
+            if let Some(shine) = self.lights[light].shine(ray.direction, cos) {
                 visit(LightHit { light, t: hit.t, cos: cos.abs(), shine });
             }
         });

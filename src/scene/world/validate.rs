@@ -68,10 +68,7 @@ impl SceneParts {
     }
 
     fn check_numbers(&self) -> Checked {
-        let of_lights = self.lights.iter().map(|light| match &light.shape {
-            LightShape::Area { triangles, .. } => triangles.len(),
-            _ => 0,
-        });
+        let of_lights = self.lights.iter().map(|light| light.shape.triangles().len());
         let of_surfaces = self.surfaces.iter().map(|surface| surface.triangles.len());
         let of_captors = self.captors.iter().map(|captor| captor.triangles.len());
         let triangles = of_lights.chain(of_surfaces).chain(of_captors).sum::<usize>();

@@ -1,0 +1,78 @@
+//! From the half-planes that a symmetric lamp needs to the whole circle.
+
+/// Intensities at all vertical angles for one horizontal angle C, degrees.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Plane {
+    pub(super) c: f64,
+    pub(super) values: Vec<f64>,
+}
+
+/// How the given half-planes stand for all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Symmetry {
+    /// The first is like all others.
+    Axial,
+    /// C from 0 to 90: mirrored at both planes.
+    Quadrant,
+    /// C from 0 to 180: mirrored at the plane of C = 0 and 180.
+    At0,
+    /// C from 90 to 270: mirrored at the plane of C = 90 and 270.
+    At90,
+    /// C from 0 to 360, or to the last before it.
+    None,
+}
+
+/// Angles nearer than this are the same, degrees.
+const SAME: f64 = 1e-9;
+
+/// Horizontal angles from 0 to 360, and the intensities there, plane by plane.
+pub(super) fn round(given: Vec<Plane>, symmetry: Symmetry) -> (Vec<f64>, Vec<f64>) {
+    let mirrors: &[fn(f64) -> f64] = match symmetry {
+        Symmetry::Axial => {
+            let values = given.into_iter().next().map_or(Vec::new(), |plane| plane.values);
+            return (vec![0.0, 360.0], [values.clone(), values].concat());
+        }
+        Symmetry::Quadrant => &[|c| c, |c| 180.0 - c, |c| 180.0 + c, |c| 360.0 - c],
+        Symmetry::At0 => &[|c| c, |c| 360.0 - c],
+        Symmetry::At90 => &[|c| c, |c| 180.0 - c],
+        Symmetry::None => &[|c| c],
+    };
+    let mut planes: Vec<Plane> = Vec::with_capacity(mirrors.len() * given.len() + 2);
+    for mirror in mirrors {
+        planes.extend(given.iter().map(|plane| {
+            let c = mirror(plane.c);
+            Plane { c: if c < 0.0 { c + 360.0 } else { c }, values: plane.values.clone() }
+        }));
+    }
+    planes.sort_by(|a, b| a.c.total_cmp(&b.c));
+    planes.dedup_by(|b, a| b.c - a.c < SAME);
+    close(&mut planes);
+    let c = planes.iter().map(|plane| plane.c).collect();
+    (c, planes.into_iter().flat_map(|plane| plane.values).collect())
+}
+
+/// Adds the planes at 0 and 360 that are missing, between the last and the first.
+fn close(planes: &mut Vec<Plane>) {
+    let (Some(first), Some(last)) = (planes.first().cloned(), planes.last().cloned()) else {
+        return;
+    };
+    let (at_start, at_end) = (first.c < SAME, last.c > 360.0 - SAME);
+    let seam = match (at_start, at_end) {
+        (true, _) => first.values,
+        (false, true) => last.values,
+        (false, false) => {
+            let gap = first.c + 360.0 - last.c;
+            let part = (360.0 - last.c) / gap;
+            let pairs = last.values.iter().zip(&first.values);
+            pairs.map(|(a, b)| (1.0 - part) * a + part * b).collect()
+        }
+    };
+    match at_start {
+        true => planes[0].c = 0.0,
+        false => planes.insert(0, Plane { c: 0.0, values: seam.clone() }),
+    }
+    match (at_end, planes.last_mut()) {
+        (true, Some(last)) => last.c = 360.0,
+        _ => planes.push(Plane { c: 360.0, values: seam }),
+    }
+}

@@ -1,0 +1,214 @@
+//! Files of our own making: every symmetry against the whole circle, factors, sentences, and files gone wrong.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::formats::spoil::{check_error, spoiled};
+
+const V: [f64; 7] = [0.0, 15.0, 40.0, 75.0, 90.0, 130.0, 180.0];
+
+/// An intensity with the symmetry of a quadrant, or less.
+fn intensity(c: f64, v: f64, symmetry: Symmetry) -> f64 {
+    let (c, v) = (c.to_radians(), v.to_radians());
+    let even = 100.0 + 50.0 * v.cos();
+    let quarter = 20.0 * (2.0 * c).cos() * v.sin();
+    let along = 10.0 * c.cos() * v.sin();
+    let across = 8.0 * c.sin() * v.sin();
+    match symmetry {
+        Symmetry::Axial => even,
+        Symmetry::Quadrant => even + quarter,
+        Symmetry::At0 => even + quarter + along,
+        Symmetry::At90 => even + quarter + across,
+        Symmetry::None => even + quarter + along + across,
+    }
+}
+
+fn angles(from: f64, to: f64) -> Vec<f64> {
+    (0..=((to - from) / 15.0) as usize).map(|i| from + 15.0 * i as f64).collect()
+}
+
+fn row(c: f64, symmetry: Symmetry, separator: &str) -> String {
+    let values = V.iter().map(|&v| format!("{}", intensity(c % 360.0, v, symmetry)));
+    values.collect::<Vec<_>>().join(separator)
+}
+
+/// An IES file of these horizontal angles.
+fn ies(c: &[f64], symmetry: Symmetry) -> String {
+    let list = |angles: &[f64]| angles.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    let rows: Vec<String> = c.iter().map(|&c| row(c, symmetry, " ")).collect();
+    format!(
+        "IESNA:LM-63-2002\n[TEST] made\nTILT=NONE\n1 -1 1 {} {} 1 2 0 0 0\n1 1 50\n{}\n{}\n{}\n",
+        V.len(),
+        c.len(),
+        list(&V),
+        list(c),
+        rows.join("\n")
+    )
+}
+
+/// An EULUMDAT file of 24 planes, with the given ones for its symmetry.
+fn ldt(number: usize, given: &[f64], symmetry: Symmetry) -> String {
+    let mut lines = vec![String::from("nobody"), "1".into(), number.to_string(), "24".into()];
+    lines.extend(["15", &V.len().to_string(), "15", "", "made", "", "", ""].map(String::from));
+    lines.extend(["0"; 10].map(String::from)); // sizes: lines 13 to 22
+    lines.extend(["80", "1", "0", "1"].map(String::from)); // LORL, factor, tilt, sets: 23 to 26
+    lines.extend(["1", "LED", "1000", "4000", "80", "50"].map(String::from));
+    lines.extend(["0.5"; 10].map(String::from));
+    lines.extend((0..24).map(|i| (15 * i).to_string()));
+    lines.extend(V.map(|v| v.to_string()));
+    lines.extend(given.iter().map(|&c| row(c, symmetry, "\r\n")));
+    lines.join("\r\n") + "\r\n"
+}
+
+fn read(text: &str) -> Result<Photometry> {
+    Photometry::parse(text.as_bytes(), Path::new("lamp"))
+}
+
+fn ok(text: &str) -> Photometry {
+    read(text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Each symmetric file makes the table of that which goes round, to rounding: IES and EULUMDAT.
+#[test]
+fn symmetric_files_are_their_whole_circle() {
+    let cases = [
+        (Symmetry::Axial, vec![0.0], 1),
+        (Symmetry::Quadrant, angles(0.0, 90.0), 4),
+        (Symmetry::At0, angles(0.0, 180.0), 2),
+        (Symmetry::At90, angles(90.0, 270.0), 3),
+        (Symmetry::None, angles(0.0, 345.0), 0),
+    ];
+    for (symmetry, c, number) in cases {
+        let whole = ok(&ies(&angles(0.0, 360.0), symmetry));
+        // in EULUMDAT from C = 270 through 0
+        let of_ldt = if symmetry == Symmetry::At90 { angles(270.0, 450.0) } else { c.clone() };
+        let mut files = vec![ok(&ldt(number, &of_ldt, symmetry))];
+        if symmetry != Symmetry::None {
+            files.push(ok(&ies(&c, symmetry)));
+        }
+        for file in files {
+            assert!((file.flux / whole.flux - 1.0).abs() < 1e-12, "{symmetry:?}");
+            let axes = |table: &Arc<IntensityTable>| {
+                let (aim, zero) = (glam::DVec3::NEG_Z, glam::DVec3::X);
+                crate::scene::light::Intensity::table(table.clone(), aim, zero).unwrap()
+            };
+            let [file, whole] = [axes(&file.table), axes(&whole.table)];
+            for i in 0..400 {
+                let (z, turn) = (1.0 - 2.0 * (f64::from(i) + 0.5) / 400.0, 2.4 * f64::from(i));
+                let sine = f64::sqrt(1.0 - z * z);
+                let d = glam::DVec3::new(sine * turn.cos(), sine * turn.sin(), z).as_vec3();
+                let [a, b] = [file.towards(d), whole.towards(d)];
+                assert!((a - b).abs() <= 2e-6 * b, "{symmetry:?} {d}: {a} {b}");
+            }
+        }
+    }
+}
+
+/// The flux is that of the interpolated table times the file's factors: multiplier and ballast factor; the photometric
+/// factor until 1991 only. Units of length and blanks, commas and line ends in any place change nothing.
+#[test]
+fn factors_count_as_they_should() {
+    let even = |head: &str, numbers: &str| {
+        ok(&format!("{head}TILT=NONE\n{numbers}\n0 180\n0\n2 2\n")).flux / (8.0 * PI)
+    };
+    let modern = "IESNA:LM-63-1995\n[TEST] a\n";
+    for (head, numbers, factor) in [
+        (modern, "1 1000 1 2 1 1 2 0 0 0\n1 1 50", 1.0),
+        (modern, "1 -1 3 2 1 1 1 0.2 0.3 0\n0.5 7 50", 1.5),
+        ("IES:LM-63-2019\n", "1,-1,3,2,1,1,1,0,0,0,0.5\n,7 , 50", 1.5),
+        ("IESNA91\n", "1 1000 3 2 1 1 1 0 0 0 0.5 0.9 50", 1.35),
+        ("an old lamp\n", "1 1000 3 2 1 1 1 0 0 0 0.5 0.9 50", 1.35),
+    ] {
+        let found = even(head, numbers);
+        assert!((found - factor).abs() < 1e-12, "{head}{numbers}: {found}");
+    }
+    // candela per 1000 lm, of lamps of 1000 lm; the decimal may be a comma, and LORL does not count
+    let file = ldt(1, &[0.0], Symmetry::Axial);
+    let flux = ok(&file).flux;
+    let more = file.replace("\r\nLED\r\n1000\r\n", "\r\nLED\r\n2500\r\n");
+    assert!((ok(&more).flux / flux - 2.5).abs() < 1e-12);
+    let factor =
+        file.replace("\r\n80\r\n1\r\n0\r\n1\r\n1\r\n", "\r\n40\r\n0,5\r\n0\r\n1\r\n-1\r\n");
+    assert!(factor != file && (ok(&factor).flux / flux - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn bad_files_are_told() {
+    let good = ies(&angles(0.0, 90.0), Symmetry::Quadrant);
+    let changed = |from: &str, to: &str| {
+        let text = good.replacen(from, to, 1);
+        assert_ne!(text, good, "{from}");
+        text
+    };
+    let eulumdat = ldt(4, &angles(0.0, 90.0), Symmetry::Quadrant);
+    for (text, words) in [
+        (String::new(), "lamp:1: the file ends before line 3"),
+        ("x\n".repeat(40), "the symmetry (Isym) is `x`, not a finite number"),
+        (changed("TILT=NONE", "TILT=INCLUDE"), "lamp:3: TILT=`INCLUDE` is not read"),
+        (changed(" 1 2 0 0 0", " 2 2 0 0 0"), "photometric type 2, must be 1 (C)"),
+        (changed("1 -1 1 7 7", "1 -1 1 7 6"), "horizontal angles from 0 to 75"),
+        (changed("1 -1 1 7 7", "1 -1 1 7.5 7"), "`7.5`, must be 1 to 1000000"),
+        (changed("1 -1 1 7 7", "1 -1 1 7 4000000000"), "`4000000000`, must be 1 to"),
+        (changed("1 -1 1 7 7", "1 -1 1 999999 999"), "more than 1000000 intensities"),
+        (changed("1 -1 1 7", "1 -1 0 7"), "make 0, must be above 0"),
+        (changed("0 15 40", "0 45 40"), "vertical angles: 40 comes after 45"),
+        (changed("0 15 40", "-1 15 40"), "vertical angles: -1, must be from 0 to 180"),
+        (changed("45 60 75 90\n", "45 60 60 90\n"), "horizontal angle 60 comes after 60"),
+        (changed("\n150", "\n-150"), "an intensity of -150 at horizontal angle 0"),
+        (changed("\n150", "\n1e999"), "intensity 1 of 7 is `1e999`, not a finite number"),
+        (good[..good.len() - 20].into(), "the file ends before of horizontal angle 7"),
+        (good.clone() + "5\n", "`5` comes after the last intensity"),
+        (ldt(7, &[0.0], Symmetry::Axial), "`7`, must be 0 to 4"),
+        (eulumdat.replacen("24", "23", 1), "23 C planes do not suit this symmetry"),
+        (
+            eulumdat.replace("\r\n90\r\n", "\r\n91\r\n"),
+            "C angles from 0 to 91, must rise from 0 to 90",
+        ),
+        (eulumdat.clone() + "5\r\n", "a line comes after the last intensity"),
+    ] {
+        let error = read(&text).map(|_| ()).expect_err(words);
+        check_error(&error, Path::new("lamp"));
+        assert!(error.to_string().contains(words), "{words}: {error}");
+    }
+}
+
+const WORDS: &[&str] = &["TILT=NONE", "TILT=", "NONE", "360", "180", "90", "7", "IESNA91"];
+
+/// Whatever the text, there is an error with its place or a table that shines.
+fn check(text: &[u8]) {
+    let path = Path::new("a.ies");
+    match Photometry::parse(text, path) {
+        Err(error) => check_error(&error, path),
+        Ok(photometry) => assert!(photometry.flux > 0.0 && photometry.flux.is_finite()),
+    }
+}
+
+static FILES: std::sync::LazyLock<Vec<&'static str>> = std::sync::LazyLock::new(|| {
+    let none = Symmetry::None;
+    let files = [
+        ies(&[0.0], Symmetry::Axial),
+        ies(&[90.0, 180.0, 270.0], Symmetry::At90),
+        ies(&angles(0.0, 360.0), none),
+        ldt(0, &angles(0.0, 345.0), none),
+        ldt(3, &angles(270.0, 450.0), Symmetry::At90),
+    ];
+    files.map(|text| &*text.leak()).into()
+});
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_spoiled_file_panics(text in spoiled(&FILES, WORDS)) {
+        check(&text);
+    }
+
+    /// Any bytes.
+    #[test]
+    fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200), ies in any::<bool>()) {
+        let head: &[u8] = if ies { b"IESNA91\nTILT=NONE\n" } else { b"" };
+        check(&[head, &bytes].concat());
+    }
+}
