@@ -160,6 +160,7 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     surfaces(&mut text, summary);
     lights(&mut text, scene);
     polar::distributions(&mut text, scene);
+    averages(&mut text, loaded);
     if let Some(open_field) = &loaded.open_field {
         daylight(&mut text, open_field);
     }
@@ -192,6 +193,21 @@ fn lights(text: &mut String, scene: &Scene) {
         let _ = write!(title, ", {} of {} bands", bands.len(), scene.bands.len());
     }
     Table { title, columns, rows: rows.collect() }.write(text);
+}
+
+/// What spectra are in each band.
+fn averages(text: &mut String, loaded: &LoadedScene) {
+    if loaded.averages.is_empty() {
+        return;
+    }
+    let bands = &loaded.scene.bands[..loaded.scene.bands.len().min(SHOWN_BANDS)];
+    let _ = writeln!(text, "\naverages of spectra");
+    for average in &loaded.averages {
+        let means = bands.iter().zip(&average.means);
+        let means: Vec<String> =
+            means.map(|(band, mean)| format!("{} {mean:.4}", band.name)).collect();
+        let _ = writeln!(text, "  {}: {}", average.pointer, means.join(", "));
+    }
 }
 
 /// Where the sun stands and how bright it is outside: what a wrong clock or place shows in.

@@ -1,6 +1,6 @@
 //! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
 //! [`captor_csv`], [`weather`], [`environment_map`],
-//! [`photometry`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
+//! [`photometry`], [`spectrum_file`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
 //! the disk; an error names the file and the place in it.
 
 pub mod captor_csv;
@@ -16,6 +16,7 @@ pub mod photometry;
 pub mod result_file;
 pub mod scene_file;
 pub mod shard_file;
+pub mod spectrum_file;
 #[cfg(test)]
 pub mod spoil;
 pub mod sweep_file;

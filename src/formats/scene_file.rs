@@ -15,6 +15,7 @@ mod materials;
 mod numbers;
 mod objects;
 mod placed;
+mod spectra;
 
 use std::{
     cell::RefCell,
@@ -30,6 +31,7 @@ use format::LightFile;
 pub use format::{Count, SceneFile};
 pub use kept::Kept;
 use loader::{Loader, Sources};
+pub use spectra::SpectrumAverage;
 
 use crate::{
     error::{Error, Result},
@@ -65,6 +67,8 @@ pub struct LoadedScene {
     pub without_ground: Vec<String>,
     /// Daylight in the open, where there is any.
     pub open_field: Option<OpenField>,
+    /// What spectra are in each band.
+    pub averages: Vec<SpectrumAverage>,
     /// Thin leaves whose transmittance differs between the faces.
     pub non_reciprocal_leaves: Vec<String>,
     /// The scene file and all OBJ, MTL and CSV files that were read for it.
@@ -179,6 +183,7 @@ impl Loader<'_> {
                 .error("/bands", problem + ": more than memory holds")
                 .remedy("use fewer bands"));
         }
+        self.load_spectra(file)?;
         self.load_materials(&file.materials)?;
         self.load_objects(&file.objects)?;
         let sky = self.load_sky(file)?;
@@ -190,6 +195,7 @@ impl Loader<'_> {
                 .error("/lights", "the scene has no light")
                 .remedy("add a light: point, spot, tube, area, sun, sky or environment"));
         }
+        let averages = self.take_averages();
         let unused_materials = self.materials.unused();
         let non_reciprocal_leaves = self.materials.non_reciprocal();
         drop(self.obj_files);
@@ -212,6 +218,7 @@ impl Loader<'_> {
             warnings: self.warnings,
             unused_materials,
             open_field,
+            averages,
             without_ground: file.lights.iter().filter_map(LightFile::without_ground).collect(),
             non_reciprocal_leaves,
             files: self.files.into_inner(),

@@ -5,6 +5,7 @@
 //! Read `rng` and `sampling` first: every estimator draws from them. What knows a light, a surface or a
 //! photon belongs to a later module.
 
+pub mod curve;
 pub mod geometry;
 pub mod machine;
 #[cfg(test)]

@@ -38,6 +38,9 @@ impl LengthUnit {
     }
 }
 
+/// One photon's energy is h c / wavelength: umol of photons in 1 J, per nm.
+pub const UMOL_PER_J_NM: f64 = 0.008_359_347_2;
+
 /// What photons carry. Nothing in the physics depends on it, only the names of the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum Quantity {

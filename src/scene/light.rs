@@ -2,7 +2,7 @@
 
 use std::{collections::BinaryHeap, sync::Arc};
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::{
     error::{Problem, check_length, check_range, number},
@@ -53,6 +53,19 @@ pub enum LightShape {
         to: DVec3,
         /// Radius, m; 0 is the line (intensity ~ sine of the angle to the axis).
         radius: f64,
+    },
+    /// The part of a cylinder's lateral surface within an angle, Lambertian.
+    ApertureTube {
+        /// One end of the axis.
+        from: DVec3,
+        /// The other end, not the same.
+        to: DVec3,
+        /// Radius, m, above 0.
+        radius: f64,
+        /// The middle of the part that shines, as seen from the axis; not along it.
+        toward: DVec3,
+        /// How much of the circumference shines, rad, in (0, 2 pi].
+        opening: f64,
     },
     /// Points uniform on a line, directions uniform on the sphere.
     IsotropicLine {
@@ -131,6 +144,21 @@ pub fn check_axis(from: DVec3, to: DVec3) -> Result<DVec3, Problem> {
     })
 }
 
+/// The unit vector across a tube's `axis` where it shines; refuses one along it, and an opening, degrees, outside
+/// (0, 360].
+pub fn check_aperture(axis: DVec3, toward: DVec3, opening: f64) -> Result<DVec3, Problem> {
+    if !(opening > 0.0 && opening <= 360.0) {
+        let remedy = "it is the part of the circumference that shines, in degrees";
+        let problem = format!("opening_deg: {opening}, must be above 0 and at most 360");
+        return Err(Problem::new(problem, remedy));
+    }
+    let across = unit_vector(toward).map(|v| v.reject_from_normalized(axis));
+    across.filter(|v| v.length() > 1e-6).and_then(unit_vector).ok_or_else(|| {
+        let problem = "toward: has no part across the tube";
+        Problem::new(problem, "say to which side of its axis the tube shines")
+    })
+}
+
 /// Refuses triangles that together have no area.
 pub fn check_area(area: f64) -> Checked {
     if area > 0.0 {
@@ -152,6 +180,12 @@ impl LightShape {
             Self::Tube { from, to, radius } => {
                 check_axis(*from, *to)?;
                 check_range(*radius, 0.0, f64::MAX).map_err(|problem| problem.of("radius"))
+            }
+            Self::ApertureTube { from, to, radius, toward, opening } => {
+                check_range(*radius, f64::MIN_POSITIVE, f64::MAX)
+                    .map_err(|problem| problem.of("radius"))?;
+                let axis = check_axis(*from, *to)?;
+                check_aperture(axis, *toward, opening.to_degrees()).map(|_| ())
             }
             Self::IsotropicLine { from, to } => check_axis(*from, *to).map(|_| ()),
             Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => {
@@ -185,12 +219,41 @@ pub struct Light {
 #[derive(Clone, Debug)]
 enum Emitter {
     Cone { position: Vec3, frame: Frame, versine: f32 },
-    Tube { line: Line, frame: Frame, radius: f32 },
+    Tube { line: Line, frame: Frame, radius: f32, aperture: Aperture },
     IsotropicLine(Line),
     Area { surface: EmittingSurface, two_sided: bool },
     Luminaire { position: Vec3, intensity: Intensity },
     LuminaireArea { surface: EmittingSurface, intensity: Intensity },
     Infinite(Arc<Entrance>),
+}
+
+/// The share of a tube's circumference that shines, about the tangent of its frame.
+#[derive(Clone, Copy, Debug)]
+struct Aperture(f32);
+
+impl Aperture {
+    /// All around.
+    const WHOLE: Self = Self(1.0);
+
+    /// A turn from the tangent that is uniform in it, from a uniform number.
+    #[inline]
+    fn turn(self, u: f32) -> Vec2 {
+        if self.0 == 1.0 {
+            return uniform_circle(u);
+        }
+        let turn = self.0 * (u - 0.5);
+        uniform_circle(if turn < 0.0 { turn + 1.0 } else { turn })
+    }
+
+    /// Whether it holds the turn of a vector from the tangent.
+    fn holds(self, across: DVec2) -> bool {
+        self.0 == 1.0 || across.y.atan2(across.x).abs() <= std::f64::consts::PI * f64::from(self.0)
+    }
+
+    /// Area of a tube within it, m2.
+    fn area(self, radius: f32, length: f32) -> f32 {
+        2.0 * std::f32::consts::PI * radius * length * self.0
+    }
 }
 
 /// The axis of a tube, or a line that shines.
@@ -292,7 +355,23 @@ impl Light {
                 line: Line::new(local(*from), (*to - *from).as_vec3()),
                 frame: along(*to - *from),
                 radius: *radius as f32,
+                aperture: Aperture::WHOLE,
             },
+            LightShape::ApertureTube { from, to, radius, toward, opening } => {
+                let axis = unit_vector(*to - *from).unwrap_or(DVec3::Z);
+                let tangent = check_aperture(axis, *toward, opening.to_degrees())
+                    .unwrap_or(axis.any_orthonormal_vector());
+                Emitter::Tube {
+                    line: Line::new(local(*from), (*to - *from).as_vec3()),
+                    frame: Frame {
+                        tangent: tangent.as_vec3(),
+                        bitangent: axis.cross(tangent).as_vec3(),
+                        normal: axis.as_vec3(),
+                    },
+                    radius: *radius as f32,
+                    aperture: Aperture((opening / std::f64::consts::TAU) as f32),
+                }
+            }
             LightShape::IsotropicLine { from, to } => {
                 Emitter::IsotropicLine(Line::new(local(*from), (*to - *from).as_vec3()))
             }
@@ -434,8 +513,8 @@ impl Light {
                 origin: *position,
                 direction: frame.to_world(uniform_cone(*versine, rng.square())),
             },
-            Emitter::Tube { line, frame, radius } => {
-                let turn = uniform_circle(rng.uniform());
+            Emitter::Tube { line, frame, radius, aperture } => {
+                let turn = aperture.turn(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
                 let on_axis = line.choose(offset, rng);
                 leave(on_axis + *radius * normal, normal, offset, rng)

@@ -26,6 +26,9 @@ use crate::{
     },
 };
 
+/// Mean square of a spectrum over the square of its mean from which on a band is too wide.
+const WIDE: f64 = 1.05;
+
 /// The usual size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
 
@@ -84,6 +87,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
     check_unit(size, loaded.unit, &mut remarks);
     check_materials(loaded, &mut remarks);
+    check_spectra(loaded, &mut remarks);
     check_lights(scene, &mut remarks);
     check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
@@ -129,6 +133,22 @@ fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
         format!(
             "leaves whose faces differ in transmittance, which no real sheet does (reciprocity): \
             {list}; give both faces the same, unless it was measured so"
+        )
+    });
+}
+
+/// Bands in which one number is not enough for a spectrum: light that meets it twice would keep the mean square.
+fn check_spectra(loaded: &LoadedScene, remarks: &mut Remarks) {
+    let wide = loaded.averages.iter().flat_map(|average| {
+        let bands = loaded.scene.bands.iter().zip(&average.spreads);
+        bands.filter(|(_, spread)| **spread > WIDE).map(move |(band, spread)| {
+            format!("{} in band `{}` ({spread:.2})", average.pointer, band.name)
+        })
+    });
+    remarks.warn_of(wide, |list| {
+        format!(
+            "bands too wide for spectra, with the mean square over the square of the mean (1.05 is much): {list}; \
+            use bands of at most 50 nm"
         )
     });
 }

@@ -31,6 +31,9 @@ pub struct SceneFile {
     /// Totals over bands, reported like bands: name -> names of bands.
     #[serde(default)]
     pub sums: BTreeMap<String, Vec<String>>,
+    /// How spectra are averaged over the bands.
+    #[serde(default)]
+    pub spectra: SpectraFile,
     /// Materials by name.
     #[serde(default)]
     pub materials: BTreeMap<String, MaterialFile>,
@@ -166,7 +169,7 @@ pub struct BandFile {
     pub to_nm: Option<f64>,
 }
 
-/// One number for all bands, or an array with one number per band.
+/// One number for all bands, an array with one number per band, or a spectrum.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
 pub enum PerBand {
@@ -174,6 +177,96 @@ pub enum PerBand {
     All(#[schemars(range(min = 0))] f64),
     /// One for each.
     Each(#[schemars(inner(range(min = 0)))] Vec<f64>),
+    /// The mean of a spectrum over each band.
+    Spectrum(SpectrumFile),
+}
+
+/// A measured spectrum, averaged over each band.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpectrumFile {
+    /// Table: first column nm, rising.
+    pub spectrum: String,
+    /// Name or number of the column (default 2).
+    pub column: Option<ColumnFile>,
+    /// Whether its values are in percent (default false).
+    #[serde(default)]
+    pub percent: bool,
+    /// What they are multiplied with (default 1).
+    pub times: Option<f64>,
+}
+
+/// The spectrum of a lamp, and its flux.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LampSpectrumFile {
+    /// Table: first column nm, rising.
+    pub spectrum: String,
+    /// Name or number of the column (default 2).
+    pub column: Option<ColumnFile>,
+    /// What the table counts per nm (default photons).
+    #[serde(default)]
+    pub unit: SpectralUnitFile,
+    /// Flux from `from_nm` to `to_nm`.
+    #[schemars(range(min = 0))]
+    pub total: f64,
+    /// Of `total` (default: the quantity of the scene).
+    pub quantity: Option<Quantity>,
+    /// Where `total` begins, nm (default: where the table does).
+    pub from_nm: Option<f64>,
+    /// Where `total` ends, nm (default: where the table does).
+    pub to_nm: Option<f64>,
+}
+
+/// What the table of a lamp counts per nm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SpectralUnitFile {
+    /// Photons (umol, mol).
+    #[default]
+    Photons,
+    /// Energy (J, W).
+    Energy,
+}
+
+/// How spectra are averaged over a band.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpectraFile {
+    /// "lights" (default: the light of the lamps), "flat", or the table of a lamp.
+    pub weight: Option<String>,
+    /// What such a table counts per nm (default photons).
+    #[serde(default)]
+    pub unit: SpectralUnitFile,
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum ColumnFile {
+    /// From 1; the first are the wavelengths.
+    Number(Count),
+    /// In the header.
+    Name(String),
+}
+
+impl<'de> Deserialize<'de> for ColumnFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = ColumnFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name or number of a column")
+            }
+            fn visit_u64<E>(self, number: u64) -> Result<ColumnFile, E> {
+                Ok(ColumnFile::Number(Count(number)))
+            }
+            fn visit_str<E>(self, name: &str) -> Result<ColumnFile, E> {
+                Ok(ColumnFile::Name(name.into()))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
 }
 
 impl<'de> Deserialize<'de> for PerBand {
@@ -200,6 +293,10 @@ impl<'de> Deserialize<'de> for PerBand {
                 }
                 Ok(PerBand::Each(values))
             }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PerBand, A::Error> {
+                let deserializer = de::value::MapAccessDeserializer::new(map);
+                SpectrumFile::deserialize(deserializer).map(PerBand::Spectrum)
+            }
         }
         deserializer.deserialize_any(Visitor)
     }
@@ -214,6 +311,8 @@ pub enum PowerFile {
     /// What the photometry says.
     #[schemars(with = "FileWord")]
     File,
+    /// A spectrum, and the flux between two wavelengths.
+    Spectrum(LampSpectrumFile),
 }
 
 /// The word that stands for a file's own value.
@@ -251,6 +350,10 @@ impl<'de> Deserialize<'de> for PowerFile {
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<PowerFile, A::Error> {
                 let deserializer = de::value::SeqAccessDeserializer::new(seq);
                 PerBand::deserialize(deserializer).map(PowerFile::Given)
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PowerFile, A::Error> {
+                let deserializer = de::value::MapAccessDeserializer::new(map);
+                LampSpectrumFile::deserialize(deserializer).map(PowerFile::Spectrum)
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -590,7 +693,7 @@ pub struct SpotFile {
     #[schemars(range(max = 180), extend("exclusiveMinimum" = 0))]
     pub half_angle_deg: f64,
     /// Total emitted flux.
-    pub power: PerBand,
+    pub power: PowerFile,
 }
 
 /// Light `tube`.
@@ -610,7 +713,12 @@ pub struct TubeFile {
     #[serde(default)]
     pub emission: EmissionFile,
     /// Total emitted flux.
-    pub power: PerBand,
+    pub power: PowerFile,
+    /// With `opening_deg`: the middle of the part of the circumference that shines, from the axis.
+    pub toward: Option<[f64; 3]>,
+    /// With `toward`: how much of the circumference shines, degrees, in (0, 360].
+    #[schemars(range(max = 360), extend("exclusiveMinimum" = 0))]
+    pub opening_deg: Option<f64>,
     /// Makes the tube an obstacle of this material, with black ends.
     pub material: Option<String>,
 }

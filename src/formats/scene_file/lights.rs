@@ -16,8 +16,8 @@ use crate::{
     math::geometry::triangulate,
     scene::{
         light::{
-            Intensity, LightShape, check_area, check_axis, check_direction, check_half_angle,
-            check_power,
+            Intensity, LightShape, check_aperture, check_area, check_axis, check_direction,
+            check_half_angle, check_power,
         },
         world::{LightPart, MAX_LIGHTS, SurfacePart},
     },
@@ -89,7 +89,7 @@ impl Loader<'_> {
         let Some(material) = light.material else { return };
         let object = Some(self.parts.objects.len());
         self.parts.objects.push(name.to_string());
-        let triangles = light.shape.triangles().to_vec();
+        let triangles = [light.shape.triangles(), &light.dark].concat();
         if !triangles.is_empty() {
             self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
         }
@@ -98,10 +98,6 @@ impl Loader<'_> {
             let triangles = light.caps.clone();
             self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
         }
-    }
-
-    fn light_power(&self, pointer: &str, power: &PerBand) -> Result<Vec<f64>> {
-        self.per_band(&format!("{pointer}/power"), power, f64::MAX)
     }
 
     fn point_light(&mut self, pointer: &str, light: &PointFile) -> Result<Glowing> {
@@ -142,7 +138,7 @@ impl Loader<'_> {
             direction,
             half_angle: half_angle.to_radians(),
         };
-        Ok(Glowing::new(self.light_power(pointer, &light.power)?, shape))
+        Ok(Glowing::new(self.power(pointer, &light.power, None)?, shape))
     }
 
     fn tube_light(&mut self, pointer: &str, light: &TubeFile) -> Result<Glowing> {
@@ -150,7 +146,8 @@ impl Loader<'_> {
         let radius = light.radius * self.metres;
         let axis = check_axis(from, to).map_err(|problem| problem.at(self.place(pointer)))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
-        let power = self.light_power(pointer, &light.power)?;
+        let power = self.power(pointer, &light.power, None)?;
+        let aperture = self.aperture(pointer, light, axis)?;
         if light.emission == EmissionFile::Isotropic {
             if radius > 0.0 || light.material.is_some() {
                 return Err(self
@@ -160,7 +157,13 @@ impl Loader<'_> {
             return Ok(Glowing::new(power, LightShape::IsotropicLine { from, to }));
         }
         let Some(material) = &light.material else {
-            return Ok(Glowing::new(power, LightShape::Tube { from, to, radius }));
+            let shape = match aperture {
+                Some((toward, opening)) => {
+                    LightShape::ApertureTube { from, to, radius, toward, opening }
+                }
+                None => LightShape::Tube { from, to, radius },
+            };
+            return Ok(Glowing::new(power, shape));
         };
         if radius == 0.0 {
             return Err(self
@@ -168,9 +171,39 @@ impl Loader<'_> {
                 .remedy("give the tube a radius, or leave `material` out"));
         }
         let material = Some(self.named_material(&format!("{pointer}/material"), material)?);
-        let Prism { sides, caps } = prism(from, to, axis, radius);
+        let Prism { sides, dark, caps } = prism(from, to, axis, radius, aperture);
         let shape = LightShape::Area { triangles: sides, two_sided: false };
-        Ok(Glowing { power, shape, material, caps })
+        Ok(Glowing { power, shape, material, dark, caps })
+    }
+
+    /// Where a tube shines, as seen from its axis, and how much of its circumference does, rad; none if all.
+    fn aperture(
+        &self,
+        pointer: &str,
+        light: &TubeFile,
+        axis: DVec3,
+    ) -> Result<Option<(DVec3, f64)>> {
+        let (toward, opening) = match (light.toward, light.opening_deg) {
+            (None, None) => return Ok(None),
+            (Some(toward), Some(opening)) => (DVec3::from(toward), opening),
+            (given, _) => {
+                let (there, missing) = match given {
+                    Some(_) => ("toward", "opening_deg"),
+                    None => ("opening_deg", "toward"),
+                };
+                return Err(self
+                    .error(format!("{pointer}/{there}"), format!("without `{missing}`"))
+                    .remedy("give both: to which side the tube shines, and within which angle"));
+            }
+        };
+        if light.radius == 0.0 {
+            return Err(self
+                .error(format!("{pointer}/opening_deg"), "a line (radius 0) has no sides")
+                .remedy("give the tube a radius"));
+        }
+        let toward = check_aperture(axis, toward, opening)
+            .map_err(|problem| problem.at(self.place(pointer)))?;
+        Ok((opening < 360.0).then_some((toward, opening.to_radians())))
     }
 
     fn area_light(&mut self, pointer: &str, light: &AreaFile) -> Result<Glowing> {
@@ -218,7 +251,7 @@ impl Loader<'_> {
             Some(Measured { intensity, .. }) => LightShape::LuminaireArea { triangles, intensity },
             None => LightShape::Area { triangles, two_sided: light.two_sided },
         };
-        Ok(Glowing { power, shape, material, caps: Vec::new() })
+        Ok(Glowing { power, shape, material, dark: Vec::new(), caps: Vec::new() })
     }
 
     fn area_triangles(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<[DVec3; 3]>> {
@@ -271,35 +304,64 @@ struct Glowing {
     power: Vec<f64>,
     shape: LightShape,
     material: Option<usize>,
+    /// What is of its material, but does not shine.
+    dark: Vec<[DVec3; 3]>,
     caps: Vec<[DVec3; 3]>,
 }
 
 impl Glowing {
     fn new(power: Vec<f64>, shape: LightShape) -> Self {
-        Self { power, shape, material: None, caps: Vec::new() }
+        Self { power, shape, material: None, dark: Vec::new(), caps: Vec::new() }
     }
 }
 
 struct Prism {
     sides: Vec<[DVec3; 3]>,
+    /// The sides beyond the aperture.
+    dark: Vec<[DVec3; 3]>,
     caps: Vec<[DVec3; 3]>,
 }
 
-/// A closed prism of the same lateral area as the cylinder, normals out.
-fn prism(from: DVec3, to: DVec3, axis: DVec3, radius: f64) -> Prism {
-    let (x, y) = axis.any_orthonormal_pair();
-    let half_side = PI / TUBE_SIDES as f64;
-    let rim = radius * half_side / half_side.sin();
+/// A closed prism of the same lateral area as the cylinder, normals out. Of an aperture (its middle, and how wide it is) the
+/// borders are edges of the prism.
+fn prism(
+    from: DVec3,
+    to: DVec3,
+    axis: DVec3,
+    radius: f64,
+    aperture: Option<(DVec3, f64)>,
+) -> Prism {
+    let (x, y, opening) = match aperture {
+        Some((toward, opening)) => (toward, axis.cross(toward), opening),
+        None => {
+            let (x, y) = axis.any_orthonormal_pair();
+            (x, y, TAU)
+        }
+    };
+    let whole = opening == TAU;
+    let lit = match whole {
+        true => TUBE_SIDES,
+        false => ((opening / TAU * TUBE_SIDES as f64).round() as usize).clamp(1, TUBE_SIDES - 1),
+    };
+    let (step, dark_step) =
+        (opening / lit as f64, (TAU - opening) / (TUBE_SIDES - lit).max(1) as f64);
+    let half = |step: f64| (0.5 * step).sin();
+    let dark_sides = (TUBE_SIDES - lit) as f64;
+    let rim = radius * PI / (lit as f64 * half(step) + dark_sides * half(dark_step));
+    let start = if whole { 0.0 } else { -0.5 * opening };
     let corner = |i: usize| {
-        let (sin, cos) = (TAU * (i % TUBE_SIDES) as f64 / TUBE_SIDES as f64).sin_cos();
+        let i = i % TUBE_SIDES;
+        let dark = i.saturating_sub(lit) as f64;
+        let (sin, cos) = (start + i.min(lit) as f64 * step + dark * dark_step).sin_cos();
         rim * (cos * x + sin * y)
     };
-    let mut prism = Prism { sides: Vec::new(), caps: Vec::new() };
-    // any_orthonormal_pair is right-handed with the axis: corners run counter-clockwise around it
+    let mut prism = Prism { sides: Vec::new(), dark: Vec::new(), caps: Vec::new() };
+    // both pairs are right-handed with the axis: corners run counter-clockwise around it
     for i in 0..TUBE_SIDES {
         let (p, q) = (corner(i), corner(i + 1));
-        prism.sides.push([from + p, from + q, to + q]);
-        prism.sides.push([from + p, to + q, to + p]);
+        let side = if i < lit { &mut prism.sides } else { &mut prism.dark };
+        side.push([from + p, from + q, to + q]);
+        side.push([from + p, to + q, to + p]);
         prism.caps.push([to, to + p, to + q]);
         prism.caps.push([from, from + q, from + p]);
     }
@@ -313,7 +375,7 @@ mod tests {
     #[test]
     fn prism_is_closed_and_has_the_cylinder_s_lateral_area() {
         let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 4.0, 1.0));
-        let Prism { sides, caps } = prism(from, to, (to - from).normalize(), 0.1);
+        let Prism { sides, caps, .. } = prism(from, to, (to - from).normalize(), 0.1, None);
         let lateral: f64 = sides.iter().map(area).sum();
         assert!((lateral - TAU * 0.1 * 3.0).abs() < 1e-12);
         let vector: DVec3 = sides.iter().chain(&caps).map(|[a, b, c]| (b - a).cross(c - a)).sum();
@@ -321,6 +383,28 @@ mod tests {
         let middle = 0.5 * (from + to);
         for [a, b, c] in sides.iter().chain(&caps) {
             assert!((b - a).cross(c - a).dot(*a - middle) > 0.0, "normals point out");
+        }
+    }
+
+    /// Of every opening the prism is closed, has the cylinder's lateral area, and shines within it.
+    #[test]
+    fn a_prism_shines_within_its_aperture() {
+        let (from, to, axis) = (DVec3::ZERO, 3.0 * DVec3::Z, DVec3::Z);
+        for degrees in [1e-3, 5.0, 120.0, 359.0] {
+            let opening = f64::to_radians(degrees);
+            let Prism { sides, dark, caps } =
+                prism(from, to, axis, 0.1, Some((DVec3::NEG_Y, opening)));
+            let lateral: f64 = sides.iter().chain(&dark).map(area).sum();
+            assert!((lateral - TAU * 0.1 * 3.0).abs() < 1e-12);
+            let lit: f64 = sides.iter().map(area).sum();
+            assert!((lit / (opening * 0.1 * 3.0) - 1.0).abs() < 2e-3, "{degrees}");
+            let all = || sides.iter().chain(&dark).chain(&caps);
+            let vector: DVec3 = all().map(|[a, b, c]| (b - a).cross(c - a)).sum();
+            assert!(vector.length() < 1e-12, "closed: {vector}");
+            for p in sides.iter().flatten() {
+                let turn = p.with_z(0.0).angle_between(DVec3::NEG_Y);
+                assert!(turn <= 0.5 * opening + 1e-9, "{degrees}: {turn}");
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use std::{
 
 use glam::DVec3;
 
-use super::{format::SceneFile, kept::Kept, library::Library};
+use super::{format::SceneFile, kept::Kept, library::Library, spectra::Spectra};
 use crate::{
     error::{Error, Result, nearest},
     formats::{
@@ -45,6 +45,7 @@ pub(super) struct Loader<'a> {
     pub(super) parts: SceneParts,
     pub(super) obj_files: HashMap<PathBuf, Arc<ObjFile>>,
     pub(super) photometries: HashMap<PathBuf, Photometry>,
+    pub(super) spectra: Spectra,
     pub(super) materials: Library,
     pub(super) groups: BTreeMap<String, usize>,
     /// Names of captor entries and captor objects: each is a group of its own.
@@ -66,6 +67,7 @@ impl<'a> Loader<'a> {
             parts: SceneParts::default(),
             obj_files: HashMap::new(),
             photometries: HashMap::new(),
+            spectra: Spectra::default(),
             materials: Library::default(),
             groups: BTreeMap::new(),
             entries: HashSet::new(),

@@ -85,6 +85,7 @@ impl Loader<'_> {
         let pointer = format!("{pointer}/power");
         let problem = match (power, measured) {
             (PowerFile::Given(power), _) => return self.per_band(&pointer, power, f64::MAX),
+            (PowerFile::Spectrum(lamp), _) => return self.lamp_power(&pointer, lamp),
             (PowerFile::File, Some(measured)) if self.bands == 1 => {
                 return Ok(vec![measured.flux]);
             }

@@ -295,6 +295,7 @@ impl Loader<'_> {
             None => vec![0.0; self.bands],
             Some(PerBand::All(value)) => vec![*value; self.bands],
             Some(PerBand::Each(values)) => values.clone(),
+            Some(PerBand::Spectrum(spectrum)) => self.averaged(spectrum),
         }
     }
 

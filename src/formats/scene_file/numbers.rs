@@ -23,6 +23,7 @@ impl Loader<'_> {
                 }
                 Ok(values.clone())
             }
+            PerBand::Spectrum(spectrum) => self.average(pointer, spectrum, high),
         }
     }
 }

@@ -4,7 +4,7 @@
 //! what its global spectrum on a plane tilted by 37 degrees has beyond that, under a sun at 11.19 degrees
 //! from the plane's normal (about a tenth of it is light from the ground).
 
-use crate::math::units::Quantity;
+use crate::math::units::{Quantity, UMOL_PER_J_NM};
 
 /// The spectra reach from 280 to 4000 nm.
 pub const WAVELENGTHS: [f64; 2] = [280.0, 4000.0];
@@ -13,9 +13,6 @@ pub const WAVELENGTHS: [f64; 2] = [280.0, 4000.0];
 const COARSE_FROM: f64 = 1100.0;
 const FINE_BINS: usize = 164;
 const BINS: usize = 454;
-
-/// One photon's energy is h c / wavelength: umol of photons in 1 J, per nm.
-const UMOL_PER_J_NM: f64 = 0.008_359_347_2;
 
 /// Which of the two spectra.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

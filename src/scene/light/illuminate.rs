@@ -8,7 +8,6 @@ use super::{Emitter, Light};
 use crate::math::{
     geometry::{Ray, Triangle},
     rng::Stream,
-    sampling::uniform_circle,
 };
 
 /// A point of a light as seen from a point of the scene.
@@ -113,7 +112,7 @@ impl Light {
                 let irradiance = 1.0 / (4.0 * PI * point.distance_squared(on_axis));
                 Some(LightSample { point: on_axis, irradiance, density: None })
             }
-            Emitter::Tube { line, frame, radius } => {
+            Emitter::Tube { line, frame, radius, aperture } => {
                 let on_axis = line.choose(offset, rng);
                 if *radius == 0.0 {
                     let away = point - on_axis;
@@ -122,9 +121,9 @@ impl Light {
                     let irradiance = sin / (PI * PI * d2);
                     return Some(LightSample { point: on_axis, irradiance, density: None });
                 }
-                let turn = uniform_circle(rng.uniform());
+                let turn = aperture.turn(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
-                let area = 2.0 * PI * radius * line.length;
+                let area = aperture.area(*radius, line.length);
                 seen(point, on_axis + *radius * normal, normal, area, 1.0, offset)
             }
             Emitter::Area { surface, two_sided } => {
@@ -185,7 +184,7 @@ impl Light {
     /// point of the ray that is nearest to the axis: of a distance of many radii, squared, single
     /// precision would leave nothing of the radius.
     pub fn tube_hit(&self, ray: &Ray) -> Option<TubeHit> {
-        let Emitter::Tube { line, frame, radius } = &self.emitter else { return None };
+        let Emitter::Tube { line, frame, radius, aperture } = &self.emitter else { return None };
         let (r, from) = (f64::from(*radius), line.from.as_dvec3());
         let (origin, direction) = (ray.origin.as_dvec3() - from, ray.direction.as_dvec3());
         let [x, y, z] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
@@ -201,10 +200,11 @@ impl Light {
         let half = half2.sqrt();
         let t = -o.dot(d) / d2 - half / d2.sqrt();
         let height = origin.dot(z) + t * direction.dot(z);
-        if t <= 0.0 || !(0.0..=f64::from(line.length)).contains(&height) {
+        let along = (0.0..=f64::from(line.length)).contains(&height);
+        if t <= 0.0 || !along || !aperture.holds(o + t * d) {
             return None;
         }
-        let area = 2.0 * PI * radius * line.length;
+        let area = aperture.area(*radius, line.length);
         let cos = (half * d2.sqrt() / r) as f32;
         Some(TubeHit {
             t: t as f32,

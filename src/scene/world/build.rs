@@ -217,7 +217,8 @@ impl Bounds {
                 | LightShape::Luminaire { position, .. } => {
                     bounds.add(*position);
                 }
-                LightShape::Tube { from, to, radius } => {
+                LightShape::Tube { from, to, radius }
+                | LightShape::ApertureTube { from, to, radius, .. } => {
                     for end in [*from, *to] {
                         bounds.add(end - DVec3::splat(*radius));
                         bounds.add(end + DVec3::splat(*radius));

@@ -1,0 +1,291 @@
+//! Spectra: what they are in each band, weighted by the light that is carried there.
+
+use std::{cell::RefCell, collections::BTreeMap, sync::Arc};
+
+use super::{format::*, loader::Loader};
+use crate::{
+    error::Result,
+    formats::spectrum_file::{self, Column},
+    math::{
+        curve::{Curve, integral},
+        units::{Quantity, UMOL_PER_J_NM},
+    },
+    scene::daylight::{DaylightSource, WAVELENGTHS, band_share},
+};
+
+/// What a spectrum is in each band of a scene.
+#[derive(Clone, Debug)]
+pub struct SpectrumAverage {
+    /// Where the scene file has it, as a JSON pointer.
+    pub pointer: String,
+    /// Mean over each band, weighted by the light.
+    pub means: Vec<f64>,
+    /// For each band the mean square over the square of the mean, weighted alike: how far one number is from the
+    /// spectrum after two passages.
+    pub spreads: Vec<f64>,
+}
+
+/// The spectra of a scene, as far as they are known.
+#[derive(Default)]
+pub(super) struct Spectra {
+    weight: Vec<Part>,
+    /// Lights that count as flat for want of a spectrum.
+    flat: Vec<String>,
+    curves: RefCell<BTreeMap<String, Arc<Curve>>>,
+    /// By what stands in the scene file.
+    means: RefCell<BTreeMap<String, Vec<f64>>>,
+    averages: RefCell<Vec<SpectrumAverage>>,
+}
+
+/// Light that is carried, per nm in the scene's quantity.
+enum Part {
+    Lamp {
+        curve: Arc<Curve>,
+        unit: SpectralUnitFile,
+        scale: f64,
+    },
+    Daylight(DaylightSource),
+    /// Of each band.
+    Flat(Vec<f64>),
+}
+
+/// What a table per nm of photons (umol) or energy (J) is in a quantity.
+fn density(value: f64, nm: f64, unit: SpectralUnitFile, quantity: Quantity) -> f64 {
+    match (unit, quantity) {
+        (SpectralUnitFile::Photons, Quantity::Micromole)
+        | (SpectralUnitFile::Energy, Quantity::Watt) => value,
+        (SpectralUnitFile::Photons, Quantity::Watt) => value / (nm * UMOL_PER_J_NM),
+        (SpectralUnitFile::Energy, Quantity::Micromole) => value * nm * UMOL_PER_J_NM,
+    }
+}
+
+impl Loader<'_> {
+    /// Finds what averages are weighted with.
+    pub(super) fn load_spectra(&mut self, file: &SceneFile) -> Result<()> {
+        let weight = file.spectra.weight.as_deref().unwrap_or("lights");
+        match weight {
+            "flat" => return Ok(()),
+            "lights" => {}
+            table => {
+                let curve = self.curve("/spectra/weight", table, None)?;
+                let unit = file.spectra.unit;
+                self.spectra.weight.push(Part::Lamp { curve, unit, scale: 1.0 });
+                return Ok(());
+            }
+        }
+        for (i, light) in file.lights.iter().enumerate() {
+            let (name, power) = match light {
+                LightFile::Point(light) => (&light.name, Some(&light.power)),
+                LightFile::Spot(light) => (&light.name, Some(&light.power)),
+                LightFile::Tube(light) => (&light.name, Some(&light.power)),
+                LightFile::Area(light) => (&light.name, light.power.as_ref()),
+                LightFile::Environment(light) => (&light.name, None),
+                LightFile::Sun(_) | LightFile::Sky(_) => {
+                    let is_sun = matches!(light, LightFile::Sun(_));
+                    let source = if is_sun { DaylightSource::Sun } else { DaylightSource::Sky };
+                    self.spectra.weight.push(Part::Daylight(source));
+                    continue;
+                }
+            };
+            let pointer = format!("/lights/{i}/power");
+            let part = match power {
+                Some(PowerFile::Spectrum(lamp)) => {
+                    let (curve, scale) = self.lamp(&pointer, lamp)?;
+                    Part::Lamp { curve, unit: lamp.unit, scale }
+                }
+                power => {
+                    self.spectra.flat.push(name.clone().unwrap_or(format!("light{i}")));
+                    let power = match power {
+                        Some(PowerFile::Given(PerBand::All(power))) => vec![*power; self.bands],
+                        Some(PowerFile::Given(PerBand::Each(power))) => power.clone(),
+                        _ => vec![1.0; self.bands],
+                    };
+                    Part::Flat(power)
+                }
+            };
+            self.spectra.weight.push(part);
+        }
+        Ok(())
+    }
+
+    /// Ends with the averages that were asked for; warns of lights without spectrum.
+    pub(super) fn take_averages(&mut self) -> Vec<SpectrumAverage> {
+        let averages = self.spectra.averages.take();
+        if !averages.is_empty() && !self.spectra.flat.is_empty() {
+            let flat = self.spectra.flat.join("`, `");
+            let problem = format!(
+                "no spectrum of the lights `{flat}`: the averages of spectra take each as flat over a band"
+            );
+            let place = self.place("/lights");
+            self.warn(place, problem);
+        }
+        averages
+    }
+
+    /// A column of the table that the scene file names at `pointer`.
+    fn curve(&self, pointer: &str, file: &str, column: Option<&ColumnFile>) -> Result<Arc<Curve>> {
+        let key = format!("{file} {column:?}");
+        if let Some(known) = self.spectra.curves.borrow().get(&key) {
+            return Ok(known.clone());
+        }
+        let path = self.sibling(file);
+        let bytes = self.bytes(pointer, &path)?;
+        let column = match column {
+            None => Column::Number(2),
+            Some(ColumnFile::Number(number)) => Column::Number(number.0),
+            Some(ColumnFile::Name(name)) => Column::Name(name),
+        };
+        let curve = Arc::new(spectrum_file::parse(&bytes, &path, column)?);
+        self.spectra.curves.borrow_mut().insert(key, curve.clone());
+        Ok(curve)
+    }
+
+    /// The limits of a band, nm, within which a spectrum must be known.
+    fn limits(&self, pointer: &str, band: usize, file: &str, curve: &Curve) -> Result<[f64; 2]> {
+        let band = &self.parts.bands[band];
+        let (Some(from), Some(to)) = (band.from_nm, band.to_nm) else {
+            let problem = format!("a spectrum, but band `{}` has no wavelengths", band.name);
+            return Err(self
+                .error(pointer, problem)
+                .remedy("give every band `from_nm` and `to_nm`"));
+        };
+        if !curve.reaches(from, to) {
+            let [first, last] = curve.range();
+            let problem = format!(
+                "{file} reaches from {first} to {last} nm, band `{}` from {from} to {to} nm",
+                band.name
+            );
+            return Err(self
+                .error(pointer, problem)
+                .remedy("use a spectrum that covers the bands, or narrower bands"));
+        }
+        Ok([from, to])
+    }
+
+    /// The mean of a spectrum over each band, at least 0.
+    pub(super) fn average(
+        &self,
+        pointer: &str,
+        spectrum: &SpectrumFile,
+        high: f64,
+    ) -> Result<Vec<f64>> {
+        let key = format!("{spectrum:?}");
+        let curve = self.curve(pointer, &spectrum.spectrum, spectrum.column.as_ref())?;
+        let times = spectrum.times.unwrap_or(1.0);
+        self.in_range(&format!("{pointer}/times"), times, 0.0, f64::MAX)?;
+        let factor = if spectrum.percent { 0.01 * times } else { times };
+        let (mut means, mut spreads) = (Vec::new(), Vec::new());
+        let mut knots = curve.places().to_vec();
+        for part in &self.spectra.weight {
+            match part {
+                Part::Lamp { curve, .. } => knots.extend(curve.places()),
+                Part::Daylight(_) => knots.extend((0..800).map(|i| 5.0 * f64::from(i))),
+                Part::Flat(_) => {}
+            }
+        }
+        knots.sort_by(f64::total_cmp);
+        for band in 0..self.bands {
+            let [from, to] = self.limits(pointer, band, &spectrum.spectrum, &curve)?;
+            let [after, until] = [from, to].map(|nm| knots.partition_point(|&knot| knot <= nm));
+            let knots = &knots[after..until];
+            let weighted = |power: i32| {
+                integral(from, to, knots, |nm| curve.at(nm).powi(power) * self.weight(band, nm))
+            };
+            let dark = weighted(0) <= 0.0;
+            let mean = |power: i32| match dark {
+                // no lamp shines there
+                true => integral(from, to, knots, |nm| curve.at(nm).powi(power)) / (to - from),
+                false => weighted(power) / weighted(0),
+            };
+            let (first, second) = (mean(1), mean(2));
+            // below zero is noise
+            let value = (first * factor).max(0.0);
+            self.in_range(pointer, value, 0.0, high)?;
+            means.push(value);
+            spreads.push(if first > 0.0 { second / (first * first) } else { 1.0 });
+        }
+        self.spectra.means.borrow_mut().insert(key, means.clone());
+        let mut averages = self.spectra.averages.borrow_mut();
+        if averages.iter().all(|average| average.pointer != pointer) {
+            let pointer = pointer.to_string();
+            averages.push(SpectrumAverage { pointer, means: means.clone(), spreads });
+        }
+        Ok(means)
+    }
+
+    /// The same of one that has been averaged before.
+    pub(super) fn averaged(&self, spectrum: &SpectrumFile) -> Vec<f64> {
+        let means = self.spectra.means.borrow();
+        means.get(&format!("{spectrum:?}")).cloned().unwrap_or_else(|| vec![0.0; self.bands])
+    }
+
+    /// The light that is carried in a band, per nm; the same everywhere where nothing is known.
+    fn weight(&self, band: usize, nm: f64) -> f64 {
+        if self.spectra.weight.is_empty() {
+            return 1.0;
+        }
+        let quantity = self.parts.quantity;
+        let of_part = |part: &Part| match part {
+            Part::Lamp { curve, unit, scale } => {
+                scale * density(curve.at(nm).max(0.0), nm, *unit, quantity)
+            }
+            Part::Daylight(source) => {
+                let [low, high] = WAVELENGTHS;
+                let (from, to) = ((nm - 0.01).clamp(low, high), (nm + 0.01).clamp(low, high));
+                band_share(*source, quantity, from, to).unwrap_or(0.0) / 0.02
+            }
+            Part::Flat(power) => {
+                let limits = &self.parts.bands[band];
+                let width = limits.to_nm.unwrap_or(1.0) - limits.from_nm.unwrap_or(0.0);
+                power.get(band).copied().unwrap_or(0.0) / width
+            }
+        };
+        self.spectra.weight.iter().map(of_part).sum()
+    }
+
+    /// The spectrum of a lamp, and what its table is multiplied with to be its flux per nm.
+    fn lamp(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<(Arc<Curve>, f64)> {
+        let curve =
+            self.curve(&format!("{pointer}/spectrum"), &lamp.spectrum, lamp.column.as_ref())?;
+        self.in_range(&format!("{pointer}/total"), lamp.total, 0.0, f64::MAX)?;
+        let [first, last] = curve.range();
+        let (from, to) = (lamp.from_nm.unwrap_or(first), lamp.to_nm.unwrap_or(last));
+        if !(from < to && curve.reaches(from, to)) {
+            let problem = format!(
+                "`total` counts from {from} to {to} nm, {} reaches from {first} to {last} nm",
+                lamp.spectrum
+            );
+            return Err(self
+                .error(pointer, problem)
+                .remedy("`from_nm` is below `to_nm`, and both lie within the spectrum"));
+        }
+        let of_total = lamp.quantity.unwrap_or(self.parts.quantity);
+        let whole = self.flux(&curve, lamp.unit, of_total, [from, to]);
+        if !(whole > 0.0 && whole.is_finite()) {
+            let problem = format!("{} has no light from {from} to {to} nm", lamp.spectrum);
+            return Err(self.error(pointer, problem).remedy("name another column or range"));
+        }
+        Ok((curve, lamp.total / whole))
+    }
+
+    /// The integral of a lamp's table in a quantity; what is below zero is noise.
+    fn flux(
+        &self,
+        curve: &Curve,
+        unit: SpectralUnitFile,
+        quantity: Quantity,
+        [from, to]: [f64; 2],
+    ) -> f64 {
+        integral(from, to, curve.places(), |nm| density(curve.at(nm).max(0.0), nm, unit, quantity))
+    }
+
+    /// The power of a lamp in each band.
+    pub(super) fn lamp_power(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<Vec<f64>> {
+        let (curve, scale) = self.lamp(pointer, lamp)?;
+        let of_band = |band: usize| {
+            let limits = self.limits(pointer, band, &lamp.spectrum, &curve)?;
+            Ok(scale * self.flux(&curve, lamp.unit, self.parts.quantity, limits))
+        };
+        (0..self.bands).map(of_band).collect()
+    }
+}

@@ -1,0 +1,68 @@
+//! The same table in all its dresses, sentences, and files gone wrong.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::formats::spoil::{check_error, spoiled};
+
+const FILES: [&str; 6] = [
+    "\"lambda\";\"moy\"\n400;0,5\n401;0,25\n403;-0,125\n",
+    "nm,R,T\n400,0,0.5\n401,0,0.25\n403,0,-0.125\n",
+    "nm\tR\n400\t0.5\n401\t0.25\n\n403\t-0.125\n",
+    "\"wavelength nm\" \"a b\"\n400 0.5\n 401   0.25 \n403 -1.25e-1\n",
+    "400 0.5\r\n401 0.25\r\n403 -0.125\r\n",
+    "400;0.5\n401;0.25\n403;-0.125",
+];
+
+#[test]
+fn the_same_table_in_all_dresses() {
+    let curve = Curve::new([[400.0, 0.5], [401.0, 0.25], [403.0, -0.125]]).unwrap();
+    let columns: [Column; 6] = [
+        Column::Name("moy"),
+        Column::Name("T"),
+        Column::Number(2),
+        Column::Name("a b"),
+        Column::Number(2),
+        Column::Number(2),
+    ];
+    for (text, column) in FILES.iter().zip(columns) {
+        let found = parse(text.as_bytes(), Path::new("a.csv"), column);
+        assert_eq!(found.unwrap_or_else(|e| panic!("{text}: {e}")), curve, "{text}");
+    }
+}
+
+#[test]
+fn bad_tables_are_told() {
+    for (text, column, words) in [
+        ("", Column::Number(2), "a.csv: is empty"),
+        ("nm,R\n400,1\n", Column::Number(2), "a.csv: 1 points"),
+        ("nm,R\n400,1\n401,2", Column::Number(3), "a.csv:1: column 3 of 2"),
+        ("nm,R\n400,1\n401,2", Column::Number(1), "the first has the wavelengths"),
+        ("nm,leaf\n400,1\n401,2", Column::Name("laef"), "did you mean `leaf`?"),
+        ("400,1\n401,2", Column::Name("R"), "no header that names a column `R`"),
+        ("nm,R\n400,1\n401,x", Column::Number(2), "a.csv:3: the value is `x`, not a finite"),
+        ("nm,R\n400,1\n401", Column::Number(2), "a.csv:3: the value is ``"),
+        ("nm,R\n400,1\n390,1", Column::Number(2), "a.csv:3: the wavelength 390 nm comes after 400"),
+        ("nm,R\n-400,1\n390,1", Column::Number(2), "a.csv:2: the wavelength -400 nm"),
+    ] {
+        let path = Path::new("a.csv");
+        let error = parse(text.as_bytes(), path, column).expect_err(words);
+        check_error(&error, path);
+        assert!(error.to_string().contains(words), "{words}: {error}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// There is an error with its place, or a curve.
+    #[test]
+    fn no_spoiled_table_panics(text in spoiled(&FILES, &["400", "R", "nm", "\"nm\""]), named in any::<bool>()) {
+        let path = Path::new("a.csv");
+        let column = if named { Column::Name("R") } else { Column::Number(2) };
+        match parse(&text, path, column) {
+            Err(error) => check_error(&error, path),
+            Ok(curve) => prop_assert!(curve.at(500.0).is_finite()),
+        }
+    }
+}

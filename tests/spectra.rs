@@ -1,0 +1,169 @@
+//! Spectra as values per band: averages by hand, powers of lamps, and what is said of them.
+
+use phylux::load;
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::{phylux, refused},
+    common::TestScene,
+};
+
+/// Reflectance 0 at 400 nm to 1 at 600 nm, a step of 2 nm in the table; and one in percent with noise.
+const LEAF: &str = "nm,R,noise\n400,0,-1\n500,0.5,-1\n600,1,50\n";
+/// 1 photon a nm up to 500 nm, then rising to 3.
+const LAMP: &str = "\"nm\";\"photons\"\n400;1,0\n500;1,0\n600;3,0\n";
+
+fn scene(power: Value, more: Value) -> Value {
+    let mut scene = json!({
+        "quantity": "umol/s",
+        "bands": [{ "name": "a", "from_nm": 400, "to_nm": 500 }, { "name": "b", "from_nm": 500, "to_nm": 600 }],
+        "materials": { "m": { "type": "lambert", "reflectance": { "spectrum": "leaf.csv" } } },
+        "objects": [{ "obj": "a.obj", "material": "m", "captor": true }],
+        "lights": [{ "type": "point", "position": [0, 0, 1], "power": power }]
+    });
+    for (key, value) in more.as_object().expect("an object") {
+        scene[key.as_str()] = value.clone();
+    }
+    scene
+}
+
+fn write(scene: &Value) -> TestScene {
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    TestScene::new(&scene.to_string(), &[("leaf.csv", LEAF), ("lamp.csv", LAMP), ("a.obj", obj)])
+}
+
+fn averages(scene: &Value) -> Vec<f64> {
+    let loaded = load(&write(scene).path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+    loaded.averages[0].means.clone()
+}
+
+fn powers(scene: &Value) -> Vec<f64> {
+    let loaded = load(&write(scene).path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+    loaded.scene.lights[0].power.clone()
+}
+
+#[track_caller]
+fn close(found: &[f64], exact: &[f64]) {
+    for (a, b) in found.iter().zip(exact) {
+        assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{found:?} {exact:?}");
+    }
+    assert_eq!(found.len(), exact.len());
+}
+
+fn lamp(total: f64) -> Value {
+    json!({ "spectrum": "lamp.csv", "total": total })
+}
+
+/// Flat: the middle of each band. By the lamp's photons: in b, with x from 0 to 1, the integral of
+/// (1/2 + x/2)(1 + 2x) over that of 1 + 2x, 19/24. In W it is weighted with photons over wavelength.
+#[test]
+fn averages_are_weighted_by_the_light() {
+    let flat = json!({ "spectra": { "weight": "flat" } });
+    close(&averages(&scene(json!(1), flat)), &[0.25, 0.75]);
+    close(&averages(&scene(json!(1), json!({}))), &[0.25, 0.75]);
+    close(&averages(&scene(lamp(5.0), json!({}))), &[0.25, 19.0 / 24.0]);
+    let by_file = json!({ "spectra": { "weight": "lamp.csv" } });
+    close(&averages(&scene(json!(1), by_file)), &[0.25, 19.0 / 24.0]);
+    // photons per nm are W x nm: the mean of (nm - 400) / 200 over 1 / nm is (100 / ln 1.25 - 400) / 200
+    let watts = averages(&scene(lamp(5.0), json!({ "quantity": "W" })));
+    close(&watts[..1], &[(100.0 / 1.25f64.ln() - 400.0) / 200.0]);
+    // two lamps, by their light: 300 umol/s in all of LAMP's shape, and 100 flat in each band
+    let lights = json!({ "lights": [
+        { "type": "point", "position": [0, 0, 1], "power": lamp(300.0) },
+        { "type": "point", "position": [0, 0, 1], "power": 100 } ] });
+    let both = (200.0 * 19.0 / 24.0 + 100.0 * 0.75) / 300.0;
+    close(&averages(&scene(json!(1), lights)), &[0.25, both]);
+    // below zero is noise, after the mean: from -1 to 50 % is 24.5 %
+    let noise = json!({ "spectrum": "leaf.csv", "column": "noise", "percent": true, "times": 2 });
+    let noisy = json!({ "materials": { "m": { "type": "lambert", "reflectance": noise } } });
+    close(&averages(&scene(json!(1), noisy)), &[0.0, 0.49]);
+}
+
+/// 100 photons in a, 200 in b. In W by the wavelength: 1 umol is 1 J / (0.0083593472 nm).
+#[test]
+fn lamps_share_their_flux_by_the_spectrum() {
+    let k = 0.008_359_347_2;
+    close(&powers(&scene(lamp(30.0), json!({}))), &[10.0, 20.0]);
+    let range = json!({ "spectrum": "lamp.csv", "column": "photons", "total": 30, "from_nm": 400, "to_nm": 500 });
+    close(&powers(&scene(range, json!({}))), &[30.0, 60.0]);
+    // 100 umol of a: the integral of 1 / (k nm)
+    let photons =
+        json!({ "spectrum": "lamp.csv", "column": 2, "total": 300, "quantity": "umol/s" });
+    let watts = powers(&scene(photons, json!({ "quantity": "W" })));
+    close(&watts[..1], &[1.25f64.ln() / k]);
+    let energy = json!({ "spectrum": "lamp.csv", "unit": "energy", "total": 300, "quantity": "W" });
+    let umol = powers(&scene(energy, json!({})));
+    close(&umol[..1], &[k * 45_000.0]);
+}
+
+/// Phong and leaf take spectra too; `check` prints the averages, and warns of wide bands and of lamps without spectrum.
+#[test]
+fn check_prints_averages_and_warns() {
+    let r = |times: f64| json!({ "spectrum": "leaf.csv", "times": times });
+    let materials = json!({ "materials": {
+        "m": { "type": "phong", "reflectance": r(0.9), "specular": r(0.05) },
+        "leaf": { "type": "leaf", "reflectance": r(0.5), "transmittance": r(0.4), "back": { "reflectance": r(0.3) } } } });
+    let scene = write(&scene(json!(1), materials));
+    let output = phylux(&scene.path(""), &["check", "scene.json"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    for words in [
+        "/materials/m/reflectance: a 0.2250, b 0.6750",
+        "/materials/m/specular: a 0.0125, b 0.0375",
+        "/materials/leaf/back/reflectance: a 0.0750, b 0.2250",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains("no spectrum of the lights `light0`"), "{errors}");
+    // 1/3 over 1/4 in a, 7/12 over 9/16 in b
+    assert!(errors.contains("/materials/m/reflectance in band `a` (1.33)"), "{errors}");
+    assert!(!errors.contains("in band `b`"), "{errors}");
+}
+
+#[test]
+fn bad_spectra_are_told() {
+    let material =
+        |value: Value| json!({ "materials": { "m": { "type": "lambert", "reflectance": value } } });
+    let bands = json!({ "bands": [{ "name": "a", "from_nm": 400 }] });
+    let wide = json!({ "bands": [{ "name": "a", "from_nm": 400, "to_nm": 900 }] });
+    for (power, more, words) in [
+        (json!(1), material(json!({ "spectrum": "none.csv" })), "none.csv: there is no such file"),
+        (
+            json!(1),
+            material(json!({ "spectrum": "leaf.csv", "column": "Q" })),
+            "leaf.csv:1: no column `Q`",
+        ),
+        (json!(1), material(json!({ "spectrum": "leaf.csv", "colum": 2 })), "unknown key `colum`"),
+        (
+            json!(1),
+            material(json!({ "spectrum": "leaf.csv", "times": 3 })),
+            "/materials/m/reflectance: 2.25, must be from 0 to 1",
+        ),
+        (
+            json!(1),
+            material(json!({ "spectrum": "leaf.csv", "times": -3 })),
+            "/reflectance/times: -3",
+        ),
+        (json!(1), bands, "band `a` has no wavelengths"),
+        (json!(1), wide, "reaches from 400 to 600 nm, band `a` from 400 to 900 nm"),
+        (json!({ "spectrum": "lamp.csv" }), json!({}), "missing key `total`"),
+        (
+            json!({ "spectrum": "lamp.csv", "total": -1 }),
+            json!({}),
+            "/total: -1, must be at least 0",
+        ),
+        (
+            json!({ "spectrum": "lamp.csv", "total": 1, "from_nm": 700, "to_nm": 600 }),
+            json!({}),
+            "counts from 700 to 600 nm",
+        ),
+        (
+            json!({ "spectrum": "lamp.csv", "total": 1, "to_nm": 900 }),
+            json!({}),
+            "counts from 400 to 900 nm",
+        ),
+    ] {
+        let folder = write(&scene(power, more));
+        refused(&folder.path(""), &["check", "scene.json"], &[words]);
+    }
+}
