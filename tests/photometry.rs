@@ -181,8 +181,8 @@ fn areas_have_their_intensity() {
 
 /// A tube that shines within 100 degrees, as a light and as an obstacle of 64 sides, against the integral of its radiance over
 /// the part of its surface that a captor sees.
-/// Seed 1, 1e6 photons or 1e5 paths, standard errors at most 2 %, quadrature and sides to 0.3 %; 12 comparisons, odds of a
-/// false alarm 8e-4.
+/// Seed 1, 1e6 photons or 1e5 paths, standard errors at most 2 %, quadrature and sides to 0.3 %; 16 comparisons, odds of a
+/// false alarm 1e-3.
 #[test]
 fn tubes_shine_within_their_aperture() {
     const RADIUS: f64 = 0.05;
@@ -212,14 +212,11 @@ fn tubes_shine_within_their_aperture() {
             for (name, [corner, u, v], normal) in AROUND {
                 let exact = mean_over(corner, u, v, |p| irradiance(p, normal));
                 let what = format!("{what}, {name}, {estimator}");
-                match name {
-                    "above" => assert_eq!(front(&run, name).flux[0], 0.0, "{what}"),
-                    _ => check.irradiance(what, front(&run, name), 0, exact),
-                }
+                check.irradiance(what, front(&run, name), 0, exact);
             }
         }
     }
-    check.finish(12);
+    check.finish(16);
 }
 
 /// An independently computed luminaire over a floor: each point within 4 standard errors plus 0.1 %. Seed 1, 4e6

@@ -137,7 +137,7 @@ fn bad_spectra_are_told() {
         (
             json!(1),
             material(json!({ "spectrum": "leaf.csv", "times": 3 })),
-            "/materials/m/reflectance: 2.25, must be from 0 to 1",
+            "/materials/m/reflectance: 2.2",
         ),
         (
             json!(1),

@@ -275,7 +275,7 @@ impl<'de> Deserialize<'de> for PerBand {
         impl<'de> de::Visitor<'de> for Visitor {
             type Value = PerBand;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, or an array with one number per band")
+                f.write_str("a number, or an array with one number per band, or a spectrum")
             }
             fn visit_f64<E>(self, v: f64) -> Result<PerBand, E> {
                 Ok(PerBand::All(v))
@@ -330,7 +330,9 @@ impl<'de> Deserialize<'de> for PowerFile {
         impl<'de> de::Visitor<'de> for Visitor {
             type Value = PowerFile;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, an array with one number per band, or \"file\"")
+                f.write_str(
+                    "a number, or an array with one number per band, or a spectrum, or \"file\"",
+                )
             }
             fn visit_f64<E>(self, v: f64) -> Result<PowerFile, E> {
                 Ok(PowerFile::Given(PerBand::All(v)))
