@@ -25,6 +25,19 @@ pub struct Error {
     remedy: Option<String>,
 }
 
+/// Things that a sentence names, as a rule.
+pub(crate) const LISTED: usize = 5;
+
+/// The first few of some things, and how many more there are: `a, b and 3 more`. Empty where there is none.
+pub(crate) fn some(things: impl IntoIterator<Item: fmt::Display>, most: usize) -> String {
+    let mut things = things.into_iter();
+    let first: Vec<String> = things.by_ref().take(most).map(|thing| thing.to_string()).collect();
+    match things.count() {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
 /// Result with the crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result},
+    error::{Error, NOTHING_WRITTEN, Result, some},
     formats::{
         scene_file::{LoadedScene, load_with_digest},
         shard_file::{FORMAT, Line, ShardHead, ShardReader, VERSION},
@@ -128,20 +128,14 @@ fn check_complete(parts: &[ShardReader], of: usize) -> Result<()> {
         }
     }
     let there: Vec<usize> = parts.iter().map(|part| part.shard.index()).collect();
-    let missing: Vec<String> = (0..of)
+    let missing = (0..of)
         .filter(|index| there.binary_search(index).is_err())
-        .map(|index| format!("{}/{of}", index + 1))
-        .take(6)
-        .collect();
-    let more = of - there.len();
-    let listed = missing.len();
-    match more {
+        .map(|index| format!("{}/{of}", index + 1));
+    match of - there.len() {
         0 => Ok(()),
-        _ => {
-            let rest =
-                if more > listed { format!(" and {} more", more - listed) } else { String::new() };
+        more => {
             let s = if more == 1 { " is" } else { "s are" };
-            let problem = format!("part{s} missing: {}{rest}", missing.join(", "));
+            let problem = format!("part{s} missing: {}", some(missing, 6));
             Err(Error::input("merge", problem).remedy("name the files of all parts"))
         }
     }

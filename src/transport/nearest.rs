@@ -16,7 +16,7 @@ use crate::{
         material::Interaction,
         world::Scene,
     },
-    transport::photon_map::{Neighbour, PhotonMap},
+    transport::photon_map::{Gathered, PhotonMap},
 };
 
 #[cfg(test)]
@@ -37,14 +37,6 @@ pub struct NearestEstimate {
     /// Sent along the face's mean normal by scattering that is no mirror, per band and sum, W/m2/sr or
     /// umol/m2/s/sr; none where the surface has no such scattering or no mean normal.
     pub radiance: Option<Vec<Estimate>>,
-}
-
-/// The photons that count at one face, and the area that they fell on.
-struct Gathered {
-    photons: Vec<Neighbour>,
-    found: usize,
-    radius: f64,
-    area: f64,
 }
 
 /// The least k that is chosen: an error of 14 %.
@@ -78,7 +70,7 @@ pub fn estimate(
     };
     faces.map(|face| {
         let own = gathered[face as usize].as_ref()?;
-        let irradiance = sum(scene, map, own.weighted(map).collect(), |photon, weight, into| {
+        let irradiance = sum(scene, map, weighted(own).collect(), |photon, weight, into| {
             let power = map.power(photon);
             into.iter_mut().zip(power).for_each(|(sum, p)| *sum += weight * f64::from(*p));
         });
@@ -87,17 +79,15 @@ pub fn estimate(
             CaptorKind::Surface => radiance(face),
         };
         let Gathered { found: k, radius, area, .. } = *own;
+        let radius = f64::from(radius.unwrap_or_else(|| reach(scene, captor, query)));
         let coverage = (area / captor.area).min(1.0);
         Some(NearestEstimate { k, radius, coverage, irradiance, radiance })
     })
 }
 
-impl Gathered {
-    /// Its photons, each with what makes an irradiance of its power, 1/m2.
-    fn weighted(&self, map: &PhotonMap) -> impl Iterator<Item = (usize, f64)> {
-        let weight = 1.0 / (self.area * map.histories as f64);
-        self.photons.iter().map(move |photon| (photon.index, weight))
-    }
+/// The photons, each with what makes an irradiance of its power, 1/m2.
+fn weighted(gathered: &Gathered) -> impl Iterator<Item = (usize, f64)> {
+    gathered.photons.iter().map(|photon| (photon.index, gathered.weight))
 }
 
 /// The radiance of an ideal white Lambertian receiver.
@@ -147,8 +137,7 @@ fn middle(scene: &Scene, captor: &Captor) -> Vec3 {
         .unwrap_or(center)
 }
 
-/// The k-1 photons nearer than the k-th, and the captor's area inside the ball that it spans;
-/// with fewer photons than k all of them, and the whole area.
+/// The photons on a face nearest to `query`, and the area of the captor that they fell on.
 fn gather(
     scene: &Scene,
     map: &PhotonMap,
@@ -162,20 +151,16 @@ fn gather(
     }
     let bin = (captor.first_channel + face as usize) as u32;
     let k = k.unwrap_or_else(|| chosen_k(map.count(bin), map.histories_on(bin)));
-    let mut photons = map.nearest(bin, query, k);
     let triangles = scene.triangles_of(captor);
-    let found = photons.len();
-    if found == 0 {
-        return None;
-    }
-    if found < k {
-        let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
-        let radius = corners.map(|p| p.distance(query)).fold(0.0, f32::max);
-        return Some(Gathered { photons, found, radius: f64::from(radius), area: captor.area });
-    }
-    let radius = photons.pop()?.distance2.sqrt();
-    let area = triangles.iter().map(|t| f64::from(t.area_in_ball(query, radius))).sum::<f64>();
-    (area > 0.0).then_some(Gathered { photons, found, radius: f64::from(radius), area })
+    map.gather(bin, query, k, captor.area, |radius| {
+        triangles.iter().map(|t| f64::from(t.area_in_ball(query, radius))).sum()
+    })
+}
+
+/// Distance of the captor's farthest point, m.
+fn reach(scene: &Scene, captor: &Captor, query: Vec3) -> f32 {
+    let corners = scene.triangles_of(captor).iter().flat_map(|t| [t.a, t.b, t.c]);
+    corners.map(|p| p.distance(query)).fold(0.0, f32::max)
 }
 
 /// Radiance along the mean normal of `face`: reflected from its own photons, transmitted from
@@ -193,7 +178,7 @@ fn radiance<L: Lanes>(
         return None;
     }
     let outgoing = if face == Channel::Front { normal } else { -normal };
-    let photons = gathered.iter().flatten().flat_map(|side| side.weighted(map)).collect();
+    let photons = gathered.iter().flatten().flat_map(weighted).collect();
     Some(sum(scene, map, photons, |photon, weight, into| {
         let stored = &map.photons[photon];
         let surface = scene.surface(stored.triangle as usize);

@@ -178,6 +178,30 @@ impl PhotonMap {
         self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count()
     }
 
+    /// The photons of a bin nearer to `point` than the k-th, and the area inside the ball that this one spans, as `inside`
+    /// tells it from the radius, m. With fewer than `k` (at least 1) photons all of them, and the `whole` area, m2. None
+    /// where there is no photon or no area.
+    pub fn gather(
+        &self,
+        bin: u32,
+        point: Vec3,
+        k: usize,
+        whole: f64,
+        inside: impl FnOnce(f32) -> f64,
+    ) -> Option<Gathered> {
+        let mut photons = self.nearest(bin, point, k);
+        let found = photons.len();
+        let (radius, area) = if found < k {
+            (None, whole)
+        } else {
+            let radius = photons.pop()?.distance2.sqrt();
+            (Some(radius), inside(radius))
+        };
+        let weight = 1.0 / (area * self.histories as f64);
+        let some = found > 0 && weight.is_finite();
+        some.then_some(Gathered { photons, found, radius, area, weight })
+    }
+
     /// The `k` (at least 1) photons of a bin nearest to `point`, nearest first; fewer where the
     /// bin has fewer.
     pub fn nearest(&self, bin: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
@@ -188,6 +212,20 @@ impl PhotonMap {
         found.iter_mut().for_each(|neighbour| neighbour.index += range.start);
         found
     }
+}
+
+/// The photons that count at a point of one face, and the area that they fell on.
+pub struct Gathered {
+    /// All but the k-th.
+    pub photons: Vec<Neighbour>,
+    /// How many there were, with the k-th.
+    pub found: usize,
+    /// Distance of the k-th, m; none where there are fewer.
+    pub radius: Option<f32>,
+    /// m2.
+    pub area: f64,
+    /// What makes an irradiance of their powers: 1 / (area x histories), 1/m2.
+    pub weight: f64,
 }
 
 impl Places {

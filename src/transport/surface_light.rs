@@ -19,7 +19,7 @@ use crate::{
         patches::Patches,
         world::Scene,
     },
-    transport::photon_map::{Neighbour, PhotonMap, Way},
+    transport::photon_map::{Gathered, PhotonMap, Way},
 };
 
 /// The light on all surfaces of a scene. Points are in metres from the centre of the scene.
@@ -32,13 +32,6 @@ pub struct SurfaceLight<'a> {
     pub map: PhotonMap,
     /// Photons of an estimate, at least 2.
     pub k: usize,
-}
-
-/// The photons that count at a point of one face, and the area that they fell on.
-struct Gathered {
-    photons: Vec<Neighbour>,
-    /// 1 / (area x histories), 1/m2.
-    weight: f64,
 }
 
 impl<'a> SurfaceLight<'a> {
@@ -169,22 +162,19 @@ impl<'a> SurfaceLight<'a> {
         sums
     }
 
-    /// The k - 1 photons nearer than the k-th on this face of the piece, and the piece's area inside
-    /// the ball that it spans; with fewer than k all of them, and all of its area.
+    /// The photons on this face of the piece, and the area of the piece that they fell on.
     fn gather(&self, triangle: usize, front: bool, point: Vec3) -> Option<Gathered> {
         let patch = self.patches.of(triangle);
-        let mut photons = self.map.nearest(self.patches.bin(triangle, front), point, self.k);
-        let mut area = self.patches.area(patch);
-        if photons.len() == self.k {
-            let radius = photons.pop()?.distance2.sqrt();
-            area = 0.0;
+        let inside = |radius| {
+            let mut area = 0.0;
             self.scene.near(point, radius, |other| {
                 if self.patches.of(other) == patch {
                     area += f64::from(self.scene.triangles()[other].area_in_ball(point, radius));
                 }
             });
-        }
-        let weight = 1.0 / (area * self.map.histories as f64);
-        weight.is_finite().then_some(Gathered { photons, weight })
+            area
+        };
+        let bin = self.patches.bin(triangle, front);
+        self.map.gather(bin, point, self.k, self.patches.area(patch), inside)
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{
     Absorbed, AllAbsorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, Range, RunResult,
 };
-use crate::error::{Error, Result, nearest, number};
+use crate::error::{Error, LISTED, Result, nearest, number, some};
 
 impl RunResult {
     /// What the run would have found, had each light had its power times its factor (at least 0; 1 for
@@ -22,7 +22,7 @@ impl RunResult {
                 let error = Error::input(&self.scene, format!("no light `{name}`"));
                 return Err(match nearest(name, lights.keys().map(String::as_str)) {
                     Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                    None => error.remedy(format!("there are {}", some(lights))),
+                    None => error.remedy(format!("there are {}", some(lights.keys(), LISTED))),
                 });
             }
             if !(0.0..=MAX_FACTOR).contains(factor) {
@@ -66,12 +66,6 @@ impl RunResult {
 
 /// The largest factor: no power becomes infinite by it.
 const MAX_FACTOR: f64 = 1e30;
-
-/// The first few lights.
-fn some<T>(lights: &ByLight<T>) -> String {
-    let names: Vec<&str> = lights.keys().take(20).map(String::as_str).collect();
-    names.join(", ") + if lights.len() > names.len() { ", ..." } else { "" }
-}
 
 /// Factors on the powers of lights.
 struct Mix<'a>(&'a ByLight<f64>);

@@ -1,7 +1,10 @@
 //! What a user should know before trusting a result.
 
 use super::{CaptorResult, FaceResult, RunResult};
-use crate::transport::settings::Estimator;
+use crate::{
+    error::{LISTED, some},
+    transport::settings::Estimator,
+};
 
 /// Share of the emitted power above which lost power is warned of.
 const MUCH_LOST: f64 = 1e-3;
@@ -94,7 +97,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             Estimator::Paths => "no path found light from",
             _ => "no photon reached",
         };
-        warn("a captor that no light reached", format!("{nothing} {}", some(&dark)));
+        warn("a captor that no light reached", format!("{nothing} {}", some(&dark, LISTED)));
     }
     let faces = || result.captors.iter().flat_map(CaptorResult::faces);
     let few = faces().filter(|face| face.few_paths).count();
@@ -125,19 +128,9 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             format!(
                 "fewer than {FEW_HISTORIES} photons on a face of {}: neither their values nor their \
              errors are reliable; trace more, or try --estimator paths",
-                some(&rough)
+                some(&rough, LISTED)
             ),
         );
     }
     warnings
-}
-
-/// The first few names, and how many more.
-fn some(names: &[&str]) -> String {
-    const LISTED: usize = 5;
-    let more = match names.len().saturating_sub(LISTED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    names[..names.len().min(LISTED)].join(", ") + &more
 }

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::scene::world::Scene;
-
-/// Names listed in one remark.
-pub(super) const LISTED: usize = 5;
+use crate::{
+    error::{LISTED, some},
+    scene::world::Scene,
+};
 
 /// Warnings and notes, as they are collected.
 #[derive(Default)]
@@ -21,7 +21,7 @@ impl Remarks {
         things: impl IntoIterator<Item = String>,
         say: impl FnOnce(&str) -> String,
     ) {
-        self.warnings.extend(some(things).map(|list| say(&list)));
+        self.warnings.extend(listed(things).map(|list| say(&list)));
     }
 
     pub fn note_of(
@@ -29,19 +29,12 @@ impl Remarks {
         things: impl IntoIterator<Item = String>,
         say: impl FnOnce(&str) -> String,
     ) {
-        self.notes.extend(some(things).map(|list| say(&list)));
+        self.notes.extend(listed(things).map(|list| say(&list)));
     }
 }
 
-/// The first few, and how many more.
-pub(super) fn some(things: impl IntoIterator<Item = String>) -> Option<String> {
-    let mut things = things.into_iter();
-    let first: Vec<String> = things.by_ref().take(LISTED).collect();
-    let more = match things.count() {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    (!first.is_empty()).then(|| first.join(", ") + &more)
+fn listed(things: impl IntoIterator<Item = String>) -> Option<String> {
+    Some(some(things, LISTED)).filter(|list| !list.is_empty())
 }
 
 pub(super) fn quoted<'a>(
