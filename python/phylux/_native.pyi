@@ -7,6 +7,8 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = ["Found", "Loaded", "__version__", "load", "main", "write_obj"]
+
 __version__: str
 
 _Path = str | os.PathLike[str]

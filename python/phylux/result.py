@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 FACES = ("front", "back")
+_Array = TypeVar("_Array", bound=npt.NDArray[Any])
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ class Values:
         photons: (n, 2), photons counted.
         absorbed, absorbed_se: (n, bands), power that surfaces absorbed, both faces together, W or umol/s.
         has_back: (n,), whether light on the back is counted.
+        dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None but in scenes in umol/s over a period.
     """
 
     ids: list[str]
@@ -49,6 +51,8 @@ class Values:
     absorbed: Floats
     absorbed_se: Floats
     has_back: npt.NDArray[np.bool_]
+    dli: Floats | None = None
+    dli_se: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -59,8 +63,9 @@ class Values:
         known = index >= 0
         arrays: dict[str, Any] = {}
         for field in fields(self):
-            if field.name != "ids":
-                taken = getattr(self, field.name)[index]
+            values = getattr(self, field.name)
+            if field.name != "ids" and values is not None:
+                taken = values[index]
                 taken[~known] = np.nan if taken.dtype.kind == "f" else 0
                 arrays[field.name] = _fixed(taken)
         return Values([self.ids[i] if i >= 0 else "" for i in index.tolist()], **arrays)
@@ -205,7 +210,7 @@ class Result:
         return self.values.area
 
     @cached_property
-    def _places(self) -> dict[str, Any]:
+    def _places(self) -> dict[str, npt.NDArray[Any]]:
         return self._found.places()
 
     @property
@@ -268,11 +273,11 @@ class Result:
     def frame(self) -> Any:
         """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error; the table of ``--csv``.
 
-        ``quantity`` is flux, irradiance, knn_irradiance, knn_radiance or absorbed, in the units of `unit`;
+        ``quantity`` is flux, irradiance, dli, knn_irradiance, knn_radiance or absorbed, in the units of `unit`;
         ``face`` is missing for absorbed; ``standard_error`` is NaN where it is not known. Names are categories.
         """
         values, nearest = self.values, self.nearest
-        cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
+        cells = _arrived(values)
         cells += [(name, nearest[name], nearest[f"{name}_se"]) for name in ("knn_irradiance", "knn_radiance") if nearest]
         return self._tidy("captor", values, cells)
 
@@ -283,7 +288,7 @@ class Result:
         ``irradiance_min`` and ``irradiance_max`` are those of the captors of a group of several.
         """
         values = self.group_values
-        cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
+        cells = _arrived(values)
         ranges = self._found.arrays(True, None)
         for name in ("irradiance_min", "irradiance_max"):
             if name in ranges:
@@ -358,11 +363,14 @@ class Result:
             "absorbed": ("captor", "band"),
             "absorbed_se": ("captor", "band"),
         }
+        if self.values.dli is not None:
+            names |= {"dli": ("captor", "face", "band"), "dli_se": ("captor", "face", "band")}
         data = {}
         for name, dims in names.items():
             attributes = {}
             if name != "photons":
-                attributes["units"] = unit["irradiance" if name.startswith("irradiance") else "flux"]
+                quantity = name.removesuffix("_se")
+                attributes["units"] = unit[quantity if quantity in unit else "flux"]
             if name.endswith("_se"):
                 attributes["long_name"] = f"standard error (1 sigma) of {name[:-3]}"
             data[name] = ((*dims, *last), stacked(name), attributes)
@@ -383,7 +391,7 @@ class Result:
             **normals,
             **nm,
         }
-        attributes = {
+        about = {
             "scene": self.scene,
             "phylux": self._head["phylux"],
             "version": self._head["phylux"],
@@ -392,7 +400,7 @@ class Result:
             "estimator": self.estimator,
             "units": f"flux {unit['flux']}, irradiance {unit['irradiance']}, lengths {unit['length']}",
         }
-        return xr.Dataset(data, coords, attributes)
+        return xr.Dataset(data, coords, about)
 
     def plot(self, kind: str = "map", **options: Any) -> Any:
         """Draws with matplotlib, and returns the axes; see `phylux.plots` for the options of each kind.
@@ -471,13 +479,19 @@ class Result:
             "has_back": (-1,),
         }
         names = [field.name for field in fields(Values) if field.name != "ids"]
-        shaped = {name: arrays[name].reshape(shapes.get(name, (-1, 2, bands))) for name in names}
+        shaped = {name: arrays[name].reshape(shapes.get(name, (-1, 2, bands))) for name in names if name in arrays}
         shaped["has_back"] = shaped["has_back"].astype(bool)
         ids = self._found.ids(True) if groups else self.ids
         return Values(ids, **{name: _fixed(array) for name, array in shaped.items()})
 
 
-def _fixed(array: Any) -> Any:
+def _arrived(values: Values) -> list[tuple[str, Any, Any]]:
+    """Quantities of faces with their errors, in the order of the command's table."""
+    cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
+    return cells if values.dli is None else [*cells, ("dli", values.dli, values.dli_se)]
+
+
+def _fixed(array: _Array) -> _Array:
     array.setflags(write=False)
     return array
 

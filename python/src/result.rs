@@ -216,11 +216,13 @@ impl Found {
         let (mut flux, mut flux_se, mut irradiance, mut irradiance_se) =
             (faces(), faces(), faces(), faces());
         let (mut min, mut max) = (faces(), faces());
+        let (mut dli, mut dli_se) = (faces(), faces());
         let mut absorbed = Numbers::new(count, bands);
         let mut absorbed_se = Numbers::new(count, bands);
         let mut area = Numbers::new(count, 1);
         let (mut photons, mut histories) = (vec![0; 2 * count], vec![0; 2 * count]);
         let (mut has_back, mut ranges) = (vec![0; count], false);
+        let has_dli = self.result.unit.dli.is_some();
         for (i, row) in rows.enumerate() {
             area.put(i, &[row.area]);
             has_back[i] = i64::from(row.faces[1].is_some());
@@ -231,6 +233,8 @@ impl Found {
                 flux_se.put_known(at, &face.flux_se);
                 irradiance.put(at, &face.irradiance);
                 irradiance_se.put_known(at, &face.irradiance_se);
+                face.dli.iter().for_each(|values| dli.put_known(at, values));
+                face.dli_se.iter().for_each(|values| dli_se.put_known(at, values));
                 photons[at] = face.photons.cast_signed();
                 histories[at] = face.histories.unwrap_or(0).cast_signed();
                 if let (Some(least), Some(most)) = (&face.min, &face.max) {
@@ -256,6 +260,10 @@ impl Found {
         arrays.add_counts("has_back", has_back)?;
         if !groups {
             arrays.add_counts("histories", histories)?;
+        }
+        if has_dli {
+            arrays.add("dli", dli)?;
+            arrays.add("dli_se", dli_se)?;
         }
         if ranges {
             arrays.add("irradiance_min", min)?;
