@@ -191,16 +191,15 @@ def test_help_says_units_and_shapes():
                 assert value.__doc__, f"{name}.{member}"
 
 
-def test_types():
+def test_types(tmp_path):
     pytest.importorskip("mypy")
-    package = Path(px.__file__).parent
     config = Path(__file__).parent.parent / "pyproject.toml"
     checks = [
         [sys.executable, "-m", "mypy", "--config-file", str(config), "-p", "phylux"],
         [sys.executable, "-m", "mypy.stubtest", "--mypy-config-file", str(config), "phylux._native"],
     ]
     for check in checks:
-        done = subprocess.run(check, cwd=package.parent, capture_output=True, text=True, env={**os.environ, "MYPYPATH": ""})
+        done = subprocess.run(check, cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
 
 
