@@ -109,14 +109,15 @@ def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats
     elif hasattr(geometry, "vertices") and hasattr(geometry, "faces"):
         yield None, _arrays(geometry.vertices, geometry.faces, place)
     elif hasattr(geometry, "points") and hasattr(geometry, "triangulate"):
-        surface = geometry.triangulate()
+        surface = geometry if hasattr(geometry, "faces") else geometry.extract_surface()
+        surface = surface.triangulate()
         yield None, _arrays(surface.points, np.asarray(surface.faces).reshape(-1, 4)[:, 1:], place)
     elif hasattr(geometry, "combine") and hasattr(geometry, "keys"):
         # blocks of PyVista
         for key in geometry.keys():
             block = geometry[key]
             if block is not None:
-                for _, arrays in _named(block.extract_surface(), f"{place}/{key}"):
+                for _, arrays in _named(block, f"{place}/{key}"):
                     yield str(key), arrays
     elif isinstance(geometry, tuple) and len(geometry) == 2 and np.ndim(geometry[0]) == 2:
         yield None, _arrays(*geometry, place)

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import warnings
 
 import numpy as np
 import pytest
@@ -180,3 +181,30 @@ def test_plots_return_axes(result, kind, options):
         result.plot(kind, captors="none", ax=ax)
     with pytest.raises(px.InputError, match="no plot"):
         result.plot("pie")
+
+
+def test_daily_light_integrals(tmp_path):
+    pd = pytest.importorskip("pandas")
+    hours = [f"2025-06-21T{hour:02}:00+00:00,{max(0, 900 - 150 * abs(hour - 12))}" for hour in range(24)]
+    (tmp_path / "day.csv").write_text("time,ghi\n" + "\n".join(hours) + "\n")
+    scene = px.Scene(
+        "day",
+        quantity="umol/s",
+        bands={"PAR": (400, 700), "NIR": (700, 800)},
+        site={"latitude": 44, "longitude": 0},
+        time={"from": "2025-06-21T00:00+00:00", "to": "2025-06-22T00:00+00:00"},
+        weather={"file": tmp_path / "day.csv", "stamp": "start"},
+    )
+    scene.light("sun", type="sun")
+    scene.light("sky", type="sky")
+    scene.captor("sensor", disc={"center": [0, 0, 0], "normal": [0, 0, 1], "radius": 1})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = scene.run(photons=10_000, k=0)
+    np.testing.assert_allclose(found.values.dli[0, 0, 0], 0.0864 * found.irradiance[0, 0, 0], rtol=1e-12)
+    assert np.isnan(found.values.dli[0, 0, 1])
+    assert found.xarray().dli.attrs["units"] == "mol/m2/d"
+    found.save_csv(tmp_path / "r.csv")
+    table = pd.read_csv(tmp_path / "r.csv")
+    assert found.frame.quantity.astype(str).tolist() == table.quantity.tolist()
+    np.testing.assert_array_equal(found.frame.value, table.value)

@@ -1,0 +1,118 @@
+"""What the way through Python costs. `python python/benches/figures.py [SCENE] [PHOTONS]`, with the package installed.
+
+Prints user-visible times: a run over the command (in pairs, medians), triangles handed over, results as a DataFrame,
+memory over 200 runs, how fast Ctrl-C is, and threads that are left. Needs pandas, and Linux for /proc.
+"""
+
+import os
+import re
+import signal
+import statistics
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import phylux as px
+
+warnings.simplefilter("ignore", px.SceneWarning)
+
+
+def timed(work):
+    start = time.perf_counter()
+    done = work()
+    return time.perf_counter() - start, done
+
+
+def overhead(path, photons, pairs=7):
+    """A saved scene by the command, and the same in memory; the command's own start is in its time, as Python's is not."""
+    command = [str(Path(sys.executable).parent / "phylux"), "run", str(path), f"--photons={photons}", "--threads=1", "-o", "/tmp/figures.json"]
+    binary = os.environ.get("PHYLUX_BINARY")
+    if binary:
+        command[0] = binary
+    by_command, by_python = [], []
+    for _ in range(pairs):
+        by_command.append(timed(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))[0])
+        by_python.append(timed(lambda: px.Scene.load(path).run(photons=photons, threads=1).save("/tmp/figures-python.json"))[0])
+    assert Path("/tmp/figures.json").read_bytes() == Path("/tmp/figures-python.json").read_bytes()
+    c, p = statistics.median(by_command), statistics.median(by_python)
+    print(f"a run of {photons:.0e} photons: command {c:.3f} s, load + run + save in Python {p:.3f} s, {p - c:+.3f} s ({p / c - 1:+.1%})")
+
+
+def million(photons=100_000):
+    side = 708
+    x, y = np.meshgrid(np.linspace(0, 10, side), np.linspace(0, 10, side))
+    vertices = np.column_stack([x.ravel(), y.ravel(), 0.1 * np.sin(3 * x).ravel()])
+    i = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    faces = np.vstack([np.column_stack([i, i + 1, i + side]), np.column_stack([i + 1, i + side + 1, i + side])])[:1_000_000 - 0]
+    scene = px.Scene("million")
+    scene.material("leaf", type="leaf", reflectance=0.1, transmittance=0.1)
+    scene.light("lamp", type="point", position=[5, 5, 5], power=100)
+    added, _ = timed(lambda: scene.add("field", (vertices, faces), material="leaf", captor="triangle"))
+    from phylux import _native, geometry
+
+    parts = next(iter(scene._meshes.values())).parts("field")
+    # a scene of one small triangle, so that what is timed is the hand-over alone, not the hierarchy for rays
+    small = '{"materials": {"grey": {"type": "lambert", "reflectance": 0.5}}, "lights": [{"type": "point", "position": [0, 0, 1], "power": 1}]}'
+    handed, _ = timed(lambda: _native.load(small, "scene", [parts], {}))
+    print(f"{len(faces)} triangles: add {added:.3f} s, handed over {handed:.3f} s")
+    loaded, _ = timed(lambda: scene._load(quiet=True))
+    print(f"  scene of them as captors, with the hierarchy for rays: {loaded:.2f} s")
+    ran, found = timed(lambda: scene.run(photons=photons, k=0))
+    framed, frame = timed(lambda: found.frame)
+    print(f"  run of {photons} photons {ran:.2f} s; DataFrame of {len(frame)} rows {framed:.2f} s")
+    arrays, _ = timed(lambda: px.Result(found._found).irradiance)
+    print(f"  numpy arrays alone {arrays:.2f} s")
+    assert geometry
+
+
+def resident():
+    return int(re.search(r"VmRSS:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])
+
+
+def threads():
+    return len(os.listdir("/proc/self/task"))
+
+
+def memory(path):
+    scene, sizes = px.Scene.load(path), []
+    for seed in range(200):
+        scene.run(photons=1000, k=0, seed=seed)
+        if seed % 40 == 39:
+            sizes.append(resident())
+    print(f"resident memory after 40, 80, ... 200 runs, kB: {sizes}")
+
+
+def interrupts(path, count=20):
+    scene, latencies = px.Scene.load(path), []
+    before = threads()
+
+    def interrupt():
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    for n in range(count):
+        sent = []
+        # now while it reads, now while it traces
+        timer = threading.Timer(0.05 + 0.02 * n, interrupt)
+        timer.start()
+        try:
+            scene.run(photons=1e12, k=0)
+        except KeyboardInterrupt:
+            latencies.append(time.perf_counter() - sent[0])
+        timer.join()
+    time.sleep(0.5)
+    print(f"{count} interrupts: back after {statistics.median(latencies):.3f} s (median), {max(latencies):.3f} s (most); threads {before} -> {threads()}")
+
+
+if __name__ == "__main__":
+    scene = sys.argv[1] if len(sys.argv) > 1 else "scenes/greenhouse.json"
+    photons = int(float(sys.argv[2])) if len(sys.argv) > 2 else 400_000
+    overhead(scene, photons)
+    interrupts(scene)
+    memory(scene)
+    million()
