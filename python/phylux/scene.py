@@ -15,8 +15,8 @@ from . import _native, geometry
 from .errors import SceneWarning, wrong
 from .result import Result
 
-#: keys of a scene file whose values name files
-_PATHS = ("obj", "csv", "file")
+#: keys of a scene file whose texts are no names of files
+_NAMES = ("name", "material", "group", "type")
 #: options of `phylux run` that name what it writes; here the result does that
 _OUTPUTS = {"output": "save", "csv": "save_csv", "per_captor": "save_per_captor"}
 
@@ -404,12 +404,12 @@ def _moved(value: Any, names: Mapping[str, str], before: Path, after: Path, key:
         return {own: _moved(entry, names, before, after, own) for own, entry in value.items()}
     if isinstance(value, list):
         return [_moved(entry, names, before, after) for entry in value]
-    if isinstance(value, str) and key in _PATHS:
+    if isinstance(value, str) and key not in _NAMES:
         if value in names:
             return names[value]
-        file = before / value
-        if not os.path.isabs(value) and file.exists():
-            return Path(os.path.relpath(file, after)).as_posix()
+        # every file that a scene names has an ending
+        if os.path.splitext(value)[1] and not os.path.isabs(value) and (before / value).is_file():
+            return Path(os.path.relpath(before / value, after)).as_posix()
     return value
 
 
