@@ -419,15 +419,14 @@ class Result:
 
     # --- other powers, files, pages
 
-    def mix(self, factors: Mapping[str, float | Sequence[float]]) -> Result:
+    def mix(self, factors: Mapping[str, float]) -> Result:
         """What the run would have found with other powers of its lights, exactly: of a run with ``by_light=True``.
 
         Args:
-            factors: by the name of a light what its power is multiplied with, at least 0, one number or one for each
-                band; ``"row 1*"`` stands for all whose names begin so. Lights that are not named stay as they are.
+            factors: by the name of a light what its power is multiplied with, at least 0; ``"row 1*"`` stands for all
+                whose names begin so. Lights that are not named stay as they are.
         """
-        given = [(name, np.ravel(factor).astype(np.float64).tolist()) for name, factor in factors.items()]
-        return Result(self._found.mix(given), self._loaded)
+        return Result(self._found.mix([(name, float(factor)) for name, factor in factors.items()]), self._loaded)
 
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.

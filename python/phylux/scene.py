@@ -194,7 +194,7 @@ class Scene:
         for name in options:
             if name in _OUTPUTS:
                 raise wrong(name, "names a file to write", f"call {_OUTPUTS[name]} of the result")
-            if name in ("shard", "stats"):
+            if name in ("shard", "stats", "checkpoint", "checkpoint_every"):
                 raise wrong(name, "is for the command alone", "save the scene, and run it with `phylux run`")
         loaded = self._load()
         with _progress(progress) as tell:

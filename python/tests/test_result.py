@@ -119,11 +119,6 @@ def test_mix_is_linear(result):
     half = result.mix({"lamp": 0.5, "sp*": 0})
     np.testing.assert_allclose(half.flux, 0.5 * result.light("lamp").flux, rtol=1e-12, equal_nan=True)
     assert half.head["mixed"] == {"lamp": 0.5, "spot": 0}
-    red = result.mix({"lamp": [0, 1], "spot": 0})
-    assert (red.flux[-4:, 0, 0] == 0).all()
-    np.testing.assert_allclose(red.flux[:, :, 1], result.light("lamp").flux[:, :, 1], rtol=1e-12, equal_nan=True)
-    with pytest.raises(px.InputError, match="3 factors of light `lamp` for 2 bands"):
-        result.mix({"lamp": [1, 1, 1]})
     assert half.mix({}).lights == result.lights
     with pytest.raises(px.InputError, match="did you mean `lamp`"):
         result.mix({"lapm": 0.5})
