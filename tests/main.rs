@@ -29,6 +29,7 @@ mod plot;
 mod render;
 mod rendered;
 mod shards;
+mod site;
 mod spectra;
 mod splitting;
 mod stability;

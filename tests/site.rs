@@ -1,0 +1,64 @@
+//! The pages of docs/ as a site: each has its place in the contents, and links lead to files that are there.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
+}
+
+/// The pages by name.
+fn pages() -> Vec<(String, String)> {
+    let entries = fs::read_dir(docs()).expect("docs").map(|entry| entry.expect("an entry").path());
+    let pages = entries.filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let name = |path: &Path| path.file_name().expect("a name").to_string_lossy().into_owned();
+    pages.map(|path| (name(&path), fs::read_to_string(&path).expect("a page"))).collect()
+}
+
+/// What the links and pictures of a page lead to, without addresses of the web.
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    let targets = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    targets.filter(|target| !target.contains("://") && !target.contains(char::is_whitespace))
+}
+
+#[test]
+fn every_page_is_in_the_contents() {
+    let pages = pages();
+    let (_, contents) = pages.iter().find(|(name, _)| name == "SUMMARY.md").expect("contents");
+    let named: Vec<&str> = links(contents).collect();
+    for (name, _) in pages.iter().filter(|(name, _)| name != "SUMMARY.md") {
+        assert!(named.contains(&name.as_str()), "{name} is not in docs/SUMMARY.md");
+    }
+    assert!(named.len() > 10, "{named:?}");
+}
+
+/// The anchor that a heading has on GitHub and in a book.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim_start_matches('#').trim().chars().filter_map(|c| match c {
+        ' ' => Some('-'),
+        c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c.to_ascii_lowercase()),
+        _ => None,
+    });
+    kept.collect()
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut followed = 0;
+    for (name, text) in pages() {
+        for target in links(&text) {
+            let (file, heading) = target.split_once('#').unwrap_or((target, ""));
+            let path = docs().join(if file.is_empty() { &name } else { file });
+            assert!(path.exists(), "docs/{name}: {target} leads nowhere");
+            if !heading.is_empty() && path.extension().is_some_and(|e| e == "md") {
+                let page = fs::read_to_string(&path).expect("a page");
+                let mut headings = page.lines().filter(|line| line.starts_with('#'));
+                assert!(headings.any(|line| anchor(line) == heading), "docs/{name}: {target}");
+            }
+            followed += 1;
+        }
+    }
+    assert!(followed > 60, "{followed}");
+}
