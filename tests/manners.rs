@@ -203,6 +203,57 @@ fn usage_that_is_wrong_ends_with_2_and_help_with_0() {
     }
 }
 
+#[test]
+fn shells_and_the_manual_know_all_commands() {
+    let scene = scene();
+    let folder = scene.path("");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = text(&ends(&folder, 0, &["completions", shell]).stdout);
+        assert!(script.contains("--checkpoint") && script.contains("sweep"), "{shell}");
+    }
+    ends(&folder, 0, &["man", "pages"]);
+    let pages = listing(&scene.path("pages"));
+    assert!(
+        pages.contains(&"phylux.1".into()) && pages.contains(&"phylux-run.1".into()),
+        "{pages:?}"
+    );
+    let page = fs::read_to_string(scene.path("pages/phylux-run.1")).expect("a page");
+    assert!(page.starts_with(".ie") || page.contains(".TH phylux-run 1"), "{page}");
+    assert!(page.contains("checkpoint") && page.contains("Examples:"), "{page}");
+    assert!(!page.contains('\u{1b}'), "{page}");
+    ends(&folder, 2, &["man", "no/such"]);
+    ends(&folder, 2, &["completions", "tcsh"]);
+}
+
+/// What stood in the way of a new user is said, or no longer does.
+#[test]
+fn mistakes_are_named_where_they_are() {
+    let scene = scene();
+    let folder = scene.path("");
+    let json = fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    let said = |code, json: String| {
+        fs::write(scene.path("other.json"), json).expect("written");
+        text(&ends(&folder, code, &["run", "other.json", "-q", "-o", "r.json"]).stderr)
+    };
+    let comma = said(2, json.replace("0.5}", "0,5}"));
+    assert!(comma.contains("numbers take a decimal point, not a comma"), "{comma}");
+    let leaf =
+        r#""leaf": {"type": "leaf", "reflectance": [0.1, 0.5], "transmittance": [0.1, 0.51]}"#;
+    let leaf = format!(
+        "\"bands\": [{{\"name\": \"PAR\"}}, {{\"name\": \"NIR\"}}], \"materials\": {{{leaf}, "
+    );
+    let unused = json.replace("\"materials\": {", &leaf);
+    let warning = said(0, unused.clone());
+    assert!(warning.starts_with("warning: other.json: /materials/leaf: "), "{warning}");
+    assert!(warning.contains("reflectance + transmittance = 1.0100 in band `NIR`"), "{warning}");
+    let error = said(2, unused.replace("\"material\": \"wall\"", "\"material\": \"leaf\""));
+    assert!(error.starts_with("error: other.json: /materials/leaf: "), "{error}");
+    fs::write(scene.path("a.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0.3\nv 0 1 0\nf 1 2 3 4\n")
+        .expect("written");
+    let bent = said(0, json);
+    assert!(bent.contains("a.obj:5: 1 of the faces from here on are not flat"), "{bent}");
+}
+
 /// What decides the numbers is in the results, and what does not is not.
 #[test]
 fn results_say_what_they_are_of() {

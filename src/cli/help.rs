@@ -94,6 +94,14 @@ const GROUPS: &[(&str, &[Examples])] = &[
         "Set up",
         &[
             ("schema", &["phylux schema > scene.schema.json", "phylux schema results"]),
+            (
+                "completions",
+                &[
+                    "phylux completions bash > ~/.local/share/bash-completion/completions/phylux",
+                    "phylux completions zsh > ~/.zfunc/_phylux",
+                ],
+            ),
+            ("man", &["phylux man ~/.local/share/man/man1"]),
             ("help", &[]),
         ],
     ),

@@ -15,6 +15,7 @@ mod render;
 mod rendered;
 mod run;
 mod schema;
+mod shell;
 mod summary;
 mod sweep;
 mod terminal;
@@ -74,6 +75,10 @@ enum Command {
         #[arg(value_enum, default_value = "scene")]
         of: schema::Of,
     },
+    /// Print a script that lets a shell complete the commands
+    Completions(shell::CompletionArguments),
+    /// Write manual pages
+    Man(shell::ManArguments),
 }
 
 /// The command line, with its help.
@@ -113,6 +118,8 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),
+        Command::Completions(arguments) => shell::complete(&arguments, command()),
+        Command::Man(arguments) => shell::man(&arguments, command()),
     };
     finish(outcome.map(|()| 0))
 }

@@ -162,6 +162,9 @@ fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
         _ if problem.starts_with("EOF") => "close every bracket and quote; is the file whole?",
         "trailing comma" => "delete the comma before it",
         "number out of range" => "numbers are at most 1.8e308",
+        "key must be a string" if rest.starts_with(|c: char| c.is_ascii_digit()) => {
+            "numbers take a decimal point, not a comma"
+        }
         "recursion limit exceeded" => "nothing needs to be nested so deeply",
         "expected ident" => "write a finite number, true, false or null",
         "trailing characters" => "the file must end with its closing bracket",

@@ -14,7 +14,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::math::geometry::{is_tangled, triangulate};
+use crate::math::geometry::{is_bent, is_tangled, triangulate};
 use lines::{Lines, decode};
 use scan::Scan;
 
@@ -99,6 +99,7 @@ fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(),
                 cut = (2..polygon.len()).map(|i| [0, i - 1, i]).collect();
             }
             part.tangled += usize::from(is_tangled(&polygon, &cut));
+            part.bent += usize::from(is_bent(&polygon));
             part.triangles.extend(cut.iter().map(|t| t.map(|i| polygon[i])));
         }
     }

@@ -197,6 +197,9 @@ impl Loader<'_> {
         }
         let averages = self.take_averages();
         let unused_materials = self.materials.unused();
+        for error in self.materials.unused_errors() {
+            self.warnings.push(format!("{error} (no surface has this material)"));
+        }
         let non_reciprocal_leaves = self.materials.non_reciprocal();
         drop(self.obj_files);
         let mut groups: Vec<(usize, String)> =

@@ -237,6 +237,24 @@ mod tests {
         r#"{ "scene": "s.json", "vary": { "/lights/0/power": [ 1, 2 ],
              "/lights/1/power/1": { "values": [ [ 1 ], true ] } }, "combine": "zip" }"#,
     ];
+    #[test]
+    fn a_star_stands_for_every_index_and_name() {
+        let scene: Value = serde_json::from_str(SCENE).expect("JSON");
+        let sweep = |vary: &str| {
+            let file = format!(r#"{{"scene": "s.json", "vary": {{{vary}}}}}"#);
+            let file = serde_json::from_str(&file).expect("JSON");
+            Sweep::new("s", file, scene.clone(), PathBuf::new())
+        };
+        let found = sweep(r#""/lights/*/power": [4, 5]"#).expect("a sweep");
+        assert_eq!(found.parameters()[0].at, ["/lights/0/power", "/lights/1/power"]);
+        let last = found.document(&found.run(1));
+        assert_eq!(last["lights"], serde_json::json!([{"power": 5}, {"power": 5}]));
+        let found = sweep(r#""a": {"at": ["/*/*/power/1"], "values": [4]}"#).expect("a sweep");
+        assert_eq!(found.parameters()[0].at, ["/lights/1/power/1"]);
+        let none = sweep(r#""/lights/*/powr": [4]"#).unwrap_err().to_string();
+        assert!(none.contains("the scene has no `/lights/*/powr`"), "{none}");
+    }
+
     const WORDS: &[&str] = &[
         "\"grid\"",
         "\"zip\"",

@@ -382,6 +382,16 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     triangles
 }
 
+/// Whether a corner of the polygon is off its mean plane by more than a hundredth of its size, the largest distance of a
+/// corner from the middle: then it has more than one surface.
+pub fn is_bent(polygon: &[DVec3]) -> bool {
+    let Some(normal) = newell(polygon).try_normalize() else { return false };
+    let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
+    let from_middle = || polygon.iter().map(|corner| corner - middle);
+    let size = from_middle().map(DVec3::length).fold(0.0, f64::max);
+    from_middle().any(|corner| corner.dot(normal).abs() > 0.01 * size)
+}
+
 /// Whether the triangles of [`triangulate`] do not cover the polygon just once: seen along its normal,
 /// their areas sum to its own unless its outline crosses itself.
 pub fn is_tangled(polygon: &[DVec3], triangles: &[[usize; 3]]) -> bool {

@@ -38,12 +38,17 @@ pub fn check_ior(ior: f64) -> Checked {
     Err(Problem::new(format!("ior = {ior}, must be from 1 to 1000"), "water has 1.33, glass 1.5"))
 }
 
-/// Refuses fractions `names` of one band that together are more than 1.
-fn check_sum(names: &str, sum: f64) -> Checked {
+/// Refuses fractions `names` of the band at `index` of `bands` that together are more than 1.
+fn check_sum(names: &str, sum: f64, index: usize, bands: &[&str]) -> Checked {
     if sum <= 1.0 + ROUNDING {
         return Ok(());
     }
-    Err(Problem::new(format!("{names} = {sum:.4}, must be at most 1"), "lower one of them"))
+    let of_band = match bands {
+        [_] => String::new(),
+        _ => format!(" in band `{}`", bands[index]),
+    };
+    let problem = format!("{names} = {sum:.4}{of_band}, must be at most 1");
+    Err(Problem::new(problem, "lower one of them"))
 }
 
 /// Which way a path is followed.
@@ -231,14 +236,15 @@ pub enum Material {
 }
 
 impl Material {
-    /// Refuses values that are not one for each of so many bands, or are out of their ranges.
-    pub fn check(&self, bands: usize) -> Checked {
+    /// Refuses values that are not one for each of the bands of these names, or are out of their ranges.
+    pub fn check(&self, names: &[&str]) -> Checked {
+        let bands = names.len();
         match self {
             Self::Lambert(m) => m.lobe.check("reflectance", bands),
             Self::Dielectric(m) => m.check(bands),
             Self::Pane(m) => m.check(bands),
-            Self::Leaf(m) => m.check(bands),
-            Self::Phong(m) => m.check(bands),
+            Self::Leaf(m) => m.check(names),
+            Self::Phong(m) => m.check(names),
             Self::Mirror(m) => m.lobe.check("reflectance", bands),
         }
     }

@@ -43,7 +43,14 @@ impl Mesh {
                 found.groups.push(ObjGroup { name });
                 found.groups.len() - 1
             });
-            found.parts.push(ObjPart { group, material, line: i + 1, triangles, tangled: 0 });
+            found.parts.push(ObjPart {
+                group,
+                material,
+                line: i + 1,
+                triangles,
+                tangled: 0,
+                bent: 0,
+            });
         }
         if found.parts.is_empty() {
             return Err(Error::input("mesh", "has no triangle")

@@ -25,4 +25,6 @@ pub struct ObjPart {
     /// How many of its faces have an outline that crosses itself, so that it is unclear what they
     /// cover.
     pub tangled: usize,
+    /// How many of its faces have corners that are not in one plane.
+    pub bent: usize,
 }

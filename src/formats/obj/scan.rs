@@ -202,7 +202,14 @@ impl Scan {
         // for tobj, a model of its own
         let _ = writeln!(self.sound, "o {}", self.parts.len());
         let (material, triangles) = (self.material.clone(), Vec::new());
-        self.parts.push(ObjPart { group, material, line: line.number, triangles, tangled: 0 });
+        self.parts.push(ObjPart {
+            group,
+            material,
+            line: line.number,
+            triangles,
+            tangled: 0,
+            bent: 0,
+        });
     }
 }
 

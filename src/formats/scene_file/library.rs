@@ -2,7 +2,10 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use crate::scene::{material::Material, world::NamedMaterial};
+use crate::{
+    error::{Error, Result},
+    scene::{material::Material, world::NamedMaterial},
+};
 
 /// The materials of a scene: all of its file's, and the MTL entries that are used.
 #[derive(Default)]
@@ -15,41 +18,64 @@ pub(super) struct Library {
 }
 
 struct Entry {
-    named: NamedMaterial,
+    name: String,
+    /// Or what is wrong with it, which matters only to those who use it.
+    material: Result<Material>,
     /// Index among the materials that surfaces have.
     used: Option<usize>,
     reciprocal: bool,
 }
 
 impl Library {
-    pub fn add(&mut self, name: String, material: Material, reciprocal: bool) -> usize {
+    pub fn add(&mut self, name: String, material: Result<Material>, reciprocal: bool) -> usize {
         self.names.insert(name.clone());
-        let named = NamedMaterial { name, material };
-        self.entries.push(Entry { named, used: None, reciprocal });
+        self.entries.push(Entry { name, material, used: None, reciprocal });
         self.entries.len() - 1
     }
 
-    /// The index that a material has in the scene, now that a surface has it.
-    pub fn use_entry(&mut self, entry: usize) -> usize {
+    /// Adds a material that a surface has. Its index in the scene.
+    pub fn add_used(&mut self, name: String, material: Material) -> usize {
+        let entry = self.add(name, Ok(material), true);
+        self.index(entry)
+    }
+
+    /// The index that a material has in the scene, now that a surface has it. Error: what is wrong with it.
+    pub fn use_entry(&mut self, entry: usize) -> Result<usize> {
+        match &self.entries[entry].material {
+            Ok(_) => Ok(self.index(entry)),
+            Err(error) => Err(error.clone()),
+        }
+    }
+
+    fn index(&mut self, entry: usize) -> usize {
         *self.entries[entry].used.get_or_insert_with(|| {
             self.used += 1;
             self.used - 1
         })
     }
 
+    /// What is wrong with materials that no surface has.
+    pub fn unused_errors(&self) -> Vec<Error> {
+        self.entries.iter().filter_map(|entry| entry.material.clone().err()).collect()
+    }
+
     pub fn unused(&self) -> Vec<String> {
         let unused = self.entries.iter().filter(|entry| entry.used.is_none());
-        unused.map(|entry| entry.named.name.clone()).collect()
+        unused.map(|entry| entry.name.clone()).collect()
     }
 
     pub fn non_reciprocal(&self) -> Vec<String> {
         let found = self.entries.iter().filter(|e| e.used.is_some() && !e.reciprocal);
-        found.map(|entry| entry.named.name.clone()).collect()
+        found.map(|entry| entry.name.clone()).collect()
     }
 
     pub fn into_used(self) -> Vec<NamedMaterial> {
+        let named = |entry: Entry| {
+            let Entry { name, material, used, .. } = entry;
+            Some((used?, NamedMaterial { name, material: material.ok()? }))
+        };
         let mut used: Vec<(usize, NamedMaterial)> =
-            self.entries.into_iter().filter_map(|e| Some((e.used?, e.named))).collect();
+            self.entries.into_iter().filter_map(named).collect();
         used.sort_by_key(|(index, _)| *index);
         used.into_iter().map(|(_, named)| named).collect()
     }

@@ -26,7 +26,7 @@ impl Loader<'_> {
     pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialFile>) -> Result<()> {
         for (name, file) in files {
             let pointer = format!("/materials/{}", json::escaped(name));
-            let material = self.material(&pointer, file)?;
+            let material = self.material(&pointer, file);
             let reciprocal = match file {
                 MaterialFile::Leaf(LeafFile { transmittance, back: Some(back), .. }) => {
                     back.transmittance.is_none()
@@ -44,7 +44,7 @@ impl Loader<'_> {
     /// The scene's index of the material that the scene file calls `name`.
     pub(super) fn named_material(&mut self, pointer: &str, name: &str) -> Result<usize> {
         match self.materials.by_name.get(name) {
-            Some(&entry) => Ok(self.materials.use_entry(entry)),
+            Some(&entry) => self.materials.use_entry(entry),
             None => Err(unknown(
                 self.error(pointer, format!("no material `{name}` in the scene")),
                 name,
@@ -56,8 +56,7 @@ impl Loader<'_> {
     /// A perfectly black material of the program's own.
     pub(super) fn black(&mut self, name: String) -> usize {
         let material = Material::Lambert(Lambert::new(&single(&vec![0.0; self.bands])));
-        let entry = self.materials.add(name, material, true);
-        self.materials.use_entry(entry)
+        self.materials.add_used(name, material)
     }
 
     /// The scene's index of the material that an OBJ file calls `name` at `place`: of the scene
@@ -69,7 +68,7 @@ impl Loader<'_> {
         mtl: &MtlLibrary,
     ) -> Result<(usize, Option<Vec<f64>>)> {
         if let Some(&entry) = self.materials.by_name.get(name) {
-            return Ok((self.materials.use_entry(entry), None));
+            return Ok((self.materials.use_entry(entry)?, None));
         }
         let Some(entry) = mtl.entry(name)? else {
             let mut error = Error::input(place, format!("no material `{name}`"));
@@ -85,14 +84,14 @@ impl Loader<'_> {
         };
         let radiance = self.emission(entry)?;
         if let Some(&index) = self.materials.by_mtl_place.get(&entry.place) {
-            return Ok((self.materials.use_entry(index), radiance));
+            return Ok((self.materials.use_entry(index)?, radiance));
         }
         let material = self.mtl_material(entry)?;
         let taken = self.materials.names.contains(name);
         let shown = if taken { format!("{name} ({})", entry.place) } else { name.into() };
-        let index = self.materials.add(shown, material, true);
+        let index = self.materials.add(shown, Ok(material), true);
         self.materials.by_mtl_place.insert(entry.place.clone(), index);
-        Ok((self.materials.use_entry(index), radiance))
+        Ok((self.materials.use_entry(index)?, radiance))
     }
 
     fn emission(&self, entry: &MtlEntry) -> Result<Option<Vec<f64>>> {
@@ -289,6 +288,10 @@ impl Loader<'_> {
         Ok(())
     }
 
+    fn band_names(&self) -> Vec<&str> {
+        self.parts.bands.iter().map(|band| band.name.as_str()).collect()
+    }
+
     /// Fractions that have been checked one by one.
     fn checked(&self, values: Option<&PerBand>) -> Vec<f64> {
         match values {
@@ -311,7 +314,7 @@ impl Loader<'_> {
             },
             file.exponent.map(|n| n as f32),
         ));
-        material.check(self.bands).map(|()| material)
+        material.check(&self.band_names()).map(|()| material)
     }
 
     /// The leaf, and a warning where its cuticle alone reflects more than was measured.
@@ -340,7 +343,7 @@ impl Loader<'_> {
         let front = LeafFace { reflectance: &r, transmittance: &t };
         let back = LeafFace { reflectance: &back_r, transmittance: &back_t };
         let material = Material::Leaf(Leaf::new(ior as f32, front, back));
-        material.check(self.bands).map(|()| (material, warning))
+        material.check(&self.band_names()).map(|()| (material, warning))
     }
 }
 

@@ -43,6 +43,17 @@ impl Loader<'_> {
                 ),
             );
         }
+        for part in obj.parts.iter().filter(|part| part.bent > 0) {
+            self.warn(
+                format!("{}:{}", path.display(), part.line),
+                format!(
+                    "{} of the faces from here on are not flat: a corner is off the plane by more than a \
+                    hundredth of the face's size, and where they are bent is chosen here; cut them into \
+                    triangles in the modelling program",
+                    part.bent
+                ),
+            );
+        }
         self.obj_files.insert(path, obj.clone());
         Ok(obj)
     }

@@ -199,8 +199,36 @@ impl Reader<'_> {
                     .remedy(remedy));
             }
         };
-        at.iter().try_for_each(|place| self.check_place(name, place))?;
-        Ok(at)
+        let mut all = Vec::new();
+        for place in &at {
+            match self.all_like(place) {
+                found if found.is_empty() => {
+                    self.check_place(name, place)?;
+                    all.push(place.clone());
+                }
+                found => all.extend(found),
+            }
+        }
+        Ok(all)
+    }
+
+    /// The places in the scene that a pointer with `*` in the place of an index or a name stands for; none without one,
+    /// and where there is no such place.
+    fn all_like(&self, pattern: &str) -> Vec<String> {
+        let steps: Vec<&str> = pattern.split('/').skip(1).collect();
+        if !pattern.starts_with('/') || !steps.contains(&"*") {
+            return Vec::new();
+        }
+        let mut found = vec![(String::new(), self.scene)];
+        for step in steps {
+            let mut next = Vec::new();
+            for (at, value) in found {
+                let named = entries(value).filter(|(key, _)| step == "*" || step == key);
+                next.extend(named.map(|(key, inner)| (format!("{at}/{key}"), inner)));
+            }
+            found = next;
+        }
+        found.into_iter().map(|(at, _)| at).collect()
     }
 
     /// No place may be set twice, alone or as a part of another.
@@ -311,12 +339,7 @@ fn plain(value: &Value) -> Value {
 /// The pointers to all that `value`, which is at `at`, holds; of very many the first.
 fn pointers(value: &Value, at: &mut String, found: &mut Vec<String>) {
     let whole = at.len();
-    let entries: Box<dyn Iterator<Item = (String, &Value)>> = match value {
-        Value::Object(map) => Box::new(map.iter().map(|(key, v)| (json::escaped(key), v))),
-        Value::Array(list) => Box::new(list.iter().enumerate().map(|(i, v)| (i.to_string(), v))),
-        _ => return,
-    };
-    for (key, inner) in entries {
+    for (key, inner) in entries(value) {
         if found.len() == MAX_POINTERS {
             return;
         }
@@ -325,5 +348,14 @@ fn pointers(value: &Value, at: &mut String, found: &mut Vec<String>) {
         found.push(at.clone());
         pointers(inner, at, found);
         at.truncate(whole);
+    }
+}
+
+/// What a value holds, by the steps of pointers to it.
+fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
+    match value {
+        Value::Object(map) => Box::new(map.iter().map(|(key, v)| (json::escaped(key), v))),
+        Value::Array(list) => Box::new(list.iter().enumerate().map(|(i, v)| (i.to_string(), v))),
+        _ => Box::new(std::iter::empty()),
     }
 }

@@ -300,6 +300,15 @@ fn random_simple_polygons_keep_their_area() {
     }
 }
 
+#[test]
+fn a_quad_is_bent_from_a_hundredth_of_its_size_on() {
+    let quad =
+        |z| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, z], [0.0, 1.0, 0.0]].map(DVec3::from);
+    // its corners are z / 4 off the mean plane, and sqrt(1/2) from the middle
+    assert!(!is_bent(&quad(0.0)) && !is_bent(&quad(0.02)) && is_bent(&quad(0.04)));
+    assert!(!is_bent(&quad(0.0)[..3]));
+}
+
 /// What crosses itself has no surface that all would agree on: the cut may drop parts of it, but
 /// it ends, with sound corners and no more triangles than a simple outline would give.
 #[test]

@@ -60,7 +60,8 @@ impl Leaf {
         Self { ior, diffuse_transmittance, front: face(front), back: face(back) }
     }
 
-    pub(super) fn check(&self, bands: usize) -> Checked {
+    pub(super) fn check(&self, names: &[&str]) -> Checked {
+        let bands = names.len();
         check_ior(self.ior.into())?;
         let f0 = normal_fresnel(self.ior.into());
         for (side, face) in [("", &self.front), ("back: ", &self.back)] {
@@ -73,7 +74,8 @@ impl Leaf {
                 let sum = f0 + (1.0 - f0) * (reflected + face.transmitted.of_band(band));
                 let shown =
                     if reflected == 0.0 && f0 > 0.0 { " (of the cuticle alone)" } else { "" };
-                check_sum(&format!("{side}reflectance{shown} + transmittance"), sum)?;
+                let fractions = format!("{side}reflectance{shown} + transmittance");
+                check_sum(&fractions, sum, band, names)?;
             }
         }
         Ok(())

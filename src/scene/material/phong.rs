@@ -51,7 +51,8 @@ impl Phong {
         }
     }
 
-    pub(super) fn check(&self, bands: usize) -> Checked {
+    pub(super) fn check(&self, names: &[&str]) -> Checked {
+        let bands = names.len();
         let Self { reflected, specular, transmitted, exponent } = self;
         reflected.check("reflectance", bands)?;
         specular.check("specular", bands)?;
@@ -62,7 +63,8 @@ impl Phong {
         }
         (0..bands).try_for_each(|band| {
             let sum = [reflected, specular, transmitted].map(|lobe| lobe.of_band(band));
-            check_sum("reflectance + specular + transmittance", sum.iter().sum())
+            let sum = sum.iter().sum();
+            check_sum("reflectance + specular + transmittance", sum, band, names)
         })
     }
 

@@ -43,8 +43,9 @@ impl SceneParts {
         for sum in &self.sums {
             check(sum.check(bands), format_args!("sum `{}`", sum.name), place)?;
         }
+        let names: Vec<&str> = self.bands.iter().map(|band| band.name.as_str()).collect();
         for named in &self.materials {
-            check(named.material.check(bands), format_args!("material `{}`", named.name), place)?;
+            check(named.material.check(&names), format_args!("material `{}`", named.name), place)?;
         }
         for light in &self.lights {
             check(light.check(bands), format_args!("light `{}`", light.name), place)?;
