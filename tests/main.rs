@@ -22,6 +22,7 @@ mod meshes_in_memory;
 mod nearest;
 mod nearest_study;
 mod output;
+mod pages;
 mod paths;
 mod photometry;
 mod pinned;

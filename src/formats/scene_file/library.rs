@@ -55,8 +55,8 @@ impl Library {
     }
 
     /// What is wrong with materials that no surface has.
-    pub fn unused_errors(&self) -> Vec<Error> {
-        self.entries.iter().filter_map(|entry| entry.material.clone().err()).collect()
+    pub fn unused_errors(&self) -> impl Iterator<Item = Error> + '_ {
+        self.entries.iter().filter_map(|entry| entry.material.clone().err())
     }
 
     pub fn unused(&self) -> Vec<String> {

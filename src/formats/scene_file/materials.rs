@@ -43,9 +43,11 @@ impl Loader<'_> {
 
     /// The scene's index of the material that the scene file calls `name`.
     pub(super) fn named_material(&mut self, pointer: &str, name: &str) -> Result<usize> {
-        match self.materials.by_name.get(name) {
-            Some(&entry) => self.materials.use_entry(entry),
-            None => Err(unknown(
+        match (self.materials.by_name.get(name), self.materials.unused_errors().next()) {
+            (Some(&entry), _) => self.materials.use_entry(entry),
+            // it may be the one that was meant
+            (None, Some(error)) => Err(error),
+            (None, None) => Err(unknown(
                 self.error(pointer, format!("no material `{name}` in the scene")),
                 name,
                 self.materials.by_name.keys().map(String::as_str),

@@ -1,0 +1,44 @@
+//! README.md and the pages of docs/ are easy to read as text too: lines of prose are not longer than 100.
+
+use std::{fs, path::Path};
+
+/// The lines of prose of a page that are too long, with their numbers: not those of code and tables, nor such
+/// without a space to break them at.
+fn long_lines(page: &str) -> Vec<(usize, &str)> {
+    let (mut fenced, mut blank, mut code, mut long) = (false, true, false, Vec::new());
+    for (number, line) in page.lines().enumerate() {
+        if line.starts_with("```") {
+            fenced = !fenced;
+        }
+        code = line.starts_with("    ") && (blank || code);
+        blank = line.trim().is_empty();
+        let prose = !(fenced || code || line.starts_with(['|', '#']) || line.starts_with("<!--"));
+        if prose && line.chars().count() > 100 && line.trim().contains(' ') {
+            long.push((number + 1, line));
+        }
+    }
+    long
+}
+
+#[test]
+fn lines_of_prose_are_not_longer_than_100() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let pages =
+        fs::read_dir(root.join("docs")).expect("docs").map(|entry| entry.expect("an entry").path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    for path in [root.join("README.md"), root.join("CONTRIBUTING.md")].into_iter().chain(pages) {
+        let page = fs::read_to_string(&path).expect("a page");
+        assert_eq!(long_lines(&page), [], "{}", path.display());
+    }
+}
+
+#[test]
+fn long_prose_is_told_from_code_and_tables() {
+    let long = "word ".repeat(30);
+    let page = format!(
+        "{long}\n\n    {long}\n| {long}\n```\n{long}\n```\n- a\n  {long}\n{}\n",
+        "x".repeat(200)
+    );
+    let lines: Vec<usize> = long_lines(&page).into_iter().map(|(number, _)| number).collect();
+    assert_eq!(lines, [1, 9]);
+}
