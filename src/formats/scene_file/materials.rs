@@ -43,7 +43,8 @@ impl Loader<'_> {
 
     /// The scene's index of the material that the scene file calls `name`.
     pub(super) fn named_material(&mut self, pointer: &str, name: &str) -> Result<usize> {
-        match (self.materials.by_name.get(name), self.materials.unused_errors().next()) {
+        let broken = self.materials.unused_errors().next();
+        match (self.materials.by_name.get(name), broken) {
             (Some(&entry), _) => self.materials.use_entry(entry),
             // it may be the one that was meant
             (None, Some(error)) => Err(error),
