@@ -313,7 +313,15 @@ class Result:
         face = np.repeat([0, 1, -1], [width // 2, width // 2, bands])
         band = np.concatenate([np.tile(np.repeat(np.arange(bands), len(cells)), 2), np.arange(bands)])
         quantity = np.concatenate([np.tile(np.arange(len(cells)), 2 * bands), np.full(bands, len(cells))])
-        rows, columns = np.nonzero(there)
+        whole = there.all(axis=0)
+        if (whole == there.any(axis=0)).all():
+            # all entries have the same quantities: no need to look at each
+            picked = np.flatnonzero(whole)
+            rows, columns = np.repeat(np.arange(count), len(picked)), np.tile(picked, count)
+            found = numbers[:, :, picked].reshape(2, -1)
+        else:
+            rows, columns = np.nonzero(there)
+            found = numbers[:, there]
 
         def categories(codes: Any, names: Sequence[str]) -> Any:
             return pd.Categorical.from_codes(codes, pd.Index(names, dtype="object"))
@@ -323,8 +331,8 @@ class Result:
             "face": categories(face.astype(np.int8)[columns], FACES),
             "band": categories(band.astype(np.int16)[columns], self.bands),
             "quantity": categories(quantity.astype(np.int8)[columns], [*quantities, "absorbed"]),
-            "value": numbers[0][there],
-            "standard_error": numbers[1][there],
+            "value": found[0],
+            "standard_error": found[1],
         }
         return pd.DataFrame(table, copy=False)
 

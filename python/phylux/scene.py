@@ -315,7 +315,7 @@ class Scene:
         meshes = [mesh.parts(key) for key, mesh in self._meshes.items()]
         loaded = _native.load(text, self._path, meshes, self._tables)
         if not quiet:
-            _warn(loaded.warnings)
+            _warn(loaded.warnings, 4)
         return loaded
 
 
@@ -449,9 +449,9 @@ def _options(given: Mapping[str, Any]) -> list[str]:
     return options
 
 
-def _warn(sentences: list[str]) -> None:
+def _warn(sentences: list[str], level: int = 3) -> None:
     for sentence in sentences:
-        warnings.warn(sentence, SceneWarning, stacklevel=3)
+        warnings.warn(sentence, SceneWarning, stacklevel=level)
 
 
 class _progress:
