@@ -4,13 +4,16 @@
     python3 scenes/generate.py
 
 writes beside itself and in ../captors, always the same bytes. The scene files
-(JSON) are written by hand and are not touched.
+(JSON) are written by hand and are not touched, but greenhouse-day.json and
+greenhouse-year.json, which are greenhouse.json under another light, and their weather.
 
 Lengths are metres, or centimetres where a function says so (the growth chamber);
 angles are degrees; z is up. The front of a triangle is its counter-clockwise side: the
 outside of a solid, the inside of a room, the adaxial (upper) side of a leaf.
 """
 
+import datetime
+import json
 import math
 from collections import defaultdict
 from dataclasses import dataclass
@@ -407,11 +410,120 @@ def crop_captors():
     write_discs(CAPTORS / "crop-grid.csv", rows)
 
 
+# ------------------------------------------------------------------------------------ daylight
+LATITUDE, LONGITUDE = 43.61, 3.88
+# How much of the light above the air comes down, day after day, in turns: in the mean of December and of
+# June, and how far from it; a clear month has fewer dull days.
+CLEARNESS = {"winter": (0.46, 0.26), "summer": (0.61, 0.18)}
+
+
+def sun(time):
+    """Sine of the sun's elevation, and the day's extraterrestrial irradiance (W/m2). (The
+    Astronomical Almanac's formulas after Michalsky 1988, Solar Energy 40:227; Spencer 1971.)"""
+    n = (time - datetime.datetime(2000, 1, 1, 12, tzinfo=datetime.timezone.utc)).total_seconds() / 86400
+    anomaly = math.radians(357.528 + 0.9856003 * n)
+    ecliptic = math.radians(280.460 + 0.9856474 * n + 1.915 * math.sin(anomaly) + 0.020 * math.sin(2 * anomaly))
+    tilt = math.radians(23.439 - 4e-7 * n)
+    ascension = math.atan2(math.cos(tilt) * math.sin(ecliptic), math.cos(ecliptic))
+    sine = math.sin(tilt) * math.sin(ecliptic)
+    hour = math.radians(15 * (6.697375 + 0.0657098242 * n + (24 * (n + 0.5)) % 24) + LONGITUDE) - ascension
+    latitude = math.radians(LATITUDE)
+    height = sine * math.sin(latitude) + math.sqrt(1 - sine * sine) * math.cos(latitude) * math.cos(hour)
+    day = 2 * math.pi * (time.timetuple().tm_yday - 1) / 365
+    return height, 1367 * (1.00011 + 0.034221 * math.cos(day) + 0.00128 * math.sin(day)
+                           + 0.000719 * math.cos(2 * day) + 0.000077 * math.sin(2 * day))
+
+
+def weather():
+    """A made-up year of hours in the south of France: not measured, of the usual size. Days differ in
+    clearness; global light is split into direct and diffuse after Erbs et al. 1982, Solar Energy 28:293."""
+    zone = datetime.timezone(datetime.timedelta(hours=1))
+    first, rows = datetime.datetime(2025, 1, 1, tzinfo=zone), ["time,ghi,dni,dhi"]
+    for day in range(365):
+        season = 0.5 - 0.5 * math.cos(2 * math.pi * (day + 10) / 365)
+        mean, spread = (w + (s - w) * season for w, s in zip(CLEARNESS["winter"], CLEARNESS["summer"]))
+        turn = (day * 0.6180339887498949 + 0.1) % 1
+        clearness = mean + spread * math.sin(2 * math.pi * turn) * (0.75 + 0.25 * math.cos(0.9 * day))
+        for hour in range(24):
+            start = first + datetime.timedelta(days=day, hours=hour)
+            height, above = sun(start + datetime.timedelta(minutes=30))
+            if height <= 0 and not (day == 0 and hour == 0 or day == 364 and hour == 23):
+                continue
+            # long ways through the air dim what is low
+            k = clearness * (0.35 + 0.65 * min(1, max(height, 0) / 0.35)) if height > 0 else 0
+            if k <= 0.22:
+                part = 1 - 0.09 * k
+            else:
+                part = 0.9511 - 0.1604 * k + 4.388 * k**2 - 16.638 * k**3 + 12.336 * k**4
+            overall = k * above * max(height, 0)
+            diffuse = round(overall * part) if height > 0.05 else round(overall)
+            direct = round((overall - diffuse) / height) if height > 0.05 else 0
+            direct = max(direct, 0)
+            overall = round(direct * max(height, 0) + diffuse)
+            rows.append(f"{start.isoformat(timespec='minutes')},{overall},{direct},{diffuse}")
+    save(SCENES / "montpellier.csv", rows)
+
+
+# Optical values of blue, green and red light (400 to 700 nm by the hundred), of which those of
+# PAR in greenhouse.json are about the mean.
+BY_DAY = {
+    "leaf": {"reflectance": [0.05, 0.12, 0.06], "transmittance": [0.02, 0.10, 0.04],
+             "back": {"reflectance": [0.09, 0.18, 0.11]}},
+    "stem": {"reflectance": [0.07, 0.18, 0.10]},
+    "soil": {"reflectance": [0.05, 0.08, 0.11]},
+    "pot": {"reflectance": [0.10, 0.20, 0.36]},
+    "concrete": {"reflectance": [0.27, 0.30, 0.32]},
+    "polystyrene": {"reflectance": 0.88},
+    "glass": {"tint": [0.98, 0.985, 0.975]},
+}
+# A 600 W high-pressure sodium lamp: 1080 umol/s, mostly yellow and red.
+LAMP = [55, 515, 510]
+
+
+def greenhouse_by_day():
+    """greenhouse.json under sun and sky, in umol/s: without lamps at noon in June, and a year with them."""
+    scene = json.loads((SCENES / "greenhouse.json").read_text())
+    lamps = [dict(lamp, power=LAMP) for lamp in scene["lights"]]
+    for name, values in BY_DAY.items():
+        scene["materials"][name].update(values)
+    daylight = [{"type": "sun", "ground": 0.2}, {"type": "sky", "ground": 0.2}]
+    names = ["blue", "green", "red"]
+    scene.update({
+        "quantity": "umol/s",
+        "bands": [{"name": n, "from_nm": f, "to_nm": f + 100} for n, f in zip(names, (400, 500, 600))],
+        "sums": {"PAR": names},
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE},
+        "weather": {"file": "montpellier.csv", "stamp": "start"},
+    })
+    for name, title, time, lights in [
+            ("greenhouse-day", "greenhouse bay by day", "2025-06-21T13:46+02:00", daylight),
+            ("greenhouse-year", "greenhouse bay in a year", "year", daylight + lamps)]:
+        save_scene(SCENES / f"{name}.json", {**scene, "name": title, "time": time, "lights": lights})
+
+
+def save_scene(path, scene):
+    """A scene with a line for each entry of its lists and objects, and of an object's instances."""
+    def entries(values, depth):
+        pad = "  " * depth
+        if isinstance(values, dict):
+            lines = [f"{json.dumps(k)}: {text(v, depth + 1)}" for k, v in values.items()]
+            return "{\n" + ",\n".join(pad + "  " + line for line in lines) + f"\n{pad}}}"
+        return "[\n" + ",\n".join(pad + "  " + text(v, depth + 1) for v in values) + f"\n{pad}]"
+
+    def text(value, depth):
+        flat = json.dumps(value)
+        short = len(flat) <= 110
+        return flat if short or not isinstance(value, (dict, list)) else entries(value, depth)
+
+    lines = [f"  {json.dumps(k)}: {text(v, 1)}" for k, v in scene.items()]
+    save(path, ["{", *",\n".join(lines).split("\n"), "}"])
+
+
 def main():
     """Write every file."""
     CAPTORS.mkdir(exist_ok=True)
     for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker,
-                 greenhouse_captors, chamber_captors, crop_captors):
+                 greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day):
         make()
 
 

@@ -50,10 +50,14 @@ mod studies;
 pub mod cli;
 
 pub use error::{Error, ErrorKind, Result};
+pub use formats::control_file::{ControlFile, LampControl};
 pub use formats::obj::{Mesh, MeshGroup};
 pub use formats::output::{FilesRead, OpenFile, OutputFile};
 pub use formats::result_file::{OutputFolder, parse_json, read_json, write_csv, write_json};
-pub use formats::scene_file::{InMemory, LoadedScene, OpenField, load, load_from, load_with};
+pub use formats::scene_file::{
+    HourlyLight, HourlyLights, HourlySun, InMemory, LoadedScene, OpenField, SkyDivision, load,
+    load_by_hour, load_from, load_with,
+};
 pub use formats::sweep_file::{Parameter, Run, Sweep};
 pub use formats::{environment_map, iso8601, weather};
 pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};
@@ -117,6 +121,8 @@ pub use studies::join::join;
 pub use studies::sweep::{
     Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };
+#[cfg(feature = "studies")]
+pub use studies::year::{Lamp, Value, Year, tables::YearTables};
 pub use transport::photon_map::{
     Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,
 };

@@ -41,3 +41,4 @@ mod tolerance;
 mod truths;
 mod view;
 mod world;
+mod year;

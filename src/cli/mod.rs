@@ -21,6 +21,7 @@ mod sweep;
 mod terminal;
 mod tracing;
 mod view;
+mod year;
 
 use std::{ffi::OsString, sync::LazyLock};
 
@@ -67,9 +68,11 @@ enum Command {
     Export(export::Arguments),
     /// Run a scene with many values of some of its numbers, and tabulate what was found
     Sweep(sweep::Arguments),
+    /// Daylight and lamps by the hour of a period or a year, and its daily light integrals
+    Year(Box<year::Arguments>),
     /// Join the shards of a sweep, or of one run
     Merge(sweep::MergeArguments),
-    /// Print the JSON Schema of scene, sweep and results files, or of files of one captor
+    /// Print the JSON Schema of scene, sweep, results and control files, or of files of one captor
     Schema {
         /// Of which files
         #[arg(value_enum, default_value = "scene")]
@@ -116,6 +119,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::View(arguments) => view::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Year(arguments) => year::run(&arguments),
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),
         Command::Completions(arguments) => shell::complete(&arguments, command()),

@@ -4,7 +4,10 @@ use clap::ValueEnum;
 
 use crate::{
     error::{Error, Result},
-    formats::{result_file::SingleCaptor, scene_file::SceneFile, sweep_file::SweepFile},
+    formats::{
+        control_file::ControlFile, result_file::SingleCaptor, scene_file::SceneFile,
+        sweep_file::SweepFile,
+    },
     results::result::RunResult,
 };
 
@@ -19,6 +22,8 @@ pub(super) enum Of {
     Results,
     /// Files of `--per-captor`
     Captor,
+    /// Control files of `phylux year`
+    Control,
 }
 
 pub(super) fn print(of: Of) -> Result<()> {
@@ -26,6 +31,7 @@ pub(super) fn print(of: Of) -> Result<()> {
         Of::Scene => schemars::schema_for!(SceneFile),
         Of::Sweep => schemars::schema_for!(SweepFile),
         Of::Results => schemars::schema_for!(RunResult),
+        Of::Control => schemars::schema_for!(ControlFile),
         Of::Captor => schemars::schema_for!(SingleCaptor),
     };
     let text = serde_json::to_string_pretty(&schema).map_err(|e| Error::run("schema", e))?;

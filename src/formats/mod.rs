@@ -1,10 +1,12 @@
 //! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
 //! [`captor_csv`], [`weather`], [`environment_map`],
-//! [`photometry`], [`spectrum_file`]), sweeps, results, the parts of a run. [`input`] and [`output`] are the only doors to
+//! [`photometry`], [`spectrum_file`]), sweeps, results, the parts of a run, the control of lamps.
+//! [`input`] and [`output`] are the only doors to
 //! the disk; an error names the file and the place in it.
 
 pub mod captor_csv;
 pub mod checkpoint_file;
+pub mod control_file;
 pub mod csv_text;
 pub mod environment_map;
 pub mod input;

@@ -6,6 +6,8 @@ mod format;
 #[cfg(test)]
 mod fuzz;
 mod head;
+mod hourly;
+mod hourly_lights;
 mod kept;
 mod library;
 mod lights;
@@ -29,6 +31,7 @@ use sha2::{Digest, Sha256};
 pub use daylight::OpenField;
 use format::LightFile;
 pub use format::{Count, SceneFile};
+pub use hourly_lights::{HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 use loader::{Loader, Sources};
 pub use spectra::SpectrumAverage;
@@ -65,6 +68,8 @@ pub struct LoadedScene {
     pub unused_materials: Vec<String>,
     /// Names of suns and skies without light of the ground.
     pub without_ground: Vec<String>,
+    /// Daylight by the hour, where it was loaded so.
+    pub hourly: Option<HourlyLights>,
     /// Daylight in the open, where there is any.
     pub open_field: Option<OpenField>,
     /// What spectra are in each band.
@@ -128,7 +133,18 @@ pub fn load_value(
     kept: Option<&Kept>,
 ) -> Result<LoadedScene> {
     let (meshes, tables) = (&HashMap::new(), &HashMap::new());
-    load_sources(value, path, &Sources { read, kept, meshes, tables })
+    load_sources(value, path, &Sources { read, kept, meshes, tables, by_hour: None })
+}
+
+/// Like [`load`], with the sun and the sky as lights of which the light of each hour is a weighted sum: what
+/// `hourly` of the loaded scene says. Errors: the scene's time is no period, or it has neither sun nor sky.
+pub fn load_by_hour(path: &Path, sky: SkyDivision) -> Result<LoadedScene> {
+    let name = path.display().to_string();
+    let bytes = read_bytes(path)
+        .map_err(|why| Error::input(&name, why).remedy("name a scene file (JSON)"))?;
+    let (meshes, tables) = (&HashMap::new(), &HashMap::new());
+    let sources = Sources { read: &read_bytes, kept: None, meshes, tables, by_hour: Some(sky) };
+    load_sources(json::parse(&name, &bytes)?, path, &sources)
 }
 
 /// A scene that is in memory: the JSON of a scene file, the folder that the files it names are
@@ -141,7 +157,8 @@ pub fn load_with(
     folder: &Path,
     meshes: &HashMap<String, Mesh>,
 ) -> Result<LoadedScene> {
-    let sources = Sources { read: &read_bytes, kept: None, meshes, tables: &HashMap::new() };
+    let tables = &HashMap::new();
+    let sources = Sources { read: &read_bytes, kept: None, meshes, tables, by_hour: None };
     load_in_memory(scene, &folder.join("scene"), &sources)
 }
 
@@ -158,7 +175,8 @@ pub struct InMemory {
 /// relative to, and it is the place of errors.
 pub fn load_from(scene: Value, path: &Path, memory: &InMemory) -> Result<LoadedScene> {
     let InMemory { meshes, tables } = memory;
-    load_in_memory(scene, path, &Sources { read: &read_bytes, kept: None, meshes, tables })
+    let sources = Sources { read: &read_bytes, kept: None, meshes, tables, by_hour: None };
+    load_in_memory(scene, path, &sources)
 }
 
 fn load_in_memory(scene: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
@@ -188,6 +206,7 @@ impl Loader<'_> {
         self.load_objects(&file.objects)?;
         let sky = self.load_sky(file)?;
         self.load_lights(&file.lights, sky.as_ref())?;
+        self.check_hourly()?;
         let open_field = sky.map(|sky| self.open_field(&sky));
         self.load_captors(&file.captors)?;
         if self.parts.lights.is_empty() {
@@ -220,6 +239,7 @@ impl Loader<'_> {
             view,
             warnings: self.warnings,
             unused_materials,
+            hourly: self.sources.by_hour.is_some().then_some(self.hourly),
             open_field,
             averages,
             without_ground: file.lights.iter().filter_map(LightFile::without_ground).collect(),

@@ -13,7 +13,7 @@ mod tests;
 use std::path::Path;
 
 pub use clock::ClockCheck;
-pub use period::{Period, Selected};
+pub use period::{Period, Selected, Slot};
 pub use record::{Site, Stamp, Weather};
 
 use crate::error::Result;

@@ -34,6 +34,8 @@ pub enum Purpose {
     Bounces,
     /// Numbers that stand for themselves, as for the design of a sweep.
     Other,
+    /// Shadow rays to the sun, by the hour.
+    DirectSun,
 }
 
 /// The streams of all histories of a batch.

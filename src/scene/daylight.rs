@@ -8,6 +8,7 @@
 //!
 //! +z is up; azimuths run clockwise from north; directions point towards the light.
 
+mod by_hour;
 mod hours;
 mod infinite;
 mod radiance_map;
@@ -20,6 +21,7 @@ mod time;
 #[cfg(test)]
 mod tests;
 
+pub use by_hour::{HourlyPart, sky_by_hour, suns_by_hour};
 pub use hours::{Hour, SkyModel, mean_direct, mean_sky, mean_sun};
 pub use infinite::{
     DirectionSample, Entering, InfiniteEntry, InfiniteLight, InfinitePart, InfiniteShape,

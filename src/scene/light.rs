@@ -680,6 +680,15 @@ impl Strata {
     }
 }
 
+impl Strata {
+    /// Whether stratum `source` is light of a sun at infinity.
+    pub fn is_sun(&self, lights: &[Light], source: usize) -> bool {
+        let (light, door) = self.sources[source];
+        let entrance = lights.get(light).and_then(Light::entrance);
+        entrance.is_some_and(|entrance| entrance.doors() > 0 && entrance.is_sun(door))
+    }
+}
+
 /// Whole numbers of histories: largest remainders, at least one each.
 fn apportion(powers: &[&[f64]], histories: u64) -> Vec<u64> {
     let largest: Vec<f64> =

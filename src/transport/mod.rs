@@ -5,6 +5,7 @@
 //! [`simulate`] cuts a run into batches for threads and machines and decides when it ends. Nothing here
 //! knows files or pictures.
 
+pub mod direct_sun;
 pub mod nearest;
 pub mod paths;
 pub mod photon_map;

@@ -137,6 +137,23 @@ pub fn simulate_kept(
     })
 }
 
+/// Like [`simulate`] of photons, each light in a part of its own, without what comes straight or through thin
+/// panes from a sun to a captor: [`direct_sun`](crate::transport::direct_sun) finds that better.
+pub fn simulate_without_direct_sun(
+    scene: &Scene,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Simulation> {
+    let settings =
+        Settings { estimator: Estimator::Photons, by_light: true, k: Some(0), ..settings.clone() };
+    catch_panic("run", || {
+        let part_of = part_of(scene, &settings);
+        let mut run = Run::new(scene, &settings, part_of, Keep::OnCaptors, control)?;
+        run.without_direct_sun = true;
+        with_lanes!(scene.lanes(), N => run.go::<N>())
+    })
+}
+
 /// The part that each light is counted in.
 fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
     if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() }
@@ -168,6 +185,8 @@ struct Run<'a> {
     work: Work<'a>,
     /// The part that each light is counted in; empty where nothing is split.
     part_of: Vec<usize>,
+    /// Whether photons of suns count only once they have been scattered.
+    without_direct_sun: bool,
     done: AtomicU64,
     /// Keeps what it does.
     keeper: Option<&'a Keeper<'a>>,
@@ -236,6 +255,7 @@ impl<'a> Run<'a> {
             work,
             part_of,
             keeper: None,
+            without_direct_sun: false,
             done,
             broken,
             brightest,

@@ -45,10 +45,12 @@ impl OpenField {
 /// When and where it is, and the weather.
 pub(super) struct Sky {
     /// Azimuth of north, rad, clockwise from +y.
-    north: f64,
+    pub(super) north: f64,
+    /// rad; 0 where it is not known.
+    pub(super) latitude: f64,
     /// Where the sun stands, if the scene says so; none for a period.
     sun: Option<SunPosition>,
-    is_period: bool,
+    pub(super) is_period: bool,
     /// None where the scene has no weather.
     hours: Option<Vec<Hour>>,
 }
@@ -91,12 +93,19 @@ impl Loader<'_> {
                 .error("/site/north", "does not point to a side")
                 .remedy("say where north is: [0, 1, 0] is +y; +z is up"));
         }
-        let mut sky = Sky { north: azimuth_of(north), sun: None, is_period: false, hours: None };
+        let mut sky = Sky {
+            north: azimuth_of(north),
+            latitude: 0.0,
+            sun: None,
+            is_period: false,
+            hours: None,
+        };
         let weather = match &file.weather {
             Some(WeatherFile { file: Some(name), .. }) => Some(self.weather_file(file, name)?),
             _ => None,
         };
         let site = self.site(file, weather.as_ref())?;
+        sky.latitude = site.map_or(0.0, |site| site.latitude.to_radians());
         let when = self.when(file)?;
         if let Some(at) = &file.sun_at {
             if file.time.is_some() {
@@ -123,7 +132,10 @@ impl Loader<'_> {
         }
         self.parts.is_period = sky.is_period;
         let steady = |light: &&LightFile| !matches!(light, LightFile::Sun(_) | LightFile::Sky(_));
-        if sky.is_period && file.lights.iter().any(|light| steady(&light)) {
+        if sky.is_period
+            && self.sources.by_hour.is_none()
+            && file.lights.iter().any(|light| steady(&light))
+        {
             let problem = "lamps and environment maps shine the whole period, nights included; `phylux \
                            year --control` switches lamps by the hour";
             self.warn("/time", problem);
@@ -218,6 +230,7 @@ impl Loader<'_> {
         if let Some(warning) = weather.check_clock(site, shift).and_then(|check| check.warning()) {
             self.warn("/weather/file", warning);
         }
+        self.hourly.slots = selected.slots;
         Ok(selected.hours)
     }
 
@@ -278,15 +291,20 @@ impl Loader<'_> {
         OpenField { sun: sky.sun, weather }
     }
 
+    /// Half angle of a sun's disc, rad.
+    pub(super) fn half_angle(&self, pointer: &str, light: &SunFile) -> Result<f64> {
+        let half_angle = light.half_angle_deg.unwrap_or(0.2666);
+        self.in_range(&format!("{pointer}/half_angle_deg"), half_angle, 0.0, 5.0)?;
+        Ok(half_angle.to_radians())
+    }
+
     pub(super) fn sun_light(
         &mut self,
         pointer: &str,
         light: &SunFile,
         sky: &Sky,
     ) -> Result<LightShape> {
-        let half_angle = light.half_angle_deg.unwrap_or(0.2666);
-        self.in_range(&format!("{pointer}/half_angle_deg"), half_angle, 0.0, 5.0)?;
-        let half_angle = half_angle.to_radians();
+        let half_angle = self.half_angle(pointer, light)?;
         let (suns, normal, horizontal) = match &light.irradiance {
             Some(irradiance) => {
                 self.refuse_share(pointer, &light.share)?;
@@ -374,7 +392,7 @@ impl Loader<'_> {
         self.with_ground(pointer, "sky", part, &light.ground, &horizontal)
     }
 
-    fn sky_model(&self, pointer: &str, light: &SkyFile) -> Result<SkyModel> {
+    pub(super) fn sky_model(&self, pointer: &str, light: &SkyFile) -> Result<SkyModel> {
         if (light.model == SkyModelFile::Cie) != light.cie_type.is_some() {
             let problem = "`cie_type` (1 to 15) goes with the model `cie`, and only with it";
             return Err(self.error(pointer, problem).remedy("give both, or neither"));
@@ -409,8 +427,7 @@ impl Loader<'_> {
             let radiance: Vec<f64> =
                 reflectance.iter().zip(horizontal).map(|(r, e)| r * e / PI).collect();
             if radiance.iter().any(|&l| l > 0.0) {
-                // nothing above the horizon, one below
-                let below = RadianceMap::new(1, 0.0, vec![0.0, 1.0]);
+                let below = RadianceMap::below_horizon();
                 parts.push(InfinitePart::new(InfiniteShape::Map(Arc::new(below)), radiance));
             }
         }
@@ -475,7 +492,7 @@ impl Loader<'_> {
         })
     }
 
-    fn weather<'s>(&self, pointer: &str, sky: &'s Sky) -> Result<&'s [Hour]> {
+    pub(super) fn weather<'s>(&self, pointer: &str, sky: &'s Sky) -> Result<&'s [Hour]> {
         sky.hours.as_deref().ok_or_else(|| {
             self.error(pointer, "neither `irradiance` nor weather")
                 .remedy("add `weather` to the scene, or `irradiance` to the light")
@@ -492,7 +509,7 @@ impl Loader<'_> {
     }
 
     /// The scene's quantity per W of the whole spectrum, per band.
-    fn shares(
+    pub(super) fn shares(
         &self,
         pointer: &str,
         share: &Option<PerBand>,

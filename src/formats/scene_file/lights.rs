@@ -52,6 +52,11 @@ impl Loader<'_> {
 
     /// Adds a light at infinity, if `file` is one.
     fn load_infinite(&mut self, pointer: &str, file: &LightFile, sky: &Sky) -> Result<bool> {
+        if let Some(division) = self.sources.by_hour
+            && self.load_by_hour(pointer, file, sky, division)?
+        {
+            return Ok(true);
+        }
         let (name, usual, shape) = match file {
             LightFile::Sun(light) => (&light.name, "sun", self.sun_light(pointer, light, sky)?),
             LightFile::Sky(light) => (&light.name, "sky", self.sky_light(pointer, light, sky)?),

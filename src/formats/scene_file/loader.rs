@@ -10,7 +10,13 @@ use std::{
 
 use glam::DVec3;
 
-use super::{format::SceneFile, kept::Kept, library::Library, spectra::Spectra};
+use super::{
+    format::SceneFile,
+    hourly_lights::{HourlyLights, SkyDivision},
+    kept::Kept,
+    library::Library,
+    spectra::Spectra,
+};
 use crate::{
     error::{Error, Result, nearest},
     formats::{
@@ -32,6 +38,8 @@ pub(super) struct Sources<'a> {
     pub(super) meshes: &'a HashMap<String, Mesh>,
     /// Tables of captors in memory, by name.
     pub(super) tables: &'a HashMap<String, Vec<u8>>,
+    /// Whether sun and sky become the lights of [`HourlyLights`], and how fine its sky is.
+    pub(super) by_hour: Option<SkyDivision>,
 }
 
 /// What is known and collected while a scene is put together.
@@ -54,6 +62,7 @@ pub(super) struct Loader<'a> {
     pub(super) light_names: HashSet<String>,
     pub(super) triangles: usize,
     pub(super) warnings: Vec<String>,
+    pub(super) hourly: HourlyLights,
 }
 
 impl<'a> Loader<'a> {
@@ -75,6 +84,7 @@ impl<'a> Loader<'a> {
             light_names: HashSet::new(),
             triangles: 0,
             warnings: Vec::new(),
+            hourly: HourlyLights::default(),
         };
         let stem = stem(path);
         loader.parts.name = file.name.clone().unwrap_or(stem);

@@ -22,11 +22,26 @@ pub enum Period {
     Year,
 }
 
+/// An hour of a period, or another record's time, dark ones too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slot {
+    /// When it begins, on the clock of the file: standard time.
+    pub start: Timestamp,
+    /// Its part within the period, h.
+    pub length: f64,
+    /// Global irradiance, W/m2: what the file says, or what its direct and diffuse light make.
+    pub global: f64,
+    /// Index of its [`Hour`], unless it is dark.
+    pub hour: Option<usize>,
+}
+
 /// The hours of a period.
 #[derive(Clone, Debug, Default)]
 pub struct Selected {
     /// Those that are not dark.
     pub hours: Vec<Hour>,
+    /// All, in order; none of an instant.
+    pub slots: Vec<Slot>,
     /// Length of the period, h; 0 for an instant.
     pub length: f64,
     /// Direct normal irradiation, Wh/m2, of hours in which the sun is below the horizon: left out. For an
@@ -90,6 +105,7 @@ impl Weather {
         };
         selected.length = length / HOUR;
         let (mut gaps, mut lacking) = (Vec::new(), Vec::new());
+        let mut slots: Vec<(f64, Slot)> = Vec::new();
         let mut covered = 0.0;
         // a period on the clock of a typical year may pass its end
         let turns: &[f64] = if self.wraps() { &[-YEAR, 0.0, YEAR] } else { &[0.0] };
@@ -111,12 +127,24 @@ impl Weather {
             }
             at = at.max(*end);
             covered += end - start;
+            let lit = selected.hours.len();
             let date = Timestamp { unix: record.start.unix + shift, ..record.start }.date();
             let sun = site.sunlit(record, shift);
             let weight = (end - start) / length;
             if !selected.add(record, sun, date, weight, (end - start) / HOUR) {
                 lacking.push(record.line);
             }
+            // in a typical year that begins anew, too
+            let late = (start - record.from).rem_euclid(YEAR);
+            let hour = (selected.hours.len() > lit).then_some(lit);
+            let global = hour.map_or(0.0, |h| selected.hours[h].global());
+            let slot = Slot {
+                start: Timestamp { unix: record.start.unix + late, ..record.start },
+                length: (end - start) / HOUR,
+                global: record.global.unwrap_or(global).max(0.0),
+                hour,
+            };
+            slots.push((*start, slot));
         }
         let end = from - shift + length;
         if end > at + 1.0 {
@@ -129,6 +157,17 @@ impl Weather {
         let hours = gaps.iter().flat_map(|&(from, to)| {
             (0..).map(move |i| from + f64::from(i) * HOUR).take_while(move |&at| at < to - 1.0)
         });
+        let offset = parts[0].2.start.offset;
+        slots.extend(gaps.iter().flat_map(|&(from, to)| {
+            let slot = move |i: i32| {
+                let at = from + f64::from(i) * HOUR;
+                let start = Timestamp { offset, ..self.timestamp(at) };
+                (at, Slot { start, length: (to - at).min(HOUR) / HOUR, global: 0.0, hour: None })
+            };
+            (0..).map(slot).take_while(move |(at, _)| *at < to - 1.0)
+        }));
+        slots.sort_by(|a, b| a.0.total_cmp(&b.0));
+        selected.slots = slots.into_iter().map(|(_, slot)| slot).collect();
         let hours: Vec<f64> = hours.filter(|&at| !dark(at)).collect();
         if !hours.is_empty() {
             return Err(self.missing(&hours[..hours.len().min(3)], hours.len()));

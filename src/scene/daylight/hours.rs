@@ -24,6 +24,13 @@ pub struct Hour {
     pub diffuse_horizontal: f64,
 }
 
+impl Hour {
+    /// Irradiance of an open horizontal plane, of the whole spectrum, W/m2.
+    pub fn global(&self) -> f64 {
+        self.direct_normal * self.sun.elevation.sin().max(0.0) + self.diffuse_horizontal
+    }
+}
+
 /// How radiance is spread over the sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyModel {
@@ -39,7 +46,7 @@ pub enum SkyModel {
 
 impl SkyModel {
     /// The sky of an hour that is not dark.
-    fn sky(self, hour: &Hour) -> RelativeSky {
+    pub(super) fn sky(self, hour: &Hour) -> RelativeSky {
         match self {
             Self::Uniform => RelativeSky::Uniform,
             Self::Overcast => RelativeSky::Overcast,

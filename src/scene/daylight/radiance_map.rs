@@ -72,8 +72,25 @@ impl RadianceMap {
         Self::build(columns, start, density, Some(Spectral { bands, values }))
     }
 
+    /// Radiance 1 below the horizon, none above.
+    pub fn below_horizon() -> Self {
+        Self::new(1, 0.0, vec![0.0, 1.0])
+    }
+
+    /// Radiance 1 between two elevations, rad, in one of so many equal columns; none elsewhere.
+    pub fn patch([from, to]: [f64; 2], columns: usize, start: f64, column: usize) -> Self {
+        let grid = Grid::of_rows(columns, &[FRAC_PI_2, to, from, -FRAC_PI_2], None, start);
+        let mut density = vec![0.0; grid.rows.len() * columns];
+        let row = grid.rows.iter().position(|row| row.from == from).unwrap_or(0);
+        density[row * columns + column] = 1.0;
+        Self::of_grid(grid, density, None)
+    }
+
     fn build(columns: usize, start: f64, density: Vec<f32>, spectral: Option<Spectral>) -> Self {
-        let grid = Grid::new(columns, density.len() / columns, start);
+        Self::of_grid(Grid::new(columns, density.len() / columns, start), density, spectral)
+    }
+
+    fn of_grid(grid: Grid, density: Vec<f32>, spectral: Option<Spectral>) -> Self {
         let mut map = Self { grid, density, spectral, running: Vec::new() };
         map.running = map.running_sums(|cell| map.grid.solid_angle(cell));
         map
@@ -238,6 +255,8 @@ struct Grid {
     /// Width of a column, rad.
     width: f64,
     rows: Vec<Row>,
+    /// Whether all rows are of one height.
+    even: bool,
     columns: Vec<Column>,
 }
 
@@ -269,10 +288,17 @@ struct Column {
 
 impl Grid {
     fn new(columns: usize, rows: usize, start: f64) -> Self {
-        let width = TAU / columns as f64;
         let height = PI / rows as f64;
-        let row = |i: usize| {
-            let (from, to) = (FRAC_PI_2 - height * (i + 1) as f64, FRAC_PI_2 - height * i as f64);
+        let borders: Vec<f64> = (0..=rows).map(|i| FRAC_PI_2 - height * i as f64).collect();
+        Self { even: true, ..Self::of_rows(columns, &borders, Some(height), start) }
+    }
+
+    /// With rows between these elevations, from the zenith down, perhaps all of one height.
+    fn of_rows(columns: usize, borders: &[f64], height: Option<f64>, start: f64) -> Self {
+        let width = TAU / columns as f64;
+        let row = |border: &[f64]| {
+            let (from, to) = (border[1], border[0]);
+            let height = height.unwrap_or(to - from);
             let [across, up] = [0, 1].map(|k| moments(to)[k] - moments(from)[k]);
             let (sin, cos) = (0.5 * (from + to)).sin_cos();
             let middle = DVec3::new(0.0, cos, sin);
@@ -288,7 +314,10 @@ impl Grid {
                 up,
                 middle: DVec2::new(sin, cos),
                 // the corners of very wide cells are not their farthest points
-                reach: if columns < 8 || rows < 4 { PI } else { far[0].max(far[1]) + 1e-9 },
+                reach: match columns < 8 || height > 0.8 {
+                    true => PI,
+                    false => far[0].max(far[1]) + 1e-9,
+                },
             }
         };
         let column = |i: usize| {
@@ -299,7 +328,8 @@ impl Grid {
         Self {
             start,
             width,
-            rows: (0..rows).map(row).collect(),
+            rows: borders.windows(2).filter(|border| border[0] > border[1]).map(row).collect(),
+            even: false,
             columns: (0..columns).map(column).collect(),
         }
     }
@@ -314,9 +344,13 @@ impl Grid {
 
     fn cell(&self, toward: DVec3) -> Cell {
         let turn = (toward.x.atan2(toward.y) - self.start).rem_euclid(TAU) / TAU;
-        let down = 0.5 - toward.z.atan2(toward.x.hypot(toward.y)) / PI;
+        let elevation = toward.z.atan2(toward.x.hypot(toward.y));
         let place = |part: f64, of: usize| ((part * of as f64) as usize).min(of - 1);
-        Cell { row: place(down, self.rows.len()), column: place(turn, self.columns.len()) }
+        let row = match self.even {
+            true => place(0.5 - elevation / PI, self.rows.len()),
+            false => self.rows.partition_point(|row| row.from > elevation).min(self.rows.len() - 1),
+        };
+        Cell { row, column: place(turn, self.columns.len()) }
     }
 
     /// A direction uniform over a cell's solid angle.

@@ -1,18 +1,14 @@
 //! A table, written row by row as CSV and, with the feature `parquet`, as Parquet at once.
 
-mod cell;
-#[cfg(feature = "parquet")]
-mod parquet_file;
-
 use std::io;
 
-pub use self::cell::{Cell, Kind};
-#[cfg(feature = "parquet")]
-use self::parquet_file::ParquetTable;
 use super::written::{OwnFile, Written};
+#[cfg(feature = "parquet")]
+use crate::studies::table::ParquetTable;
 use crate::{
     error::{Error, Result},
     formats::csv_text,
+    studies::table::{Cell, Kind},
 };
 
 /// A table while it is written.
@@ -20,7 +16,7 @@ pub struct Table<'a> {
     name: &'a str,
     csv: csv::Writer<OwnFile<'a>>,
     #[cfg(feature = "parquet")]
-    parquet: ParquetTable<'a>,
+    parquet: ParquetTable<OwnFile<'a>>,
 }
 
 impl<'a> Table<'a> {

@@ -7,7 +7,7 @@ use super::{
     control::{Step, SweepControl, SweepProgress},
     folder::{State, SweepFolder, result_path},
     response::Responses,
-    table::{Cell, Kind, Table},
+    table::Table,
 };
 use crate::{
     error::{Error, Result},
@@ -16,6 +16,7 @@ use crate::{
         sweep_file::{BALANCE, Run, Sweep},
     },
     results::saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
+    studies::table::{Cell, Kind},
 };
 
 /// The tables, without what their files end with.

@@ -16,6 +16,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, CaptorKind, Channel},
+        daylight::InfiniteLight,
         material::{Interaction, Transport},
         world::{Scene, Surface},
     },
@@ -131,6 +132,20 @@ impl<'a> Face<'a> {
             score.flux += flux;
         }
         score
+    }
+
+    /// One shadow ray's estimate of the irradiance that a light at infinity brings straight or through thin panes,
+    /// per band, W/m2.
+    pub fn direct<const N: usize>(&self, light: &InfiniteLight, rng: &mut Stream) -> Spectrum<N> {
+        let Start { point: origin, normal, .. } = self.start(rng);
+        let Some(sample) = light.sample::<N>(rng) else { return Spectrum::ZERO };
+        let direction = sample.toward;
+        let cos = normal.dot(direction);
+        if cos <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let visible = self.scene.visibility_along::<N>(&Ray { origin, direction }, f32::INFINITY);
+        visible.map_or(Spectrum::ZERO, |visible| (sample.radiance_over_pdf * visible).scaled(cos))
     }
 
     /// A point of the face, as far off it and from its edges as photons that leave it.

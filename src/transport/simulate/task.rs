@@ -110,7 +110,15 @@ impl Run<'_> {
             let part = self.part_of.get(photon.light).copied();
             tally.emitted(part, photon.weights, &photon.power);
             let mut way = Way::default();
+            let mut direct =
+                self.without_direct_sun && strata.is_sun(&self.scene.lights, photon.source);
             let mut on = |event: Event<'_, L>| {
+                if direct {
+                    if let Event::Arrival { lobe: Some(lobe), .. } = event {
+                        direct = lobe == LobeKind::Straight;
+                    }
+                    return;
+                }
                 tally.score(self.scene, part, photon.weights, &event);
                 let Some(task) = &mut stored else { return };
                 if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {

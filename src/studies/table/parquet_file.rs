@@ -1,6 +1,9 @@
 //! The same table as Parquet.
 
-use std::{io, sync::Arc};
+use std::{
+    io::{self, Write},
+    sync::Arc,
+};
 
 use parquet::{
     basic::{LogicalType, Repetition, Type as Physical},
@@ -11,17 +14,14 @@ use parquet::{
     schema::types::Type,
 };
 
-use super::{
-    super::written::OwnFile,
-    cell::{Cell, Kind},
-};
+use super::cell::{Cell, Kind};
 
 /// Rows that are kept in memory.
 const ROWS: usize = 50_000;
 
 /// A table while it is written.
-pub struct ParquetTable<'a> {
-    writer: SerializedFileWriter<OwnFile<'a>>,
+pub struct ParquetTable<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
     columns: Vec<Column>,
 }
 
@@ -37,8 +37,8 @@ enum Values {
     Text(Vec<ByteArray>),
 }
 
-impl<'a> ParquetTable<'a> {
-    pub fn begin(file: OwnFile<'a>, columns: &[(String, Kind)]) -> io::Result<Self> {
+impl<W: Write + Send> ParquetTable<W> {
+    pub fn begin(file: W, columns: &[(String, Kind)]) -> io::Result<Self> {
         let writer = begin(file, columns)?;
         let columns = columns.iter().map(|(_, kind)| Column::new(*kind)).collect();
         Ok(Self { writer, columns })
@@ -53,7 +53,7 @@ impl<'a> ParquetTable<'a> {
     }
 
     /// The file with all of its rows.
-    pub fn end(mut self) -> io::Result<OwnFile<'a>> {
+    pub fn end(mut self) -> io::Result<W> {
         self.write_group()?;
         Ok(self.writer.into_inner()?)
     }
@@ -69,10 +69,10 @@ impl<'a> ParquetTable<'a> {
     }
 }
 
-fn begin<'a>(
-    file: OwnFile<'a>,
+fn begin<W: Write + Send>(
+    file: W,
     columns: &[(String, Kind)],
-) -> std::result::Result<SerializedFileWriter<OwnFile<'a>>, ParquetError> {
+) -> std::result::Result<SerializedFileWriter<W>, ParquetError> {
     let field = |(name, kind): &(String, Kind)| {
         let (physical, logical) = match kind {
             Kind::Whole => (Physical::INT64, Some(LogicalType::integer(64, false))),

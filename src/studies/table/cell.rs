@@ -54,7 +54,7 @@ impl Cell<'_> {
         }
     }
 
-    pub(super) fn csv(&self) -> String {
+    pub fn csv(&self) -> String {
         let text = self.text();
         match self {
             Self::Text(_) | Self::Value(Value::String(_)) => csv_text::cell(&text).into_owned(),

@@ -1,0 +1,202 @@
+//! `phylux year`
+
+use std::{
+    fmt::Write,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    interrupt::Interrupt,
+    outputs::check_places,
+    run::{photons, show, terminal_bar, threads},
+    summary::short,
+};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        control_file::ControlFile,
+        output::{FilesRead, Temporary, folder_of},
+        scene_file::{LoadedScene, SkyDivision, load_by_hour},
+    },
+    studies::{
+        check::check_meshes,
+        year::{
+            Year,
+            tables::{YearTables, month, write},
+        },
+    },
+    transport::{
+        settings::Settings,
+        simulate::{Control, Progress},
+    },
+};
+
+/// Months, captors and groups that are shown.
+const MONTHS: usize = 12;
+const SHOWN: usize = 12;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Scene file (JSON) with a weather file and a period or "year" as `time`
+    scene: PathBuf,
+    /// Folder for the tables: hours, days, months, year and lamps; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Control file (JSON): when lamps are on. Without it all are off
+    #[arg(long, value_name = "FILE")]
+    control: Option<PathBuf>,
+    /// Patches of the sky: 145 of some 12 degrees, or 577 of 6
+    #[arg(long, value_enum, default_value = "145")]
+    patches: Patches,
+    /// Photons to trace, e.g. 5e7, for all hours together
+    #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
+    photons: Option<u64>,
+    /// Seed of the random numbers: the same seed gives the same results, byte for byte
+    #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Split photons into N flights wherever they start or are scattered, for sensors that are no surfaces
+    #[arg(long, value_name = "N", value_parser = super::run::splitting, allow_negative_numbers = true)]
+    splitting: Option<usize>,
+    /// Write the table of hours as CSV, not as Parquet
+    #[arg(long)]
+    csv: bool,
+    /// Threads; 0 takes all processors. The results do not depend on it
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    threads: Option<usize>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Patches {
+    /// Rows 12 degrees high (Tregenza)
+    #[value(name = "145")]
+    Tregenza,
+    /// Rows 6 degrees high (Reinhart)
+    #[value(name = "577")]
+    Reinhart,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let folder = &arguments.output;
+    let made = make_folder(folder, &interrupt)?;
+    let mut places = Vec::new();
+    let tables = YearTables::create(folder, arguments.csv, |path| {
+        let file = interrupt.file(path)?;
+        places.extend(file.place().map(Path::to_path_buf));
+        Ok(file)
+    });
+    // empty once the files in it are gone
+    let gone = |_: &Result<YearTables>| Some(Temporary::IfEmpty(folder.clone()));
+    let tables = interrupt.make(|| Ok(tables), gone)?;
+    let done = tables.and_then(|tables| find(arguments, &interrupt, tables, &places));
+    if made && done.is_err() {
+        // of what is in it nothing is removed
+        let _ = fs::remove_dir(folder);
+    }
+    done
+}
+
+/// Makes the folder, unless it is there; whether it was made.
+fn make_folder(folder: &Path, interrupt: &Interrupt) -> Result<bool> {
+    if folder.is_dir() {
+        return Ok(false);
+    }
+    let wrong = |problem: String| Error::input(folder.display(), problem).remedy("write elsewhere");
+    if folder.exists() {
+        return Err(wrong("is a file, not a folder".into()));
+    }
+    if !folder_of(folder).is_dir() {
+        return Err(wrong(format!("there is no folder {}", folder_of(folder).display())));
+    }
+    let make =
+        || fs::create_dir(folder).map_err(|e| wrong(format!("cannot be created: {}", e.kind())));
+    interrupt.make(make, |()| None).map(|()| true)
+}
+
+fn find(
+    arguments: &Arguments,
+    interrupt: &Interrupt,
+    tables: YearTables,
+    places: &[PathBuf],
+) -> Result<()> {
+    let control = arguments.control.as_deref().map(ControlFile::load).transpose()?;
+    let division = match arguments.patches {
+        Patches::Tregenza => SkyDivision::Tregenza,
+        Patches::Reinhart => SkyDivision::Reinhart,
+    };
+    let loaded = load_by_hour(&arguments.scene, division)?;
+    loaded.check_captors()?;
+    let files: Vec<PathBuf> = loaded.files.iter().chain(&arguments.control).cloned().collect();
+    let read = FilesRead::new(&files);
+    check_places(places, &read)?;
+    super::terminal::warn(&loaded.warnings);
+    super::terminal::warn(&check_meshes(&loaded.scene)?);
+    let settings = Settings {
+        photons: arguments.photons.or(loaded.settings.photons),
+        seed: arguments.seed.unwrap_or(loaded.settings.seed),
+        splitting: arguments.splitting.unwrap_or(loaded.settings.splitting),
+        threads: arguments.threads.unwrap_or(loaded.settings.threads),
+        tolerance: None,
+        max_time: None,
+        ..loaded.settings.clone()
+    };
+    let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
+    let progress = |progress: Progress| show(&bar, progress);
+    let watched = Control { stop: interrupt.stop(), progress: &progress };
+    let path = arguments.control.as_deref().map(|path| path.display().to_string());
+    let file = control.as_ref().zip(path.as_deref());
+    let year = interrupt.listening(|| Year::find(&loaded, file, &settings, &watched));
+    bar.finish_and_clear();
+    let year = year?;
+    interrupt.writing();
+    write(&year, tables, &read)?;
+    super::terminal::warn(&year.warnings);
+    let wrote = format!("\nwrote {}\n", arguments.output.display());
+    super::terminal::print(&(describe(&loaded, &year) + &wrote))
+}
+
+fn describe(loaded: &LoadedScene, year: &Year) -> String {
+    let hours = year.slots.len();
+    let lights = loaded.scene.lights.len();
+    let mut text = format!(
+        "{}: {hours} hours from {} photons of {lights} lights, seed {}\n",
+        loaded.scene.name, year.run.photons, year.run.seed
+    );
+    let months: Vec<_> = year.periods(month).into_iter().take(MONTHS).collect();
+    let sums: Vec<_> = months.iter().map(|(_, slots)| year.daily(slots)).collect();
+    let width = year.bands.len();
+    // groups say more than captors
+    let first = if year.ids.len() > year.run.captors.len() { year.run.captors.len() } else { 0 };
+    for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
+        let _ = write!(text, "\n{:<24}", format!("{}, {}", band.name, year.unit));
+        months.iter().for_each(|(name, _)| {
+            let _ = write!(text, "{name:>9}");
+        });
+        text.push('\n');
+        for (i, id) in year.ids.iter().enumerate().skip(first).take(SHOWN) {
+            let _ = write!(text, "  {id:<22}");
+            for sums in &sums {
+                let _ = write!(text, "{:>9}", short(sums[i * width + b].mean));
+            }
+            text.push('\n');
+        }
+        match year.ids.len().saturating_sub(first + SHOWN) {
+            0 => {}
+            more => {
+                let _ = writeln!(text, "  and {more} more");
+            }
+        }
+    }
+    if !year.lamps.is_empty() {
+        let all = || 0..year.slots.len();
+        let hours: f64 = year.lamps.iter().map(|lamp| year.hours_on(lamp, all())).sum();
+        let energy = |lamp| Some(year.hours_on(lamp, all()) * lamp.watts? / 1000.0);
+        let energy: Option<f64> = year.lamps.iter().map(energy).sum();
+        let energy = energy.map_or(String::new(), |e| format!(", {} kWh", short(e)));
+        let _ = writeln!(text, "\n{} lamps: {} h{energy}", year.lamps.len(), short(hours));
+    }
+    text
+}

@@ -1,0 +1,106 @@
+//! Sun and sky of a period as lights of which the light of each hour is a weighted sum.
+
+use super::{
+    daylight::Sky,
+    format::*,
+    hourly_lights::{HourlyLight, HourlySun, SkyDivision},
+    loader::Loader,
+};
+use crate::{
+    error::Result,
+    scene::{
+        daylight::{
+            DaylightSource, Hour, HourlyPart, InfiniteLight, InfinitePart, mean_direct,
+            sky_by_hour, suns_by_hour,
+        },
+        light::LightShape,
+        world::LightPart,
+    },
+};
+
+impl Loader<'_> {
+    /// Adds the lights of a sun or a sky; false for another light.
+    pub(super) fn load_by_hour(
+        &mut self,
+        pointer: &str,
+        file: &LightFile,
+        sky: &Sky,
+        division: SkyDivision,
+    ) -> Result<bool> {
+        let (name, given, ground) = match file {
+            LightFile::Sun(light) => {
+                (light.name.as_deref().unwrap_or("sun"), &light.irradiance, &light.ground)
+            }
+            LightFile::Sky(light) => {
+                (light.name.as_deref().unwrap_or("sky"), &light.irradiance, &light.ground)
+            }
+            _ => return Ok(false),
+        };
+        if !sky.is_period {
+            return Err(self
+                .error("/time", "an instant, and not the hours of a period")
+                .remedy("give \"year\" or {\"from\", \"to\"}, and a weather file"));
+        }
+        if given.is_some() {
+            return Err(self
+                .error(format!("{pointer}/irradiance"), "by the hour light comes from the weather")
+                .remedy("leave it out, and name a weather file"));
+        }
+        let hours = self.weather(pointer, sky)?;
+        self.hourly.hours = hours.to_vec();
+        self.hourly.north = sky.north;
+        let (parts, of_ground, source, share) = match file {
+            LightFile::Sun(light) => {
+                let half_angle = self.half_angle(pointer, light)?;
+                let shares = self.shares(pointer, &light.share, DaylightSource::Sun)?;
+                self.hourly.suns.push(HourlySun { half_angle, shares });
+                let parts = suns_by_hour(hours, half_angle, sky.latitude, sky.north);
+                let horizontal = |h: &Hour| mean_direct(&[Hour { weight: 1.0, ..*h }]);
+                (parts, HourlyPart::ground(hours, horizontal), DaylightSource::Sun, &light.share)
+            }
+            LightFile::Sky(light) => {
+                let fine = if division == SkyDivision::Reinhart { 2 } else { 1 };
+                let model = self.sky_model(pointer, light)?;
+                let parts = sky_by_hour(model, hours, sky.north, fine);
+                let ground = HourlyPart::ground(hours, |hour| hour.diffuse_horizontal);
+                (parts, ground, DaylightSource::Sky, &light.share)
+            }
+            _ => return Ok(false),
+        };
+        let shares = self.shares(pointer, share, source)?;
+        for (i, part) in parts.into_iter().enumerate() {
+            self.add_hourly(pointer, format!("{name}/{i}"), part, shares.clone())?;
+        }
+        if let (Some(ground), Some(part)) = (ground, of_ground) {
+            let reflectance = self.per_band(&format!("{pointer}/ground"), ground, 1.0)?;
+            let shares = shares.iter().zip(reflectance).map(|(share, r)| share * r).collect();
+            self.add_hourly(pointer, format!("{name}/ground"), part, shares)?;
+        }
+        Ok(true)
+    }
+
+    fn add_hourly(
+        &mut self,
+        pointer: &str,
+        name: String,
+        part: HourlyPart,
+        shares: Vec<f64>,
+    ) -> Result<()> {
+        let strength = shares.iter().map(|share| share * part.mean).collect();
+        let light = self.parts.lights.len();
+        let infinite = InfinitePart::new(part.shape, strength);
+        let shape = LightShape::Infinite(InfiniteLight::new(name.clone(), vec![infinite]));
+        self.hourly.lights.push(HourlyLight { light, factors: part.factors });
+        self.add_light(pointer, LightPart { name, power: vec![0.0; self.bands], shape })
+    }
+
+    /// Error: a scene that is to be run by the hour has no daylight.
+    pub(super) fn check_hourly(&self) -> Result<()> {
+        if self.sources.by_hour.is_none() || !self.hourly.slots.is_empty() {
+            return Ok(());
+        }
+        Err(self
+            .error("/lights", "neither sun nor sky, of which there could be a year")
+            .remedy("add lights of type `sun` and `sky`, `weather` with a file, and `time`"))
+    }
+}

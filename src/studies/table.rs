@@ -1,0 +1,59 @@
+//! What tables are made of: cells of columns, written as CSV or Parquet.
+
+mod cell;
+#[cfg(feature = "parquet")]
+mod parquet_file;
+
+pub use cell::{Cell, Kind};
+#[cfg(feature = "parquet")]
+pub use parquet_file::ParquetTable;
+
+use std::io::{self, Write};
+
+use crate::formats::csv_text;
+
+/// A table that is written row by row into one file.
+pub enum TableFile<W: Write + Send> {
+    /// As CSV.
+    Csv(csv::Writer<W>),
+    /// As Parquet.
+    #[cfg(feature = "parquet")]
+    Parquet(ParquetTable<W>),
+}
+
+impl<W: Write + Send> TableFile<W> {
+    /// What the name of a file ends with, unless CSV is asked for.
+    pub const ENDING: &str = if cfg!(feature = "parquet") { "parquet" } else { "csv" };
+
+    /// Begins a table with columns of these names, as Parquet if it may and this build can.
+    pub fn begin(file: W, columns: &[(&str, Kind)], parquet: bool) -> io::Result<Self> {
+        #[cfg(feature = "parquet")]
+        if parquet {
+            let columns: Vec<(String, Kind)> =
+                columns.iter().map(|(name, kind)| (name.to_string(), *kind)).collect();
+            return Ok(Self::Parquet(ParquetTable::begin(file, &columns)?));
+        }
+        let _ = parquet;
+        let mut csv = csv::Writer::from_writer(file);
+        csv.write_record(columns.iter().map(|(name, _)| csv_text::cell(name).into_owned()))?;
+        Ok(Self::Csv(csv))
+    }
+
+    /// Adds a row: a cell for each column.
+    pub fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        match self {
+            Self::Csv(csv) => Ok(csv.write_record(cells.iter().map(Cell::csv))?),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(table) => table.row(cells),
+        }
+    }
+
+    /// The file with all of its rows.
+    pub fn end(self) -> io::Result<W> {
+        match self {
+            Self::Csv(csv) => csv.into_inner().map_err(|e| e.into_error()),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(table) => table.end(),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! What is written of a year by the hour: tables of hours, days, months and all, and of the lamps, and a chart.
+
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+use super::{Lamp, Value, Year, local};
+use crate::{
+    error::{Error, Result},
+    formats::output::{FilesRead, OpenFile, OutputFile},
+    scene::daylight::Date,
+    show::chart::{Chart, Series, Stroke},
+    studies::table::{Cell, Kind, TableFile},
+};
+
+/// The tables that are always CSV.
+const TABLES: [&str; 4] = ["days.csv", "months.csv", "year.csv", "lamps.csv"];
+
+/// The files of a year, to be written whole or not at all.
+pub struct YearTables {
+    hours: OutputFile,
+    /// Whether the table of hours is Parquet.
+    parquet: bool,
+    others: Vec<OutputFile>,
+    chart: OutputFile,
+}
+
+impl YearTables {
+    /// Prepares them in a folder that is there, with `file`. The table of hours is Parquet, or CSV if asked for or if
+    /// this build knows no Parquet.
+    pub fn create(
+        folder: &Path,
+        csv: bool,
+        mut file: impl FnMut(&Path) -> Result<OutputFile>,
+    ) -> Result<Self> {
+        let ending = if csv { "csv" } else { TableFile::<OpenFile>::ENDING };
+        Ok(Self {
+            hours: file(&folder.join(format!("hours.{ending}")))?,
+            parquet: ending == "parquet",
+            others: TABLES.iter().map(|name| file(&folder.join(name))).collect::<Result<_>>()?,
+            chart: file(&folder.join("dli.svg"))?,
+        })
+    }
+}
+
+impl Year {
+    /// Writes its tables into a folder that is there.
+    pub fn write_tables(&self, folder: &Path, csv: bool) -> Result<()> {
+        let tables = YearTables::create(folder, csv, OutputFile::create)?;
+        write(self, tables, &FilesRead::default())
+    }
+}
+
+/// Writes all tables and the chart; none may replace a file that was `read`.
+pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
+    table(tables.hours.open(read)?, &hour_columns(), tables.parquet, |file| hours(year, file))?;
+    let mut others = tables.others.into_iter();
+    let mut next = || others.next().ok_or_else(|| Error::run("tables", "one is missing"));
+    type Name = fn(Date) -> String;
+    let names: [(&str, Name); 3] = [("day", day), ("month", month), ("period", |_| "all".into())];
+    for (column, name) in names {
+        let columns = ["captor", column, "band", "unit"].map(|name| (name, Kind::Text));
+        let columns = [&columns[..], &VALUES].concat();
+        table(next()?.open(read)?, &columns, false, |file| sums(year, name, file))?;
+    }
+    let columns = [
+        ("light", Kind::Text),
+        ("month", Kind::Text),
+        ("hours", Kind::Number),
+        ("kwh", Kind::Number),
+    ];
+    table(next()?.open(read)?, &columns, false, |file| lamps(year, file))?;
+    let svg = chart(year)?;
+    tables.chart.write(read, |file| file.write_all(svg.as_bytes()))
+}
+
+const VALUES: [(&str, Kind); 2] = [("value", Kind::Number), ("standard_error", Kind::Number)];
+
+fn hour_columns() -> Vec<(&'static str, Kind)> {
+    [&["captor", "time", "band"].map(|name| (name, Kind::Text))[..], &VALUES].concat()
+}
+
+fn table(
+    file: OpenFile,
+    columns: &[(&str, Kind)],
+    parquet: bool,
+    rows: impl FnOnce(&mut TableFile<OpenFile>) -> io::Result<()>,
+) -> Result<()> {
+    let failed = |e: io::Error| Error::run("tables", format!("cannot be written: {e}"));
+    let mut table = TableFile::begin(file, columns, parquet).map_err(failed)?;
+    rows(&mut table).map_err(failed)?;
+    table.end().map_err(failed)?.finish(Ok(()))
+}
+
+fn hours<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<()> {
+    for (s, slot) in year.slots.iter().enumerate() {
+        let (date, start) = local(slot);
+        let minutes = (start * 60.0).round() as u32;
+        let offset = (slot.start.offset / 60.0).round() as i32;
+        let sign = if offset < 0 { '-' } else { '+' };
+        let time = format!(
+            "{}T{:02}:{:02}{sign}{:02}:{:02}",
+            day(date),
+            minutes / 60,
+            minutes % 60,
+            offset.abs() / 60,
+            offset.abs() % 60
+        );
+        rows(year, &time, None, &year.sum(std::iter::once((s, 1.0))), table)?;
+    }
+    Ok(())
+}
+
+fn sums<W: Write + Send>(
+    year: &Year,
+    name: fn(Date) -> String,
+    table: &mut TableFile<W>,
+) -> io::Result<()> {
+    for (name, slots) in year.periods(name) {
+        rows(year, &name, Some(year.unit), &year.daily(&slots), table)?;
+    }
+    Ok(())
+}
+
+/// A row for each captor and group and each band; of daily light integrals for each band that has one.
+fn rows<W: Write + Send>(
+    year: &Year,
+    when: &str,
+    unit: Option<&str>,
+    values: &[Value],
+    table: &mut TableFile<W>,
+) -> io::Result<()> {
+    for (id, values) in year.ids.iter().zip(values.chunks(year.bands.len())) {
+        for ((band, integrated), value) in year.bands.iter().zip(&year.integrated).zip(values) {
+            if unit.is_some() && !integrated {
+                continue;
+            }
+            let mut cells = vec![Cell::Text(id), Cell::Text(when), Cell::Text(&band.name)];
+            cells.extend(unit.map(Cell::Text));
+            cells.extend([Cell::Number(value.mean), Cell::Number(value.variance.sqrt())]);
+            table.row(&cells)?;
+        }
+    }
+    Ok(())
+}
+
+/// Groups, or captors where there are none, that the chart shows.
+const CHARTED: usize = 6;
+
+/// The daily light integral of each day: of all bands together, or of the only one.
+fn chart(year: &Year) -> Result<String> {
+    let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
+    let first = match year.ids.len() > year.run.captors.len() {
+        true => year.run.captors.len(),
+        false => 0,
+    };
+    let shown = year.ids.iter().enumerate().skip(first).take(CHARTED);
+    // sums come after bands
+    if let Some(band) = year.integrated.iter().rposition(|&integrated| integrated) {
+        let name = &year.bands[band].name;
+        chart.title = format!("daily light integral, {name}");
+        chart.y = format!("{name}, {}", year.unit);
+        let days = year.periods(day);
+        chart.x =
+            days.first().map_or(String::new(), |(first, _)| format!("day, the first is {first}"));
+        let place = |id: usize| id * year.bands.len() + band;
+        let all: Vec<_> = days.values().map(|slots| year.daily(slots)).collect();
+        let daylight: Vec<_> = match year.lamps.is_empty() {
+            true => Vec::new(),
+            false => days.values().map(|slots| year.daily_daylight(slots)).collect(),
+        };
+        for (colour, (id, name)) in shown.enumerate() {
+            for (values, stroke) in [(&all, Stroke::Line), (&daylight, Stroke::Dashed)] {
+                let points = values.iter().zip(1..).map(|(v, d)| (f64::from(d), v[place(id)].mean));
+                let points: Vec<(f64, f64)> = points.collect();
+                let name = (stroke == Stroke::Line).then(|| name.clone());
+                if !points.is_empty() {
+                    chart.series.push(Series { name, colour, stroke, points });
+                }
+            }
+        }
+    }
+    if !year.lamps.is_empty() {
+        chart.title += " (dashed: daylight alone)";
+    }
+    chart.svg().map_err(|e| Error::run("dli.svg", e))
+}
+
+/// Hours and energy of each lamp by the month, then of all.
+fn lamps<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<()> {
+    let months = year.periods(month);
+    for lamp in &year.lamps {
+        for (name, slots) in &months {
+            lamp_row(year, lamp, name, slots.iter().copied(), table)?;
+        }
+        lamp_row(year, lamp, "all", 0..year.slots.len(), table)?;
+    }
+    Ok(())
+}
+
+fn lamp_row<W: Write + Send>(
+    year: &Year,
+    lamp: &Lamp,
+    when: &str,
+    slots: impl Iterator<Item = usize>,
+    table: &mut TableFile<W>,
+) -> io::Result<()> {
+    let hours = year.hours_on(lamp, slots);
+    let energy = lamp.watts.map(|watts| watts * hours / 1000.0);
+    table.row(&[
+        Cell::Text(&lamp.name),
+        Cell::Text(when),
+        Cell::Number(hours),
+        Cell::number(energy),
+    ])
+}
+
+/// `2005-06-21`.
+pub fn day(date: Date) -> String {
+    format!("{}-{:02}-{:02}", date.year, date.month, date.day)
+}
+
+/// `2005-06`.
+pub fn month(date: Date) -> String {
+    format!("{}-{:02}", date.year, date.month)
+}

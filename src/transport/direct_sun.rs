@@ -1,0 +1,67 @@
+//! Light straight from suns on the fronts of captors, by shadow rays.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::{
+    math::{
+        rng::{Purpose, Streams},
+        spectrum::with_lanes,
+    },
+    scene::{captor::Channel, daylight::InfiniteLight, world::Scene},
+    transport::paths::Face,
+};
+
+/// Irradiance of the front of each captor by each of some lights at infinity, straight or through thin panes, and
+/// its standard error. A list for each captor: light by light, per band and then per sum. The errors are those of
+/// `points`, at least 2, each with a shadow ray of its own; what no point faces is 0. Same seed, same
+/// result on any number of threads.
+pub fn direct_sun(
+    scene: &Scene,
+    lights: &[InfiniteLight],
+    points: u32,
+    seed: u64,
+) -> Vec<Vec<[f32; 2]>> {
+    with_lanes!(scene.lanes(), N => {
+        let captors = (0..scene.captors.len()).into_par_iter();
+        captors.map(|captor| of_captor::<N>(scene, captor, lights, points, seed)).collect()
+    })
+}
+
+fn of_captor<const N: usize>(
+    scene: &Scene,
+    captor: usize,
+    lights: &[InfiniteLight],
+    points: u32,
+    seed: u64,
+) -> Vec<[f32; 2]> {
+    let face = Face::new(scene, captor, Channel::Front);
+    let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
+    let bands = scene.bands.len();
+    let normals = scene.triangles_of(&scene.captors[captor]).iter().map(|t| t.normal());
+    let normals: Vec<Vec3> = normals.collect();
+    let of = |(l, light): (usize, &InfiniteLight)| {
+        let mut sums = vec![[0.0; 2]; bands + scene.sums.len()];
+        if normals.iter().any(|normal| light.may_shine_on(*normal)) {
+            let mut rng = streams.history(l as u64);
+            for _ in 0..points {
+                let found = face.direct::<N>(light, &mut rng);
+                if found.is_zero() {
+                    continue;
+                }
+                let found: Vec<f64> = found.0[..bands].iter().map(|v| f64::from(*v)).collect();
+                for ([sum, squares], value) in sums.iter_mut().zip(scene.with_sums(&found)) {
+                    *sum += value;
+                    *squares += value * value;
+                }
+            }
+        }
+        let n = f64::from(points);
+        sums.into_iter().map(move |[sum, squares]| {
+            let mean = sum / n;
+            let variance = ((squares / n - mean * mean) / (n - 1.0)).max(0.0);
+            [mean as f32, variance.sqrt() as f32]
+        })
+    };
+    lights.iter().enumerate().flat_map(of).collect()
+}

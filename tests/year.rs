@@ -1,0 +1,309 @@
+//! `phylux year`: hours and daily light integrals against runs and closed forms, and lamps by their control.
+
+use std::{fmt::Write, path::Path, sync::atomic::AtomicBool};
+
+use phylux::{Control, ControlFile, Quantity, Settings, SkyDivision, Year, daylight, iso8601};
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::{phylux, refused},
+    common::{TestScene, run_file},
+    world::{Mesh, Point, World, front, room},
+};
+
+const UP: Point = [0.0, 0.0, 1.0];
+const DAYS: [&str; 3] = ["06-20", "06-21", "07-01"];
+
+/// Weather by the hour of three days, clear, hazy and overcast: the sun's elevation gives what there is.
+fn weather() -> String {
+    let mut text = String::from("time,ghi,dni,dhi\n");
+    for (day, [clear, haze]) in DAYS.iter().zip([[850.0, 70.0], [400.0, 200.0], [0.0, 250.0]]) {
+        for hour in 0..24 {
+            let start = format!("2025-{day}T{hour:02}:00+01:00");
+            let mut time = iso8601::parse_time(&start, "time").expect("a time");
+            time.unix += 1800.0;
+            let [latitude, longitude] = [43.61f64, 3.88].map(f64::to_radians);
+            let sine = daylight::SunPosition::at(time, latitude, longitude).elevation.sin();
+            let (direct, diffuse) = match sine > 0.0 {
+                true => (clear * (1.0 - (-5.0 * sine).exp()), haze * sine.sqrt()),
+                false => (0.0, 0.0),
+            };
+            let global = direct * sine.max(0.0) + diffuse;
+            let _ = writeln!(text, "{start},{global:.3},{direct:.3},{diffuse:.3}");
+        }
+    }
+    text
+}
+
+fn world(time: Value) -> World {
+    World::new()
+        .with("quantity", json!("umol/s"))
+        .with("bands", json!([{ "name": "PAR", "from_nm": 400, "to_nm": 700 }, { "name": "far", "from_nm": 700, "to_nm": 800 }]))
+        .with("site", json!({ "latitude": 43.61, "longitude": 3.88 }))
+        .with("weather", json!({ "file": "w.csv", "stamp": "start" }))
+        .with("time", time)
+        .light(json!({ "type": "sun" }))
+        .light(json!({ "type": "sky", "ground": 0.1 }))
+}
+
+fn first_days() -> Value {
+    json!({ "from": "2025-06-20T00:00+01:00", "to": "2025-06-22T00:00+01:00" })
+}
+
+fn written(world: &World) -> TestScene {
+    let scene = world.write();
+    std::fs::write(scene.path("w.csv"), weather()).expect("weather");
+    scene
+}
+
+fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivision) -> Year {
+    let loaded = phylux::load_by_hour(&scene.path("scene.json"), fine).expect("a scene");
+    let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
+    let stop = AtomicBool::new(false);
+    let watched = Control { stop: &stop, progress: &|_| {} };
+    let file = control.map(|path| ControlFile::load(path).expect("a control file"));
+    let file = file.as_ref().map(|file| (file, "control.json"));
+    Year::find(&loaded, file, &settings, &watched).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// In the open every hour has its own irradiance: patches and suns lose nothing, and what comes straight
+/// from the sun comes from where it stands. 4 standard errors; 48 hours and 2 bands, odds of a false alarm 6e-3.
+#[test]
+fn hours_in_the_open_are_those_of_the_weather() {
+    let scene = written(&world(first_days()).captor("up", &Mesh::square([0.0; 3], UP, 1.0)));
+    let year = year(&scene, None, 100_000, SkyDivision::Tregenza);
+    assert_eq!((year.slots.len(), year.ids.len()), (48, 1));
+    let share = |source, from, to| {
+        daylight::band_share(source, Quantity::Micromole, from, to).expect("a share")
+    };
+    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let hours = loaded.expect("a scene").hourly.expect("hours").hours;
+    let (mut lit, mut day) = (0, 0.0);
+    for (s, slot) in year.slots.iter().enumerate() {
+        let found = year.sum(std::iter::once((s, 1.0)));
+        let Some(hour) = slot.hour.map(|h| hours[h]) else {
+            assert!(found.iter().all(|value| value.mean == 0.0));
+            continue;
+        };
+        lit += 1;
+        for (b, (from, to)) in [(400.0, 700.0), (700.0, 800.0)].into_iter().enumerate() {
+            let direct = share(daylight::DaylightSource::Sun, from, to)
+                * (hour.global() - hour.diffuse_horizontal);
+            let diffuse = share(daylight::DaylightSource::Sky, from, to) * hour.diffuse_horizontal;
+            let allowed = 4.0 * found[b].variance.sqrt() + 1e-4 * (direct + diffuse);
+            let off = found[b].mean - direct - diffuse;
+            assert!(off.abs() < allowed, "hour {s}, band {b}: {off}, allowed {allowed}");
+            assert!(found[b].variance.sqrt() < 0.03 * (direct + diffuse), "hour {s}");
+            day += if b == 0 && s < 24 { 0.0036 * (direct + diffuse) } else { 0.0 };
+        }
+    }
+    assert!(lit > 28);
+    // the sums of hours are the days', and days make the month
+    let days = year.periods(|date| date.day.to_string());
+    assert_eq!(days.len(), 2);
+    let daily: Vec<f64> = days.values().map(|slots| year.daily(slots)[0].mean).collect();
+    let all: Vec<usize> = (0..48).collect();
+    let month = year.daily(&all)[0];
+    assert!((month.mean / (0.5 * (daily[0] + daily[1])) - 1.0).abs() < 1e-6);
+    assert!((daily[0] / day - 1.0).abs() < 0.02, "{} {day}", daily[0]);
+    assert_eq!(year.integrated, [true, false]);
+}
+
+/// A room with a window in the south: daily light integrals of sensors near and far within 2 % (and 4
+/// standard errors) of a run over the period, which has every hour's own sky and sun. With 145 and
+/// with 577 patches; 8 comparisons.
+#[test]
+fn sums_in_a_room_are_those_of_a_period() {
+    let walls = room([0.0; 3], [4.0, 6.0, 3.0]);
+    let mut mesh = Mesh::default();
+    for (i, face) in walls.0.iter().enumerate() {
+        if face.iter().any(|p| p[1] > 0.0) {
+            mesh = mesh.and(walls.face(i));
+        }
+    }
+    for (x, z) in [([0.0, 1.0], [0.0, 3.0]), ([3.0, 4.0], [0.0, 3.0]), ([1.0, 3.0], [0.0, 1.0])] {
+        let across = [x[1] - x[0], 0.0, 0.0];
+        mesh = mesh.and(Mesh::rectangle([x[0], 0.0, z[0]], [0.0, 0.0, z[1] - z[0]], across));
+    }
+    let world = world(first_days())
+        .material("wall", json!({ "type": "lambert", "reflectance": [0.5, 0.7] }))
+        .surface("room", "wall", &mesh)
+        .captor("near", &Mesh::square([2.0, 1.0, 0.8], UP, 1.6))
+        .captor("far", &Mesh::square([2.0, 4.5, 0.8], UP, 1.6));
+    let scene = written(&world);
+    let period = run_file(&scene.path("scene.json"), |settings| {
+        settings.estimator = phylux::Estimator::Paths;
+        (settings.photons, settings.k) = (Some(200_000), Some(0));
+    });
+    for fine in [SkyDivision::Tregenza, SkyDivision::Reinhart] {
+        let year = year(&scene, None, 1_500_000, fine);
+        let all: Vec<usize> = (0..year.slots.len()).collect();
+        let daily = year.daily(&all);
+        for (i, id) in year.ids.iter().enumerate() {
+            for b in 0..2 {
+                let face = front(&period, id);
+                let exact = 0.0864 * face.irradiance[b];
+                let se = 0.0864 * face.irradiance_se[b].expect("an error");
+                let found = daily[2 * i + b];
+                let allowed = 0.02 * exact + 4.0 * se.hypot(found.variance.sqrt());
+                let off = found.mean - exact;
+                assert!(off.abs() < allowed, "{id}, band {b}: {off}, allowed {allowed} of {exact}");
+                assert!(allowed < 0.1 * exact, "{id}, band {b}: {allowed} of {exact}");
+                // hours share patches: their errors are not independent
+                let scale = 0.0036 / 2.0;
+                let apart = |s: &usize| {
+                    scale * scale * year.sum(std::iter::once((*s, 1.0)))[2 * i + b].variance
+                };
+                let independent: f64 = all.iter().map(apart).sum();
+                assert!(found.variance > 2.0 * independent, "{} {independent}", found.variance);
+            }
+        }
+    }
+}
+
+/// Under a sky without sun one lamp that a control lights by the clock, by what is outside, by what is inside,
+/// until enough has come: hours and kWh without chance, and the light follows the lamps.
+#[test]
+fn lamps_follow_their_control() {
+    let lamp = |name: &str| json!({ "type": "area", "name": name, "power": 400, "vertices": [[0, 0, 2], [0, 1, 2], [1, 1, 2], [1, 0, 2]] });
+    let scene = written(
+        &world(first_days())
+            .captor("up", &Mesh::square([0.5, 0.5, 0.0], UP, 1.0))
+            .light(lamp("row 1a"))
+            .light(lamp("row 1b"))
+            .light(lamp("row 2")),
+    );
+    let path = scene.path("control.json");
+    let find = |control: Value| {
+        std::fs::write(&path, json!({ "lamps": [control] }).to_string()).expect("control.json");
+        year(&scene, Some(&path), 20_000, SkyDivision::Tregenza)
+    };
+    let at = |year: &Year, s: usize| year.sum(std::iter::once((s, 1.0)))[0].mean;
+    let dark = year(&scene, None, 20_000, SkyDivision::Tregenza);
+    assert!(dark.warnings[0].contains("off: `row 1a`, `row 1b`, `row 2`"), "{:?}", dark.warnings);
+    let night = find(json!({ "lights": "row 1*", "watts": 600, "hours": [22, 2.5] }));
+    assert_eq!(night.lamps.len(), 2);
+    assert!(night.warnings[0].contains("off: `row 2`"));
+    for lamp in &night.lamps {
+        assert_eq!(night.hours_on(lamp, 0..24), 4.5);
+        assert_eq!(lamp.on[..4], [1.0, 1.0, 0.5, 0.0]);
+    }
+    // linear in what is on
+    let full = at(&night, 0);
+    assert!(full > 5.0 && (at(&night, 2) / full - 0.5).abs() < 1e-6);
+    assert_eq!(at(&night, 12), at(&dark, 12));
+    // outside: GHI below 300 W/m2
+    let dim = find(json!({ "lights": "row 2", "watts": 400, "outside_below": 300 }));
+    for (s, slot) in dim.slots.iter().enumerate() {
+        assert_eq!(dim.lamps[0].on[s], f64::from(slot.global < 300.0));
+    }
+    // inside: daylight below 500 umol/m2/s, and by day only
+    let inside = find(json!({ "lights": "row 2", "below": 500, "of": "up", "hours": [6, 20] }));
+    for s in 0..48 {
+        let wanted = (6..20).contains(&(s % 24)) && at(&dark, s) < 500.0;
+        assert_eq!(inside.lamps[0].on[s], f64::from(wanted), "hour {s}");
+    }
+    // until 0.3 mol: the lamps alone, from midnight, in part in their last hour
+    let until = find(json!({ "lights": "row 1*", "until_dli": 0.3, "of": "up", "band": "PAR" }));
+    let on = &until.lamps[0].on;
+    let hours = 0.3 / (0.0036 * full);
+    assert!((1.0..4.0).contains(&hours), "{hours}");
+    assert!((on[..5].iter().sum::<f64>() - hours).abs() < 1e-4, "{on:?}");
+    assert!(on[5..24].iter().all(|&part| part == 0.0) && on[24..29] == on[..5]);
+}
+
+#[test]
+fn the_command_writes_tables() {
+    let scene = written(
+        &world(first_days())
+            .captor("up", &Mesh::square([0.0; 3], UP, 1.0))
+            .light(json!({ "type": "point", "name": "lamp", "position": [0, 0, 1], "power": 9 })),
+    );
+    let control = r#"{"lamps": [{"lights": "lamp", "watts": 100, "hours": [0, 4]}]}"#;
+    std::fs::write(scene.path("control.json"), control).expect("control.json");
+    let year = |output: &str, threads: &str, more: &[&str]| {
+        let fixed = ["year", "scene.json", "-o", output, "--photons", "4000", "--threads", threads];
+        let arguments = [&fixed[..], &["--control", "control.json"], more].concat();
+        let output = phylux(&scene.path(""), &arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let text = year("a", "1", &["--csv"]);
+    assert!(text.contains("PAR, mol/m2/d") && text.contains("2025-06"), "{text}");
+    assert!(text.contains("1 lamps: 8.000 h, 0.8000 kWh"), "{text}");
+    let read = |name: &str| std::fs::read_to_string(scene.path(name)).expect("a table");
+    let hours = read("a/hours.csv");
+    assert!(
+        hours.starts_with("captor,time,band,value,standard_error\nup,2025-06-20T00:00+01:00,PAR,")
+    );
+    assert_eq!(hours.lines().count(), 1 + 48 * 2);
+    assert_eq!(read("a/days.csv").lines().count(), 1 + 2);
+    assert!(
+        read("a/months.csv")
+            .starts_with("captor,month,band,unit,value,standard_error\nup,2025-06,PAR,mol/m2/d,")
+    );
+    assert!(read("a/year.csv").contains("up,all,PAR,mol/m2/d,"));
+    assert_eq!(read("a/lamps.csv"), "light,month,hours,kwh\nlamp,2025-06,8,0.8\nlamp,all,8,0.8\n");
+    // the same bytes on two threads; Parquet unless CSV is asked for
+    year("b", "2", &[]);
+    assert_eq!(read("a/days.csv"), read("b/days.csv"));
+    assert!(std::fs::read(scene.path("b/hours.parquet")).expect("Parquet").starts_with(b"PAR1"));
+}
+
+#[test]
+fn wrong_years_have_their_sentence() {
+    let captor = || Mesh::square([0.0; 3], UP, 1.0);
+    let lamp = json!({ "type": "point", "name": "lamp", "position": [0, 0, 1], "power": 9 });
+    let refuse = |world: World, control: Option<&str>, words: &[&str]| {
+        let scene = written(&world);
+        let mut arguments = vec!["year", "scene.json", "-o", "out", "--photons", "2000"];
+        if let Some(control) = control {
+            std::fs::write(scene.path("control.json"), control).expect("control.json");
+            arguments.extend(["--control", "control.json"]);
+        }
+        refused(&scene.path(""), &arguments, words);
+    };
+    let instant = world(json!("2025-06-21T12:00+02:00")).captor("up", &captor());
+    refuse(instant, None, &["/time: an instant, and not the hours of a period; give \"year\""]);
+    let dark = World::new().captor("up", &captor()).light(lamp.clone());
+    refuse(dark, None, &["/lights: neither sun nor sky"]);
+    let given = world(first_days())
+        .captor("up", &captor())
+        .light(json!({ "type": "sky", "name": "b", "model": "uniform", "irradiance": 1 }));
+    refuse(given, None, &["/lights/2/irradiance: by the hour light comes from the weather"]);
+    for (entry, words) in [
+        (r#"{"lights": "lump"}"#, "/lamps/0/lights: no lamp `lump`; did you mean `lamp`?"),
+        (r#"{"lights": "sun"}"#, "/lamps/0/lights: no lamp `sun`"),
+        (r#"{"lights": "lamp", "hours": [4, 25]}"#, "/lamps/0/hours: must be two times of 0 to 24"),
+        (r#"{"lights": "lamp", "watts": -1}"#, "/lamps/0/watts: -1, must be 0 to 1e9"),
+        (
+            r#"{"lights": "lamp", "below": 5}"#,
+            "/lamps/0: `below` and `until_dli` need to know where",
+        ),
+        (
+            r#"{"lights": "lamp", "below": 5, "of": "upp"}"#,
+            "/lamps/0/of: no captor or group `upp`; did you mean `up`?",
+        ),
+        (r#"{"lights": "lamp", "of": "up"}"#, "/lamps/0/of: goes with `below` or `until_dli` only"),
+        (
+            r#"{"lights": "lamp", "until_dli": 5, "of": "up", "band": "far"}"#,
+            "/lamps/0/until_dli: no daily light integral of band `far`",
+        ),
+        (
+            r#"{"lights": "lamp", "below": 5, "of": "up", "band": "no"}"#,
+            "/lamps/0/band: no band or sum `no`; there are PAR, far",
+        ),
+        (
+            r#"{"lights": "lamp"}, {"lights": "la*"}"#,
+            "/lamps/1/lights: light `lamp` stands in two entries",
+        ),
+        (r#"{"lights": "lamp", "wats": 5}"#, "unknown"),
+    ] {
+        let control = format!(r#"{{"lamps": [{entry}]}}"#);
+        refuse(
+            world(first_days()).captor("up", &captor()).light(lamp.clone()),
+            Some(&control),
+            &[words],
+        );
+    }
+}
