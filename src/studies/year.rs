@@ -31,9 +31,6 @@ use crate::{
     },
 };
 
-/// Shadow rays to the sun from each captor in each hour.
-const POINTS: u32 = 16;
-
 /// mol/m2 of 1 umol/m2/s, or MJ/m2 of 1 W/m2, for an hour.
 const HOUR: f64 = 3600.0 * 1e-6;
 
@@ -107,7 +104,7 @@ impl Year {
         let (suns, lights) = moving_suns(hourly);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
         let pool = pool.map_err(|e| Error::run("threads", e))?;
-        let mut direct = pool.install(|| direct_sun(scene, &lights, POINTS, settings.seed));
+        let mut direct = pool.install(|| direct_sun(scene, &lights, settings.seed));
         if control.stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Err(Error::interrupted("run", NOTHING_WRITTEN));
         }
