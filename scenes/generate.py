@@ -447,7 +447,7 @@ def weather():
         for hour in range(24):
             start = first + datetime.timedelta(days=day, hours=hour)
             height, above = sun(start + datetime.timedelta(minutes=30))
-            if height <= 0 and not (day == 0 and hour == 0 or day == 364 and hour == 23):
+            if height <= -0.15 and not (day == 0 and hour == 0 or day == 364 and hour == 23):
                 continue
             # long ways through the air dim what is low
             k = clearness * (0.35 + 0.65 * min(1, max(height, 0) / 0.35)) if height > 0 else 0
