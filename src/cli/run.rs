@@ -140,7 +140,7 @@ pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 
-fn splitting(text: &str) -> Checked<usize> {
+pub(super) fn splitting(text: &str) -> Checked<usize> {
     Settings::check_splitting(count(text)?)
 }
 

@@ -11,7 +11,8 @@ use clap::{Args, ValueEnum};
 use super::{
     interrupt::Interrupt,
     outputs::check_places,
-    run::{photons, show, terminal_bar, threads},
+    progress::{show, terminal_bar},
+    run::{photons, threads},
     summary::short,
 };
 use crate::{
