@@ -263,6 +263,53 @@ fn estimators_agree_in_a_room_by_day() {
     assert_eq!(text(&photons), text(&again));
 }
 
+/// Every command takes a scene by day, and shards are the whole. No chance in it.
+#[test]
+fn every_command_takes_daylight() {
+    let few = json!({ "photons": 4000, "map_photons": 2000 });
+    let scene = room_by_day().with("settings", few).write();
+    let sweep = r#"{"scene": "scene.json", "vary": {"/weather/direct_normal": [100, 700]}}"#;
+    std::fs::write(scene.path("a.sweep.json"), sweep).expect("a sweep");
+    for line in [
+        "check scene.json",
+        "run scene.json --photons 4000 --by-light -o whole.json --csv whole.csv",
+        "mix whole.json --power sky=0.5 -o mixed.json",
+        "run scene.json --photons 4000 --k 20 -o near.json",
+        "run scene.json --photons 4000 --shard 1/2 -o one.json",
+        "run scene.json --photons 4000 --shard 2/2 -o two.json",
+        "merge two.json one.json -o merged.json",
+        "run scene.json --photons 4000 -o plain.json",
+        "run scene.json --tolerance 0.3 --estimator paths --k 0 -o close.json",
+        "run scene.json --photons 20000 --estimator auto -o auto.json",
+        "run scene.json --photons 4000 --splitting 4 -o split.json",
+        "compare plain.json near.json",
+        "render scene.json --map-photons 2000 --width 40 --height 30 -o a.png",
+        "render scene.json --show irradiance --band PAR --map-photons 2000 --width 40 --height 30 -o b.png",
+        "view scene.json --results plain.json -o view.html",
+        "export scene.json --results plain.json -o a.vtp",
+        "sweep a.sweep.json -o swept",
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let output = crate::bad_input::phylux(&scene.path(""), &arguments);
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    let read = |name: &str| std::fs::read(scene.path(name)).expect("a file");
+    assert!(read("merged.json") == read("plain.json"));
+}
+
+/// At noon at least a third of the photons that enter the box around the greenhouse meet something in it:
+/// here 0.87 of them.
+#[test]
+fn photons_meet_the_greenhouse() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/greenhouse-day.json");
+    let run = run_file(&path, |settings| {
+        (settings.photons, settings.k) = (Some(20_000), Some(0));
+    });
+    for (missed, emitted) in run.energy.missed.iter().zip(&run.energy.emitted) {
+        assert!(*missed < 0.2 * emitted, "{missed} of {emitted}");
+    }
+}
+
 /// A year of weather and its hours: the sum of the runs' weights. The file has the sun and the sky of one
 /// day, and nights.
 #[test]

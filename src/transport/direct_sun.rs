@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::{
     math::{
         rng::{Purpose, Streams},
-        spectrum::{Spectrum, with_lanes},
+        spectrum::{Lanes, with_lanes},
     },
     scene::{captor::Channel, daylight::InfiniteLight, world::Scene},
     transport::paths::Face,
@@ -22,13 +22,13 @@ const NUMBERS: u32 = 8;
 /// its standard error. A list for each captor: light by light, per band and then per sum. Each is by shadow
 /// rays from 64 points; what no point faces is 0. Same seed, same result on any number of threads.
 pub fn direct_sun(scene: &Scene, lights: &[InfiniteLight], seed: u64) -> Vec<Vec<[f32; 2]>> {
-    with_lanes!(scene.lanes(), N => {
+    with_lanes!(scene.lanes(), L => {
         let captors = (0..scene.captors.len()).into_par_iter();
-        captors.map(|captor| of_captor::<N>(scene, captor, lights, seed)).collect()
+        captors.map(|captor| of_captor::<L>(scene, captor, lights, seed)).collect()
     })
 }
 
-fn of_captor<const N: usize>(
+fn of_captor<L: Lanes>(
     scene: &Scene,
     captor: usize,
     lights: &[InfiniteLight],
@@ -44,17 +44,16 @@ fn of_captor<const N: usize>(
         if normals.iter().any(|normal| light.may_shine_on(*normal)) {
             for set in (0..SETS).map(|set| l as u64 * SETS + set) {
                 let sequence = streams.sequence(set);
-                let mut sum = Spectrum::<N>::ZERO;
+                let mut found = vec![0.0; bands];
                 for point in 0..POINTS {
                     let rng = streams.history(set * POINTS + point);
                     let mut rng = rng.with_sobol(sequence, point, NUMBERS);
-                    sum = sum + face.direct::<N>(light, &mut rng);
+                    let direct = face.direct::<L>(light, &mut rng);
+                    for (sum, value) in found.iter_mut().zip(direct.iter().flat_map(|d| d.values()))
+                    {
+                        *sum += f64::from(*value) / POINTS as f64;
+                    }
                 }
-                if sum.is_zero() {
-                    continue;
-                }
-                let mean = |value: &f32| f64::from(*value) / POINTS as f64;
-                let found: Vec<f64> = sum.0[..bands].iter().map(mean).collect();
                 for ([sum, squares], value) in sums.iter_mut().zip(scene.with_sums(&found)) {
                     *sum += value;
                     *squares += value * value;

@@ -150,7 +150,7 @@ pub fn simulate_without_direct_sun(
         let part_of = part_of(scene, &settings);
         let mut run = Run::new(scene, &settings, part_of, Keep::OnCaptors, control)?;
         run.without_direct_sun = true;
-        with_lanes!(scene.lanes(), N => run.go::<N>())
+        run.go()
     })
 }
 

@@ -135,17 +135,18 @@ impl<'a> Face<'a> {
     }
 
     /// One shadow ray's estimate of the irradiance that a light at infinity brings straight or through thin panes,
-    /// per band, W/m2.
-    pub fn direct<const N: usize>(&self, light: &InfiniteLight, rng: &mut Stream) -> Spectrum<N> {
+    /// per band, W/m2; none where that is nothing.
+    pub fn direct<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Spectrum<L>> {
         let Start { point: origin, normal, .. } = self.start(rng);
-        let Some(sample) = light.sample::<N>(rng) else { return Spectrum::ZERO };
+        let sample = light.sample::<L>(rng)?;
         let direction = sample.toward;
         let cos = normal.dot(direction);
         if cos <= 0.0 {
-            return Spectrum::ZERO;
+            return None;
         }
-        let visible = self.scene.visibility_along::<N>(&Ray { origin, direction }, f32::INFINITY);
-        visible.map_or(Spectrum::ZERO, |visible| (sample.radiance_over_pdf * visible).scaled(cos))
+        let ray = Ray { origin, direction };
+        let visible = self.scene.visibility_along::<L>(&ray, f32::INFINITY)?;
+        Some((sample.radiance_over_pdf * visible).scaled(cos))
     }
 
     /// A point of the face, as far off it and from its edges as photons that leave it.
