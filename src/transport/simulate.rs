@@ -290,7 +290,8 @@ impl<'a> Run<'a> {
     fn schedule(&self, histories: u64) -> Result<Schedule> {
         if let Work::Paths(..) = self.work {
             let each = (histories / self.unit()).max(MIN_PATHS);
-            return Ok(Schedule::new(each, 1, self.full_task()));
+            let cuts = self.unit().div_ceil(TASK);
+            return Ok(Schedule { cuts, ..Schedule::new(each, 1, self.full_task()) });
         }
         let lights = self.scene.sources() as u64;
         if histories < lights {
@@ -314,7 +315,7 @@ impl<'a> Run<'a> {
                 let (mut totals, map) = (self.totals(), self.map_builder());
                 let of = Some(schedule.histories * self.unit());
                 let begin = self.begin(&schedule, &mut totals, map.as_ref())?;
-                self.round(&schedule, begin, of, &mut totals, map.as_ref())?;
+                self.rounds(&schedule, begin, 0..1, of, &mut totals, map.as_ref())?;
                 self.finish(totals, map, &schedule, End::Photons)
             }
             (None, Some(limit)) => {

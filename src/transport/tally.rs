@@ -48,28 +48,16 @@ impl Ledger {
         [emitted, absorbed, escaped, missed, lost]
     }
 
-    /// Adds `other` x `factors`, which are per band.
-    fn add(&mut self, other: &Self, factors: &[f64]) {
+    /// Adds `other`, each band times its factor.
+    fn add(&mut self, other: &Self, factor: impl Fn(usize) -> f64) {
         let bands = self.emitted.len();
         let other = [&other.emitted, &other.absorbed, &other.escaped, &other.missed, &other.lost];
         self.missed.resize(self.missed.len().max(other[3].len()), 0.0);
         for (mine, theirs) in self.entries().into_iter().zip(other) {
             for (i, (a, b)) in mine.iter_mut().zip(theirs).enumerate() {
-                *a += b * factors[i % bands];
+                *a += b * factor(i % bands);
             }
         }
-    }
-
-    /// Adds `other` x `scale` and empties it.
-    fn drain(&mut self, other: &mut Self, scale: f64) {
-        self.missed.resize(self.missed.len().max(other.missed.len()), 0.0);
-        for (mine, theirs) in self.entries().into_iter().zip(other.entries()) {
-            for (a, b) in mine.iter_mut().zip(theirs) {
-                *a += std::mem::take(b) * scale;
-            }
-        }
-        // empty again, so that no later sums show what was here
-        other.missed.clear();
     }
 }
 
@@ -84,24 +72,19 @@ struct Counts {
     last: u64,
 }
 
-impl Counts {
-    /// Adds what `other` has counted, of other histories, and empties it.
-    fn add(&mut self, other: &mut Self) {
-        self.photons += std::mem::take(&mut other.photons);
-        self.histories += std::mem::take(&mut other.histories);
-    }
-}
-
-/// Sums over some histories, per channel and band. Powers are in the units of [`crate::scene::light::Strata::weights`].
+/// Sums over some histories, per band of the channels in which anything was counted: one takes memory for these, and 4
+/// bytes for each other channel of the scene. Powers are in the units of [`crate::scene::light::Strata::weights`].
 #[derive(Clone, Debug)]
 pub struct Tally {
     bands: usize,
-    flux: Vec<f64>,
+    /// For each channel one more than its place in the next three lists; 0 where nothing was counted.
+    places: Vec<u32>,
+    touched: Vec<u32>,
     counts: Vec<Counts>,
+    /// Per place and band.
+    flux: Vec<f64>,
     /// Number of the history that is under way.
     history: u64,
-    /// Channels that are not empty.
-    touched: Vec<u32>,
     /// Straight flights between emission, interactions and escape.
     segments: u64,
     /// Paths that a length limit ended.
@@ -117,10 +100,11 @@ impl Tally {
         let bands = scene.bands.len();
         Self {
             bands,
-            flux: vec![0.0; scene.channels() * bands],
-            counts: vec![Counts::default(); scene.channels()],
-            history: 0,
+            places: vec![0; scene.channels()],
             touched: Vec::new(),
+            counts: Vec::new(),
+            flux: Vec::new(),
+            history: 0,
             segments: 0,
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials.len()),
@@ -128,12 +112,15 @@ impl Tally {
         }
     }
 
-    /// Bytes that one takes for `scene` split into so many parts, about.
-    pub fn bytes(scene: &Scene, parts: usize) -> usize {
+    /// Bytes that one takes for `scene` split into so many parts, about, when something was counted in at most so many
+    /// channels.
+    pub fn bytes(scene: &Scene, parts: usize, touched: usize) -> usize {
+        let touched = touched.min(scene.channels());
         let ledger = (scene.materials.len() + 3) * scene.bands.len();
-        let sums = (scene.channels() * scene.bands.len() + ledger) * size_of::<f64>();
-        let sums = sums + scene.channels() * size_of::<Counts>();
-        (parts + 1) * (2 * size_of::<Self>() + sums)
+        let sums = (touched * scene.bands.len() + ledger) * size_of::<f64>();
+        let places = scene.channels() * size_of::<u32>();
+        let counts = touched * (size_of::<Counts>() + size_of::<u32>());
+        (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
     }
 
     /// Scores the emission of a photon with all of its power, also in its `part`.
@@ -222,32 +209,24 @@ impl Tally {
         weights: impl IntoIterator<Item = &'a f64>,
         power: &Spectrum<L>,
     ) {
-        let counts = &mut self.counts[channel];
-        if counts.photons == 0 {
-            self.touched.push(channel as u32);
-        }
+        let place = self.place(channel);
+        let counts = &mut self.counts[place];
         counts.photons += 1;
         counts.histories += u64::from(counts.last != self.history);
         counts.last = self.history;
-        accumulate(&mut self.flux[channel * self.bands..][..self.bands], weights, power);
+        accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, power);
     }
 
-    /// Adds `other` and empties it.
-    pub fn drain(&mut self, other: &mut Self) {
-        for channel in std::mem::take(&mut other.touched) {
-            let c = channel as usize;
-            if self.counts[c].photons == 0 {
-                self.touched.push(channel);
-            }
-            self.counts[c].add(&mut other.counts[c]);
-            for b in c * self.bands..(c + 1) * self.bands {
-                self.flux[b] += std::mem::take(&mut other.flux[b]);
-            }
+    /// The place of a channel in the lists; at the end, if it is a new one.
+    #[inline]
+    fn place(&mut self, channel: usize) -> usize {
+        if self.places[channel] == 0 {
+            self.touched.push(channel as u32);
+            self.counts.push(Counts::default());
+            self.flux.resize(self.flux.len() + self.bands, 0.0);
+            self.places[channel] = self.touched.len() as u32;
         }
-        self.segments += std::mem::take(&mut other.segments);
-        self.cut_off += std::mem::take(&mut other.cut_off);
-        self.ledger.drain(&mut other.ledger, 1.0);
-        self.parts.iter_mut().zip(&mut other.parts).for_each(|(mine, theirs)| mine.drain(theirs));
+        self.places[channel] as usize - 1
     }
 }
 

@@ -1,124 +1,165 @@
-//! Batches on threads, added up in order.
+//! Tasks on threads, their sums added up to batches in order.
 
 use std::{
+    collections::BTreeMap,
     ops::Range,
-    sync::{
-        Condvar, Mutex, PoisonError,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::{Condvar, Mutex, PoisonError, atomic::Ordering},
 };
 
-use super::{Run, lock, schedule::Schedule};
+use super::{
+    Run, lock,
+    schedule::{AHEAD, Schedule},
+};
 use crate::{
     error::Result,
     transport::{
-        photon_map::MapBuilder,
-        tally::{Tally, Totals},
+        photon_map::{MapBuilder, TaskKey},
+        tally::{Sums, Tally, Totals},
     },
 };
 
+/// How far a run is: rounds, batches of the next one, and tasks of the batch after these whose sums are added.
+pub(super) type Place = (u64, u64, u64);
+
+/// What is asked of the one that takes batches.
+pub(super) enum Turn {
+    /// This batch comes next, with these sums.
+    Add(u64, Sums),
+    /// Keep what is done up to this place; the sums are those of the batch under way.
+    Keep(Place, Sums),
+}
+
 impl Run<'_> {
-    /// One round of batches, added up in order, from one of them on.
-    pub(super) fn round(
+    /// Rounds of batches, added up in order, from a place on. No thread waits between them.
+    pub(super) fn rounds(
         &self,
         schedule: &Schedule,
-        (round, first): (u64, u64),
+        from: Place,
+        rounds: Range<u64>,
         of: Option<u64>,
         totals: &mut Totals,
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<()> {
         let mut take = |turn: Turn| match turn {
-            Turn::Add(batch, sums) => {
-                totals.add_batch(self.scene, sums, schedule.batch(batch));
-                self.forget(Some(batch));
-            }
-            Turn::Keep(next) => self.keep((round, next), totals, map),
+            Turn::Add(batch, sums) => totals.add_batch(self.scene, &sums, schedule.batch(batch)),
+            Turn::Keep(place, sums) => self.keep(place, sums, totals, map),
         };
-        self.batches(schedule, round, first..schedule.batches, of, &mut take, map)?;
-        self.forget(None);
-        Ok(())
+        self.batches(schedule, from, rounds, 0..schedule.batches, of, &mut take, map)
     }
 
-    /// Some batches of a round, each traced whole by one thread and handed over, to be emptied, in order. Between
-    /// them, and when it is stopped, `take` is also asked to keep what is done, if anything is to be kept.
+    /// Some batches of some rounds, handed over in order. Threads take task after task, whichever batch it is
+    /// of; the sums of each are added in the order of tasks, so that rounding knows nothing of threads. Between
+    /// them, and when the run is stopped, `take` is also asked to keep what is done, if anything is to be kept.
+    #[allow(clippy::too_many_arguments)]
     pub(super) fn batches(
         &self,
         schedule: &Schedule,
-        round: u64,
+        from: Place,
+        rounds: Range<u64>,
         batches: Range<u64>,
         of: Option<u64>,
         take: &mut (dyn FnMut(Turn) + Send),
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<()> {
-        let next = AtomicU64::new(batches.start);
-        let taken = Mutex::new((batches.start, take));
-        let turn = Condvar::new();
+        let mut batch = self.tally();
+        self.begun().iter().for_each(|sums| batch.add_sums(sums));
+        let place = from.max((rounds.start, batches.start, 0));
+        let done = move |&(round, task, batch): &TaskKey| (round, batch, task) < place;
+        let queue = Mutex::new(Queue {
+            waiting: schedule.keys(rounds, batches).skip_while(done),
+            begun: 0,
+            done: BTreeMap::new(),
+            added: 0,
+            place,
+            batch,
+            take,
+        });
+        let (shared, turn) = (&queue, &Condvar::new());
+        let most = AHEAD * self.pool.current_num_threads() as u64;
         self.pool.broadcast(|_| {
-            let _alarm = Alarm { run: self, turn: &turn, taken: &taken };
-            let (mut task_sums, mut sums) = (self.tally(), self.tally());
+            let _alarm = Alarm { run: self, turn, queue: shared };
+            let mut tally = self.tally();
             loop {
-                let batch = next.fetch_add(1, Ordering::Relaxed);
-                if batch >= batches.end {
-                    return;
+                let mut queue = lock(shared);
+                while queue.begun - queue.added >= most && !self.stopped() {
+                    queue = turn.wait(queue).unwrap_or_else(PoisonError::into_inner);
                 }
-                let (mut task, tasks) = (self.begun(batch, &mut sums), schedule.tasks(batch));
-                while task < tasks {
-                    self.task(schedule, (round, task, batch), &mut task_sums, map);
-                    // it may be half done
-                    if self.stopped() {
-                        break;
-                    }
-                    sums.drain(&mut task_sums);
-                    task += 1;
-                    self.report(of, None);
-                    if self.note_if_due(batch, task, &mut sums) {
-                        let mut taken = lock(&taken);
-                        let next = taken.0;
-                        (taken.1)(Turn::Keep(next));
-                    }
-                }
-                let mut taken = lock(&taken);
-                while taken.0 != batch && !self.stopped() {
-                    taken = turn.wait(taken).unwrap_or_else(PoisonError::into_inner);
-                }
+                let Some(key) = queue.waiting.next().filter(|_| !self.stopped()) else { return };
+                let number = queue.begun;
+                queue.begun += 1;
+                drop(queue);
+                self.task(schedule, key, &mut tally, map);
+                // it may be half done
                 if self.stopped() {
-                    self.note(batch, task, &mut sums);
                     turn.notify_all();
                     return;
                 }
-                (taken.1)(Turn::Add(batch, &mut sums));
-                taken.0 += 1;
+                let mut queue = lock(shared);
+                queue.add(schedule, number, key, tally.take());
+                if self.keeps_now() {
+                    queue.keep();
+                }
+                drop(queue);
                 turn.notify_all();
+                self.report(of, None);
             }
         });
         if self.stopped() && !self.broken() {
-            let (next, take) = taken.into_inner().unwrap_or_else(PoisonError::into_inner);
-            take(Turn::Keep(next));
+            queue.into_inner().unwrap_or_else(PoisonError::into_inner).keep();
         }
         self.check_stopped()
     }
 }
 
-/// What is asked of the one that takes batches.
-pub(super) enum Turn<'a> {
-    /// This batch comes next; its sums are to be emptied.
-    Add(u64, &'a mut Tally),
-    /// All before this batch have come: keep what is done.
-    Keep(u64),
+/// The tasks of a run: which is next, and the sums that have not been added yet.
+struct Queue<'t, I> {
+    waiting: I,
+    /// Tasks that threads have begun.
+    begun: u64,
+    /// Sums of those that were done before their turn, by their number.
+    done: BTreeMap<u64, (TaskKey, Sums)>,
+    /// Tasks whose sums are added.
+    added: u64,
+    place: Place,
+    /// What the batch has so far whose turn it is.
+    batch: Tally,
+    take: &'t mut (dyn FnMut(Turn) + Send),
 }
 
-/// Tells the other threads of a panic in the one that holds it: they would wait for its batch for ever.
+impl<I> Queue<'_, I> {
+    /// Takes in the sums of a task, and adds all those whose turn it is.
+    fn add(&mut self, schedule: &Schedule, number: u64, key: TaskKey, sums: Sums) {
+        self.done.insert(number, (key, sums));
+        while let Some(((round, task, batch), sums)) = self.done.remove(&self.added) {
+            self.batch.add_sums(&sums);
+            self.added += 1;
+            self.place = (round, batch, task + 1);
+            if task + 1 == schedule.tasks(batch) {
+                self.place = (round, batch + 1, 0);
+                (self.take)(Turn::Add(batch, self.batch.take()));
+            }
+        }
+    }
+
+    fn keep(&mut self) {
+        let sums = self.batch.take();
+        self.batch.add_sums(&sums);
+        (self.take)(Turn::Keep(self.place, sums));
+    }
+}
+
+/// Tells the other threads of a panic in the one that holds it: they would wait for its task for ever.
 struct Alarm<'a, 'r, T> {
     run: &'a Run<'r>,
     turn: &'a Condvar,
-    taken: &'a Mutex<T>,
+    queue: &'a Mutex<T>,
 }
 
 impl<T> Drop for Alarm<'_, '_, T> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             // under the lock, so that none can look just before and begin to wait just after
-            let _taken = lock(self.taken);
+            let _queue = lock(self.queue);
             self.run.broken.store(true, Ordering::Relaxed);
             self.turn.notify_all();
         }

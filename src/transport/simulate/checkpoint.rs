@@ -1,21 +1,20 @@
-//! What a run has done so far, kept so that it can be gone on with: batches that are added up, those that have begun
-//! and how far, and the arrivals of both. Each batch is independent of the others and has its tasks in order, so a
-//! run that goes on from there finds the same bytes, wherever each thread was.
+//! What a run has done so far, kept so that it can be gone on with: batches that are added up, how far the next one is,
+//! and the arrivals of both. Tasks are added up in order, so a run that goes on from there finds the same
+//! bytes, wherever each thread was.
 
 use std::{
-    collections::BTreeMap,
     sync::{Mutex, atomic::Ordering},
     time::{Duration, Instant},
 };
 
 use serde::{Deserialize, Serialize};
 
-use super::{Run, lock, schedule::Schedule, shard::check_arrivals};
+use super::{Run, batches::Place, lock, schedule::Schedule, shard::check_arrivals};
 use crate::{
     error::{Error, Result},
     transport::{
         photon_map::{MapBuilder, TaskArrivals, TaskKey},
-        tally::{Sums, Tally, Totals},
+        tally::{Sums, Totals},
     },
 };
 
@@ -31,8 +30,9 @@ pub struct RunState {
     next: u64,
     /// What is added up.
     totals: Totals,
-    /// Batches that have begun, with the tasks done of each and their sums.
-    begun: BTreeMap<u64, (u64, Sums)>,
+    /// Tasks of that batch that are, to these sums.
+    tasks: u64,
+    sums: Sums,
     /// The first task whose arrivals no longer fit into the map.
     full: Option<TaskKey>,
     /// Of paths, per band: the bits of the largest irradiance that one found.
@@ -58,7 +58,8 @@ pub struct Keeper<'a> {
     /// Puts it where it lasts.
     save: &'a (dyn Fn(&RunState, KeptArrivals<'_, '_>) + Sync),
     resumed: Mutex<Option<Resumed>>,
-    begun: Mutex<BTreeMap<u64, (u64, Sums)>>,
+    /// What the batch had that the run goes on with.
+    begun: Mutex<Option<Sums>>,
     due: Mutex<Instant>,
 }
 
@@ -80,29 +81,26 @@ impl<'a> Keeper<'a> {
 }
 
 impl Run<'_> {
-    /// Where to begin: the round and the batch in it, and what was done before in `totals` and `map`. Error: what was
-    /// kept is of no such run.
+    /// Where to begin, and what was done before in `totals` and `map`. Error: what was kept is of no such run.
     pub(super) fn begin(
         &self,
         schedule: &Schedule,
         totals: &mut Totals,
         map: Option<&Mutex<MapBuilder>>,
-    ) -> Result<(u64, u64)> {
-        let Some(keeper) = self.keeper else { return Ok((0, 0)) };
+    ) -> Result<Place> {
+        let Some(keeper) = self.keeper else { return Ok((0, 0, 0)) };
         let Some(Resumed { state, arrivals }) = lock(&keeper.resumed).take() else {
-            return Ok((0, 0));
+            return Ok((0, 0, 0));
         };
-        let RunState { round, next, totals: before, begun, full, brightest } = state;
+        let RunState { round, next, tasks, sums, totals: before, full, brightest } = state;
+        let whole = if next < schedule.batches { schedule.tasks(next) } else { 1 };
         let fits = before.fits(totals)
             && next <= schedule.batches
             && round.checked_mul(schedule.batches).and_then(|n| n.checked_add(next))
                 == Some(before.batches)
             && brightest.len() == self.brightest.len()
-            && begun.iter().all(|(batch, (tasks, sums))| {
-                (next..schedule.batches).contains(batch)
-                    && *tasks <= schedule.tasks(*batch)
-                    && self.tally().fill(sums.clone()).is_some()
-            });
+            && tasks < whole
+            && self.tally().fits(&sums);
         let none = || {
             Error::input("--checkpoint", "does not fit its own scene and settings")
                 .remedy("remove the file, and the run begins anew")
@@ -117,83 +115,51 @@ impl Run<'_> {
         if let (Some(map), Some(full)) = (map, full) {
             lock(map).end_at(full);
         }
-        let tasks = begun.iter().flat_map(|(batch, (tasks, _))| (0..*tasks).map(|t| (*batch, t)));
-        let histories: u64 = tasks.map(|(batch, task)| schedule.range(batch, task).1).sum();
-        self.done.store((before.histories + histories) * self.unit(), Ordering::Relaxed);
+        let of_batch: u64 = (0..tasks).map(|task| self.photons_in(schedule, next, task)).sum();
+        self.done.store(before.histories * self.unit() + of_batch, Ordering::Relaxed);
         for (bits, most) in brightest.iter().zip(&self.brightest) {
             most.store(*bits, Ordering::Relaxed);
         }
         *totals = before;
-        *lock(&keeper.begun) = begun;
-        Ok((round, next))
+        *lock(&keeper.begun) = Some(sums);
+        Ok((round, next, tasks))
     }
 
-    /// Tasks of a batch that were done before, and their sums in `sums`, which is empty.
-    pub(super) fn begun(&self, batch: u64, sums: &mut Tally) -> u64 {
-        let Some(keeper) = self.keeper else { return 0 };
-        let before = lock(&keeper.begun).get(&batch).cloned();
-        before.and_then(|(tasks, before)| sums.fill(before).map(|()| tasks)).unwrap_or(0)
+    /// What the batch had that the run goes on with; once.
+    pub(super) fn begun(&self) -> Option<Sums> {
+        lock(&self.keeper?.begun).take()
     }
 
-    /// Notes how far a batch is, where it is time for that. Whether it was.
-    pub(super) fn note_if_due(&self, batch: u64, tasks: u64, sums: &mut Tally) -> bool {
-        let Some(keeper) = self.keeper.filter(|keeper| keeper.is_due()) else { return false };
-        let so_far = sums.take();
-        // it is empty, and these were its own
-        let filled = sums.fill(so_far.clone());
-        debug_assert!(filled.is_some(), "a tally takes back what it held");
-        lock(&keeper.begun).insert(batch, (tasks, so_far));
-        true
-    }
-
-    /// Notes how far a batch is that is given up.
-    pub(super) fn note(&self, batch: u64, tasks: u64, sums: &mut Tally) {
-        if let Some(keeper) = self.keeper {
-            lock(&keeper.begun).insert(batch, (tasks, sums.take()));
-        }
+    /// Whether it is time to keep what is done.
+    pub(super) fn keeps_now(&self) -> bool {
+        self.keeper.is_some_and(Keeper::is_due)
     }
 
     /// Keeps what the run has done.
     pub(super) fn keep(
         &self,
-        (round, next): (u64, u64),
+        (round, next, tasks): Place,
+        sums: Sums,
         totals: &Totals,
         map: Option<&Mutex<MapBuilder>>,
     ) {
         let Some(keeper) = self.keeper else { return };
         let began = Instant::now();
-        let mut begun = lock(&keeper.begun).clone();
-        begun.retain(|batch, _| *batch >= next);
         let map = map.map(|map| lock(map));
         let state = RunState {
             round,
             next,
             totals: totals.clone(),
-            begun,
+            tasks,
+            sums,
             full: map.as_ref().and_then(|map| map.end()),
             brightest: self.brightest.iter().map(|most| most.load(Ordering::Relaxed)).collect(),
         };
         // what else there is belongs to tasks that will be done again
-        let is_kept = |(of, task, batch): TaskKey| {
-            of < round
-                || batch < next
-                || state.begun.get(&batch).is_some_and(|(tasks, _)| task < *tasks)
-        };
+        let is_kept = |(of, task, batch): TaskKey| (of, batch, task) < (round, next, tasks);
         let arrivals = map.as_ref().into_iter().flat_map(|map| map.tasks());
         let mut kept = arrivals.map(|(key, task)| (*key, task)).filter(|(key, _)| is_kept(*key));
         (keeper.save)(&state, &mut kept);
         *lock(&keeper.due) = Instant::now() + keeper.every.max(SHARE * began.elapsed());
-    }
-
-    /// Forgets how far a batch was that is added up, or all of them at the end of a round.
-    pub(super) fn forget(&self, batch: Option<u64>) {
-        let Some(keeper) = self.keeper else { return };
-        let mut begun = lock(&keeper.begun);
-        match batch {
-            Some(batch) => {
-                begun.remove(&batch);
-            }
-            None => begun.clear(),
-        }
     }
 }

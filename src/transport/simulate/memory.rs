@@ -1,5 +1,6 @@
 //! What a run may take of memory.
 
+use super::schedule::AHEAD;
 use crate::{
     error::{Error, Result},
     math::machine::memory_left,
@@ -12,6 +13,8 @@ use crate::{
 
 /// The most memory that a run may take for its sums and results on any machine, bytes.
 const MOST: u64 = 16 << 30;
+/// Channels of captors that a task of photons reaches, about, at most: 64 arrivals of each.
+const TOUCHED: usize = 1 << 16;
 /// The most memory that sums of batches that wait for each other may take, bytes.
 const MOST_OPEN: u64 = 4 << 30;
 
@@ -23,11 +26,13 @@ pub(super) fn most_open() -> u64 {
 /// Refuses a run whose sums and results would not fit into memory, before it begins. The light is split
 /// into so many `parts` (0: not split); `nearest` says whether there are k-nearest estimates.
 pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) -> Result<()> {
-    let strata = scene.sources() * scene.lanes() * size_of::<f64>();
-    let of_each = 2 * Tally::bytes(scene, parts) + strata;
     // at the end sums and results stand side by side
     let results = result_bytes(scene, parts, nearest);
-    let bytes = threads.saturating_mul(of_each) + Totals::bytes(scene, parts) + results;
+    let batch = Tally::bytes(scene, parts, usize::MAX);
+    let bytes = threads.saturating_mul(thread_bytes(scene, parts))
+        + batch
+        + Totals::bytes(scene, parts)
+        + results;
     let most = MOST.min(memory_left());
     if bytes as u64 <= most {
         return Ok(());
@@ -47,6 +52,13 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
         _ => "ask for fewer captors, bands, lights or threads, or do not split by light",
     };
     Err(Error::input(format!("scene {}", scene.name), problem).remedy(remedy))
+}
+
+/// Bytes that a thread takes, about: a task's sums while it is traced, and those of tasks that wait for their turn.
+fn thread_bytes(scene: &Scene, parts: usize) -> usize {
+    let strata = scene.sources() * scene.lanes() * size_of::<f64>();
+    let waiting = Tally::bytes(scene, parts, TOUCHED) - Tally::bytes(scene, parts, 0);
+    Tally::bytes(scene, parts, TOUCHED) + AHEAD as usize * waiting + strata
 }
 
 /// Bytes that the results made of the sums take, about. They are written as they are read, without a copy of
@@ -105,6 +117,31 @@ mod tests {
         assert!(within(result_bytes(&scene, 1, true), numbers * 3 * 48));
         assert!(within(result_bytes(&scene, 0, false), numbers * 48));
         assert!(within(Totals::bytes(&scene, 1), numbers * 2 * 24));
-        assert!(within(Tally::bytes(&scene, 1), numbers * 2 * 8));
+        assert!(within(Tally::bytes(&scene, 1, usize::MAX), numbers * 2 * 8));
+    }
+
+    /// A thread takes 4 bytes for each channel of the scene, and 12 MB for what its tasks reach of them: with 1e6
+    /// triangles as captors, of three channels each, 24 MB in all.
+    #[test]
+    fn threads_take_memory_for_what_they_reach() {
+        let leaves = 200_000;
+        let band = Band { name: "PAR".into(), from_nm: None, to_nm: None };
+        let captor = |i: usize| CaptorPart {
+            id: format!("{i}"),
+            kind: CaptorKind::Virtual { both_sides: true },
+            triangles: vec![[DVec3::ZERO, DVec3::X, DVec3::Y]],
+            groups: Vec::new(),
+        };
+        let shape = LightShape::Point { position: DVec3::Z };
+        let scene = Scene::new(SceneParts {
+            bands: vec![band],
+            captors: (0..leaves).map(captor).collect(),
+            lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+            ..SceneParts::default()
+        });
+        let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+        let bytes = thread_bytes(&scene, 0);
+        let own = scene.channels() * size_of::<u32>() + 5 * TOUCHED * 36;
+        assert!((own..own + 10_000).contains(&bytes), "{bytes} bytes");
     }
 }

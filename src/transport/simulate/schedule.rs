@@ -1,9 +1,14 @@
-//! How a run is cut: rounds into batches, batches into tasks.
+//! How a run is cut: rounds into batches, which are for statistics; batches into tasks, which are for threads.
+
+use std::ops::Range;
 
 use crate::transport::photon_map::TaskKey;
 
 /// Batches of a run, and of each round of a run that goes on until it is accurate enough.
 pub const BATCHES: u64 = 128;
+
+/// Tasks for each thread that may be begun, or done and waiting for their turn, at a time.
+pub(super) const AHEAD: u64 = 4;
 
 /// The cut of a round into batches and tasks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,12 +19,14 @@ pub(super) struct Schedule {
     pub histories: u64,
     /// Histories of a task.
     pub task: u64,
+    /// Tasks that so many histories are cut into: of paths by the faces that they start from, else 1.
+    pub cuts: u64,
 }
 
 impl Schedule {
     /// Of `histories`, at least `least` to a batch.
     pub fn new(histories: u64, least: u64, task: u64) -> Self {
-        Self { batches: BATCHES.min(histories / least), histories, task }
+        Self { batches: BATCHES.min(histories / least), histories, task, cuts: 1 }
     }
 
     /// Histories of a batch.
@@ -27,21 +34,43 @@ impl Schedule {
         self.histories / self.batches + u64::from(batch < self.histories % self.batches)
     }
 
-    /// Tasks of a batch; the last one takes what is left over.
-    pub fn tasks(&self, batch: u64) -> u64 {
+    /// Ranges of histories of a batch; the last one takes what is left over.
+    fn ranges(&self, batch: u64) -> u64 {
         (self.batch(batch) / self.task).max(1)
+    }
+
+    /// Tasks of a batch.
+    pub fn tasks(&self, batch: u64) -> u64 {
+        self.ranges(batch) * self.cuts
     }
 
     /// First history and number of histories of a task within its batch.
     pub fn range(&self, batch: u64, task: u64) -> (u64, u64) {
-        let first = task * self.task;
-        let last = task + 1 == self.tasks(batch);
+        let range = task / self.cuts;
+        let first = range * self.task;
+        let last = range + 1 == self.ranges(batch);
         (first, if last { self.batch(batch) - first } else { self.task })
     }
 
-    /// The same batches, ended after `tasks` tasks each.
-    pub fn ended_after(&self, tasks: u64) -> Self {
-        Self { histories: self.batches * tasks * self.task, ..*self }
+    /// Which of so many faces paths of a task start from.
+    pub fn faces(&self, task: u64, faces: usize) -> Range<usize> {
+        let (cut, cuts) = ((task % self.cuts) as usize, self.cuts as usize);
+        cut * faces / cuts..(cut + 1) * faces / cuts
+    }
+
+    /// The tasks of some batches of some rounds, in the order in which their sums are added.
+    pub fn keys(self, rounds: Range<u64>, batches: Range<u64>) -> impl Iterator<Item = TaskKey> {
+        rounds.flat_map(move |round| {
+            batches
+                .clone()
+                .flat_map(move |batch| (0..self.tasks(batch)).map(move |task| (round, task, batch)))
+        })
+    }
+
+    /// The same batches, ended after `tasks` tasks each; none where histories would be cut apart.
+    pub fn ended_after(&self, tasks: u64) -> Option<Self> {
+        let histories = self.batches * (tasks / self.cuts) * self.task;
+        tasks.is_multiple_of(self.cuts).then_some(Self { histories, ..*self })
     }
 
     /// Histories before a task, in the order of the photon map.
@@ -53,5 +82,52 @@ impl Schedule {
             })
             .sum();
         round * self.histories + in_round
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Simulated workers that take the tasks of a run in order, each as soon as it is idle: the fewest tasks of one, and
+    /// the share of their time that they wait for the last. A task costs as much as it has histories.
+    fn work(schedule: &Schedule, workers: usize) -> (usize, f64) {
+        let (mut busy, mut tasks) = (vec![0; workers], vec![0; workers]);
+        for (_, task, batch) in schedule.keys(0..1, 0..schedule.batches) {
+            let idle = (0..workers).min_by_key(|&worker| busy[worker]).unwrap();
+            busy[idle] += schedule.range(batch, task).1;
+            tasks[idle] += 1;
+        }
+        let all: u64 = busy.iter().sum();
+        assert_eq!(all, schedule.histories * schedule.cuts);
+        let end = busy.iter().max().unwrap() * workers as u64;
+        (*tasks.iter().min().unwrap(), 1.0 - all as f64 / end as f64)
+    }
+
+    /// Batches are 128 whatever happens, and yet 1e7 histories keep 500 workers busy; so do 100 paths from each of 1e5
+    /// faces, of which a batch has one each.
+    #[test]
+    fn many_workers_have_enough_to_do() {
+        let photons = Schedule::new(10_000_000, 3, 1024);
+        let paths = Schedule { cuts: 98, ..Schedule::new(100, 1, 1) };
+        for schedule in [photons, paths] {
+            let (least, idle) = work(&schedule, 500);
+            assert!(least >= 4 && idle < 0.1, "{least} tasks, {idle} idle");
+        }
+    }
+
+    /// Every history of every face belongs to one task.
+    #[test]
+    fn tasks_are_whole() {
+        let schedule = Schedule { cuts: 3, ..Schedule::new(1000, 1, 3) };
+        let mut seen = vec![0; 7 * 1000];
+        for (_, task, batch) in schedule.keys(0..1, 0..schedule.batches) {
+            let before: u64 = (0..batch).map(|b| schedule.batch(b)).sum();
+            let (first, histories) = schedule.range(batch, task);
+            for history in before + first..before + first + histories {
+                schedule.faces(task, 7).for_each(|face| seen[history as usize * 7 + face] += 1);
+            }
+        }
+        assert!(seen.into_iter().all(|times| times == 1));
     }
 }

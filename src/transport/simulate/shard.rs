@@ -78,7 +78,7 @@ impl Run<'_> {
             return Err(Error::input("--shard", problem).remedy("ask for fewer shards"));
         }
         let range = shard.range(schedule.batches);
-        let bytes = Tally::bytes(self.scene, parts(&self.part_of));
+        let bytes = Tally::bytes(self.scene, parts(&self.part_of), usize::MAX);
         if (bytes as u64).saturating_mul(range.end - range.start) > most_open() {
             let problem =
                 "the batch sums of so many captors, lights and bands do not fit into memory";
@@ -89,11 +89,11 @@ impl Run<'_> {
         let mut batches = Vec::new();
         let mut take = |turn: Turn| {
             if let Turn::Add(batch, sums) = turn {
-                batches.push((batch, sums.take()));
+                batches.push((batch, sums));
             }
         };
         let of = Some(histories * self.unit());
-        self.batches(&schedule, 0, range, of, &mut take, map.as_ref())?;
+        self.batches(&schedule, (0, 0, 0), 0..1, range, of, &mut take, map.as_ref())?;
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
         let (tasks, end) = map.map_or_else(Default::default, MapBuilder::into_pieces);
         Ok(ShardSums { batches, tasks: tasks.into_iter().collect(), end })
@@ -105,6 +105,7 @@ pub struct Joined<'a> {
     run: Run<'a>,
     schedule: Schedule,
     totals: Totals,
+    /// An empty one, of which sums can be.
     tally: Tally,
     /// The batch that comes next.
     next: u64,
@@ -132,8 +133,8 @@ impl<'a> Joined<'a> {
         if batch != self.next || batch >= self.schedule.batches {
             return None;
         }
-        self.tally.fill(sums)?;
-        self.totals.add_batch(self.run.scene, &mut self.tally, self.schedule.batch(batch));
+        self.tally.fits(&sums).then_some(())?;
+        self.totals.add_batch(self.run.scene, &sums, self.schedule.batch(batch));
         self.next += 1;
         Some(())
     }

@@ -44,7 +44,16 @@ impl Run<'_> {
                 self.photons::<L>(schedule, key, own.as_ref().unwrap_or(strata), tally, map);
             }
         });
-        self.done.fetch_add(histories * self.unit(), Ordering::Relaxed);
+        self.done.fetch_add(self.photons_in(schedule, batch, task), Ordering::Relaxed);
+    }
+
+    /// Photons, or paths, of a task.
+    pub(super) fn photons_in(&self, schedule: &Schedule, batch: u64, task: u64) -> u64 {
+        let (_, histories) = schedule.range(batch, task);
+        match &self.work {
+            Work::Photons(_) => histories,
+            Work::Paths(faces, _) => histories * schedule.faces(task, faces.len()).len() as u64,
+        }
     }
 
     /// The random streams of a batch.
@@ -52,7 +61,7 @@ impl Run<'_> {
         Streams::new(self.settings.seed, self.purpose, round * BATCHES + batch)
     }
 
-    /// Follows paths from every face.
+    /// Follows paths from the faces of a task.
     fn paths<L: Lanes>(
         &self,
         schedule: &Schedule,
@@ -63,7 +72,8 @@ impl Run<'_> {
     ) {
         let (first, histories) = schedule.range(batch, task);
         let streams = self.streams(round, batch);
-        for (f, face) in faces.iter().enumerate() {
+        for f in schedule.faces(task, faces.len()) {
+            let face = &faces[f];
             if self.stopped() {
                 return;
             }

@@ -75,7 +75,7 @@ fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice>
     let mut histories = BATCHES * scene.sources() as u64;
     let totals = loop {
         let mut totals = run.totals();
-        run.round(&run.schedule(histories)?, (0, 0), None, &mut totals, None)?;
+        run.rounds(&run.schedule(histories)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
         if histories >= TRIAL || totals.segments >= RAYS {
             break totals;
         }

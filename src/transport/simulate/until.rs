@@ -36,18 +36,21 @@ impl Run<'_> {
         let (mut totals, map) = (self.totals(), self.map_builder());
         let (mut look, mut accuracy) = (1, None);
         let mut end = End::Photons;
-        let (first, mut batch) = self.begin(&schedule, &mut totals, map.as_ref())?;
-        while look <= first {
+        let begin = self.begin(&schedule, &mut totals, map.as_ref())?;
+        let mut done = begin.0;
+        while look <= done {
             look = next_look(look);
         }
-        for round in first + 1..=rounds {
-            let begin = (round - 1, std::mem::take(&mut batch));
-            self.round(&schedule, begin, limit, &mut totals, map.as_ref())?;
+        while done < rounds {
+            // all rounds to the next look at once; with a time limit one by one
+            let to = if self.settings.max_time.is_some() { done + 1 } else { look.min(rounds) };
+            self.rounds(&schedule, begin, done..to, limit, &mut totals, map.as_ref())?;
+            done = to;
             let time_is_up = short.is_some() || self.time_is_up();
-            if round < look && round < rounds && !time_is_up {
+            if done < look && done < rounds && !time_is_up {
                 continue;
             }
-            look = next_look(round);
+            look = next_look(done);
             let found = self.accuracy(&schedule, &totals, tolerance);
             let (met, worst) = (found.met, found.worst);
             accuracy = Some(found);
@@ -67,7 +70,8 @@ impl Run<'_> {
     /// All batches side by side, task by task, so that the run can end after any task with
     /// batches as if it had been asked for just so many photons.
     pub(super) fn until_time(&self, schedule: &Schedule, limit: Duration) -> Result<Simulation> {
-        let bytes = Tally::bytes(self.scene, parts(&self.part_of)) as u64 * schedule.batches;
+        let bytes =
+            Tally::bytes(self.scene, parts(&self.part_of), usize::MAX) as u64 * schedule.batches;
         if bytes > most_open() {
             let gib = bytes as f64 / f64::from(1 << 30);
             return Err(Error::input(
@@ -79,7 +83,7 @@ impl Run<'_> {
         if let Some(short) = self.less_than(schedule, schedule.batch(0).min(schedule.task))? {
             let (mut totals, map) = (self.totals(), self.map_builder());
             let of = Some(short.histories * self.unit());
-            self.round(&short, (0, 0), of, &mut totals, map.as_ref())?;
+            self.rounds(&short, (0, 0, 0), 0..1, of, &mut totals, map.as_ref())?;
             return self.finish(totals, map, &short, End::Time);
         }
         let map = self.map_builder();
@@ -100,24 +104,26 @@ impl Run<'_> {
                     }
                     if task < schedule.tasks(batch) {
                         self.task(schedule, (0, task, batch), &mut task_sums, map.as_ref());
-                        lock(&batches[batch as usize]).drain(&mut task_sums);
+                        lock(&batches[batch as usize]).add_sums(&task_sums.take());
                         self.report(Some(schedule.histories * self.unit()), None);
                     }
                 }
             });
             self.check_stopped()?;
             // the last task of a batch is of another length: there the run is complete or not
-            let whole = (0..schedule.batches).all(|b| task + 1 < schedule.tasks(b));
+            let more = (0..schedule.batches).all(|b| task + schedule.cuts < schedule.tasks(b));
             // at the border nearest to the limit
-            if self.started.elapsed() + began.elapsed() / 2 >= limit && whole {
-                ended = schedule.ended_after(task + 1);
+            if self.started.elapsed() + began.elapsed() / 2 >= limit
+                && let Some(short) = schedule.ended_after(task + 1).filter(|_| more)
+            {
+                ended = short;
                 end = End::Time;
                 break;
             }
         }
         let mut totals = self.totals();
         for (batch, sums) in batches.iter().enumerate() {
-            totals.add_batch(self.scene, &mut lock(sums), ended.batch(batch as u64));
+            totals.add_batch(self.scene, &lock(sums).take(), ended.batch(batch as u64));
         }
         self.finish(totals, map, &ended, end)
     }
@@ -136,7 +142,7 @@ impl Run<'_> {
         let mut parts = 1;
         while parts < most {
             let began = Instant::now();
-            self.round(&cut(parts), (0, 0), None, &mut self.totals(), None)?;
+            self.rounds(&cut(parts), (0, 0, 0), 0..1, None, &mut self.totals(), None)?;
             self.done.store(0, Ordering::Relaxed);
             self.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
             let taken = began.elapsed();

@@ -2,47 +2,44 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Counts, Ledger, Tally};
+use super::{Ledger, Tally};
 use crate::math::stats::is_possible;
 
 /// What a tally holds, channel by channel where anything was counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
-    channels: Vec<u32>,
-    photons: Vec<u64>,
-    histories: Vec<u64>,
+    pub(super) channels: Vec<u32>,
+    pub(super) photons: Vec<u64>,
+    pub(super) histories: Vec<u64>,
     /// Per channel and band.
-    flux: Vec<f64>,
-    segments: u64,
-    cut_off: u64,
-    ledger: Ledger,
+    pub(super) flux: Vec<f64>,
+    pub(super) segments: u64,
+    pub(super) cut_off: u64,
+    pub(super) ledger: Ledger,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    parts: Vec<Sums>,
+    pub(super) parts: Vec<Sums>,
 }
 
 /// The most that any count of a batch can be.
 const MOST: u64 = 1 << 53;
 
 impl Tally {
-    /// Takes out all that it holds.
+    /// Takes out all that it holds, in the order of the channels.
     pub fn take(&mut self) -> Sums {
-        let mut channels = std::mem::take(&mut self.touched);
+        let mut channels = self.touched.clone();
         channels.sort_unstable();
-        let counts = |&c: &u32| {
-            let mut counts = Counts::default();
-            counts.add(&mut self.counts[c as usize]);
-            (counts.photons, counts.histories)
-        };
-        let (photons, histories) = channels.iter().map(counts).unzip();
-        let mut flux = Vec::with_capacity(channels.len() * self.bands);
-        for &c in &channels {
-            let all = &mut self.flux[c as usize * self.bands..][..self.bands];
-            flux.extend(all.iter_mut().map(std::mem::take));
-        }
-        let mut ledger = self.ledger.clone();
-        ledger.entries().into_iter().for_each(|entry| entry.fill(0.0));
-        ledger.missed.clear();
-        std::mem::swap(&mut ledger, &mut self.ledger);
+        let places: Vec<usize> = channels
+            .iter()
+            .map(|&c| std::mem::take(&mut self.places[c as usize]) as usize - 1)
+            .collect();
+        let counts = |&place: &usize| (self.counts[place].photons, self.counts[place].histories);
+        let (photons, histories) = places.iter().map(counts).unzip();
+        let flux = |&place: &usize| &self.flux[place * self.bands..][..self.bands];
+        let flux = places.iter().flat_map(flux).copied().collect();
+        self.touched.clear();
+        self.counts.clear();
+        self.flux.clear();
+        let materials = self.ledger.absorbed.len() / self.bands;
         Sums {
             channels,
             photons,
@@ -50,42 +47,46 @@ impl Tally {
             flux,
             segments: std::mem::take(&mut self.segments),
             cut_off: std::mem::take(&mut self.cut_off),
-            ledger,
+            ledger: std::mem::replace(&mut self.ledger, Ledger::new(self.bands, materials)),
             parts: self.parts.iter_mut().map(Self::take).collect(),
         }
     }
 
-    /// Puts what another one of the same scene held into this one, which is empty. None, and anything in it, where
-    /// that cannot be.
-    pub fn fill(&mut self, sums: Sums) -> Option<()> {
+    /// Adds what another one of the same scene held, of other histories.
+    pub fn add_sums(&mut self, sums: &Sums) {
+        for (i, &channel) in sums.channels.iter().enumerate() {
+            let place = self.place(channel as usize);
+            self.counts[place].photons += sums.photons[i];
+            self.counts[place].histories += sums.histories[i];
+            let mine = &mut self.flux[place * self.bands..][..self.bands];
+            let theirs = &sums.flux[i * self.bands..][..self.bands];
+            mine.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
+        }
+        self.segments += sums.segments;
+        self.cut_off += sums.cut_off;
+        self.ledger.add(&sums.ledger, |_| 1.0);
+        self.parts.iter_mut().zip(&sums.parts).for_each(|(part, sums)| part.add_sums(sums));
+    }
+
+    /// Whether these can be sums of one of the same scene.
+    pub fn fits(&self, sums: &Sums) -> bool {
         let Sums { channels, photons, histories, flux, segments, cut_off, ledger, parts } = sums;
-        let mut counts = photons.iter().chain(&histories).chain([&segments, &cut_off]);
+        let mut counts = photons.iter().chain(histories).chain([segments, cut_off]);
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };
-        let Ledger { emitted, absorbed, escaped, missed, lost } = &ledger;
+        let Ledger { emitted, absorbed, escaped, missed, lost } = ledger;
         let possible = |powers: &Vec<f64>| powers.iter().all(|power| is_possible(*power));
-        let fits = channels.is_sorted_by(|a, b| a < b)
-            && channels.last().is_none_or(|last| (*last as usize) < self.counts.len())
+        channels.is_sorted_by(|a, b| a < b)
+            && channels.last().is_none_or(|last| (*last as usize) < self.places.len())
             && photons.len() == channels.len()
             && histories.len() == channels.len()
             && flux.len() == channels.len() * self.bands
             && counts.all(|count| *count <= MOST)
-            && [emitted, absorbed, escaped, missed, lost, &flux].into_iter().all(possible)
-            && entries(&ledger) == entries(&self.ledger)
+            && [emitted, absorbed, escaped, missed, lost, flux].into_iter().all(possible)
+            && entries(ledger) == entries(&self.ledger)
             && (missed.is_empty() || missed.len() == self.bands)
-            && parts.len() == self.parts.len();
-        if !fits {
-            return None;
-        }
-        for (i, &channel) in channels.iter().enumerate() {
-            let (c, bands) = (channel as usize, self.bands);
-            self.counts[c].photons = photons[i];
-            self.counts[c].histories = histories[i];
-            self.flux[c * bands..][..bands].copy_from_slice(&flux[i * bands..][..bands]);
-        }
-        (self.touched, self.ledger) = (channels, ledger);
-        (self.segments, self.cut_off) = (segments, cut_off);
-        self.parts.iter_mut().zip(parts).try_for_each(|(part, sums)| part.fill(sums))
+            && parts.len() == self.parts.len()
+            && self.parts.iter().zip(parts).all(|(part, sums)| part.fits(sums))
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Counts, Ledger, Tally};
+use super::{Ledger, Sums};
 use crate::{
     math::stats::{Running, is_possible},
     scene::{captor::CHANNELS, world::Scene},
@@ -71,33 +71,29 @@ impl Totals {
         (parts + 1) * (size_of::<Self>() + sums)
     }
 
-    /// Adds a batch of `histories` and empties it. Each batch counts alike: it is a whole small
+    /// Adds a batch of `histories`. Each batch counts alike: it is a whole small
     /// run, in which every light has its share.
-    pub fn add_batch(&mut self, scene: &Scene, batch: &mut Tally, histories: u64) {
+    pub fn add_batch(&mut self, scene: &Scene, batch: &Sums, histories: u64) {
         let scale = 1.0 / histories as f64;
         let bands = scene.bands.len();
-        let mut touched = std::mem::take(&mut batch.touched);
-        touched.sort_unstable();
         let mut row = vec![0.0; self.columns];
-        for &channel in &touched {
+        for (i, &channel) in batch.channels.iter().enumerate() {
             let channel = channel as usize;
-            for (b, value) in row[..bands].iter_mut().enumerate() {
-                *value = std::mem::take(&mut batch.flux[channel * bands + b]) * scale;
-            }
+            let flux = &batch.flux[i * bands..][..bands];
+            row.iter_mut().zip(flux).for_each(|(value, flux)| *value = flux * scale);
             for (s, sum) in scene.sums.iter().enumerate() {
                 row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
             }
-            let mut counts = Counts::default();
-            counts.add(&mut batch.counts[channel]);
-            self.photons[channel] += counts.photons;
-            self.arrived[channel] += counts.histories;
+            let photons = batch.photons[i];
+            self.photons[channel] += photons;
+            self.arrived[channel] += batch.histories[i];
             for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
                 running.add(*value);
             }
             let captor = &scene.captors[self.captor_of_channel[channel] as usize];
             for &group in &captor.groups {
                 let group_channel = group * CHANNELS.len() + channel - captor.first_channel;
-                self.photons[scene.channels() + group_channel] += counts.photons;
+                self.photons[scene.channels() + group_channel] += photons;
                 let values = &mut self.group_values[group_channel * self.columns..];
                 values.iter_mut().zip(&row).for_each(|(sum, value)| *sum += value);
             }
@@ -106,12 +102,12 @@ impl Totals {
         for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
             running.add(std::mem::take(value));
         }
-        self.ledger.drain(&mut batch.ledger, scale);
+        self.ledger.add(&batch.ledger, |_| scale);
         self.batches += 1;
         self.histories += histories;
-        self.segments += std::mem::take(&mut batch.segments);
-        self.cut_off += std::mem::take(&mut batch.cut_off);
-        for (part, sums) in self.parts.iter_mut().zip(&mut batch.parts) {
+        self.segments += batch.segments;
+        self.cut_off += batch.cut_off;
+        for (part, sums) in self.parts.iter_mut().zip(&batch.parts) {
             part.add_batch(scene, sums, histories);
         }
     }
@@ -150,7 +146,7 @@ impl Totals {
         };
         let mut ledger = Ledger::new(self.ledger.emitted.len(), 0);
         ledger.absorbed = vec![0.0; self.ledger.absorbed.len()];
-        parts().for_each(|(part, factors)| ledger.add(&part.ledger, factors));
+        parts().for_each(|(part, factors)| ledger.add(&part.ledger, |band| factors[band]));
         Self {
             running: (0..self.running.len()).map(mix).collect(),
             photons: self.photons.clone(),
@@ -183,7 +179,8 @@ impl Totals {
     pub fn ledger(&self) -> Ledger {
         let mut mean = Ledger::new(self.ledger.emitted.len(), 0);
         mean.absorbed = vec![0.0; self.ledger.absorbed.len()];
-        mean.drain(&mut self.ledger.clone(), 1.0 / self.batches as f64);
+        let scale = 1.0 / self.batches as f64;
+        mean.add(&self.ledger, |_| scale);
         mean
     }
 }
