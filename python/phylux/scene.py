@@ -285,12 +285,11 @@ class Scene:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
-        """Reads a scene file. Errors: it is none, as ``phylux check`` says it."""
+        """Reads a scene file. Errors: it cannot be read, or is no JSON; `check` and `run` say what is wrong inside."""
         place = Path(path)
         scene = cls.__new__(cls)
         scene._keys = _read(place)
         scene._meshes, scene._tables, scene._path = {}, {}, place
-        scene._load(quiet=True)
         return scene
 
     def copy(self) -> Scene:
