@@ -217,3 +217,28 @@ fn darkness_is_drawn() {
         phylux(&scene, &["-o", "a.png", "--show", show]).args(SMALL).assert().success();
     }
 }
+
+/// A picture has less noise than its numbers: over the flat wall that is seen, neighbours differ less, while
+/// the numbers (EXR) are the same to the byte.
+#[test]
+fn pictures_are_denoised_and_numbers_are_not() {
+    let scene = small_room().write();
+    let roughness = |denoise: &str| {
+        let show = ["--show", "irradiance", "-o", "a.png", "-o", "a.exr", "--denoise", denoise];
+        phylux(&scene, &[&SMALL[..], &["--k", "20"], &show[..]].concat()).assert().success();
+        let (width, _, pixels) = read_png(&scene.path("a.png"));
+        // of green, across and down the picture without its colour bar
+        let green = |x: usize, y: usize| f64::from(pixels[3 * (y * width + x) + 1]);
+        let rough = |(x, y): (usize, usize)| (green(x, y) - green(x + 1, y)).abs();
+        let sum: f64 = (0..30).flat_map(|y| (0..39).map(move |x| (x, y))).map(rough).sum();
+        (sum, fs::read(scene.path("a.exr")).expect("numbers"))
+    };
+    let ((off, numbers), (on, same)) = (roughness("off"), roughness("on"));
+    // the corners of the room stay as they are
+    assert!(on < 0.85 * off, "{on} {off}");
+    assert!(numbers == same, "numbers were filtered");
+    let mut misplaced = phylux(&scene, &["--show", "photons", "--denoise", "on", "-o", "b.png"]);
+    let output = misplaced.output().expect("phylux starts");
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && words.contains("--denoise"), "{words}");
+}

@@ -88,6 +88,9 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
     if show != What::Radiance && arguments.gather > 0 {
         return misplaced("--gather", "radiance");
     }
+    if matches!(show, What::Captors | What::Photons) && arguments.denoise.is_some() {
+        return misplaced("--denoise", "radiance, irradiance or absorbed");
+    }
     if show != What::Radiance && arguments.exposure.is_some() {
         return misplaced("--exposure", "radiance");
     }

@@ -2,6 +2,7 @@
 //!
 //! Random numbers belong to pixels and rays, so a picture does not depend on threads.
 
+mod denoise;
 mod dots;
 mod radiance;
 mod shared;
@@ -28,6 +29,7 @@ use crate::{
     },
 };
 
+pub use denoise::{Guide, denoised, guides};
 pub use dots::{Dot, path_dots, photon_dots};
 use radiance::Whitted;
 use shared::{PIXELS, Shared};

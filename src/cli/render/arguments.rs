@@ -24,12 +24,16 @@ pub struct Arguments {
     #[command(flatten)]
     pub view: view::ViewArguments,
     /// Rays of each pixel
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub rays: u32,
     /// With --show radiance: look into so many directions from every point that scatters, and join it with
     /// the lamps: sharp shadows and smooth walls, for a longer time
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub gather: u32,
+    /// Whether the light on each piece of surface is evened out in PNG pictures; numbers (EXR) never are
+    /// [default: on]
+    #[arg(long, value_enum, value_name = "ON")]
+    pub denoise: Option<Denoise>,
     /// With --show radiance: a value of 2^-STOPS is white [default: chosen for the picture]
     #[arg(long, value_name = "STOPS", value_parser = stops, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
@@ -76,6 +80,13 @@ pub enum What {
     Absorbed,
     Captors,
     Photons,
+}
+
+/// Whether noise is taken out of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Denoise {
+    On,
+    Off,
 }
 
 /// What colours photons.

@@ -20,8 +20,8 @@ impl Task<'_> {
         let light = self.light()?;
         let pixels = self.pixels(&light, Show::Radiance { gather: self.arguments.gather })?;
         let colours = self.colours();
-        let count = pixels.covered.len();
-        let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(pixels.pixel(i))).collect();
+        let (count, shown) = (pixels.covered.len(), self.shown(&light, &pixels)?);
+        let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
         let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
         let exposure = chosen.unwrap_or_else(|| Exposure::of(&linear));
         let picture = Picture::new(pixels.width, linear.iter().map(|c| exposure.srgb(*c)));
@@ -40,8 +40,9 @@ impl Task<'_> {
     pub fn false_colour(&self, show: Show) -> Result<Made> {
         let light = self.light()?;
         let pixels = self.pixels(&light, show)?;
+        let shown = self.shown(&light, &pixels)?;
         let value = |i: usize| {
-            let values = pixels.pixel(i);
+            let values = shown.pixel(i);
             self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>()
         };
         let seen = (0..pixels.covered.len()).filter(|&i| pixels.covered[i] > 0.0);

@@ -2,9 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 
-use super::arguments::{Arguments, What};
+use super::arguments::{Arguments, Denoise, What};
 use crate::{
     cli::progress::{show, terminal_bar},
     error::{Error, Result},
@@ -13,7 +15,10 @@ use crate::{
     scene::world::Scene,
     show::{
         picture::{Legend, PAPER, Picture, Scale},
-        render::{FirstVisible, Pixels, Sampling, Show, Viewpoint, check_size, painted, render},
+        render::{
+            FirstVisible, Pixels, Sampling, Show, Viewpoint, check_size, denoised, guides, painted,
+            render,
+        },
     },
     transport::{
         settings::Settings,
@@ -133,6 +138,15 @@ impl<'a> Task<'a> {
         self.watched("pixels", |control| {
             render(light, &self.viewpoint, show, self.sampling, control)
         })
+    }
+
+    /// What of these pixels the picture shows: without their noise, unless the user wants it.
+    pub fn shown<'p>(&self, light: &SurfaceLight, pixels: &'p Pixels) -> Result<Cow<'p, Pixels>> {
+        if self.arguments.denoise == Some(Denoise::Off) {
+            return Ok(Cow::Borrowed(pixels));
+        }
+        let guides = guides(&self.viewpoint, &light.patches, self.sampling)?;
+        denoised(pixels, &guides, self.sampling.threads).map(Cow::Owned)
     }
 
     /// The user's, or one that a share of the values is inside.
