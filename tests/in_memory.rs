@@ -178,11 +178,11 @@ const SPOILED: &[Spoiled] = &[
     (|p| material(p, Material::Pane(Pane::new(1.5, &[2.0; 3]))), "material `soil`: tint: 2, must"),
     (
         |p| material(p, leaf(&[0.6; 3], &[0.5; 3], 1.425)),
-        "material `soil`: back: reflectance + transmittance = 1.1000, must be at most 1",
+        "material `soil`: back: reflectance + transmittance = 1.1000 in band `blue`, must be at most 1",
     ),
     (
         |p| material(p, leaf(&[0.0; 3], &[0.99; 3], 1.425)),
-        "back: reflectance (of the cuticle alone) + transmittance = 1.0207, must be at most 1",
+        "back: reflectance (of the cuticle alone) + transmittance = 1.0207 in band `blue`, must be at most 1",
     ),
     (|p| material(p, leaf(&[-0.25; 3], &[0.5; 3], 1.0)), "back: reflectance: -0.25, must be from"),
     (|p| material(p, leaf(&[0.5; 3], &[1.25; 3], 1.0)), "back: transmittance: 1.25, must be from"),
@@ -190,7 +190,7 @@ const SPOILED: &[Spoiled] = &[
     (|p| material(p, leaf(&[0.5; 3], &[0.5; 3], 2000.0)), "ior = 2000, must be from 1 to 1000"),
     (
         |p| material(p, phong([&[0.5; 3], &[0.4; 3], &[0.2; 3]], 1.0)),
-        "reflectance + specular + transmittance = 1.1000, must be at most 1; lower one of them",
+        "reflectance + specular + transmittance = 1.1000 in band `blue`, must be at most 1; lower one of them",
     ),
     (|p| material(p, phong([&[0.1; 3]; 3], -1.0)), "exponent: -1, must be from 0 to 1000000000"),
     (|p| material(p, phong([&[0.1; 3], &[0.1; 3], &[0.1]], 1.0)), "transmittance: 1 numbers"),
