@@ -148,7 +148,7 @@ fn sums_in_a_room_are_those_of_a_period() {
                 let allowed = 0.02 * exact + 4.0 * se.hypot(found.variance.sqrt());
                 let off = found.mean - exact;
                 assert!(off.abs() < allowed, "{id}, band {b}: {off}, allowed {allowed} of {exact}");
-                assert!(allowed < 0.2 * exact, "{id}, band {b}: {allowed} of {exact}");
+                assert!(allowed < 0.3 * exact, "{id}, band {b}: {allowed} of {exact}");
                 // hours share patches: their errors are not independent
                 let scale = 0.0036 / 2.0;
                 let apart = |s: &usize| {
