@@ -224,7 +224,7 @@ fn every_output_is_written() {
     assert_eq!(rows[0], "captor,face,band,quantity,value,standard_error,x,y,z,area,group");
     let flux = &whole["captors"][0]["front"]["flux"][0];
     let error = &whole["captors"][0]["front"]["flux_se"][0];
-    assert_eq!(rows[1], format!("a/a,front,all,flux,{flux},{error}"));
+    assert!(rows[1].starts_with(&format!("a/a,front,all,flux,{flux},{error},")), "{table}");
     assert!(rows.iter().any(|row| row.starts_with("a/a,back,all,irradiance,0,")), "{table}");
     assert!(rows.iter().any(|row| row.starts_with("a/a,,all,absorbed,")), "{table}");
 }
