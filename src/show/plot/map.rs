@@ -1,9 +1,9 @@
 //! Irradiance of sensors over the plane that they lie in.
 
 use super::{
-    Chosen, Drawn, Plot,
+    chosen::{Chosen, nothing},
+    drawing::{Drawn, Plot},
     heat_map::{HeatMap, HeatMaps},
-    nothing,
 };
 use crate::{
     error::Result,

@@ -2,7 +2,10 @@
 
 use indexmap::IndexMap;
 
-use super::{Chosen, Drawn, Plot, error_bar, nothing};
+use super::{
+    chosen::{Chosen, error_bar, nothing},
+    drawing::{Drawn, Plot},
+};
 use crate::{
     error::Result,
     results::result::CaptorResult,

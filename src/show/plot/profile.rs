@@ -1,6 +1,9 @@
 //! Light over height.
 
-use super::{Chosen, Drawn, Plot, error_bar, nothing};
+use super::{
+    chosen::{Chosen, error_bar, nothing},
+    drawing::{Drawn, Plot},
+};
 use crate::{
     error::Result,
     results::result::CaptorResult,

@@ -1,6 +1,9 @@
 //! Irradiance per nanometre.
 
-use super::{Chosen, Drawn, Plot, error_bar, nothing};
+use super::{
+    chosen::{Chosen, error_bar, nothing},
+    drawing::{Drawn, Plot},
+};
 use crate::{
     error::Result,
     results::result::{BandResult, FaceResult},
