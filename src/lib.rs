@@ -65,11 +65,13 @@ pub use math::rng::Stream;
 pub use math::spectrum::{Lanes, Spectrum, Wide};
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
+pub use results::calibration::{Calibration, Model, ModelErrors, ReadingResult, SlopeIntercept};
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{
-    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, GroupResult,
-    MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Warning, WorstResult,
+    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, Factor,
+    GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Warning,
+    WorstResult,
 };
 pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;

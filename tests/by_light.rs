@@ -1,6 +1,6 @@
 //! Results split by light, and mixed again at other powers.
 
-use phylux::{ByLight, Estimator, FaceResult, RunResult, Settings};
+use phylux::{ByLight, Estimator, FaceResult, Factor, RunResult, Settings};
 use serde_json::{Value, json};
 
 use crate::{
@@ -167,7 +167,8 @@ fn a_mix_is_linear() {
     // a mix of a mix, and what is read of the file again
     let half = mix([0.5, 1.0, 4.0]).mix(&factors([2.0, 1.0, 0.25])).expect("a mix");
     assert_eq!(value(&half)["captors"], value(&same)["captors"]);
-    assert_eq!(half.mixed, Some(factors([1.0; 3])));
+    let ones = factors([1.0; 3]).into_iter().map(|(name, one)| (name, Factor::All(one)));
+    assert_eq!(half.mixed, Some(ones.collect()));
     let read: RunResult = serde_json::from_str(&value(&split).to_string()).expect("a result");
     assert_eq!(value(&read), value(&split));
 }

@@ -3,6 +3,7 @@
 mod bad_input;
 mod by_light;
 mod bytes;
+mod calibrate;
 mod check;
 mod checkpoint;
 mod closed_forms;

@@ -11,8 +11,8 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::{output::FilesRead, result_file::read_json},
-    results::result::{ByLight, RunResult},
+    formats::{calibration_file, output::FilesRead, result_file::read_json},
+    results::result::{ByLight, Factor, RunResult},
 };
 
 /// Lights that are listed.
@@ -24,8 +24,11 @@ pub(super) struct Arguments {
     results: PathBuf,
     /// Factors on the powers that the lights had in the run, as in "row 1=0.5,row 2=2"; 0 puts a light
     /// out, `row *` stands for all lights whose names begin so, and those not named stay as they were
-    #[arg(long, value_name = "LIGHT=FACTOR,...", required = true)]
+    #[arg(long, value_name = "LIGHT=FACTOR,...", required_unless_present = "calibration")]
     power: Vec<String>,
+    /// Factors per band from a file that `phylux calibrate` has written; --power comes on top
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
     #[command(flatten)]
     outputs: OutputArguments,
 }
@@ -33,13 +36,28 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
-    let read = FilesRead::new([&arguments.results]);
+    let read = FilesRead::new([&arguments.results].into_iter().chain(&arguments.calibration));
     let mut places = outputs.places();
     check_places(&places, &read)?;
     let entries = entries(&arguments.power)?;
     let result = read_json(&arguments.results)?;
     let factors = factors(entries, &result)?;
-    let mixed = result.mix(&factors).map_err(|e| e.at(arguments.results.display()))?;
+    let wrong = |e: Error| e.at(arguments.results.display());
+    let calibrated = match &arguments.calibration {
+        None => result,
+        Some(file) => {
+            let calibration = calibration_file::read(file)?;
+            let names = result.bands.iter().filter(|band| band.sum_of.is_none());
+            if !names.map(|band| &band.name).eq(&calibration.bands) {
+                return Err(Error::input(file.display(), "its bands are not those of the results")
+                    .remedy("calibrate with this scene"));
+            }
+            let factors = calibration.factors.into_iter();
+            let factors = factors.map(|(light, factors)| (light, Factor::Bands(factors))).collect();
+            result.mix_bands(&factors).map_err(wrong)?
+        }
+    };
+    let mixed = calibrated.mix(&factors).map_err(wrong)?;
     places.extend(outputs.captor_places(mixed.captors.iter().map(|captor| captor.id.as_str()))?);
     check_places(&places, &read)?;
     interrupt.writing();

@@ -1,5 +1,6 @@
 //! The command line: one file per command.
 
+mod calibrate;
 mod chart;
 mod check;
 mod compare;
@@ -54,6 +55,8 @@ enum Command {
     Check(check::Arguments),
     /// Chart error against cost for every estimator, and say what the scene needs
     Chart(chart::Arguments),
+    /// Fit the powers of the lamps to what an instrument read
+    Calibrate(calibrate::Arguments),
     /// Make a picture of a scene: what a camera would see, or its light in false colour
     Render(Box<render::Arguments>),
     /// Compare two results captor by captor, worst first
@@ -112,6 +115,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Run(arguments) => return finish(run::run(&arguments)),
         Command::Check(arguments) => check::run(&arguments),
         Command::Chart(arguments) => chart::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => return finish(compare::run(&arguments)),
         Command::Mix(arguments) => mix::run(&arguments),

@@ -148,7 +148,7 @@ pub(super) fn threads(text: &str) -> Checked<usize> {
     Settings::check_threads(count(text)?)
 }
 
-fn tolerance(text: &str) -> Checked<f64> {
+pub(super) fn tolerance(text: &str) -> Checked<f64> {
     Settings::check_tolerance(number(text)?)
 }
 

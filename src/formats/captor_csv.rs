@@ -1,12 +1,12 @@
 //! Captor files: one disc per row of a CSV file, in the file's unit.
 
 use std::collections::HashMap;
-use std::fmt::Display;
 use std::path::Path;
 
-use csv::{ByteRecord, ReaderBuilder, StringRecord};
+use csv::StringRecord;
 use glam::DVec3;
 
+use super::csv_table::{Place, records};
 use crate::error::{Error, Result, nearest};
 use crate::formats::input::quoted;
 use crate::math::geometry::unit_vector;
@@ -45,29 +45,15 @@ const HEADER: &str = "the first line names the columns: x,y,z,radius,nx,ny,nz an
 /// that is no finite number, a radius that is not positive, a normal of length zero, an id that is
 /// empty or there twice.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<CaptorRow>> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut csv = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
-    let mut lines = LineCounter { bytes, at: 0, line: 1 };
     let mut header: Option<Header> = None;
     let mut rows = Vec::new();
     let mut ids: HashMap<String, u64> = HashMap::new();
-    let mut raw = ByteRecord::new();
-    // reading from memory cannot fail, and neither UTF-8 nor lengths are checked there
-    while csv.read_byte_record(&mut raw).unwrap_or(false) {
-        let start = raw.position().map_or(0, |p| p.byte());
-        let place = Place { path, line: lines.at_record(start as usize) };
-        let mut record = StringRecord::from_byte_record(raw.clone()).map_err(|_| {
-            place.error("is not UTF-8 text").remedy("save the file as CSV in UTF-8")
-        })?;
-        record.trim();
+    for record in records(bytes, path) {
+        let (place, record) = record?;
         let Some(header) = &header else {
             header = Some(Header::read(&record, &place)?);
             continue;
         };
-        // what spreadsheets leave below a table
-        if record.iter().all(str::is_empty) {
-            continue;
-        }
         let row = header.row(&record, &place)?;
         if let Some(id) = &row.id
             && let Some(first) = ids.insert(id.clone(), row.line)
@@ -82,40 +68,6 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<CaptorRow>> {
         return Err(Error::input(path.display(), found).remedy(HEADER));
     }
     Ok(rows)
-}
-
-/// A line of the file, for errors.
-struct Place<'a> {
-    path: &'a Path,
-    line: u64,
-}
-
-impl Place<'_> {
-    fn error(&self, problem: impl Display) -> Error {
-        Error::input(format_args!("{}:{}", self.path.display(), self.line), problem)
-    }
-}
-
-/// Counts lines, for those of the csv crate are wrong after CR LF and after blank lines.
-struct LineCounter<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: u64,
-}
-
-impl LineCounter<'_> {
-    /// The line of the record that starts at or after `byte`; calls go forward.
-    fn at_record(&mut self, byte: usize) -> u64 {
-        while let Some(&b) = self.bytes.get(self.at)
-            && (self.at < byte || matches!(b, b'\n' | b'\r'))
-        {
-            // CR, LF and CR LF all end a line
-            let ends = b == b'\n' || b == b'\r' && self.bytes.get(self.at + 1) != Some(&b'\n');
-            self.line += u64::from(ends);
-            self.at += 1;
-        }
-        self.line
-    }
 }
 
 /// Where the columns are.

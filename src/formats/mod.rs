@@ -4,14 +4,17 @@
 //! [`input`] and [`output`] are the only doors to
 //! the disk; an error names the file and the place in it.
 
+pub mod calibration_file;
 pub mod captor_csv;
 pub mod checkpoint_file;
 pub mod control_file;
+pub mod csv_table;
 pub mod csv_text;
 pub mod environment_map;
 pub mod input;
 pub mod iso8601;
 pub mod json;
+pub mod measured_csv;
 pub mod obj;
 pub mod output;
 pub mod photometry;

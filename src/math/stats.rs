@@ -1,5 +1,7 @@
 //! From batch sums to a mean and its standard error.
 
+use std::f64::consts::FRAC_PI_2;
+
 use serde::{Deserialize, Serialize};
 
 /// Running sum, sum of squares and largest of equally weighted batch estimates that are not negative, and how
@@ -117,6 +119,30 @@ pub fn rate_bound(hit: u64, batches: u64) -> f64 {
     high
 }
 
+/// The half width, in standard errors, of the interval that holds Student's t of so many degrees of `freedom` (at
+/// least 1, not only whole ones) with the probability `inside` in (0, 1). With t = √ν tan φ the density is
+/// cos^(ν-1) φ, which is integrated by Simpson's rule.
+pub fn student_half_width(freedom: f64, inside: f64) -> f64 {
+    let power = freedom.max(1.0) - 1.0;
+    let integral = |end: f64| {
+        const PANELS: usize = 2000;
+        let step = end / PANELS as f64;
+        let ends = |i: usize| i == 0 || i == PANELS;
+        let weight = |i: usize| if ends(i) { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+        let terms = (0..=PANELS).map(|i| weight(i) * (step * i as f64).cos().abs().powf(power));
+        terms.sum::<f64>() * step / 3.0
+    };
+    // beyond this nothing is left of the density
+    let end = FRAC_PI_2.min(12.0 / power.sqrt());
+    let sought = inside * integral(end);
+    let (mut low, mut high) = (0.0, end);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if integral(middle) < sought { low = middle } else { high = middle }
+    }
+    (power + 1.0).sqrt() * low.tan()
+}
+
 /// A mean with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -156,6 +182,18 @@ mod tests {
         }
         assert!((share(3, 20) - 0.34366).abs() < 1e-5);
         assert!((rate_bound(2, 1_000_000) * 1e6 - 6.2958).abs() < 1e-3);
+    }
+
+    /// Closed forms of one and two degrees of freedom, a printed table's 2.306 of eight, and the normal limit.
+    #[test]
+    fn half_widths_of_students_distribution() {
+        let one = (0.5 * std::f64::consts::PI * 0.95).tan();
+        assert!((student_half_width(1.0, 0.95) / one - 1.0).abs() < 1e-6);
+        let two = 0.95 / (0.5 * (1.0 - 0.95f64 * 0.95)).sqrt();
+        assert!((student_half_width(2.0, 0.95) / two - 1.0).abs() < 1e-6);
+        assert!((student_half_width(8.0, 0.95) - 2.306).abs() < 1e-3);
+        assert!((student_half_width(1e6, 0.95) - 1.95996).abs() < 1e-4);
+        assert_eq!(student_half_width(0.2, 0.95), student_half_width(1.0, 0.95));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::{math::units::UnitNames, transport::settings::Estimator};
 
+pub use mix::Factor;
 pub use settings::RunSettings;
 pub use warnings::Warning;
 
@@ -53,9 +54,10 @@ pub struct RunResult {
     /// Reason of the choice, where the estimator was left to a trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
-    /// In a mix: factors on the powers that the lights had in the run; 1 for those that are not named.
+    /// In a mix: factors on the powers that the lights had in the run, each for all bands or a list with one for
+    /// each; 1 for those that are not named.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub mixed: Option<ByLight<f64>>,
+    pub mixed: Option<ByLight<Factor>>,
     /// The settings that decide the numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settings: Option<RunSettings>,

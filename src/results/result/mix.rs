@@ -2,8 +2,12 @@
 
 use std::collections::HashMap;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::{
-    Absorbed, AllAbsorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, Range, RunResult,
+    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
+    Range, RunResult,
 };
 use crate::error::{Error, LISTED, Result, nearest, number, some};
 
@@ -13,6 +17,13 @@ impl RunResult {
     /// k-nearest estimates are not split and go. Errors: results that are not split by light, a light that
     /// is not in them, a factor that none can be.
     pub fn mix(&self, factors: &ByLight<f64>) -> Result<Self> {
+        let factors = factors.iter().map(|(name, factor)| (name.clone(), Factor::All(*factor)));
+        self.mix_bands(&factors.collect())
+    }
+
+    /// Like [`mix`](Self::mix), with factors that may differ between bands. Sums over bands with different factors
+    /// have no standard errors: those of their bands are not independent.
+    pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
         let Some(lights) = &self.energy.by_light else {
             return Err(Error::input(&self.scene, "these results are not split by light")
                 .remedy("run the scene again with --by-light"));
@@ -25,13 +36,20 @@ impl RunResult {
                     None => error.remedy(format!("there are {}", some(lights.keys(), LISTED))),
                 });
             }
-            if !(0.0..=MAX_FACTOR).contains(factor) {
-                let problem = format!("factor {} of light `{name}`", number(*factor));
+            let values = factor.values();
+            if let Some(wrong) = values.iter().find(|f| !(0.0..=MAX_FACTOR).contains(*f)) {
+                let problem = format!("factor {} of light `{name}`", number(*wrong));
                 return Err(Error::input(&self.scene, problem)
                     .remedy(format!("it must be from 0 to {MAX_FACTOR:e}")));
             }
+            let bands = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
+            if matches!(factor, Factor::Bands(_)) && values.len() != bands {
+                let problem =
+                    format!("{} factors of light `{name}` for {bands} bands", values.len());
+                return Err(Error::input(&self.scene, problem).remedy("give one for each band"));
+            }
         }
-        let mix = Mix(factors);
+        let mix = Mix::new(&self.bands, factors);
         let captors: Vec<CaptorResult> = self.captors.iter().map(|c| mix.captor(c)).collect();
         let mut ranges: HashMap<&str, [Range; 2]> = HashMap::new();
         for captor in &captors {
@@ -48,7 +66,8 @@ impl RunResult {
         let groups = self.groups.iter().map(group).collect();
         let mut mixed = self.mixed.clone().unwrap_or_default();
         for (name, factor) in factors {
-            *mixed.entry(name.clone()).or_insert(1.0) *= factor;
+            let before = mixed.entry(name.clone()).or_insert(Factor::All(1.0));
+            *before = before.times(factor);
         }
         let mut result = Self {
             mixed: Some(mixed),
@@ -67,33 +86,127 @@ impl RunResult {
 /// The largest factor: no power becomes infinite by it.
 const MAX_FACTOR: f64 = 1e30;
 
-/// Factors on the powers of lights.
-struct Mix<'a>(&'a ByLight<f64>);
+/// A factor on the power of a light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Factor {
+    /// The same in all bands.
+    All(f64),
+    /// One for each band.
+    Bands(Vec<f64>),
+}
 
-impl Mix<'_> {
-    fn factor(&self, light: &str) -> f64 {
-        self.0.get(light).copied().unwrap_or(1.0)
+impl Factor {
+    /// The one, or those of the bands.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Self::All(factor) => std::slice::from_ref(factor),
+            Self::Bands(factors) => factors,
+        }
     }
 
-    /// Each light's part, times its factor.
-    fn scaled<T>(&self, parts: &ByLight<T>, scale: impl Fn(&T, f64) -> T) -> ByLight<T> {
-        let scaled = |(name, part): (&String, &T)| (name.clone(), scale(part, self.factor(name)));
-        parts.iter().map(scaled).collect()
+    fn times(&self, other: &Self) -> Self {
+        match (self, other) {
+            (Self::All(a), Self::All(b)) => Self::All(a * b),
+            (Self::All(a), Self::Bands(b)) | (Self::Bands(b), Self::All(a)) => {
+                Self::Bands(b.iter().map(|b| a * b).collect())
+            }
+            (Self::Bands(a), Self::Bands(b)) => {
+                Self::Bands(a.iter().zip(b).map(|(a, b)| a * b).collect())
+            }
+        }
+    }
+}
+
+/// Factors on the powers of lights.
+struct Mix<'a> {
+    of_lights: HashMap<&'a str, Scale>,
+    one: Scale,
+}
+
+/// Factors on the entries of the lists of one light: bands, then sums over bands.
+#[derive(Clone)]
+struct Scale(Vec<Entry>);
+
+/// What becomes of an entry of a list.
+#[derive(Clone)]
+enum Entry {
+    Times(f64),
+    /// The sum of entries that have different factors.
+    Sum(Vec<usize>),
+}
+
+impl Scale {
+    fn new(bands: &[BandResult], factor: &Factor) -> Self {
+        let of_band = |b: usize| match factor {
+            Factor::All(factor) => *factor,
+            Factor::Bands(factors) => factors.get(b).copied().unwrap_or(1.0),
+        };
+        let entry = |(b, band): (usize, &BandResult)| {
+            let Some(members) = &band.sum_of else { return Entry::Times(of_band(b)) };
+            let is_member = |b: &usize| members.contains(&bands[*b].name);
+            let members: Vec<usize> =
+                (0..bands.len()).filter(|b| bands[*b].sum_of.is_none() && is_member(b)).collect();
+            let first = members.first().map_or(1.0, |b| of_band(*b));
+            match members.iter().all(|b| of_band(*b) == first) {
+                true => Entry::Times(first),
+                false => Entry::Sum(members),
+            }
+        };
+        Self(bands.iter().enumerate().map(entry).collect())
+    }
+
+    /// Whether nothing of the light is left.
+    fn is_dark(&self) -> bool {
+        self.0.iter().all(|entry| matches!(entry, Entry::Times(0.0)))
+    }
+
+    fn times(&self, values: &[f64]) -> Vec<f64> {
+        let mut scaled: Vec<f64> = values.to_vec();
+        for (value, entry) in scaled.iter_mut().zip(&self.0) {
+            *value *= if let Entry::Times(factor) = entry { *factor } else { 1.0 };
+        }
+        for (i, entry) in self.0.iter().enumerate().take(values.len()) {
+            if let Entry::Sum(members) = entry {
+                scaled[i] = members.iter().filter_map(|&b| scaled.get(b)).sum();
+            }
+        }
+        scaled
+    }
+
+    /// Of standard errors; a factor of zero leaves no known error.
+    fn error_times(&self, errors: &[Option<f64>]) -> Vec<Option<f64>> {
+        let scaled = |(error, entry): (&Option<f64>, &Entry)| match entry {
+            Entry::Times(factor) => error.filter(|_| *factor > 0.0).map(|e| e * factor),
+            Entry::Sum(_) => None,
+        };
+        errors.iter().zip(&self.0).map(scaled).collect()
+    }
+}
+
+impl<'a> Mix<'a> {
+    fn new(bands: &[BandResult], factors: &'a ByLight<Factor>) -> Self {
+        let scales =
+            factors.iter().map(|(name, factor)| (name.as_str(), Scale::new(bands, factor)));
+        Self { of_lights: scales.collect(), one: Scale::new(bands, &Factor::All(1.0)) }
+    }
+
+    /// Each light's part, scaled.
+    fn scaled<T>(&self, parts: &ByLight<T>, scale: impl Fn(&T, &Scale) -> T) -> ByLight<T> {
+        let of = |name: &str| self.of_lights.get(name).unwrap_or(&self.one);
+        parts.iter().map(|(name, part)| (name.clone(), scale(part, of(name)))).collect()
     }
 
     fn energy(&self, energy: &Energy, lights: &ByLight<Energy>) -> Energy {
-        let parts = self.scaled(lights, |part, factor| Energy {
-            power: times(&part.power, factor),
-            emitted: times(&part.emitted, factor),
-            absorbed: times(&part.absorbed, factor),
-            escaped: times(&part.escaped, factor),
-            missed: times(&part.missed, factor),
-            lost: times(&part.lost, factor),
+        let parts = self.scaled(lights, |part, scale| Energy {
+            power: scale.times(&part.power),
+            emitted: scale.times(&part.emitted),
+            absorbed: scale.times(&part.absorbed),
+            escaped: scale.times(&part.escaped),
+            missed: scale.times(&part.missed),
+            lost: scale.times(&part.lost),
             absorbed_by: part.absorbed_by.as_ref().map(|materials| {
-                materials
-                    .iter()
-                    .map(|(name, values)| (name.clone(), times(values, factor)))
-                    .collect()
+                materials.iter().map(|(name, values)| (name.clone(), scale.times(values))).collect()
             }),
             by_light: None,
         });
@@ -148,15 +261,15 @@ impl Mix<'_> {
 
     fn face(&self, face: &FaceResult) -> FaceResult {
         let parts =
-            self.scaled(face.by_light.as_ref().unwrap_or(&ByLight::new()), |part, factor| {
+            self.scaled(face.by_light.as_ref().unwrap_or(&ByLight::new()), |part, scale| {
                 FaceResult {
                     // those of a dark light bring nothing
-                    photons: if factor > 0.0 { part.photons } else { 0 },
-                    histories: part.histories.map(|n| if factor > 0.0 { n } else { 0 }),
-                    flux: times(&part.flux, factor),
-                    flux_se: error_times(&part.flux_se, factor),
-                    irradiance: times(&part.irradiance, factor),
-                    irradiance_se: error_times(&part.irradiance_se, factor),
+                    photons: if scale.is_dark() { 0 } else { part.photons },
+                    histories: part.histories.map(|n| if scale.is_dark() { 0 } else { n }),
+                    flux: scale.times(&part.flux),
+                    flux_se: scale.error_times(&part.flux_se),
+                    irradiance: scale.times(&part.irradiance),
+                    irradiance_se: scale.error_times(&part.irradiance_se),
                     ..part.clone()
                 }
             });
@@ -186,9 +299,9 @@ impl Mix<'_> {
 
     fn absorbed(&self, parts: Option<&ByLight<Absorbed>>) -> AllAbsorbed {
         let Some(parts) = parts else { return AllAbsorbed::default() };
-        let parts = self.scaled(parts, |part, factor| Absorbed {
-            absorbed: times(&part.absorbed, factor),
-            absorbed_se: error_times(&part.absorbed_se, factor),
+        let parts = self.scaled(parts, |part, scale| Absorbed {
+            absorbed: scale.times(&part.absorbed),
+            absorbed_se: scale.error_times(&part.absorbed_se),
         });
         let bands = parts.values().map(|part| part.absorbed.len()).max().unwrap_or(0);
         let absorbed = sum(parts.values().map(|part| &part.absorbed[..]), bands);
@@ -199,15 +312,6 @@ impl Mix<'_> {
             by_light: Some(parts),
         }
     }
-}
-
-fn times(values: &[f64], factor: f64) -> Vec<f64> {
-    values.iter().map(|value| value * factor).collect()
-}
-
-/// Scales standard errors; a factor of zero leaves no known error.
-fn error_times(errors: &[Option<f64>], factor: f64) -> Vec<Option<f64>> {
-    errors.iter().map(|error| error.filter(|_| factor > 0.0).map(|e| e * factor)).collect()
 }
 
 fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>, bands: usize) -> Vec<f64> {

@@ -1,7 +1,8 @@
 //! Whether a result that was read is one.
 
 use super::{
-    Absorbed, ByLight, CaptorResult, Energy, FaceResult, GroupResult, NearestResult, RunResult,
+    Absorbed, ByLight, CaptorResult, Energy, FaceResult, Factor, GroupResult, NearestResult,
+    RunResult,
 };
 use crate::math::stats::is_possible;
 
@@ -23,7 +24,7 @@ impl RunResult {
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
         };
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
-        let factors = self.mixed.iter().flat_map(ByLight::values);
+        let factors = self.mixed.iter().flat_map(ByLight::values).flat_map(Factor::values);
         parts.chain([&self.energy]).all(|energy| energy.is_whole(bands))
             && factors.chain(&self.cut_off).all(|number| is_possible(*number))
             && self.unseen.iter().flatten().all(|share| is_possible(*share))

@@ -1,0 +1,253 @@
+//! `phylux calibrate`
+
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+
+use super::{
+    interrupt::Interrupt,
+    outputs::check_places,
+    run,
+    summary::{SHOWN_BANDS, short},
+    terminal,
+};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        input::read_bytes,
+        json, measured_csv,
+        output::{FilesRead, OutputFile, folder_of},
+        result_file::{read_json, write_lines},
+        scene_file::{self, LoadedScene},
+    },
+    results::{
+        calibration::{Calibration, Model},
+        result::RunResult,
+    },
+    studies::calibrate::{CalibrationPlan, calibrate, calibrated_scene},
+    transport::{
+        settings::{Checked, Estimator, Settings},
+        simulate::{Control, Progress, simulate},
+    },
+};
+
+/// Lamps that are listed.
+const LISTED: usize = 20;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// Table of readings (CSV): captor (or x,y,z), band, value and, if wanted, sd, face, use (fit or test), block
+    measured: PathBuf,
+    /// Where the scene with the calibrated powers goes; calibration.json goes beside it
+    #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
+    output: PathBuf,
+    /// Results of `phylux run --by-light` of the scene: nothing is traced
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "splitting", "threads"])]
+    results: Option<PathBuf>,
+    /// How the factors may differ: auto takes the simplest of the others that predicts blocks of readings as well as
+    /// the best when they are left out
+    #[arg(long, value_name = "auto|common|bands|lamps|product", value_parser = model, default_value = "auto")]
+    model: Chosen,
+    /// Relative standard deviation of the factors of lamps about the common one, or `none`
+    #[arg(long, value_name = "FRACTION", value_parser = prior, default_value = "0.2")]
+    prior: Prior,
+    /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given again
+    #[arg(long, value_name = "PATTERN")]
+    group: Vec<String>,
+    /// Photons to trace [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = run::photons)]
+    photons: Option<u64>,
+    /// Seed of the random numbers [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = run::count)]
+    seed: Option<u64>,
+    /// Trace until the relative standard error of every captor is at most this
+    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance)]
+    tolerance: Option<f64>,
+    /// Split photons into N flights, for sensors that are no surfaces
+    #[arg(long, value_name = "N", value_parser = run::splitting)]
+    splitting: Option<usize>,
+    /// Threads; 0 takes all processors. The results do not depend on it
+    #[arg(long, value_name = "N", value_parser = run::threads)]
+    threads: Option<usize>,
+}
+
+/// A model, or none for the best.
+#[derive(Clone, Copy, Debug)]
+struct Chosen(Option<Model>);
+
+fn model(text: &str) -> Checked<Chosen> {
+    let known = Model::ALL.into_iter().find(|model| model.name() == text);
+    match (text, known) {
+        ("auto", _) => Ok(Chosen(None)),
+        (_, Some(model)) => Ok(Chosen(Some(model))),
+        _ => Err("must be auto, common, bands, lamps or product".into()),
+    }
+}
+
+/// A prior, if there is one.
+#[derive(Clone, Copy, Debug)]
+struct Prior(Option<f64>);
+
+fn prior(text: &str) -> Checked<Prior> {
+    if text == "none" {
+        return Ok(Prior(None));
+    }
+    match text.parse::<f64>() {
+        Ok(prior) if (1e-6..=1e6).contains(&prior) => Ok(Prior(Some(prior))),
+        _ => Err("must be `none`, or a number from 1e-6 to 1e6 (20 % is 0.2)".into()),
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let scene_output = interrupt.file(&arguments.output)?;
+    let folder = folder_of(&arguments.output);
+    let report_path = folder.join("calibration.json");
+    let report = interrupt.file(&report_path)?;
+    let places = [&scene_output, &report].map(|file| file.place().map(Path::to_path_buf));
+    let places: Vec<PathBuf> = places.into_iter().flatten().collect();
+    check_places(&places, &FilesRead::default())?;
+
+    let path = &arguments.scene;
+    let bytes = read_bytes(path)
+        .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
+    let document = json::parse(&path.display().to_string(), &bytes)?;
+    let loaded = scene_file::parse(&bytes, path)?;
+    loaded.check_captors()?;
+    let read = loaded.files.iter().chain([&arguments.measured]).chain(&arguments.results);
+    let read = FilesRead::new(read);
+    check_places(&places, &read)?;
+    terminal::warn(&loaded.warnings);
+    let measured = &arguments.measured;
+    let bytes = read_bytes(measured).map_err(|why| Error::input(measured.display(), why))?;
+    let rows = measured_csv::parse(&bytes, measured)?;
+
+    let result = match &arguments.results {
+        Some(path) => results_of(path, &loaded)?,
+        None => trace(arguments, &loaded, &interrupt)?,
+    };
+    let plan = CalibrationPlan {
+        model: arguments.model.0,
+        prior: arguments.prior.0,
+        groups: arguments.group.clone(),
+        metres: loaded.unit.metres(),
+    };
+    let calibration = calibrate(&result, &rows, measured, &plan)?;
+    let calibrated = calibrated_scene(document, path, &loaded, &calibration, &folder)?;
+    interrupt.writing();
+    scene_output.write(&read, |writer| {
+        serde_json::to_writer_pretty(&mut *writer, &calibrated)?;
+        writer.write_all(b"\n")
+    })?;
+    write_report(report, &read, &calibration)?;
+    terminal::warn(&calibration.warnings);
+    let wrote = format!("\nwrote {} and {}\n", arguments.output.display(), report_path.display());
+    terminal::print(&(describe(&calibration) + &wrote))
+}
+
+fn write_report(file: OutputFile, read: &FilesRead, calibration: &Calibration) -> Result<()> {
+    file.write(read, |writer| write_lines(calibration, writer))
+}
+
+/// The results at `path`, which must be those of the scene.
+fn results_of(path: &Path, loaded: &LoadedScene) -> Result<RunResult> {
+    let result = read_json(path)?;
+    let lights = result.energy.by_light.iter().flat_map(|lights| lights.keys());
+    let same_lights = lights.eq(loaded.scene.lights.iter().map(|light| &light.name));
+    let bands = result.bands.iter().map(|band| band.name.as_str());
+    let same = same_lights || result.energy.by_light.is_none();
+    match same && bands.eq(loaded.scene.band_names()) {
+        true => Ok(result),
+        false => Err(Error::input(path.display(), "has other lights or bands than the scene")
+            .remedy("run the scene again with --by-light")),
+    }
+}
+
+/// What a run of the scene finds, by light.
+fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> Result<RunResult> {
+    let usual = &loaded.settings;
+    let settings = Settings {
+        estimator: Estimator::Photons,
+        photons: arguments.photons.or(usual.photons),
+        seed: arguments.seed.unwrap_or(usual.seed),
+        k: Some(0),
+        splitting: arguments.splitting.unwrap_or(usual.splitting),
+        tolerance: arguments.tolerance.or(usual.tolerance),
+        tolerance_limit: arguments.photons,
+        by_light: true,
+        threads: arguments.threads.unwrap_or(usual.threads),
+        ..usual.clone()
+    };
+    let bar = super::progress::terminal_bar("{elapsed} {human_pos} photons, {speed}");
+    let progress = |progress: Progress| super::progress::show(&bar, progress);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let simulation = interrupt.listening(|| simulate(&loaded.scene, &settings, &control));
+    bar.finish_and_clear();
+    let simulation = simulation?;
+    if interrupt.stop().load(std::sync::atomic::Ordering::Relaxed) {
+        return Err(Error::interrupted("calibrate", crate::error::NOTHING_WRITTEN));
+    }
+    Ok(RunResult::new(&loaded.scene, &settings, &simulation))
+}
+
+/// The factors and how well they predict, as tables.
+fn describe(found: &Calibration) -> String {
+    let bands = &found.measured_bands[..found.measured_bands.len().min(SHOWN_BANDS)];
+    let mut text = format!("{}: model {}", found.scene, found.model.name());
+    let _ = match found.prior {
+        Some(prior) => writeln!(text, ", prior {prior}"),
+        None => writeln!(text, ", no prior"),
+    };
+    let mut line = |title: &str, cells: &mut dyn Iterator<Item = String>| {
+        let cells: String = cells.map(|cell| format!(" {cell:>15}")).collect();
+        let _ = writeln!(text, "{}", format!("{title:<34}{cells}").trim_end());
+    };
+    let percent = |values: &[Option<f64>]| {
+        let cell = |value: &Option<f64>| value.map_or("-".into(), |v| format!("{:.1}", 100.0 * v));
+        values.iter().take(SHOWN_BANDS).map(cell).collect::<Vec<_>>().into_iter()
+    };
+    line("", &mut std::iter::empty());
+    let shown = 0..found.bands.len().min(SHOWN_BANDS);
+    line("factors on the power of lights", &mut found.bands[shown.clone()].iter().cloned());
+    for (name, factors) in found.factors.iter().take(LISTED) {
+        let errors = &found.factors_se[name];
+        let cell = |b: usize| match errors[b] {
+            Some(error) => format!("{:.3} ± {:.3}", factors[b], error),
+            None => format!("{:.3}", factors[b]),
+        };
+        line(&format!("  {name}"), &mut shown.clone().map(cell));
+    }
+    if found.factors.len() > LISTED {
+        line(&format!("  and {} more", found.factors.len() - LISTED), &mut std::iter::empty());
+    }
+    line("", &mut std::iter::empty());
+    line("RMSE / mean reading, %", &mut bands.iter().cloned());
+    line("  of the fitted readings", &mut percent(&found.fit_rmse));
+    for model in &found.models {
+        let title = format!("  left out in blocks, {} ({})", model.model.name(), model.numbers);
+        line(&title, &mut percent(&model.blocked_rmse));
+    }
+    line("  left out, slope and intercept", &mut percent(&found.slope_intercept.blocked_rmse));
+    if let Some(inside) = found.test_inside {
+        line("  of the test readings", &mut percent(&found.test_rmse));
+        line("    by slope and intercept", &mut percent(&found.slope_intercept.test_rmse));
+        let tests = found.readings.iter().filter(|reading| reading.purpose == "test").count();
+        let share = short(100.0 * inside);
+        line("", &mut std::iter::empty());
+        line(
+            &format!("{share} % of {tests} test readings lie in their 95 % intervals"),
+            &mut std::iter::empty(),
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\nThe sensor's own scale, often 5 % uncertain, is common to all readings: it is in the factors, not in \
+        their errors."
+    );
+    text
+}

@@ -1,0 +1,77 @@
+//! Files of calibrations: what `phylux calibrate` writes and `phylux mix --calibration` reads.
+
+use std::path::Path;
+
+use super::{input::read_bytes, json};
+use crate::{
+    error::{Error, Result},
+    math::stats::is_possible,
+    results::calibration::Calibration,
+};
+
+/// Reads the calibration at `path`. Errors: it cannot be read, or is none.
+pub fn read(path: &Path) -> Result<Calibration> {
+    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    parse(&bytes, path)
+}
+
+fn parse(bytes: &[u8], path: &Path) -> Result<Calibration> {
+    let none = |why: String| {
+        Error::input(path.display(), format!("is no calibration: {why}"))
+            .remedy("name a file `calibration.json` that `phylux calibrate` has written")
+    };
+    json::check_memory(bytes).map_err(|why| Error::input(path.display(), why))?;
+    let calibration: Calibration =
+        serde_json::from_slice(bytes).map_err(|e| none(e.to_string()))?;
+    for (light, factors) in &calibration.factors {
+        if factors.len() != calibration.bands.len() {
+            let problem = format!("light `{light}` has not one factor for each band");
+            return Err(none(problem));
+        }
+        if factors.iter().any(|factor| *factor < 0.0 || !is_possible(*factor)) {
+            return Err(none(format!("light `{light}` has a factor that none can be")));
+        }
+    }
+    Ok(calibration)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::formats::spoil::{check_error, spoiled};
+
+    const FILE: &str = r#"{"phylux": "1", "scene": "s", "model": "lamps", "prior": 0.2, "bands": ["a"],
+"factors": {"l": [1.5]}, "factors_se": {"l": [null]}, "measured_bands": ["a"], "lamps": ["l"], "covariance": [[0.1]],
+"residual": [0.05], "models": [{"model": "common", "numbers": 1, "blocked_loss": null, "blocked_loss_se": null,
+"blocked_rmse": [null]}], "slope_intercept": {"slope": [1], "intercept": [0], "blocked_rmse": [null], "test_rmse": [null]},
+"fit_rmse": [0.1], "test_rmse": [null], "test_inside": null, "readings": [], "warnings": []}"#;
+    const WORDS: &[&str] = &["null", "[", "]", "{", "}", "1e300", "\"lamps\"", "\"factors\":"];
+
+    #[test]
+    fn a_file_is_read_and_what_is_none_is_refused() {
+        let path = Path::new("c.json");
+        let read = parse(FILE.as_bytes(), path).unwrap();
+        assert_eq!(read.factors["l"], [1.5]);
+        for (from, to, start) in [
+            ("[1.5]", "[1, 2]", "c.json: is no calibration: light `l` has not one factor for each"),
+            ("[1.5]", "[-1]", "c.json: is no calibration: light `l` has a factor that none can be"),
+            ("\"s\"", "s", "c.json: is no calibration: expected value"),
+        ] {
+            let error = parse(FILE.replacen(from, to, 1).as_bytes(), path).unwrap_err().to_string();
+            assert!(error.starts_with(start), "{error}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn no_spoiled_file_panics(bytes in spoiled(&[FILE], WORDS)) {
+            if let Err(error) = parse(&bytes, Path::new("c.json")) {
+                check_error(&error, Path::new("c.json"));
+            }
+        }
+    }
+}

@@ -1,0 +1,395 @@
+//! One fit: the factors that bring simulated readings nearest to measured ones.
+//!
+//! A reading y_i is a sum over lamps of what the simulation found of each, x_il, times a factor of that lamp and
+//! band. The factors minimise
+//!
+//! Σ_i (1 - Σ_l f_l x_il / y_i)² / σ_i² + Σ_l (f_l / f0 - 1)² / p²,   f_l >= 0,
+//!
+//! in which σ_i² is the sensor's variance, the simulation's and that of the model, all relative; the last is found
+//! from the residuals, so that the fit is repeated until it stands. f0 is the best common factor and p the prior's
+//! relative standard deviation about it; it only matters where there are factors of lamps.
+//!
+//! What a model leaves at a captor is much the same in all bands there. Where bands are fitted together, those of one
+//! captor therefore count as one reading: each has its share of the weight.
+
+use std::collections::HashMap;
+
+use crate::{
+    error::Problem,
+    math::{
+        least_squares::{Matrix, inverse, nonnegative},
+        stats::student_half_width,
+    },
+    results::calibration::Model,
+};
+
+/// No reading is taken to be better than this, relative: σ² must not vanish where all fits exactly.
+const LEAST_ERROR: f64 = 1e-6;
+/// Repetitions after which the variance of the model is taken as it is.
+const REPETITIONS: usize = 200;
+
+/// A reading, and what the simulation finds there.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Simulated reading of each lamp at its present power.
+    pub of_lamps: Vec<f64>,
+    /// Standard errors of these.
+    pub errors: Vec<f64>,
+    /// The measured value, above 0.
+    pub value: f64,
+    /// Standard deviation of the sensor relative to that.
+    pub sensor: f64,
+    /// Index of its band.
+    pub band: usize,
+    /// Index of the captor and face where it was read.
+    pub place: usize,
+    /// Index of the block that it is left out with.
+    pub block: usize,
+}
+
+/// The form of the factors in one system of equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    /// One for all.
+    One,
+    /// One for each lamp.
+    Lamps,
+    /// One for each lamp times one for each band.
+    Product,
+}
+
+/// Parameters of one system of equations, and how sure they are.
+#[derive(Clone, Debug)]
+struct Solution {
+    form: Form,
+    lamps: usize,
+    theta: Vec<f64>,
+    /// Of the parameters; zeros where one is held at 0 or unknown.
+    covariance: Matrix,
+    /// Parameters of which the points say something, and that are not held at 0.
+    free: Vec<bool>,
+    /// Per band: variance of the model, relative, and degrees of freedom that it was found with.
+    spread: Vec<[f64; 2]>,
+}
+
+/// Factors by lamp and band, found from points.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    model: Model,
+    lamps: usize,
+    /// One system, or one for each band.
+    parts: Vec<Solution>,
+}
+
+/// What a fit says of a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Predicted {
+    /// The calibrated reading.
+    pub value: f64,
+    /// Half width of its 95 % interval: factors, model, simulation and sensor.
+    pub half_width: f64,
+    /// Its weight in its own prediction, in [0, 1], were it among the points.
+    pub leverage: f64,
+}
+
+impl Fit {
+    /// Of `model` to `points`, of so many lamps and bands, with the prior's relative standard deviation. Errors: a
+    /// band without points, points that cannot tell the lamps apart or that no light reaches.
+    pub fn new(
+        model: Model,
+        points: &[&Point],
+        [lamps, bands]: [usize; 2],
+        prior: Option<f64>,
+    ) -> Result<Self, Problem> {
+        let in_bands = || {
+            let of = |band| points.iter().copied().filter(move |p| p.band == band).collect();
+            (0..bands).map(of).collect::<Vec<Vec<&Point>>>()
+        };
+        let solve = |form, points: &[&Point]| Solution::new(form, points, [lamps, bands], prior);
+        let parts = match model {
+            Model::Common => vec![solve(Form::One, points)?],
+            Model::Product => vec![solve(Form::Product, points)?],
+            Model::Bands => {
+                in_bands().iter().map(|p| solve(Form::One, p)).collect::<Result<_, _>>()?
+            }
+            Model::Lamps => {
+                in_bands().iter().map(|p| solve(Form::Lamps, p)).collect::<Result<_, _>>()?
+            }
+        };
+        Ok(Self { model, lamps, parts })
+    }
+
+    fn part(&self, band: usize) -> usize {
+        if self.parts.len() == 1 { 0 } else { band }
+    }
+
+    /// The factor of a lamp in a band.
+    pub fn factor(&self, lamp: usize, band: usize) -> f64 {
+        self.parts[self.part(band)].factor(lamp, band)
+    }
+
+    /// Its standard error; none where it is held at 0 or the points say nothing of it.
+    pub fn factor_error(&self, lamp: usize, band: usize) -> Option<f64> {
+        let part = &self.parts[self.part(band)];
+        let mut alone = vec![0.0; self.lamps];
+        alone[lamp] = 1.0;
+        let gradient = part.gradient(&alone, band);
+        let known = gradient.iter().zip(&part.free).all(|(g, free)| *g == 0.0 || *free);
+        known.then(|| quadratic(&part.covariance, &gradient).sqrt())
+    }
+
+    /// Covariances of the factors of all lamps in all bands, lamp by lamp and in it band by band.
+    pub fn covariance(&self, bands: usize) -> Matrix {
+        let entries: Vec<(usize, Vec<f64>)> = (0..self.lamps * bands)
+            .map(|i| {
+                let mut alone = vec![0.0; self.lamps];
+                alone[i / bands] = 1.0;
+                let part = self.part(i % bands);
+                (part, self.parts[part].gradient(&alone, i % bands))
+            })
+            .collect();
+        let of = |(part, a): &(usize, Vec<f64>), (other, b): &(usize, Vec<f64>)| match part == other
+        {
+            true => bilinear(&self.parts[*part].covariance, a, b),
+            false => 0.0,
+        };
+        entries.iter().map(|a| entries.iter().map(|b| of(a, b)).collect()).collect()
+    }
+
+    /// The calibrated reading at a point of any use.
+    pub fn predict(&self, point: &Point) -> Predicted {
+        let part = &self.parts[self.part(point.band)];
+        let gradient = part.gradient(&point.of_lamps, point.band);
+        let value = part.value(point);
+        let [model, freedom] = part.spread[point.band];
+        let simulation = part.simulation(point);
+        let of_factors = quadratic(&part.covariance, &gradient);
+        // the sensor's and the model's are relative to the reading, of which this is the best guess
+        let noise = value * value * (model + point.sensor * point.sensor);
+        let variance = of_factors + noise + simulation;
+        let weighed = variance - of_factors;
+        Predicted {
+            value,
+            half_width: student_half_width(freedom, 0.95) * variance.sqrt(),
+            leverage: if weighed > 0.0 { (of_factors / weighed).min(1.0) } else { 0.0 },
+        }
+    }
+
+    /// Relative standard deviation of what the model does not explain in a band.
+    pub fn spread(&self, band: usize) -> f64 {
+        self.parts[self.part(band)].spread[band][0].sqrt()
+    }
+
+    /// Standard error of the simulated part of the calibrated reading at a point, in the unit of the reading.
+    pub fn simulation_error(&self, point: &Point) -> f64 {
+        self.parts[self.part(point.band)].simulation(point).sqrt()
+    }
+
+    /// Numbers that were fitted.
+    pub fn numbers(&self) -> usize {
+        let all: usize = self.parts.iter().map(|part| part.theta.len()).sum();
+        // lamps times bands: a common scale is of no account
+        all - usize::from(self.model == Model::Product)
+    }
+}
+
+impl Solution {
+    fn new(
+        form: Form,
+        points: &[&Point],
+        [lamps, bands]: [usize; 2],
+        prior: Option<f64>,
+    ) -> Result<Self, Problem> {
+        let mut start = Self {
+            form,
+            lamps,
+            theta: Vec::new(),
+            covariance: Vec::new(),
+            free: Vec::new(),
+            spread: vec![[0.0, f64::INFINITY]; bands],
+        };
+        let common =
+            |points: &[&Point]| Ok(Self::new(Form::One, points, [lamps, bands], prior)?.theta[0]);
+        let mut middle = 1.0;
+        start.theta = match form {
+            Form::One => vec![1.0],
+            Form::Lamps => {
+                middle = common(points)?;
+                vec![middle; lamps]
+            }
+            Form::Product => {
+                let of_band = |band| {
+                    let points: Vec<_> =
+                        points.iter().copied().filter(|p| p.band == band).collect();
+                    common(&points)
+                };
+                let of_bands = (0..bands).map(of_band).collect::<Result<Vec<_>, _>>()?;
+                [vec![1.0; lamps], of_bands].concat()
+            }
+        };
+        if points.iter().all(|point| point.of_lamps.iter().all(|x| *x == 0.0)) {
+            return Err(Problem::new(
+                "the simulation finds no light at the measured captors",
+                "check where they are and which way they face, and trace more photons",
+            ));
+        }
+        start.repeat(points, prior, middle)
+    }
+
+    /// Solves with the variances that the last solution implies, until they no longer change.
+    fn repeat(
+        mut self,
+        points: &[&Point],
+        prior: Option<f64>,
+        middle: f64,
+    ) -> Result<Self, Problem> {
+        let mut at_place: HashMap<usize, f64> = HashMap::new();
+        points.iter().for_each(|point| *at_place.entry(point.place).or_default() += 1.0);
+        for _ in 0..REPETITIONS {
+            let before = (self.theta.clone(), self.spread.clone());
+            let share = |point: &Point| 1.0 / at_place[&point.place];
+            let weights: Vec<f64> =
+                points.iter().map(|point| share(point) / self.variance(point)).collect();
+            self.solve(points, &weights, prior, middle)?;
+            self.find_spread(points);
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-12);
+            let same_theta = self.theta.iter().zip(&before.0).all(|(a, b)| near(*a, *b));
+            if same_theta && self.spread.iter().zip(&before.1).all(|(a, b)| near(a[0], b[0])) {
+                break;
+            }
+        }
+        Ok(self)
+    }
+
+    fn solve(
+        &mut self,
+        points: &[&Point],
+        weights: &[f64],
+        prior: Option<f64>,
+        middle: f64,
+    ) -> Result<(), Problem> {
+        let n = self.theta.len();
+        let mut normal = vec![vec![0.0; n]; n];
+        let mut target = vec![0.0; n];
+        for (point, weight) in points.iter().zip(weights) {
+            let mut row = self.gradient(&point.of_lamps, point.band);
+            row.iter_mut().for_each(|r| *r /= point.value);
+            // Gauss and Newton's step; of a linear form the aim is 1
+            let reached: f64 = row.iter().zip(&self.theta).map(|(r, t)| r * t).sum();
+            let aim = 1.0 - self.value(point) / point.value + reached;
+            add(&mut normal, &mut target, &row, aim, *weight);
+        }
+        let informed: Vec<bool> = (0..n).map(|j| normal[j][j] > 0.0).collect();
+        match (self.form, prior) {
+            (Form::One, _) | (Form::Lamps, None) => {}
+            (_, Some(prior)) => (0..self.lamps).for_each(|lamp| {
+                let mut row = vec![0.0; n];
+                row[lamp] = 1.0 / middle;
+                add(&mut normal, &mut target, &row, 1.0, 1.0 / (prior * prior));
+            }),
+            // only the products matter: the mean over the lamps is 1
+            (Form::Product, None) => {
+                let largest = (0..n).map(|j| normal[j][j]).fold(0.0, f64::max);
+                let share = 1.0 / self.lamps as f64;
+                let row: Vec<f64> =
+                    (0..n).map(|j| if j < self.lamps { share } else { 0.0 }).collect();
+                add(&mut normal, &mut target, &row, 1.0, largest);
+            }
+        }
+        nonnegative(&normal, &target, &mut self.theta);
+        self.free = (0..n).map(|j| informed[j] && self.theta[j] > 0.0).collect();
+        let free: Vec<usize> = (0..n).filter(|&j| self.free[j]).collect();
+        let among = free.iter().map(|&i| free.iter().map(|&j| normal[i][j]).collect()).collect();
+        let Some(found) = inverse(&among) else {
+            return Err(Problem::new(
+                "the measured points cannot tell the lamps apart",
+                "join lamps by --group, keep the prior, or measure at more places",
+            ));
+        };
+        self.covariance = vec![vec![0.0; n]; n];
+        for (a, &i) in free.iter().enumerate() {
+            free.iter().enumerate().for_each(|(b, &j)| self.covariance[i][j] = found[a][b]);
+        }
+        Ok(())
+    }
+
+    /// The variance of the model in each band: what the residuals have beyond sensor and simulation, over the
+    /// degrees of freedom that the fit leaves. A band by itself can fix no more numbers than there are lamps.
+    fn find_spread(&mut self, points: &[&Point]) {
+        let mut sums = vec![[0.0; 4]; self.spread.len()];
+        for point in points {
+            let mut row = self.gradient(&point.of_lamps, point.band);
+            row.iter_mut().for_each(|r| *r /= point.value);
+            let sum = &mut sums[point.band];
+            sum[0] += 1.0;
+            sum[1] += (quadratic(&self.covariance, &row) / self.variance(point)).min(1.0);
+            sum[2] += (1.0 - self.value(point) / point.value).powi(2);
+            sum[3] += self.known_variance(point);
+        }
+        for (spread, [points, leverage, squares, known]) in self.spread.iter_mut().zip(sums) {
+            let freedom = (points - leverage.min(self.lamps as f64)).max(1.0);
+            *spread = [(squares / freedom - known / points.max(1.0)).max(0.0), freedom];
+        }
+    }
+
+    fn factor(&self, lamp: usize, band: usize) -> f64 {
+        match self.form {
+            Form::One => self.theta[0],
+            Form::Lamps => self.theta[lamp],
+            Form::Product => self.theta[lamp] * self.theta[self.lamps + band],
+        }
+    }
+
+    fn value(&self, point: &Point) -> f64 {
+        let terms = point.of_lamps.iter().enumerate();
+        terms.map(|(lamp, x)| self.factor(lamp, point.band) * x).sum()
+    }
+
+    /// Derivatives by the parameters of the reading of which `of_lamps` are the parts.
+    fn gradient(&self, of_lamps: &[f64], band: usize) -> Vec<f64> {
+        match self.form {
+            Form::One => vec![of_lamps.iter().sum()],
+            Form::Lamps => of_lamps.to_vec(),
+            Form::Product => {
+                let mut gradient = vec![0.0; self.theta.len()];
+                for (lamp, x) in of_lamps.iter().enumerate() {
+                    gradient[lamp] = x * self.theta[self.lamps + band];
+                    gradient[self.lamps + band] += x * self.theta[lamp];
+                }
+                gradient
+            }
+        }
+    }
+
+    /// Variance of the simulated reading, lamps being independent.
+    fn simulation(&self, point: &Point) -> f64 {
+        let terms = point.errors.iter().enumerate();
+        terms.map(|(lamp, error)| (self.factor(lamp, point.band) * error).powi(2)).sum()
+    }
+
+    /// Variance of sensor and simulation relative to the reading.
+    fn known_variance(&self, point: &Point) -> f64 {
+        point.sensor.powi(2) + self.simulation(point) / point.value.powi(2)
+    }
+
+    fn variance(&self, point: &Point) -> f64 {
+        self.known_variance(point) + self.spread[point.band][0] + LEAST_ERROR * LEAST_ERROR
+    }
+}
+
+/// Adds an equation `row` θ = `aim` of this weight.
+fn add(normal: &mut Matrix, target: &mut [f64], row: &[f64], aim: f64, weight: f64) {
+    for (i, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+        target[i] += weight * a * aim;
+        normal[i].iter_mut().zip(row).for_each(|(n, b)| *n += weight * a * b);
+    }
+}
+
+fn bilinear(matrix: &Matrix, a: &[f64], b: &[f64]) -> f64 {
+    let dot = |row: &[f64]| row.iter().zip(b).map(|(m, x)| m * x).sum::<f64>();
+    matrix.iter().zip(a).filter(|(_, x)| **x != 0.0).map(|(row, x)| x * dot(row)).sum()
+}
+
+fn quadratic(matrix: &Matrix, vector: &[f64]) -> f64 {
+    bilinear(matrix, vector, vector).max(0.0)
+}

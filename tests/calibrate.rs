@@ -1,0 +1,259 @@
+//! Powers of lamps from measured readings: known factors are found again, and a real chamber is predicted.
+
+use std::path::Path;
+
+use phylux::{Calibration, RunResult};
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::phylux,
+    common::{TestScene, shared},
+};
+
+const LAMPS: [&str; 3] = ["left", "middle", "right"];
+/// Factors of the lamps in two bands, far from alike.
+const FACTORS: [[f64; 2]; 3] = [[0.7, 1.3], [1.2, 0.9], [1.0, 0.5]];
+
+/// 24 sensors under three lamps in the open, in two bands and their sum.
+fn scene() -> TestScene {
+    let lamp = |i: usize| json!({ "name": LAMPS[i], "type": "point", "position": [i as f64, 0.3 * i as f64, 1], "power": [100, 50] });
+    let mut captors = "id,x,y,z,radius,nx,ny,nz\n".to_string();
+    for i in 0..24 {
+        let (x, y) = (0.5 * (i % 6) as f64 - 0.2, 0.4 * (i / 6) as f64 - 0.3);
+        captors += &format!("s{i},{x},{y},0,0.2,0,0,1\n");
+    }
+    let scene = json!({
+        "name": "lamps", "bands": [{ "name": "blue" }, { "name": "red" }], "sums": { "both": ["blue", "red"] },
+        "lights": [lamp(0), lamp(1), lamp(2)], "captors": [{ "csv": "sensors.csv" }],
+        "settings": { "photons": 400_000, "k": 0 }
+    });
+    TestScene::new(&scene.to_string(), &[("sensors.csv", &captors)])
+}
+
+fn command(scene: &TestScene, arguments: &str) -> (Option<i32>, String, String) {
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let output = phylux(&scene.path(""), &arguments);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn calibration(folder: &Path) -> Calibration {
+    let text = std::fs::read_to_string(folder.join("calibration.json")).expect("a calibration");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// What an instrument would read with these factors, each reading times 1 + `error` of it.
+fn readings(result: &RunResult, error: impl Fn(usize) -> f64) -> String {
+    let mut text = "captor,band,value,use\n".to_string();
+    for (i, captor) in result.captors.iter().enumerate() {
+        for (b, band) in ["blue", "red"].into_iter().enumerate() {
+            let lights = captor.front.by_light.as_ref().expect("by light");
+            let parts = lights.values().zip(FACTORS);
+            let value: f64 = parts.map(|(part, factors)| part.irradiance[b] * factors[b]).sum();
+            let value = value * (1.0 + error(2 * i + b));
+            let purpose = if i % 3 == 0 { "fit" } else { "test" };
+            text += &format!("{},{band},{value},{purpose}\n", captor.id);
+        }
+    }
+    text
+}
+
+/// Readings made of the simulation itself, with known factors, give these back; the scene with them gives the
+/// readings, and so does a mix of the run. With one factor for all they cannot be told.
+#[test]
+fn known_factors_are_found_again() {
+    let scene = scene();
+    let traced = command(&scene, "run scene.json --by-light -o all.json");
+    assert_eq!(traced.0, Some(0), "{}", traced.2);
+    let all = phylux::read_json(&scene.path("all.json")).expect("results");
+    std::fs::write(scene.path("m.csv"), readings(&all, |_| 0.0)).expect("a file");
+
+    let done = command(&scene, "calibrate scene.json m.csv --results all.json --prior none");
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    let found = calibration(&scene.path(""));
+    assert_eq!(found.model.name(), "lamps");
+    assert_eq!(found.covariance.len(), 6);
+    for (lamp, factors) in LAMPS.iter().zip(FACTORS) {
+        for (b, factor) in factors.into_iter().enumerate() {
+            assert!((found.factors[*lamp][b] - factor).abs() < 1e-6, "{:?}", found.factors);
+            // exact readings: what is unsure comes from the simulation's errors alone
+            assert!(found.factors_se[*lamp][b].expect("an error") < 0.2);
+        }
+    }
+    assert!(found.test_rmse.iter().all(|rmse| rmse.expect("tests") < 1e-6));
+    assert_eq!(found.test_inside, Some(1.0));
+    let text = std::fs::read_to_string(scene.path("calibrated.json")).expect("a scene");
+    let written: Value = serde_json::from_str(&text).expect("JSON");
+    for (i, factors) in FACTORS.iter().enumerate() {
+        for (b, power) in [100.0, 50.0].into_iter().enumerate() {
+            let now = written["lights"][i]["power"][b].as_f64().expect("a number");
+            assert!((now / power - factors[b]).abs() < 1e-6);
+        }
+    }
+    // a mix by the same factors: the readings; and its sums, which have no errors
+    let mixed = command(&scene, "mix all.json --calibration calibration.json -o mixed.json");
+    assert_eq!(mixed.0, Some(0), "{}", mixed.2);
+    let mixed = phylux::read_json(&scene.path("mixed.json")).expect("results");
+    for (reading, captor) in found.readings.chunks(2).zip(&mixed.captors) {
+        let face = &captor.front;
+        assert!((face.irradiance[0] / reading[0].measured - 1.0).abs() < 1e-6);
+        assert!((face.irradiance[1] / reading[1].measured - 1.0).abs() < 1e-6);
+        let sum = face.irradiance[0] + face.irradiance[1];
+        assert!((face.irradiance[2] / sum - 1.0).abs() < 1e-12);
+        assert!(face.irradiance_se[0].is_some() && face.irradiance_se[2].is_none());
+    }
+    // the calibrated scene, read and run from another folder
+    std::fs::create_dir(scene.path("other")).expect("a folder");
+    let done = command(&scene, "calibrate scene.json m.csv --results all.json -o other/c.json");
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    phylux::load(&scene.path("other/c.json")).expect("a scene whose files are found");
+    assert!(scene.path("other/calibration.json").is_file());
+    // fewer factors than there are: what is left shows it
+    let done = command(&scene, "calibrate scene.json m.csv --results all.json --model common");
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    assert!(calibration(&scene.path("")).residual.iter().all(|residual| *residual > 0.1));
+    // lamps of a group share their factors
+    let done =
+        command(&scene, "calibrate scene.json m.csv --results all.json --group *t --model lamps");
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    let found = calibration(&scene.path(""));
+    assert_eq!(found.lamps, ["*t", "middle"]);
+    assert_eq!(found.factors["left"], found.factors["right"]);
+}
+
+/// Readings 3 % off by a fixed pattern of signs, and traced here: the true factors lie within 4 standard errors, and
+/// of the 32 test readings no fewer than 26 in their 95 % intervals.
+#[test]
+fn noisy_readings_have_honest_intervals() {
+    let scene = scene();
+    let traced = command(&scene, "run scene.json --by-light -o all.json");
+    assert_eq!(traced.0, Some(0), "{}", traced.2);
+    let all = phylux::read_json(&scene.path("all.json")).expect("results");
+    let sign = |i: usize| if (i * i / 3 + i / 5).is_multiple_of(2) { 0.03 } else { -0.03 };
+    std::fs::write(scene.path("m.csv"), readings(&all, sign)).expect("a file");
+    let done = command(&scene, "calibrate scene.json m.csv --seed 2 --model lamps --prior none");
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    let found = calibration(&scene.path(""));
+    for (lamp, factors) in LAMPS.iter().zip(FACTORS) {
+        for (b, factor) in factors.into_iter().enumerate() {
+            let error = found.factors_se[*lamp][b].expect("an error");
+            assert!(error > 0.005 && (found.factors[*lamp][b] - factor).abs() < 4.0 * error);
+        }
+    }
+    let inside = found.test_inside.expect("tests");
+    assert!(inside >= 26.0 / 32.0, "{inside}");
+}
+
+#[test]
+fn what_cannot_be_calibrated_is_refused() {
+    let scene = scene();
+    let traced = command(&scene, "run scene.json --by-light --photons 2e4 -o all.json");
+    assert_eq!(traced.0, Some(0), "{}", traced.2);
+    let traced = command(&scene, "run scene.json --photons 2e4 -o whole.json");
+    assert_eq!(traced.0, Some(0), "{}", traced.2);
+    for (table, arguments, sentence) in [
+        (
+            "captor,band,value\nsensors/s,blue,1",
+            "--results all.json",
+            "m.csv:2: no captor `sensors/s`; did you mean `sensors/s",
+        ),
+        (
+            "captor,band,value\nsensors/s1,bleu,1",
+            "--results all.json",
+            "m.csv:2: no band `bleu`; did you mean `blue`?",
+        ),
+        (
+            "captor,value\nsensors/s1,1",
+            "--results all.json",
+            "m.csv:2: no column says in which band was measured",
+        ),
+        (
+            "captor,band,value,face\nsensors/s1,blue,1,back",
+            "--results all.json",
+            "m.csv:2: captor `sensors/s1` has no back",
+        ),
+        (
+            "captor,band,value,use\nsensors/s1,blue,1,test",
+            "--results all.json",
+            "m.csv: no reading in band `blue` is to be fitted",
+        ),
+        (
+            "captor,band,value\nsensors/s1,blue,1\nsensors/s2,both,1",
+            "--results all.json",
+            "m.csv: band `blue` was measured alone and in a sum",
+        ),
+        (
+            "captor,band,value\nsensors/s1,blue,1",
+            "--results all.json --model lamps --prior none",
+            "m.csv: the measured points cannot tell the lamps apart",
+        ),
+        (
+            "captor,band,value\nsensors/s1,blue,1",
+            "--results all.json --group x*",
+            "--group: no light fits `x*`",
+        ),
+        (
+            "captor,band,value\nsensors/s1,blue,1",
+            "--results whole.json",
+            "these results are not split by light",
+        ),
+        (
+            "x,y,z,band,value\n9,9,9,blue,1",
+            "--results all.json",
+            "m.csv:2: there is no captor, or more than one",
+        ),
+        (
+            "captor,band,value\nsensors/s1,blue,1",
+            "--results all.json --prior 0",
+            "must be `none`, or a number",
+        ),
+        (
+            "captor,band,value\nsensors/s1,blue,1",
+            "--results all.json -o all.json",
+            "is a file that is read",
+        ),
+    ] {
+        std::fs::write(scene.path("m.csv"), table).expect("a file");
+        let refused = command(&scene, &format!("calibrate scene.json m.csv {arguments}"));
+        assert_eq!(refused.0, Some(2), "{table} {arguments}");
+        assert!(refused.2.contains(sentence), "{}\n{sentence}", refused.2);
+        assert!(!scene.path("calibrated.json").exists());
+    }
+}
+
+/// The growth chamber: from 12 points to 113 others in four bands. With 80 million photons the figures are 5.2 4.4
+/// 4.9 5.4 % without, 6.1 4.7 5.3 6.2 % with the prior; the photons of this test leave an error of 1.4 %, which
+/// moves them by some 0.4.
+#[test]
+#[ignore]
+fn needs_shared_chamber_is_calibrated() {
+    let data = shared().join("data/sec2-chamber");
+    let folder = TestScene::new("", &[]);
+    let text = std::fs::read_to_string(data.join("measured-empty.csv")).expect("measurements");
+    let mut table = "captor,band,value,use\n".to_string();
+    for line in text.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let purpose = if cells[4] == "calibration" { "fit" } else { "test" };
+        table += &format!("captors-empty/{},{},{},{purpose}\n", cells[0], cells[1], cells[2]);
+    }
+    std::fs::write(folder.path("m.csv"), table).expect("a file");
+    let scene = data.join("chamber-empty.json").display().to_string();
+    let traced = command(
+        &folder,
+        &format!("run {scene} --by-light --splitting 16 --photons 1.6e7 --k 0 -o all.json"),
+    );
+    assert_eq!(traced.0, Some(0), "{}", traced.2);
+    for (arguments, most) in
+        [("--model lamps --prior none", [6.0, 5.1, 5.6, 6.1]), ("", [6.8, 5.4, 6.0, 6.9])]
+    {
+        let line = format!("calibrate {scene} m.csv --results all.json {arguments}");
+        let done = command(&folder, line.trim_end());
+        assert_eq!(done.0, Some(0), "{}", done.2);
+        let found = calibration(&folder.path(""));
+        for (rmse, most) in found.test_rmse.iter().zip(most) {
+            assert!(100.0 * rmse.expect("tests") <= most, "{:?}", found.test_rmse);
+        }
+        let inside = found.test_inside.expect("tests");
+        assert!((0.90..=0.97).contains(&inside), "{inside}");
+    }
+}
