@@ -9,6 +9,7 @@ mod head;
 mod hourly;
 mod hourly_lights;
 mod kept;
+mod known_spectra;
 mod library;
 mod lights;
 mod loader;
@@ -33,8 +34,8 @@ use format::LightFile;
 pub use format::{Count, SceneFile};
 pub use hourly_lights::{HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
+pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
-pub use spectra::SpectrumAverage;
 
 use crate::{
     error::{Error, Result},

@@ -5,12 +5,12 @@ use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-mod collect;
+mod builder;
 mod direction;
 #[cfg(test)]
 mod tests;
 
-pub use collect::{MapBuilder, TaskArrivals, TaskKey};
+pub use builder::{MapBuilder, TaskArrivals, TaskKey};
 pub use direction::PackedDirection;
 
 /// A photon that arrived on, or crossed, a surface.

@@ -1,6 +1,9 @@
 //! EULUMDAT (Stockmar 1990): one value a line, in a fixed order.
 
-use super::{FETCH, File, MOST, Photometry, Plane, Symmetry};
+use super::{
+    file::{FETCH, File, MOST, Photometry},
+    symmetry::{Plane, Symmetry},
+};
 use crate::error::Result;
 
 /// Lines of a set of lamps, the second of which is its flux, after their number.

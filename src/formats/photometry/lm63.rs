@@ -1,6 +1,9 @@
 //! ANSI/IES LM-63: keywords, then numbers separated by blanks, commas and line ends anywhere.
 
-use super::{FETCH, File, MOST, Photometry, Plane, Symmetry};
+use super::{
+    file::{FETCH, File, MOST, Photometry},
+    symmetry::{Plane, Symmetry},
+};
 use crate::{
     error::{Error, Result},
     formats::input::quoted,

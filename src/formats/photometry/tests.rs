@@ -1,11 +1,14 @@
 //! Files of our own making: every symmetry against the whole circle, factors, sentences, and files gone wrong.
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, sync::Arc};
 
 use proptest::prelude::*;
 
-use super::*;
-use crate::formats::spoil::{check_error, spoiled};
+use super::{symmetry::Symmetry, *};
+use crate::{
+    formats::spoil::{check_error, spoiled},
+    scene::light::IntensityTable,
+};
 
 const V: [f64; 7] = [0.0, 15.0, 40.0, 75.0, 90.0, 130.0, 180.0];
 

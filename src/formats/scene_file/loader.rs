@@ -14,8 +14,8 @@ use super::{
     format::SceneFile,
     hourly_lights::{HourlyLights, SkyDivision},
     kept::Kept,
+    known_spectra::Spectra,
     library::Library,
-    spectra::Spectra,
 };
 use crate::{
     error::{Error, Result, nearest},

@@ -1,8 +1,12 @@
 //! Spectra: what they are in each band, weighted by the light that is carried there.
 
-use std::{cell::RefCell, collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
-use super::{format::*, loader::Loader};
+use super::{
+    format::*,
+    known_spectra::{Part, SpectrumAverage},
+    loader::Loader,
+};
 use crate::{
     error::Result,
     formats::spectrum_file::{self, Column},
@@ -12,42 +16,6 @@ use crate::{
     },
     scene::daylight::{DaylightSource, WAVELENGTHS, band_share},
 };
-
-/// What a spectrum is in each band of a scene.
-#[derive(Clone, Debug)]
-pub struct SpectrumAverage {
-    /// Where the scene file has it, as a JSON pointer.
-    pub pointer: String,
-    /// Mean over each band, weighted by the light.
-    pub means: Vec<f64>,
-    /// For each band the mean square over the square of the mean, weighted alike: how far one number is from the
-    /// spectrum after two passages.
-    pub spreads: Vec<f64>,
-}
-
-/// The spectra of a scene, as far as they are known.
-#[derive(Default)]
-pub(super) struct Spectra {
-    weight: Vec<Part>,
-    /// Lights that count as flat for want of a spectrum.
-    flat: Vec<String>,
-    curves: RefCell<BTreeMap<String, Arc<Curve>>>,
-    /// By what stands in the scene file.
-    means: RefCell<BTreeMap<String, Vec<f64>>>,
-    averages: RefCell<Vec<SpectrumAverage>>,
-}
-
-/// Light that is carried, per nm in the scene's quantity.
-enum Part {
-    Lamp {
-        curve: Arc<Curve>,
-        unit: SpectralUnitFile,
-        scale: f64,
-    },
-    Daylight(DaylightSource),
-    /// Of each band.
-    Flat(Vec<f64>),
-}
 
 /// What a table per nm of photons (umol) or energy (J) is in a quantity.
 fn density(value: f64, nm: f64, unit: SpectralUnitFile, quantity: Quantity) -> f64 {

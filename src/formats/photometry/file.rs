@@ -1,0 +1,80 @@
+//! The text of a file of intensities, and what is read from it.
+
+use std::{fmt::Display, path::Path, sync::Arc};
+
+use super::symmetry::{Plane, Symmetry, round};
+use crate::{
+    error::{Error, Result},
+    formats::input::quoted,
+    scene::light::IntensityTable,
+};
+
+/// What to do about a broken file.
+pub(super) const FETCH: &str = "the file is broken: fetch it again, or export it anew";
+
+/// The most intensities in a file.
+pub(super) const MOST: usize = 1_000_000;
+
+/// The intensity distribution of a lamp.
+#[derive(Clone, Debug)]
+pub struct Photometry {
+    /// Its shape, scaled to a flux of 1.
+    pub table: Arc<IntensityTable>,
+    /// What the file says that the lamp emits: the integral of its intensities (candela times the factors of the file)
+    /// over all directions.
+    pub flux: f64,
+}
+
+impl Photometry {
+    /// From the planes that a file has, in candela.
+    pub(super) fn new(
+        file: &File,
+        planes: Vec<Plane>,
+        symmetry: Symmetry,
+        v: &[f64],
+    ) -> Result<Self> {
+        let (c, values) = round(planes, symmetry);
+        let table = IntensityTable::new(&c, v, values)
+            .map_err(|problem| problem.at(file.path.display()))?;
+        Ok(Self { flux: table.flux(), table: Arc::new(table) })
+    }
+}
+
+/// The lines of a file, for errors.
+pub(super) struct File<'a> {
+    pub(super) path: &'a Path,
+    pub(super) lines: Vec<&'a str>,
+}
+
+impl File<'_> {
+    /// At a line that counts from 0.
+    pub(super) fn error(&self, line: usize, problem: impl Display) -> Error {
+        Error::input(format!("{}:{}", self.path.display(), line + 1), problem)
+    }
+
+    /// A finite number.
+    pub(super) fn number(&self, line: usize, word: &str, what: impl Display) -> Result<f64> {
+        word.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+            self.error(line, format!("{what} is {}, not a finite number", quoted(word)))
+                .remedy(FETCH)
+        })
+    }
+
+    /// A whole number in a range.
+    pub(super) fn count(
+        &self,
+        line: usize,
+        word: &str,
+        what: &str,
+        range: std::ops::RangeInclusive<usize>,
+    ) -> Result<usize> {
+        let value = self.number(line, word, what)?;
+        let count = value as usize;
+        if count as f64 == value && range.contains(&count) {
+            return Ok(count);
+        }
+        let (low, high) = (range.start(), range.end());
+        let problem = format!("{what} is {}, must be {low} to {high}", quoted(word));
+        Err(self.error(line, problem).remedy(FETCH))
+    }
+}
