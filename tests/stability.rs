@@ -608,7 +608,7 @@ fn one_photon() {
         assert_eq!(face.flux_se[0].is_some(), photons > 1 && face.photons > 0);
     }
     let words = said(&world, &["--photons", "1", "--k", "1000000000"]);
-    assert!(words.contains("one block: no standard error is known"), "{words}");
+    assert!(words.contains("one batch: no standard error is known"), "{words}");
 }
 
 /// A captor in a closed box of its own: zero, no standard error, and a warning; a tolerance is met

@@ -34,6 +34,13 @@ const GROUPS: &[(&str, &[Examples])] = &[
                     "phylux merge shard1 shard2 -o lamps",
                 ],
             ),
+            (
+                "year",
+                &[
+                    "phylux year scenes/greenhouse-year.json -o year",
+                    "phylux year scenes/greenhouse-year.json --control scenes/lamps.control.json -o lit",
+                ],
+            ),
             ("mix", &["phylux mix bay.json --power \"row 1*=0.5,row 2 lamp 1=2\" -o dimmed.json"]),
         ],
     ),
@@ -77,6 +84,13 @@ const GROUPS: &[(&str, &[Examples])] = &[
     (
         "Trust it",
         &[
+            (
+                "calibrate",
+                &[
+                    "phylux calibrate scene.json measured.csv",
+                    "phylux calibrate scene.json measured.csv --results all.json --model lamps",
+                ],
+            ),
             (
                 "compare",
                 &["phylux compare a.json b.json", "phylux compare a.json b.json --exit-code -q"],

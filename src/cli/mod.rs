@@ -75,7 +75,7 @@ enum Command {
     Year(Box<year::Arguments>),
     /// Join the shards of a sweep, or of one run
     Merge(sweep::MergeArguments),
-    /// Print the JSON Schema of scene, sweep, results and control files, or of files of one captor
+    /// Print the JSON Schema of scenes, sweeps, results, control files or files of one captor
     Schema {
         /// Of which files
         #[arg(value_enum, default_value = "scene")]

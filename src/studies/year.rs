@@ -296,7 +296,8 @@ fn moving_suns(hourly: &HourlyLights) -> (Vec<Option<usize>>, Vec<InfiniteLight>
         });
         let parts: Vec<InfinitePart> = parts.collect();
         (!parts.is_empty()).then(|| {
-            lights.push(InfiniteLight::new("sun".into(), parts));
+            let bands = parts[0].scale().len();
+            lights.push(InfiniteLight::new("sun".into(), bands, parts));
             lights.len() - 1
         })
     });

@@ -153,7 +153,7 @@ fn a_damaged_run_is_done_again() {
         format!("{}{other}{}", &text[..at], &text[at + 1..])
     };
     let captors = text.find("\"captors\": [").expect("captors") + "\"captors\": [".len();
-    let end = text.find("\"groups\"").expect("groups");
+    let end = text.rfind("\"groups\"").expect("groups");
     let empty = format!("{}],\n  {}", &text[..captors], &text[end..]);
     serde_json::from_str::<serde_json::Value>(&empty).expect("JSON");
     let key = text.replace("\"irradiance\"", "\"irradianse\"");

@@ -431,7 +431,7 @@ impl Loader<'_> {
                 parts.push(InfinitePart::new(InfiniteShape::Map(Arc::new(below)), radiance));
             }
         }
-        Ok(LightShape::Infinite(InfiniteLight::new(name.into(), parts)))
+        Ok(LightShape::Infinite(InfiniteLight::new(name.into(), self.bands, parts)))
     }
 
     pub(super) fn environment_light(
@@ -476,7 +476,7 @@ impl Loader<'_> {
             self.warn(pointer, "no light comes from it: it is black");
         }
         let part = InfinitePart::new(InfiniteShape::Map(Arc::new(map)), strength);
-        Ok(LightShape::Infinite(InfiniteLight::new("environment".into(), vec![part])))
+        Ok(LightShape::Infinite(InfiniteLight::new("environment".into(), self.bands, vec![part])))
     }
 
     /// Where the sun stands, for a light whose irradiance is given.

@@ -89,7 +89,8 @@ impl Loader<'_> {
         let strength = shares.iter().map(|share| share * part.mean).collect();
         let light = self.parts.lights.len();
         let infinite = InfinitePart::new(part.shape, strength);
-        let shape = LightShape::Infinite(InfiniteLight::new(name.clone(), vec![infinite]));
+        let shape =
+            LightShape::Infinite(InfiniteLight::new(name.clone(), self.bands, vec![infinite]));
         self.hourly.lights.push(HourlyLight { light, factors: part.factors });
         self.add_light(pointer, LightPart { name, power: vec![0.0; self.bands], shape })
     }

@@ -25,6 +25,8 @@ use crate::{
 pub struct InfiniteLight {
     /// Unique name.
     pub name: String,
+    /// Number of bands of every part.
+    bands: usize,
     parts: Vec<InfinitePart>,
     /// Running sums of the chances of the parts.
     running: Vec<f64>,
@@ -185,15 +187,15 @@ impl InfinitePart {
 }
 
 impl InfiniteLight {
-    /// From its parts, at least one.
-    pub fn new(name: String, parts: Vec<InfinitePart>) -> Self {
+    /// From its parts, each with so many bands; without any it is dark, as the sun is at night.
+    pub fn new(name: String, bands: usize, parts: Vec<InfinitePart>) -> Self {
         let mut sum = 0.0;
         let running = parts.iter().map(|part| {
             sum += part.strength();
             sum
         });
         let running = running.collect();
-        Self { name, parts, running }
+        Self { name, bands, parts, running }
     }
 
     /// Refuses strengths that are not one finite number, at least 0, for each of so many bands.
@@ -258,7 +260,7 @@ impl InfiniteLight {
 
     /// The sum of what parts send.
     fn sum<L: Lanes>(&self, radiances: impl Iterator<Item = Spectrum<L>>) -> Spectrum<L> {
-        let nothing = self.parts[0].spectrum(|_| 0.0);
+        let nothing = Spectrum::from_fn(self.bands, |_| 0.0);
         radiances.fold(nothing, |sum, radiance| sum + radiance)
     }
 

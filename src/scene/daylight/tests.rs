@@ -34,7 +34,8 @@ fn sky(model: SkyModel, hour: Hour) -> InfiniteLight {
 
 fn light(parts: impl IntoIterator<Item = (InfiniteShape, Vec<f64>)>) -> InfiniteLight {
     let parts = parts.into_iter().map(|(shape, scale)| InfinitePart::new(shape, scale));
-    InfiniteLight::new("light".into(), parts.collect())
+    let parts: Vec<InfinitePart> = parts.collect();
+    InfiniteLight::new("light".into(), parts[0].scale().len(), parts)
 }
 
 fn sun(half_angle_deg: f64, toward: DVec3) -> InfiniteShape {
@@ -328,7 +329,11 @@ fn entering_photons_have_their_density() {
     let normals = [Vec3::Z, Vec3::NEG_X, Vec3::Y, tilted(120.0, 33.0)];
     for (what, light) in lights() {
         for part in light.parts() {
-            let fine = sum_over_sphere(&InfiniteLight::new("part".into(), vec![part.clone()]));
+            let fine = sum_over_sphere(&InfiniteLight::new(
+                "part".into(),
+                part.scale().len(),
+                vec![part.clone()],
+            ));
             for normal in normals {
                 let Some(entry) = part.entry(normal) else {
                     assert_eq!(part.irradiance(normal).iter().sum::<f64>(), 0.0, "{what} {normal}");

@@ -178,7 +178,7 @@ mod tests {
             let Scale { low, high, .. } = Scale::around(values.iter().copied());
             (low, high)
         };
-        assert_eq!(around(&[12.0, 41.0]), (0.0, 45.0));
+        assert_eq!(around(&[12.0, 41.0]), (0.0, 50.0));
         assert_eq!(around(&[812.0, 1004.0]), (800.0, 1025.0));
         assert_eq!(around(&[5.0, 5.0]), (5.0, 5.005));
         for none in [&[][..], &[0.0], &[-1.0], &[f64::NAN, f64::INFINITY]] {
