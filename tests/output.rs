@@ -44,7 +44,7 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
 fn wait_for_start(folder: &Path) {
     let started = Instant::now();
     while !listing(folder).iter().any(|name| name.starts_with(".phylux-")) {
-        assert!(started.elapsed() < Duration::from_secs(20), "no temporary file");
+        assert!(started.elapsed() < Duration::from_secs(120), "no temporary file");
         sleep(Duration::from_millis(5));
     }
     sleep(Duration::from_millis(100));

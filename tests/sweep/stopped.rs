@@ -62,7 +62,7 @@ fn an_interrupted_sweep_goes_on() {
     let started = Instant::now();
     let runs = folder.path("out/runs");
     while !runs.is_dir() || listing(&runs).is_empty() || listing(&runs)[0].starts_with('.') {
-        assert!(started.elapsed() < Duration::from_secs(20), "no results");
+        assert!(started.elapsed() < Duration::from_secs(120), "no results");
         sleep(Duration::from_millis(5));
     }
     // no second one at the same time

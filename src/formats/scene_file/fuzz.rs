@@ -279,7 +279,8 @@ fn check(bytes: &[u8]) {
             }
         }
     }
-    assert!(started.elapsed() < Duration::from_secs(10), "{:?}", started.elapsed());
+    // a guard against a hang, far from what a busy machine takes
+    assert!(started.elapsed() < Duration::from_secs(60), "{:?}", started.elapsed());
 }
 
 fn check_result(result: &RunResult) {

@@ -441,22 +441,20 @@ mod tests {
         let scene = serde_json::from_str(SCENE).expect("JSON");
         Sweep::new("sweep", file, scene, PathBuf::new()).unwrap_or_else(|e| panic!("{e}"))
     });
-    static FOLDER: LazyLock<tempfile::TempDir> =
-        LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
-
     /// Results and an error with their checksums, and results of before, which had none.
     static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
-        let (run, path) = (SWEEP.run(0), FOLDER.path().join("own"));
-        let (key, folder) = (SWEEP.key(&run), SweepFolder::open(&path));
+        let own = tempfile::tempdir().expect("a temporary folder");
+        let (run, path) = (SWEEP.run(0), own.path());
+        let (key, folder) = (SWEEP.key(&run), SweepFolder::open(path));
         let folder = folder.unwrap_or_else(|e| panic!("{e}"));
         let scene = hash(SWEEP.document(&run).to_string().as_bytes());
         let files = BTreeMap::from([("leaf.obj".into(), Some(hash(b"")))]);
         let origin = Origin { parameters: Map::new(), scene, base: None, files };
         let result = small_run(Settings { k: Some(0), ..Settings::default() });
         folder.write_result(&key, &origin, &result).unwrap_or_else(|e| panic!("{e}"));
-        let results = fs::read_to_string(result_path(&path, &key)).expect("results");
+        let results = fs::read_to_string(result_path(path, &key)).expect("results");
         folder.write_failure(&key, &origin, "no light").unwrap_or_else(|e| panic!("{e}"));
-        let failure = fs::read_to_string(failure_path(&path, &key)).expect("an error");
+        let failure = fs::read_to_string(failure_path(path, &key)).expect("an error");
         let before =
             String::from_utf8(unsealed(results.as_bytes()).to_vec()).expect("UTF-8") + "\n}\n";
         [results, failure, before].map(|text| &*text.leak()).to_vec()
@@ -471,17 +469,25 @@ mod tests {
 
     #[test]
     fn the_sound_files_are_believed() {
-        let states = FILES.iter().map(|text| state_of(text.as_bytes()).expect("not damaged"));
+        let states = FILES.iter().map(|text| {
+            let folder = folder_with(text.as_bytes());
+            state_in(folder.path()).expect("not damaged")
+        });
         let failed = State::Failed("no light".into());
         assert_eq!(states.collect::<Vec<_>>(), [State::Done, failed, State::Done].map(Some));
     }
 
-    /// What a file of these bytes says of the first run.
-    fn state_of(bytes: &[u8]) -> std::result::Result<Option<State>, Damaged> {
-        let path = result_path(FOLDER.path(), &SWEEP.key(&SWEEP.run(0)));
-        fs::create_dir_all(FOLDER.path().join(RUNS)).expect("a folder");
-        fs::write(&path, bytes).expect("a file");
-        let file = run_file(FOLDER.path(), &SWEEP, &SWEEP.run(0), None)?;
+    /// A folder of its own whose first run has a file of these bytes.
+    fn folder_with(bytes: &[u8]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::create_dir(folder.path().join(RUNS)).expect("a folder");
+        fs::write(result_path(folder.path(), &SWEEP.key(&SWEEP.run(0))), bytes).expect("a file");
+        folder
+    }
+
+    /// What the file of the first run says of it.
+    fn state_in(folder: &Path) -> std::result::Result<Option<State>, Damaged> {
+        let file = run_file(folder, &SWEEP, &SWEEP.run(0), None)?;
         Ok(file.map(|file| file.state))
     }
 
@@ -492,13 +498,14 @@ mod tests {
         /// goes into tables as finite numbers.
         #[test]
         fn no_spoiled_run_panics(bytes in spoiled(FILES.as_slice(), WORDS)) {
-            if let Ok(Some(state)) = state_of(&bytes) {
+            let folder = folder_with(&bytes);
+            if let Ok(Some(state)) = state_in(folder.path()) {
                 let value: Value = serde_json::from_slice(&bytes).expect("JSON");
                 assert!(value.get("sha256").is_none_or(|seal| {
                     seal.is_null() || FILES.iter().any(|file| file.as_bytes() == bytes)
                 }));
                 if state == State::Done {
-                    let path = result_path(FOLDER.path(), &SWEEP.key(&SWEEP.run(0)));
+                    let path = result_path(folder.path(), &SWEEP.key(&SWEEP.run(0)));
                     check_finite(&ResultsFile::read(&path).expect("results"));
                 }
             }
