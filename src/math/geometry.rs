@@ -254,6 +254,19 @@ impl Extent {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// The box that is wider by `margin`, m, on all sides.
+    pub fn wider(self, margin: f32) -> Self {
+        Self { min: self.min - margin, max: self.max + margin }
+    }
+
+    /// Whether a ray meets it, or starts in it (Kay and Kajiya, SIGGRAPH 1986).
+    pub fn is_met(&self, ray: &Ray) -> bool {
+        let along = ray.direction.recip();
+        let [a, b] = [self.min, self.max].map(|side| (side - ray.origin) * along);
+        let (enters, leaves) = (a.min(b).max_element(), a.max(b).min_element());
+        enters <= leaves && leaves >= 0.0
+    }
+
     /// Lengths of the sides, m; zero around no point.
     pub fn size(&self) -> Vec3 {
         (self.max - self.min).max(Vec3::ZERO)

@@ -387,7 +387,7 @@ impl Light {
                 Emitter::LuminaireArea { surface, intensity: intensity.clone() }
             }
             LightShape::Infinite(light) => {
-                let entrance = Entrance::new(light.clone(), power.len(), inside);
+                let entrance = Entrance::new(light.clone(), power.len(), inside, local);
                 for (b, power) in power.iter_mut().enumerate() {
                     *power = (0..entrance.doors()).map(|door| entrance.power(door)[b]).sum();
                 }

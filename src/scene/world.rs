@@ -6,6 +6,7 @@
 mod build;
 mod digest;
 mod flush;
+mod mirrors;
 mod parts;
 mod shapes;
 mod sight;
@@ -31,6 +32,7 @@ use crate::{
 use shapes::{RAY_OFFSET, Shapes, has_parallel};
 
 pub use flush::FlushLight;
+pub use mirrors::{ChosenImage, FlatMirrors};
 pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use sight::LightHit;
@@ -103,6 +105,9 @@ pub struct Scene {
     light_bvh: Bvh,
     /// Indices of the lights at infinity.
     infinite: Vec<usize>,
+    /// Whether one of these comes in through openings alone.
+    has_openings: bool,
+    flat_mirrors: Option<FlatMirrors>,
 }
 
 /// A ray's meeting with a surface.

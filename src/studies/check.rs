@@ -17,10 +17,13 @@ use crate::{
     formats::scene_file::LoadedScene,
     math::{
         geometry::{Extent, Ray, Triangle},
+        rng::{Purpose, Streams},
         units::LengthUnit,
     },
     scene::{
         captor::{Captor, CaptorKind},
+        daylight::InfiniteLight,
+        light::Entrance,
         material::Material,
         world::{FlushLight, LOOKED_AT, Scene},
     },
@@ -92,6 +95,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
     check_ground(loaded, &mut remarks);
+    check_openings(scene, &mut remarks);
     check_areas(scene, &mut remarks);
     let vertices = mesh::weld(scene.triangles());
     check_coincident(scene, &mut remarks);
@@ -241,6 +245,33 @@ fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
         origin = hit.point - lifted;
     }
     true
+}
+
+/// How much of the light that comes in through openings alone does so.
+fn check_openings(scene: &Scene, remarks: &mut Remarks) {
+    const RAYS: u64 = 20_000;
+    let inside = Extent::of_triangles(scene.triangles());
+    let inside = inside.join(Extent::of_triangles(scene.captor_triangles()));
+    for (l, light) in scene.infinite_lights().filter(|(_, light)| !light.through.is_empty()) {
+        let all = InfiniteLight::new(light.name.clone(), scene.bands.len(), light.parts().to_vec());
+        let all = Entrance::new(all, scene.bands.len(), &inside, |p| p.as_vec3());
+        let streams = Streams::new(0, Purpose::Other, l as u64);
+        let let_in = |ray: Ray| {
+            let back = Ray { origin: ray.origin, direction: -ray.direction };
+            // the openings may lie inside the box or outside
+            let hit = scene.closest(&ray).map_or(f32::INFINITY, |hit| hit.t);
+            let far = Ray { origin: ray.at(hit.min(4.0 * scene.radius)), ..back };
+            scene.is_let_in(l, &far)
+        };
+        let rays = (0..RAYS).filter_map(|i| all.enter_anywhere(&mut streams.history(i)));
+        let found = rays.filter(|ray| let_in(*ray)).count();
+        remarks.notes.push(format!(
+            "light of `{}` comes in through its openings alone: {:.1} % of what enters the box around the scene; \
+            the rest is missing",
+            light.name,
+            100.0 * found as f64 / RAYS as f64
+        ));
+    }
 }
 
 fn check_areas(scene: &Scene, remarks: &mut Remarks) {

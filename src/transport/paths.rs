@@ -4,8 +4,9 @@
 //! At each point on its way, a light is chosen in proportion to what it may contribute, and joined
 //! by a shadow ray (next-event estimation); the path itself may meet a light too, and where both
 //! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
-//! are aimed at the reflectors of lamps ([`Reflectors`]). What it cannot find is light of
-//! a point, a line or the sun that comes by way of a mirror or refraction: [`Unseen`] says how much that is.
+//! are aimed at the reflectors of lamps ([`Reflectors`]). The sun is looked for in flat panes and mirrors, too. What a
+//! path cannot find is light of a point or a line that comes by way of a mirror or refraction, and the sun by others than
+//! one of those: [`Unseen`] says how much that is.
 
 mod choice;
 mod face;
@@ -27,7 +28,7 @@ use crate::{
     scene::{
         daylight::{DirectionSample, InfiniteLight},
         material::{Interaction, LobeKind, Material, Transport},
-        world::{LightHit, Scene, SurfaceHit},
+        world::{ChosenImage, LightHit, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
 };
@@ -86,10 +87,10 @@ impl Path<'_, '_> {
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (light, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
-        let light = &scene.lights[light];
-        if let Some(entrance) = light.entrance() {
-            return self.next_event_at_infinity(&entrance.light, chance, at, otherwise);
+        if scene.lights[light].entrance().is_some() {
+            return self.next_event_at_infinity(light, chance, at, otherwise);
         }
+        let light = &scene.lights[light];
         let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
         let towards = (sample.point - at.point).try_normalize()?;
         if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
@@ -110,13 +111,14 @@ impl Path<'_, '_> {
     /// The same from a direction of a light at infinity that was chosen with this `chance`.
     fn next_event_at_infinity<L: Lanes>(
         &mut self,
-        light: &InfiniteLight,
+        light: usize,
         chance: f32,
         at: &Vertex,
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let DirectionSample { toward, radiance_over_pdf, pdf } = light.sample::<L>(self.rng)?;
+        let DirectionSample { toward, radiance_over_pdf, pdf } =
+            scene.lights[light].entrance()?.light.sample::<L>(self.rng)?;
         if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
             return None;
         }
@@ -124,6 +126,9 @@ impl Path<'_, '_> {
         let ray = Ray { origin: at.point + at.step.map_or(Vec3::ZERO, step), direction: toward };
         self.rays += 1;
         let visible: Spectrum<L> = scene.visibility_along(&ray, f32::INFINITY)?;
+        if !scene.is_let_in(light, &ray) {
+            return None;
+        }
         let weight = match pdf {
             Some(pdf) => pdf * chance / (pdf * chance + otherwise(toward)),
             None => 1.0,
@@ -131,13 +136,69 @@ impl Path<'_, '_> {
         Some((toward, radiance_over_pdf.scaled(weight / chance) * visible))
     }
 
+    /// Light of the sun by way of one flat pane or mirror: the direction towards an image of it, and its irradiance
+    /// across that direction over the density of the choice. A path that is mirrored by chance does not look for
+    /// the sun, so that it counts once.
+    fn mirrored_sun<L: Lanes>(&mut self, at: &Vertex) -> Option<(Vec3, Spectrum<L>)> {
+        let scene = self.scene;
+        let mirrors = scene.flat_mirrors()?;
+        let suns = mirrors.suns();
+        let sun = match suns.len() {
+            1 => suns[0],
+            more => suns[(self.rng.uniform() * more as f32) as usize % more],
+        };
+        let (toward_sun, irradiance) =
+            scene.lights[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
+        let number = self.rng.uniform();
+        let ChosenImage { image, toward, chance } =
+            scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
+        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
+        let origin = at.point + at.step.map_or(Vec3::ZERO, step);
+        let mut ray = Ray { origin, direction: toward };
+        let [mut arriving, mut through] =
+            [0.0, 1.0].map(|value| Spectrum::<L>::splat(scene.lanes(), value));
+        // panes on the way may show the image too, and let through what those behind them show
+        for _ in 0..MAX_INTERACTIONS {
+            if !mirrors.may_be_met(image, &ray) {
+                break;
+            }
+            self.rays += 1;
+            let Some(hit) = scene.closest(&ray) else { break };
+            let surface = scene.surface(hit.triangle);
+            let material = scene.material(surface);
+            let at_pane = Interaction::new(toward, surface.normal);
+            let [mirrored, onward] = material.smooth_ways::<L>(&at_pane, Transport::Importance);
+            if mirrors.image_of(hit.triangle) == Some(image)
+                && let Some(mirrored) = mirrored
+            {
+                let ray = scene.leave(hit.point, at_pane.normal, toward_sun);
+                self.rays += 1;
+                if let Some(visible) = scene.visibility_along::<L>(&ray, f32::INFINITY)
+                    && scene.is_let_in(sun, &ray)
+                {
+                    arriving += mirrored.weight * &through * visible;
+                }
+            }
+            match (material, onward) {
+                (Material::Pane(_), Some(onward)) => through = through * onward.weight,
+                _ => break,
+            }
+            ray = scene.leave(hit.point, -at_pane.normal, toward);
+        }
+        let factor = suns.len() as f32 / chance;
+        (!arriving.is_zero()).then(|| (toward, arriving * irradiance.scaled(factor)))
+    }
+
     /// Radiance of the lights at infinity that a ray meets which leaves the scene, but what a direction
     /// chosen at the beginning of the leg counts for. The sun by way of a mirror or refraction is too small for
-    /// chance: [`Unseen`] says how much that is.
+    /// chance: [`mirrored_sun`](Self::mirrored_sun) finds what it can, and [`Unseen`] says how much is left.
     fn sky<L: Lanes>(&self, leg: &Leg) -> Spectrum<L> {
         let toward = leg.ray.direction;
         let mut radiance = Spectrum::splat(self.scene.lanes(), 0.0);
         for (l, light) in self.scene.infinite_lights() {
+            if !self.scene.is_let_in(l, &leg.ray) {
+                continue;
+            }
             radiance += match leg.density {
                 None => light.radiance_without_suns::<L>(toward),
                 Some(density) => {
@@ -216,6 +277,11 @@ impl Path<'_, '_> {
             };
             if material.is_diffuse()
                 && let Some((towards, irradiance)) = self.next_event::<L>(&here, along)
+            {
+                radiance += scattered(towards) * &throughput * irradiance;
+            }
+            if material.is_diffuse()
+                && let Some((towards, irradiance)) = self.mirrored_sun::<L>(&here)
             {
                 radiance += scattered(towards) * &throughput * irradiance;
             }

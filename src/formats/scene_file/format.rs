@@ -607,6 +607,10 @@ pub struct SunFile {
     pub share: Option<PerBand>,
     /// Reflectance of the ground below the horizon, lit without shadows (default 0).
     pub ground: Option<PerBand>,
+    /// Planar polygons just outside a roof or window, front to the sky, that its light comes in through alone
+    /// (default: everywhere).
+    #[schemars(extend("minItems" = 1))]
+    pub through: Option<Vec<Vec<[f64; 3]>>>,
 }
 
 /// Light `sky`.
@@ -627,6 +631,10 @@ pub struct SkyFile {
     pub share: Option<PerBand>,
     /// Reflectance of the ground below the horizon, lit without shadows (default 0).
     pub ground: Option<PerBand>,
+    /// Planar polygons just outside a roof or window, front to the sky, that its light comes in through alone
+    /// (default: everywhere).
+    #[schemars(extend("minItems" = 1))]
+    pub through: Option<Vec<Vec<[f64; 3]>>>,
 }
 
 /// How the radiance of the sky is spread.
@@ -658,6 +666,10 @@ pub struct EnvironmentFile {
     pub scale: Option<PerBand>,
     /// Irradiance of an upward plane, in place of `scale`.
     pub irradiance: Option<PerBand>,
+    /// Planar polygons just outside a roof or window, front to the sky, that its light comes in through alone
+    /// (default: everywhere).
+    #[schemars(extend("minItems" = 1))]
+    pub through: Option<Vec<Vec<[f64; 3]>>>,
 }
 
 /// Light `point`.

@@ -27,15 +27,20 @@ impl Loader<'_> {
         sky: &Sky,
         division: SkyDivision,
     ) -> Result<bool> {
-        let (name, given, ground) = match file {
-            LightFile::Sun(light) => {
-                (light.name.as_deref().unwrap_or("sun"), &light.irradiance, &light.ground)
+        let (name, given, ground, through) = match file {
+            LightFile::Sun(SunFile { name, irradiance, ground, through, .. }) => {
+                (name.as_deref().unwrap_or("sun"), irradiance, ground, through)
             }
-            LightFile::Sky(light) => {
-                (light.name.as_deref().unwrap_or("sky"), &light.irradiance, &light.ground)
+            LightFile::Sky(SkyFile { name, irradiance, ground, through, .. }) => {
+                (name.as_deref().unwrap_or("sky"), irradiance, ground, through)
             }
             _ => return Ok(false),
         };
+        if through.is_some() {
+            return Err(self
+                .error(format!("{pointer}/through"), "by the hour light comes from everywhere")
+                .remedy("leave it out"));
+        }
         if !sky.is_period {
             return Err(self
                 .error("/time", "an instant, and not the hours of a period")

@@ -57,19 +57,61 @@ impl Loader<'_> {
         {
             return Ok(true);
         }
-        let (name, usual, shape) = match file {
-            LightFile::Sun(light) => (&light.name, "sun", self.sun_light(pointer, light, sky)?),
-            LightFile::Sky(light) => (&light.name, "sky", self.sky_light(pointer, light, sky)?),
+        let (name, usual, mut shape, through) = match file {
+            LightFile::Sun(light) => {
+                (&light.name, "sun", self.sun_light(pointer, light, sky)?, &light.through)
+            }
+            LightFile::Sky(light) => {
+                (&light.name, "sky", self.sky_light(pointer, light, sky)?, &light.through)
+            }
             LightFile::Environment(light) => {
-                (&light.name, "environment", self.environment_light(pointer, light, sky)?)
+                let shape = self.environment_light(pointer, light, sky)?;
+                (&light.name, "environment", shape, &light.through)
             }
             _ => return Ok(false),
         };
+        if let (Some(polygons), LightShape::Infinite(light)) = (through, &mut shape) {
+            light.through = self.openings(pointer, polygons)?;
+        }
         let name = name.clone().unwrap_or(usual.into());
         // what enters the scene is known when all of it is
         let power = vec![0.0; self.bands];
         self.add_light(pointer, LightPart { name, power, shape })?;
         Ok(true)
+    }
+
+    /// Polygons that light comes in through, m.
+    fn openings(&self, pointer: &str, polygons: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<DVec3>>> {
+        /// Corners of all of them.
+        const MOST: usize = 10_000;
+        let corners: usize = polygons.iter().map(Vec::len).sum();
+        if polygons.is_empty() || corners > MOST {
+            let problem = format!("{} polygons with {corners} corners", polygons.len());
+            return Err(self
+                .error(format!("{pointer}/through"), problem)
+                .remedy(format!("give at least one, and at most {MOST} corners in all")));
+        }
+        let polygon = |(i, polygon): (usize, &Vec<[f64; 3]>)| {
+            let corners: Vec<DVec3> = polygon.iter().map(|&corner| self.point(corner)).collect();
+            let wrong = |problem: &str| {
+                Err(self.error(format!("{pointer}/through/{i}"), problem).remedy(
+                    "give the corners of a planar polygon, counter-clockwise seen from the sky",
+                ))
+            };
+            if corners.len() < 3 || !corners.iter().all(|corner| corner.is_finite()) {
+                return wrong("fewer than three corners, or one that is not finite");
+            }
+            let sides =
+                corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0]));
+            let normal: DVec3 = sides.sum();
+            let Some(unit) = normal.try_normalize() else { return wrong("a polygon without area") };
+            let size = corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f64::max);
+            if corners.iter().any(|c| (*c - corners[0]).dot(unit).abs() > 1e-4 * size) {
+                return wrong("its corners do not lie in one plane");
+            }
+            Ok(corners)
+        };
+        polygons.iter().enumerate().map(polygon).collect()
     }
 
     /// Adds a light; its name must be new, and its power one that single precision can carry.

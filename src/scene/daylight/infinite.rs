@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::{
     radiance_map::{MapEntry, RadianceMap},
@@ -30,6 +30,9 @@ pub struct InfiniteLight {
     parts: Vec<InfinitePart>,
     /// Running sums of the chances of the parts.
     running: Vec<f64>,
+    /// Planar polygons, m from the user's origin, front to the sky: its light comes in through these alone. None
+    /// where it comes in everywhere.
+    pub through: Vec<Vec<DVec3>>,
 }
 
 /// A part of such a light: a shape over the directions, and its strength in each band.
@@ -195,7 +198,7 @@ impl InfiniteLight {
             sum
         });
         let running = running.collect();
-        Self { name, bands, parts, running }
+        Self { name, bands, parts, running, through: Vec::new() }
     }
 
     /// Refuses strengths that are not one finite number, at least 0, for each of so many bands.
@@ -299,6 +302,26 @@ impl InfiniteLight {
         }
         let radiance_over_pdf = radiance.scaled((1.0 / pdf) as f32);
         (pdf > 0.0).then_some(DirectionSample { toward, radiance_over_pdf, pdf: Some(pdf as f32) })
+    }
+
+    /// Chooses a direction towards its suns in proportion to their radiance (over all bands), and has their irradiance
+    /// across it over the density of the choice, per band, W/m2; none where it has no suns.
+    pub fn sample_suns<L: Lanes>(&self, rng: &mut Stream) -> Option<(Vec3, Spectrum<L>)> {
+        let suns = self.parts.iter().filter_map(|part| match &part.shape {
+            InfiniteShape::Suns(suns) => Some((part, suns)),
+            InfiniteShape::Map(_) => None,
+        });
+        let all: f64 = suns.clone().map(|(part, _)| part.strength()).sum();
+        let mut rest = match suns.clone().nth(1) {
+            Some(_) => f64::from(rng.uniform()) * all,
+            None => 0.0,
+        };
+        let (part, suns) = suns.filter(|(part, _)| part.strength() > 0.0).find(|(part, _)| {
+            rest -= part.strength();
+            rest < 0.0
+        })?;
+        let irradiance = suns.total() * all / part.strength();
+        Some((suns.sample(rng).0.as_vec3(), part.spectrum(|_| irradiance)))
     }
 
     /// Irradiance of a plane that faces `normal`, in each band, W/m2.

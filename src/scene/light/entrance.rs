@@ -1,13 +1,13 @@
 //! Light from infinitely far away as it enters a scene, through the faces of a box around all that
 //! it may meet: a line enters a box once, so the faces split the light exactly.
 
-use glam::Vec3;
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::{
     math::{
-        geometry::{Extent, Ray},
+        geometry::{Extent, Ray, Triangle, triangulate},
         rng::Stream,
-        sampling::weighted_choice,
+        sampling::{Chosen, uniform_triangle, weighted_choice},
         spectrum::{Lanes, Spectrum},
     },
     scene::daylight::{InfiniteEntry, InfiniteLight},
@@ -25,6 +25,8 @@ pub struct Entrance {
     /// The light.
     pub light: InfiniteLight,
     doors: Vec<Door>,
+    /// The triangles of the openings that it comes in through alone; none where it comes in everywhere.
+    openings: Vec<Triangle>,
     /// Running sums of the doors' powers, over all bands.
     running: Vec<f64>,
     /// About its irradiance, W/m2.
@@ -35,21 +37,76 @@ pub struct Entrance {
 #[derive(Debug)]
 struct Door {
     entry: InfiniteEntry,
-    /// A corner of the face and its sides, m.
-    corner: Vec3,
-    sides: [Vec3; 2],
+    opening: Opening,
     /// Per band, W.
     power: Vec<f64>,
     /// Whether it is light of a sun, which paths do not find by chance.
     is_sun: bool,
 }
 
+/// What light comes in through.
+#[derive(Clone, Debug)]
+enum Opening {
+    /// A corner of a face of the box, and its sides, m.
+    Face { corner: Vec3, sides: [Vec3; 2] },
+    /// A polygon cut into triangles, and running sums of their areas.
+    Polygon { triangles: Vec<Triangle>, areas: Vec<f64> },
+}
+
+impl Opening {
+    /// A point uniform on it.
+    fn choose(&self, rng: &mut Stream) -> Vec3 {
+        match self {
+            Self::Face { corner, sides } => {
+                let u = rng.square();
+                *corner + u.x * sides[0] + u.y * sides[1]
+            }
+            Self::Polygon { triangles, areas } => {
+                let Chosen { index, rest } = weighted_choice(areas, rng.uniform_fine());
+                let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
+                triangles[index].point_within(weights.x, weights.y, Vec3::ZERO)
+            }
+        }
+    }
+}
+
 impl Entrance {
-    /// Of a light of so many bands into `inside`, m, which is not empty.
-    pub fn new(light: InfiniteLight, bands: usize, inside: &Extent) -> Self {
+    /// Of a light of so many bands into `inside`, m, which is not empty; or through its openings, which `local`
+    /// takes to the coordinates of `inside`.
+    pub fn new(
+        light: InfiniteLight,
+        bands: usize,
+        inside: &Extent,
+        local: impl Fn(DVec3) -> Vec3,
+    ) -> Self {
+        let polygons: Vec<Vec<Triangle>> = light
+            .through
+            .iter()
+            .map(|polygon| {
+                let corners =
+                    triangulate(polygon).into_iter().map(|t| t.map(|i| local(polygon[i])));
+                let triangles = corners.map(Triangle::from);
+                triangles.filter(|triangle| triangle.normal() != Vec3::ZERO).collect()
+            })
+            .collect();
         let size = inside.size();
         let mut doors: Vec<Door> = Vec::new();
         for part in light.parts() {
+            for triangles in polygons.iter().filter(|triangles| !triangles.is_empty()) {
+                let Some(entry) = part.entry(triangles[0].normal()) else { continue };
+                let mut area = 0.0;
+                let areas = triangles.iter().map(|triangle| {
+                    area += f64::from(triangle.area());
+                    area
+                });
+                let areas = areas.collect();
+                let power = entry.irradiance.iter().map(|e| e * area).collect();
+                let opening = Opening::Polygon { triangles: triangles.clone(), areas };
+                doors.push(Door { entry, opening, power, is_sun: part.is_sun() });
+            }
+            if !light.through.is_empty() {
+                continue;
+            }
             for axis in 0..3 {
                 for outward in [Vec3::AXES[axis], -Vec3::AXES[axis]] {
                     let Some(entry) = part.entry(outward) else { continue };
@@ -59,7 +116,8 @@ impl Entrance {
                     let power = entry.irradiance.iter().map(|e| e * area).collect();
                     let up = outward.dot(Vec3::ONE) > 0.0;
                     let corner = inside.min + if up { size * Vec3::AXES[axis] } else { Vec3::ZERO };
-                    doors.push(Door { entry, corner, sides, power, is_sun: part.is_sun() });
+                    let opening = Opening::Face { corner, sides };
+                    doors.push(Door { entry, opening, power, is_sun: part.is_sun() });
                 }
             }
         }
@@ -73,7 +131,25 @@ impl Entrance {
         });
         let running = running.collect();
         let irradiance = light.parts().iter().map(|part| part.mean_irradiance(bands)).sum::<f64>();
-        Self { light, doors, running, irradiance: irradiance as f32 }
+        let openings = polygons.into_iter().flatten().collect();
+        Self { light, doors, openings, running, irradiance: irradiance as f32 }
+    }
+
+    /// Whether its light comes in through openings alone.
+    pub fn has_openings(&self) -> bool {
+        !self.light.through.is_empty()
+    }
+
+    /// The farthest of its openings that a ray crosses, but those in whose plane it starts, to `offset`: how far, m,
+    /// and whether it is crossed towards the sky.
+    pub fn last_opening(&self, ray: &Ray, offset: f32) -> Option<(f32, bool)> {
+        let starts_in = |t: &Triangle| (ray.origin - t.a).dot(t.normal()).abs() < offset;
+        let others = self.openings.iter().filter(|triangle| !starts_in(triangle));
+        let crossed = others.filter_map(|triangle| {
+            let t = crossing(triangle, ray).filter(|t| *t > 0.0)?;
+            Some((t, triangle.normal().dot(ray.direction) > 0.0))
+        });
+        crossed.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// Pairs of a face and a part that light enters by.
@@ -98,9 +174,8 @@ impl Entrance {
 
     /// A photon that enters by a door, and its power over the mean there.
     pub fn enter<L: Lanes>(&self, door: usize, rng: &mut Stream) -> (Ray, Spectrum<L>) {
-        let Door { entry, corner, sides, .. } = &self.doors[door];
-        let u = rng.square();
-        let origin = *corner + u.x * sides[0] + u.y * sides[1];
+        let Door { entry, opening, .. } = &self.doors[door];
+        let origin = opening.choose(rng);
         let entering = entry.sample::<L>(rng);
         (Ray { origin, direction: entering.direction }, entering.factor)
     }
@@ -111,4 +186,21 @@ impl Entrance {
         let door = weighted_choice(&self.running, rng.uniform_fine()).index;
         Some(self.enter::<[f32; 1]>(door, rng).0)
     }
+}
+
+/// How far along a ray its line crosses a triangle (Moeller and Trumbore, Journal of Graphics Tools 2:21, 1997).
+fn crossing(triangle: &Triangle, ray: &Ray) -> Option<f32> {
+    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3());
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let (u, v) = (b - a, c - a);
+    let across = direction.cross(v);
+    let det = u.dot(across);
+    if det == 0.0 {
+        return None;
+    }
+    let off = origin - a;
+    let (x, lift) = (off.dot(across) / det, off.cross(u));
+    let y = direction.dot(lift) / det;
+    let inside = x >= 0.0 && y >= 0.0 && x + y <= 1.0;
+    inside.then(|| (v.dot(lift) / det) as f32)
 }

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::{
     NO_CAPTOR, Scene, SceneParts, Surface, flush,
+    mirrors::{FlatMirrors, shows_images},
     shapes::{KeptShapes, Outlines, RAY_OFFSET},
 };
 use crate::{
@@ -15,7 +16,7 @@ use crate::{
     scene::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
-        light::{Light, LightShape, MARGIN},
+        light::{Entrance, Light, LightShape, MARGIN},
     },
 };
 
@@ -145,6 +146,13 @@ impl Scene {
         let shapes =
             kept.shapes(Outlines { triangles, captor_triangles, captor_of_triangle, radius });
         let flush_lights = flush::lift(&mut lights, &shapes, RAY_OFFSET * radius);
+        let flat_mirrors = FlatMirrors::find(
+            &lights,
+            &shapes.triangles,
+            &surfaces,
+            |surface| shows_images(&parts.materials[surface.material as usize].material),
+            MARGIN * RAY_OFFSET * radius,
+        );
         Ok(Self {
             name: parts.name,
             quantity: parts.quantity,
@@ -153,6 +161,8 @@ impl Scene {
             sums: parts.sums,
             materials: parts.materials,
             objects: parts.objects,
+            has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
+            flat_mirrors,
             infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
             lights,
             captors,

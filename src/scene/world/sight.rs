@@ -6,11 +6,12 @@ use super::Scene;
 use crate::{
     math::{
         geometry::Ray,
+        rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
     scene::{
         daylight::InfiniteLight,
-        light::EmittedRadiance,
+        light::{Emission, EmittedRadiance, Strata},
         material::{Interaction, Material},
     },
 };
@@ -29,6 +30,61 @@ pub struct LightHit {
 }
 
 impl Scene {
+    /// Emits history `index` of some strata. Light that comes in through openings starts there only if the way back
+    /// to the sky meets neither a surface nor another opening; else it has no power.
+    #[inline]
+    pub fn emit<'s, L: Lanes>(
+        &self,
+        strata: &'s Strata,
+        index: u64,
+        rng: &mut Stream,
+    ) -> Emission<'s, L> {
+        self.admitted(strata.emit(&self.lights, index, self.ray_offset(), rng))
+    }
+
+    /// The same of a history of stratum `source`.
+    #[inline]
+    pub fn emit_of<'s, L: Lanes>(
+        &self,
+        strata: &'s Strata,
+        source: usize,
+        rng: &mut Stream,
+    ) -> Emission<'s, L> {
+        self.admitted(strata.emit_of(&self.lights, source, self.ray_offset(), rng))
+    }
+
+    #[inline]
+    fn admitted<'s, L: Lanes>(&self, mut emission: Emission<'s, L>) -> Emission<'s, L> {
+        let Ray { origin, direction } = emission.ray;
+        let back = Ray { origin, direction: -direction };
+        if self.has_openings && !self.is_last_opening(emission.light, &back) {
+            emission.power = Spectrum::splat(self.lanes(), 0.0);
+        }
+        emission
+    }
+
+    /// Whether light at infinity of index `light` may start where `back`, a ray to the sky, does.
+    #[cold]
+    fn is_last_opening(&self, light: usize, back: &Ray) -> bool {
+        let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
+        entrance.is_none_or(|entrance| {
+            entrance.last_opening(back, self.ray_offset()).is_none() && self.closest(back).is_none()
+        })
+    }
+
+    /// Whether light at infinity of index `light` comes along a ray that leaves the scene: where it has openings,
+    /// through one of these, from which on nothing is in the way.
+    pub fn is_let_in(&self, light: usize, ray: &Ray) -> bool {
+        let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
+        entrance.is_none_or(|entrance| match entrance.last_opening(ray, 0.0) {
+            Some((t, true)) => {
+                let beyond = Ray { origin: ray.at(t), direction: ray.direction };
+                self.closest(&beyond).is_none()
+            }
+            _ => false,
+        })
+    }
+
     /// Every light surface that a ray meets on its bright side before `t_max`, in any order.
     pub fn lights_hit(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
         for (light, shape) in self.lights.iter().enumerate() {

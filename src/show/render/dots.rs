@@ -147,7 +147,7 @@ fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
         (0..paths)
             .map(|index| {
                 let mut rng = streams.history(index);
-                let photon = strata.emit::<L>(&scene.lights, index, scene.ray_offset(), &mut rng);
+                let photon = scene.emit::<L>(&strata, index, &mut rng);
                 let mut corners = vec![photon.ray.origin];
                 trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
                     if let Event::Arrival { hit, .. } = event {

@@ -65,7 +65,7 @@ fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bou
             return Err(Error::interrupted("chart", NOTHING_WRITTEN));
         }
         let mut rng = streams.history(index);
-        let photon = strata.emit::<L>(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let photon = scene.emit::<L>(&strata, index, &mut rng);
         let mut bounces = 0;
         trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {

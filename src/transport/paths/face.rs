@@ -103,8 +103,8 @@ impl<'a> Face<'a> {
 
         let free = path.free_share();
         let along = |direction: Vec3| free * cosine_hemisphere_density(direction.dot(normal));
-        let direct = path.next_event::<L>(&at, along);
-        let direct = direct.map(|(towards, irradiance)| {
+        let direct = [path.next_event::<L>(&at, along), path.mirrored_sun::<L>(&at)];
+        let direct = direct.into_iter().flatten().map(|(towards, irradiance)| {
             (towards, irradiance.scaled(self.area * towards.dot(normal).max(0.0)))
         });
         let indirect = match path.aim(&at) {
@@ -127,7 +127,7 @@ impl<'a> Face<'a> {
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
         let mut score = PathScore { flux, absorbed, rays, cut_off };
-        for (direction, flux) in direct.into_iter().chain(indirect) {
+        for (direction, flux) in direct.chain(indirect) {
             score.absorbed += self.absorbed(triangle, direction, &flux, rng);
             score.flux += flux;
         }

@@ -70,7 +70,11 @@ impl<'a> Joined<'a> {
         let material = self.scene.material(self.surface);
         let density = material.pdf(&self.interaction, Transport::Importance, toward);
         let mut radiance = Spectrum::splat(self.scene.lanes(), 0.0);
+        let ray = Ray { origin: self.at.point, direction: toward };
         for (l, light) in self.scene.infinite_lights() {
+            if !self.scene.is_let_in(l, &ray) {
+                continue;
+            }
             let other = next_event_density_of_sky(self.scene, &self.at, l, light, toward);
             let weight = density / (density + other);
             radiance += light.radiance::<L>(toward).scaled(weight);

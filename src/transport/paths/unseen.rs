@@ -25,7 +25,7 @@ pub struct Unseen {
     /// Flux of all lights.
     pub all: Vec<f64>,
     /// Flux that no path can find: of a point or line light, by way of a mirror or refraction
-    /// before its first diffuse scattering.
+    /// before its first diffuse scattering; of the sun, by others than one flat pane or mirror.
     pub hidden: Vec<f64>,
 }
 
@@ -52,17 +52,24 @@ impl Unseen {
         // neighbouring histories share the lights well, so it can end after any
         while done < photons && rays < MOST_RAYS {
             let mut rng = streams.history(done);
-            let photon = strata.emit::<L>(&scene.lights, done, scene.ray_offset(), &mut rng);
+            let photon = scene.emit::<L>(&strata, done, &mut rng);
             let delta = strata.is_delta(&scene.lights, photon.source);
-            let (mut hidden, mut diffused) = (false, false);
+            let (mut hidden, mut diffused, mut mirrored) = (false, false, false);
+            let images =
+                scene.flat_mirrors().filter(|mirrors| mirrors.suns().contains(&photon.light));
             trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
                 if let Some(counted) = event.counted(scene) {
                     on_captors.add(photon.weights, counted.power, hidden);
                 }
-                if let Event::Arrival { power, lobe, .. } = event {
+                if let Event::Arrival { hit, power, lobe, .. } = event {
                     rays += 1;
                     on_surfaces.add(photon.weights, power, hidden);
-                    hidden |= delta && !diffused && lobe == Some(LobeKind::Specular);
+                    if delta && !diffused && lobe == Some(LobeKind::Specular) {
+                        // paths look for the sun by way of one flat mirror
+                        hidden |= mirrored
+                            || images.is_none_or(|images| images.image_of(hit.triangle).is_none());
+                        mirrored = true;
+                    }
                     diffused |= lobe == Some(LobeKind::Diffuse);
                 }
             });

@@ -115,8 +115,7 @@ impl Run<'_> {
                 return;
             }
             let mut rng = streams.history(first + index);
-            let offset = self.scene.ray_offset();
-            let photon = strata.emit::<L>(&self.scene.lights, index, offset, &mut rng);
+            let photon = self.scene.emit::<L>(strata, index, &mut rng);
             let part = self.part_of.get(photon.light).copied();
             tally.emitted(part, photon.weights, &photon.power);
             let mut way = Way::default();
@@ -148,7 +147,7 @@ impl Run<'_> {
             };
             if flights > 1 {
                 let emit = |rng: &mut Stream| {
-                    let other = strata.emit_of::<L>(&self.scene.lights, photon.source, offset, rng);
+                    let other = self.scene.emit_of::<L>(strata, photon.source, rng);
                     (other.ray, other.power)
                 };
                 split_at_light(self.scene, emit, flights, &mut rng, &mut on);

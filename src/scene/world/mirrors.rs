@@ -1,0 +1,156 @@
+//! Flat panes and mirrors under the sun: all that lie in parallel planes show one image of it.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::{Scene, Surface};
+use crate::{
+    math::{
+        geometry::{Extent, Ray, Triangle},
+        spectrum::Lanes,
+    },
+    scene::{
+        light::Light,
+        material::{Interaction, Material, Transport},
+    },
+};
+
+/// The most images of the sun. What smaller surfaces show beyond them is not looked for.
+const MOST: usize = 64;
+
+/// Sine of the angle between normals that count as parallel: far below the sun's half angle, and above what rounding
+/// does to the normal of a small pane.
+const PARALLEL: f32 = 1e-4;
+
+/// The panes and mirrors that a scene's suns are seen in.
+#[derive(Debug)]
+pub struct FlatMirrors {
+    /// Indices of the lights with a sun.
+    suns: Vec<usize>,
+    images: Vec<Image>,
+    /// The image that a triangle shows.
+    of_triangle: HashMap<usize, usize>,
+}
+
+/// What panes or mirrors of one material in parallel planes show.
+#[derive(Debug)]
+struct Image {
+    normal: Vec3,
+    material: u32,
+    /// A box around them, a little wider than they are.
+    extent: Extent,
+}
+
+/// An image of a sun, chosen by chance.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenImage {
+    /// Which one.
+    pub image: usize,
+    /// The direction in which it is seen, unit vector.
+    pub toward: Vec3,
+    /// The chance of the choice.
+    pub chance: f32,
+}
+
+impl FlatMirrors {
+    /// The largest ones; none where no sun shines or nothing mirrors it. `margin`: by how much the boxes are wider, m.
+    pub(super) fn find(
+        lights: &[Light],
+        triangles: &[Triangle],
+        surfaces: &[Surface],
+        material: impl Fn(&Surface) -> bool,
+        margin: f32,
+    ) -> Option<Self> {
+        let has_sun = |light: &Light| light.entrance().is_some_and(|e| e.light.has_sun());
+        let suns: Vec<usize> = (0..lights.len()).filter(|&l| has_sun(&lights[l])).collect();
+        if suns.is_empty() {
+            return None;
+        }
+        let is_mirror = |t: &usize| surfaces[*t].normal != Vec3::ZERO && material(&surfaces[*t]);
+        let mut flat: Vec<usize> = (0..triangles.len()).filter(is_mirror).collect();
+        flat.sort_by(|&a, &b| triangles[b].area().total_cmp(&triangles[a].area()).then(a.cmp(&b)));
+        let mut images: Vec<Image> = Vec::new();
+        let mut of_triangle = HashMap::new();
+        for t in flat {
+            let Surface { normal, material, .. } = surfaces[t];
+            let shows = |image: &Image| {
+                image.material == material && image.normal.cross(normal).length() < PARALLEL
+            };
+            let image = match images.iter().position(shows) {
+                Some(image) => image,
+                None if images.len() == MOST => continue,
+                None => {
+                    images.push(Image { normal, material, extent: Extent::EMPTY });
+                    images.len() - 1
+                }
+            };
+            let extent = Extent::of_triangles([&triangles[t]]).wider(margin);
+            images[image].extent = images[image].extent.join(extent);
+            of_triangle.insert(t, image);
+        }
+        (!images.is_empty()).then_some(Self { suns, images, of_triangle })
+    }
+
+    /// The lights with a sun.
+    pub fn suns(&self) -> &[usize] {
+        &self.suns
+    }
+
+    /// The image that a triangle shows.
+    pub fn image_of(&self, triangle: usize) -> Option<usize> {
+        self.of_triangle.get(&triangle).copied()
+    }
+
+    /// Whether a ray may meet one of the surfaces that show an image.
+    pub fn may_be_met(&self, image: usize, ray: &Ray) -> bool {
+        self.images[image].extent.is_met(ray)
+    }
+}
+
+impl Scene {
+    /// The panes and mirrors that its suns are seen in, if there are any.
+    #[inline]
+    pub fn flat_mirrors(&self) -> Option<&FlatMirrors> {
+        self.flat_mirrors.as_ref()
+    }
+
+    /// Chooses, by a number in [0, 1), an image of a sun that stands towards `sun` (unit vector) among those that may be
+    /// seen from `point`, on the side of `normal` if there is one; or none. The chance of each is the share that it
+    /// mirrors or, where these add up to more than 1, in proportion to it.
+    pub fn choose_image<L: Lanes>(
+        &self,
+        mirrors: &FlatMirrors,
+        point: Vec3,
+        normal: Option<Vec3>,
+        sun: Vec3,
+        number: f32,
+    ) -> Option<ChosenImage> {
+        let mut shares = [0.0; MOST];
+        let toward = |image: &Image| sun - 2.0 * sun.dot(image.normal) * image.normal;
+        for (share, image) in shares.iter_mut().zip(&mirrors.images) {
+            let direction = toward(image);
+            let seen = normal.is_none_or(|normal| normal.dot(direction) > 0.0)
+                && image.extent.is_met(&Ray { origin: point, direction });
+            if seen {
+                let material = &self.materials[image.material as usize].material;
+                let at = Interaction::new(direction, image.normal);
+                let [mirrored, _] = material.smooth_ways::<L>(&at, Transport::Importance);
+                *share = mirrored.map_or(0.0, |way| way.weight.largest());
+            }
+        }
+        let all = shares.iter().sum::<f32>().max(1.0);
+        let mut rest = number * all;
+        let image = shares.iter().position(|share| {
+            rest -= share;
+            rest < 0.0
+        })?;
+        let toward = toward(&mirrors.images[image]).normalize();
+        Some(ChosenImage { image, toward, chance: shares[image] / all })
+    }
+}
+
+/// Whether a material is to be looked at for images: what it mirrors comes from one direction, by way of its plane.
+pub(super) fn shows_images(material: &Material) -> bool {
+    matches!(material, Material::Pane(_) | Material::Mirror(_))
+}
