@@ -213,6 +213,32 @@ fn lamps_follow_their_control() {
     assert!(on[5..24].iter().all(|&part| part == 0.0) && on[24..29] == on[..5]);
 }
 
+/// A lamp that sends next to no photon of the run to a sensor is named; with enough photons nothing is. The lamp has
+/// 1e-9 of the power, so that no photon is of it.
+#[test]
+fn too_few_photons_of_lamps_are_said() {
+    let scene =
+        written(&world(first_days()).captor("up", &Mesh::square([0.5, 0.5, 0.0], UP, 1.0)).light(
+            json!({ "type": "point", "name": "faint", "position": [0, 0, 1], "power": 1e-6 }),
+        ));
+    let path = scene.path("control.json");
+    std::fs::write(&path, r#"{ "lamps": [{ "lights": "faint", "hours": [0, 4] }] }"#)
+        .expect("a file");
+    let found = year(&scene, Some(&path), 20_000, SkyDivision::Tregenza);
+    let said = "fewer than 30 photons of the lamps arrived at 1 of 1 captors (`up` is the first)";
+    assert!(
+        found.warnings.len() == 1 && found.warnings[0].starts_with(said),
+        "{:?}",
+        found.warnings
+    );
+    let small = Mesh::square([0.5, 0.5, 0.5], UP, 0.01);
+    let large = Mesh::square([0.5, 0.5, 0.0], UP, 4.0);
+    let scene = written(&world(first_days()).captor("small", &small).captor("large", &large));
+    let found = year(&scene, None, 1000, SkyDivision::Tregenza);
+    let said = "fewer than 30 photons of daylight";
+    assert!(found.warnings[0].starts_with(said), "{:?}", found.warnings);
+}
+
 #[test]
 fn the_command_writes_tables() {
     let scene = written(

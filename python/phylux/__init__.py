@@ -16,6 +16,7 @@ from .geometry import Mesh, grid
 from .result import Result, Values
 from .scene import Check, Scene
 from .sweeps import Sweep, sweep
+from .years import Year
 
 __version__ = _native.__version__
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "SceneWarning",
     "Sweep",
     "Values",
+    "Year",
     "grid",
     "load",
     "sweep",

@@ -14,6 +14,7 @@ import numpy as np
 from . import _native, geometry
 from .errors import SceneWarning, wrong
 from .result import Result
+from .years import Year, run_year
 
 #: keys of a scene file whose texts are no names of files
 _NAMES = ("name", "material", "group", "type")
@@ -202,6 +203,43 @@ class Scene:
         result = Result(found, loaded)
         _warn(result.warnings)
         return result
+
+    def year(
+        self,
+        output: str | os.PathLike[str],
+        *,
+        control: Mapping[str, Any] | str | os.PathLike[str] | None = None,
+        patches: int | None = None,
+        photons: float | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+        **options: Any,
+    ) -> Year:
+        """Daylight and lamps by the hour, and daily light integrals of days, months and all, from one run.
+
+        Args:
+            output: a folder for the tables, which is made; docs/year.md lists them.
+            control: when lamps are on: the keys of a control file, or its path; without it they are off.
+            patches: of the sky: 145 or 577.
+            photons: how many to trace, for all hours together.
+            seed: of the random numbers.
+            threads: 0 takes all processors; the results do not depend on it.
+            options: any other option of ``phylux year``.
+
+        Returns:
+            the tables: ``hours``, ``days``, ``months``, ``total`` and ``lamps``, DataFrames.
+        """
+        import tempfile
+
+        with tempfile.TemporaryDirectory() as folder:
+            scene = Path(folder, "scene.json")
+            self.save(scene)
+            if isinstance(control, Mapping):
+                path = Path(folder, "control.json")
+                path.write_text(json.dumps(_plain(control)), encoding="utf-8")
+                control = path
+            given = {"control": control, "patches": patches, "photons": photons, "seed": seed, "threads": threads}
+            return run_year(scene, Path(output), _options({**given, **options}))
 
     def render(self, *, numbers: bool = False, **options: Any) -> Any:
         """A picture of the scene.

@@ -18,7 +18,7 @@ use crate::{math::units::UnitNames, transport::settings::Estimator};
 
 pub use mix::Factor;
 pub use settings::RunSettings;
-pub use warnings::Warning;
+pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;

@@ -9,6 +9,8 @@
 mod control;
 pub mod tables;
 
+use std::collections::HashSet;
+
 use indexmap::IndexMap;
 
 use crate::{
@@ -19,7 +21,7 @@ use crate::{
         weather::Slot,
     },
     math::units::Quantity,
-    results::result::{BandResult, FaceResult, RunResult},
+    results::result::{BandResult, CaptorResult, FEW_HISTORIES, FaceResult, RunResult},
     scene::{
         daylight::{Date, InfiniteLight, InfinitePart, InfiniteShape, Suns},
         world::Scene,
@@ -148,6 +150,15 @@ impl Year {
         };
         let steady: Vec<usize> = (0..scene.lights.len()).filter(|&l| !is_daylight[l]).collect();
         year.control_lamps(scene, &steady, file)?;
+        let is_lit = |lamp: &&Lamp| lamp.on.iter().any(|on| *on > 0.0);
+        let lit: HashSet<String> =
+            year.lamps.iter().filter(is_lit).map(|l| l.name.clone()).collect();
+        let few = |of: &str, wanted: &dyn Fn(usize) -> bool| few_photons(&year.run, of, wanted);
+        let warnings = [
+            few("daylight, but for what comes straight from the sun,", &|l| is_daylight[l]),
+            few("the lamps", &|l| lit.contains(&scene.lights[l].name)).filter(|_| !lit.is_empty()),
+        ];
+        year.warnings.extend(warnings.into_iter().flatten());
         Ok(year)
     }
 
@@ -255,12 +266,29 @@ fn local(slot: &Slot) -> (Date, f64) {
     (Date::from_days((local / DAY).floor() as i64), local.rem_euclid(DAY) / 3600.0)
 }
 
+/// A warning of captors on whose fronts too few photons of the lights `wanted` arrived for an error; none if there are
+/// none.
+fn few_photons(run: &RunResult, of: &str, wanted: &dyn Fn(usize) -> bool) -> Option<String> {
+    let arrived = |captor: &CaptorResult| -> u64 {
+        let parts = captor.front.by_light.iter().flat_map(|parts| parts.values()).enumerate();
+        parts.filter(|(light, _)| wanted(*light)).map(|(_, face)| face.photons).sum()
+    };
+    let mut few = run.captors.iter().filter(|captor| arrived(captor) < FEW_HISTORIES);
+    let first = few.next()?;
+    Some(format!(
+        "fewer than {FEW_HISTORIES} photons of {of} arrived at {} of {} captors (`{}` is the first): neither these \
+         values nor their errors can be relied on, and a 0 may be chance; trace more photons",
+        1 + few.count(),
+        run.captors.len(),
+        first.id
+    ))
+}
+
 /// Captors, then groups that are not the captor of that name.
 fn ids(run: &RunResult) -> Vec<String> {
     let captors = run.captors.iter().map(|captor| captor.id.clone());
     let mut ids: Vec<String> = captors.collect();
-    let known: std::collections::HashSet<&str> =
-        run.captors.iter().map(|captor| captor.id.as_str()).collect();
+    let known: HashSet<&str> = run.captors.iter().map(|captor| captor.id.as_str()).collect();
     ids.extend(run.groups.iter().filter(|g| !known.contains(g.id.as_str())).map(|g| g.id.clone()));
     ids
 }

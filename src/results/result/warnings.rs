@@ -12,7 +12,7 @@ const MUCH_LOST: f64 = 1e-3;
 /// 1 / sqrt(2 (batches - 1)).
 const FEW_BATCHES: u64 = 16;
 /// Histories below which a value and its error are not reliable.
-const FEW_HISTORIES: u64 = 30;
+pub const FEW_HISTORIES: u64 = 30;
 /// A warning about a result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {

@@ -1,0 +1,80 @@
+"""Daylight by the hour: the tables of ``phylux year``."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError, RunError, SceneWarning, missing
+
+#: the command, whose installed script need not be on the PATH
+_COMMAND = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())"]
+
+
+class Year:
+    """What every captor and group receives hour by hour, and the integrals over days, months and all.
+
+    The tables are files in ``folder`` (docs/year.md); a table is read when it is asked for, and needs pandas.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder)
+
+    def __repr__(self) -> str:
+        return f"<Year in {self.folder}>"
+
+    @property
+    def hours(self) -> Any:
+        """captor, time (the start of the hour), band, value, standard_error: irradiance, or PPFD in umol/s."""
+        whole = self.folder / "hours.parquet"
+        return _pandas().read_parquet(whole) if whole.is_file() else self._table("hours")
+
+    @property
+    def days(self) -> Any:
+        """captor, day, band, unit, value, standard_error: daily light integrals."""
+        return self._table("days")
+
+    @property
+    def months(self) -> Any:
+        """captor, month, band, unit, value, standard_error: daily light integrals in the mean of the days."""
+        return self._table("months")
+
+    @property
+    def total(self) -> Any:
+        """captor, period, band, unit, value, standard_error: the same of the whole period."""
+        return self._table("year")
+
+    @property
+    def lamps(self) -> Any:
+        """light, month (or ``all``), hours, kwh."""
+        return self._table("lamps")
+
+    def _table(self, name: str) -> Any:
+        # names of captors such as "NA" are names
+        return _pandas().read_csv(self.folder / f"{name}.csv", keep_default_na=False, na_values={"standard_error": [""], "kwh": [""]})
+
+
+def run_year(scene: Path, output: Path, options: list[str]) -> Year:
+    """Runs ``phylux year`` in a process of its own, which Ctrl-C ends too."""
+    done = subprocess.run([*_COMMAND, "year", os.fspath(scene), "-o", os.fspath(output), *options], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if done.returncode != 0:
+        said = [line.removeprefix("error: ") for line in done.stderr.splitlines() if line.startswith("error: ")]
+        sentence = said[-1] if said else done.stderr.strip() or f"phylux year ended with {done.returncode}"
+        kind = InputError if done.returncode == 2 else RunError
+        raise kind(sentence, sentence.split(": ")[0])
+    for line in done.stderr.splitlines():
+        if line.startswith("warning: "):
+            warnings.warn(line.removeprefix("warning: "), SceneWarning, stacklevel=3)
+    return Year(output)
+
+
+def _pandas() -> Any:
+    try:
+        import pandas as pd
+    except ImportError:
+        raise missing("pandas", "a table") from None
+    return pd

@@ -1,0 +1,53 @@
+"""Daylight by the hour."""
+
+import numpy as np
+import pytest
+
+import phylux as px
+
+
+@pytest.fixture
+def greenhouse(tmp_path) -> px.Scene:
+    """A sensor over a floor by day, with a lamp, and the weather of one day in June."""
+    sun = np.clip(np.sin(np.pi * (np.arange(24) + 0.5 - 4) / 16), 0, None)
+    rows = [f"2025-06-21T{hour:02}:00+00:00,{600 * sun[hour]:.0f},{150 * sun[hour]:.0f}" for hour in range(24)]
+    (tmp_path / "weather.csv").write_text("\n".join(["time,dni,dhi", *rows, ""]))
+    scene = px.Scene(
+        "day",
+        quantity="umol/s",
+        bands={"PAR": (400, 700)},
+        site={"latitude": 44, "longitude": 0},
+        time={"from": "2025-06-21T00:00+00:00", "to": "2025-06-22T00:00+00:00"},
+        weather={"file": str(tmp_path / "weather.csv"), "stamp": "start"},
+    )
+    scene.material("floor", type="lambert", reflectance=0.2)
+    scene.add("floor", [[[-2, -2, 0], [2, -2, 0], [2, 2, 0]], [[-2, -2, 0], [2, 2, 0], [-2, 2, 0]]], material="floor")
+    scene.light("sun", type="sun")
+    scene.light("sky", type="sky")
+    scene.light("lamp", type="point", position=[0, 0, 2], power=1_000_000)
+    scene.captor("sensor", discs=px.grid([0], [0], z=1, radius=0.3))
+    return scene
+
+
+def test_a_year_is_that_of_the_command(greenhouse, tmp_path):
+    pytest.importorskip("pandas")
+    lamps = {"lamps": [{"lights": "lamp", "watts": 60, "hours": [20, 24]}]}
+    year = greenhouse.year(tmp_path / "lit", control=lamps, photons=300_000, seed=1, threads=1)
+    dark = greenhouse.year(tmp_path / "unlit", photons=300_000, seed=1, csv=True)
+    assert list(year.hours.columns) == ["captor", "time", "band", "value", "standard_error"]
+    assert len(year.hours) == len(dark.hours) and year.hours.captor.iloc[0] == "sensor/0"
+    # four hours of a lamp of 1e6 umol/s at 1 m: 0.0036 x 4 x 1e6 / (4 pi) mol, less at the rim; error 5 %
+    added = float(year.total.value.iloc[0] - dark.total.value.iloc[0])
+    assert 0.8 < added / (0.0036 * 4 * 1e6 / (4 * np.pi)) < 1.1
+    assert float(dark.days.value.iloc[0]) == pytest.approx(float(dark.months.value.iloc[0]))
+    whole = year.lamps[year.lamps.month == "all"]
+    assert whole.hours.tolist() == [4] and whole.kwh.tolist() == [0.24]
+
+
+def test_errors_say_where(greenhouse, tmp_path):
+    with pytest.raises(px.InputError, match="unexpected argument"):
+        greenhouse.year(tmp_path / "year", fotons=1)
+    with pytest.raises(px.InputError) as caught:
+        greenhouse.year(tmp_path / "no" / "year", photons=1000)
+    assert caught.value.place.endswith("year") and "no folder" in str(caught.value)
+    assert not (tmp_path / "no").exists()
