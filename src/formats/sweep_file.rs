@@ -23,10 +23,12 @@ use crate::{
         input::{RELATIVE, hex, quoted, read_bytes},
         json,
     },
+    math::expression::Expression,
     transport::settings::Settings,
 };
 use design::Points;
 pub use parameter::{BALANCE, Parameter};
+use parameter::{X, expression};
 use reader::Reader;
 
 /// A scene and all that it is to be run with.
@@ -155,13 +157,35 @@ impl Sweep {
         seed.unwrap_or(Settings::default().seed)
     }
 
+    /// What a value of a run puts at a place: itself or, of an expression, its value to 12 digits, of each number that
+    /// stands there. An expression that has no value stays as it is, which no scene takes.
+    pub fn value_at(&self, run: &Run, value: &Value, place: &str) -> Value {
+        let text = expression(value);
+        let Some(expression) = text.and_then(|text| Expression::parse(text).ok()) else {
+            return value.clone();
+        };
+        let of_parameter = |name: &str| {
+            let found = run.values.iter().find(|(parameter, _)| parameter.name == name);
+            found.and_then(|(_, value)| value.as_f64()).unwrap_or(f64::NAN)
+        };
+        let at = |x: f64| {
+            let found = expression.value(|name| if name == X { x } else { of_parameter(name) });
+            if found.is_finite() { design::number(design::round(found)) } else { value.clone() }
+        };
+        match self.scene.pointer(place) {
+            Some(there) if expression.names().any(|name| name == X) => each_number(there, &at),
+            _ => at(f64::NAN),
+        }
+    }
+
     /// The scene of a run: with its values and its seed.
     pub fn document(&self, run: &Run) -> Value {
         let mut document = self.scene.clone();
         for (parameter, value) in &run.values {
             for place in &parameter.at {
+                let value = self.value_at(run, value, place);
                 if let Some(place) = document.pointer_mut(place) {
-                    *place = (*value).clone();
+                    *place = value;
                 }
             }
         }
@@ -193,6 +217,15 @@ impl Sweep {
             }
         }
         Ok(())
+    }
+}
+
+/// The same with another number for each number.
+fn each_number(value: &Value, of: &dyn Fn(f64) -> Value) -> Value {
+    match value {
+        Value::Number(number) => number.as_f64().map_or(Value::Null, of),
+        Value::Array(values) => values.iter().map(|value| each_number(value, of)).collect(),
+        other => other.clone(),
     }
 }
 
@@ -236,7 +269,9 @@ mod tests {
              "combine": { "sample": "sobol", "count": 9, "seed": 4 } }"#,
         r#"{ "scene": "s.json", "vary": { "/lights/0/power": [ 1, 2 ],
              "/lights/1/power/1": { "values": [ [ 1 ], true ] } }, "combine": "zip" }"#,
+        r#"{ "scene": "s.json", "vary": { "rise": [ 0, 0.5 ], "/lights/*/power": [ "=x + rise", "=-(x ^ 2) / {rise}" ] } }"#,
     ];
+
     #[test]
     fn a_star_stands_for_every_index_and_name() {
         let scene: Value = serde_json::from_str(SCENE).expect("JSON");
@@ -255,8 +290,47 @@ mod tests {
         assert!(none.contains("the scene has no `/lights/*/powr`"), "{none}");
     }
 
+    /// Of what stands in the scene, number by number, and of other parameters; such a parameter needs no place.
+    #[test]
+    fn expressions_read_the_scene_and_other_parameters() {
+        let sweep = |vary: &str| {
+            let scene = serde_json::from_str(SCENE).expect("JSON");
+            let file = format!(r#"{{"scene": "s.json", "vary": {{{vary}}}}}"#);
+            Sweep::new("s", serde_json::from_str(&file).expect("JSON"), scene, PathBuf::new())
+        };
+        let found = sweep(
+            r#""rise": [0, 0.1], "/lights/*/power": ["=x", "=1.5 * x + rise"], "/settings/seed": [3]"#,
+        );
+        assert!(found.unwrap_err().to_string().contains("/settings/seed cannot vary"));
+        let found = sweep(r#""rise": [0, 0.1], "/lights/*/power": ["=x", "=1.5 * x + rise"]"#);
+        let found = found.expect("a sweep");
+        let documents: Vec<Value> = found.runs().map(|run| found.document(&run)).collect();
+        let powers: Vec<Value> = documents
+            .iter()
+            .map(|d| serde_json::json!([d["lights"][0]["power"], d["lights"][1]["power"]]))
+            .collect();
+        let expected =
+            serde_json::json!([[1, [2, 3]], [1.5, [3, 4.5]], [1, [2, 3]], [1.6, [3.1, 4.6]]]);
+        assert_eq!(Value::from(powers), expected);
+        for (vary, words) in [
+            (r#""/lights/0/power": ["=x +"]"#, "`=x +`: it ends too early"),
+            (r#""/lights/0/power": ["=2 * z"]"#, "`=2 * z`: there is no parameter `z`"),
+            (r#""/lights/0": ["=2 * x"]"#, "`=2 * x`: `/lights/0` is no number"),
+            (r#""a": ["=1"], "/lights/0/power": ["=a"]"#, "`=a`: a value of `a` is no number"),
+            (r#""a": [1, 2]"#, "does not say where in the scene its value goes"),
+        ] {
+            let error = sweep(vary).expect_err(vary).to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        // one that has no value fails by itself
+        let odd = sweep(r#""/lights/0/power": ["=x / 0"]"#).expect("a sweep");
+        assert_eq!(odd.document(&odd.run(0))["lights"][0]["power"], "=x / 0");
+    }
+
     const WORDS: &[&str] = &[
         "\"grid\"",
+        "\"=x * 2\"",
+        "\"=b ^ x\"",
         "\"zip\"",
         "\"latin-hypercube\"",
         "\"steps\":",

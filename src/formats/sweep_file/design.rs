@@ -88,7 +88,7 @@ pub fn steps(from: f64, to: f64, steps: usize) -> Vec<Value> {
 }
 
 /// To 12 digits: 0.075 and not 0.07500000000000001.
-fn round(value: f64) -> f64 {
+pub fn round(value: f64) -> f64 {
     let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
     if rounded.is_finite() { rounded } else { value }
 }

@@ -3,9 +3,13 @@
 use serde_json::Value;
 
 /// Columns that the tables have besides the parameters.
-pub const COLUMNS: [&str; 19] = [
+pub const COLUMNS: [&str; 23] = [
     "min",
     "max",
+    "min_over_mean",
+    "min_over_mean_se",
+    "cv",
+    "cv_se",
     "run",
     "file",
     "seed",
@@ -35,6 +39,16 @@ pub struct Parameter {
     pub name: String,
     /// The places in the scene file that take its value, as JSON pointers.
     pub at: Vec<String>,
-    /// The values that it takes.
+    /// The values that it takes; a text that begins with `=` is an expression.
     pub values: Vec<Value>,
+    /// Whether expressions of others read it.
+    pub is_read: bool,
+}
+
+/// The number that stands at the place, in an expression.
+pub const X: &str = "x";
+
+/// What a text that begins with `=` says.
+pub fn expression(value: &Value) -> Option<&str> {
+    value.as_str()?.strip_prefix('=')
 }

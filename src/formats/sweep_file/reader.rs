@@ -7,11 +7,12 @@ use serde_json::Value;
 use super::{
     design::{self, Choices, Points},
     format::{CombineFile, FullFile, SampleFile, SampleKind, SweepFile, VaryFile, Whole},
-    parameter::{BALANCE, COLUMNS, Parameter},
+    parameter::{BALANCE, COLUMNS, Parameter, X, expression},
 };
 use crate::{
-    error::{Error, Result, nearest},
+    error::{Error, Problem, Result, nearest},
     formats::{input::quoted, json},
+    math::expression::Expression,
 };
 
 /// The most runs of a sweep.
@@ -58,7 +59,8 @@ impl Reader<'_> {
                 return Err(self.vary(name, problem).remedy("take fewer"));
             }
             choices.push(self.choices(name, vary)?);
-            parameters.push(Parameter { name: name.clone(), at, values: Vec::new() });
+            let name = name.clone();
+            parameters.push(Parameter { name, at, values: Vec::new(), is_read: false });
         }
         self.check_apart(&parameters)?;
         let points = match file.combine {
@@ -79,7 +81,69 @@ impl Reader<'_> {
             }
             CombineFile::Sample(sample) => self.sample(sample, &mut parameters, choices, seeds)?,
         };
+        self.check_expressions(&mut parameters)?;
         Ok((parameters, points))
+    }
+
+    /// Expressions must be sound and read numbers only; what they read is marked. A parameter that sets no place must
+    /// be read.
+    fn check_expressions(&self, parameters: &mut [Parameter]) -> Result<()> {
+        let mut read = HashSet::new();
+        for parameter in parameters.iter() {
+            for text in parameter.values.iter().filter_map(expression) {
+                let shown = quoted(&format!("={text}"));
+                let wrong = |problem: Problem| {
+                    problem.of(&shown).at(json::place(self.name, &vary_pointer(&parameter.name)))
+                };
+                for name in Expression::parse(text).map_err(wrong)?.names() {
+                    self.check_name(name, parameter, parameters).map_err(wrong)?;
+                    read.insert(name.to_string());
+                }
+            }
+        }
+        for parameter in parameters {
+            parameter.is_read = read.contains(&parameter.name);
+            if parameter.at.is_empty() && !parameter.is_read {
+                let remedy = "give `at`, a list of JSON pointers such as [\"/lights/0/power\"], name the parameter \
+                              by its pointer, or read it in an expression of another, as in \"=x + rise\"";
+                return Err(self
+                    .vary(&parameter.name, "does not say where in the scene its value goes")
+                    .remedy(remedy));
+            }
+        }
+        Ok(())
+    }
+
+    /// A name in an expression of a parameter: `x`, which must be numbers at all its places, or another parameter whose
+    /// values are numbers.
+    fn check_name(
+        &self,
+        name: &str,
+        parameter: &Parameter,
+        all: &[Parameter],
+    ) -> std::result::Result<(), Problem> {
+        if name == X {
+            let is_number = |place: &&String| self.scene.pointer(place).is_some_and(is_numbers);
+            let odd = parameter.at.iter().find(|place| !is_number(place));
+            let what = "x is what stands at the place in the scene: a number, or a list of them";
+            return odd.map_or(Ok(()), |place| {
+                Err(Problem::new(format!("{} is no number", quoted(place)), what))
+            });
+        }
+        let Some(other) = all.iter().find(|other| other.name == name) else {
+            let problem = format!("there is no parameter {}", quoted(name));
+            return Err(Problem::new(
+                problem,
+                "x is what stands in the scene; other names are parameters",
+            ));
+        };
+        match other.values.iter().all(Value::is_number) {
+            true => Ok(()),
+            false => Err(Problem::new(
+                format!("a value of {} is no number", quoted(name)),
+                "expressions read parameters whose values are numbers",
+            )),
+        }
     }
 
     fn whole(
@@ -191,13 +255,8 @@ impl Reader<'_> {
         let at = match vary {
             VaryFile::Full(FullFile { at: Some(at), .. }) if !at.is_empty() => at.clone(),
             _ if name.starts_with('/') => vec![name.to_string()],
-            _ => {
-                let remedy = "give `at`, a list of JSON pointers such as [\"/lights/0/power\"], or name \
-                              the parameter by its pointer";
-                return Err(self
-                    .vary(name, "does not say where in the scene its value goes")
-                    .remedy(remedy));
-            }
+            // it must be read by an expression
+            _ => Vec::new(),
         };
         let mut all = Vec::new();
         for place in &at {
@@ -322,7 +381,20 @@ impl Reader<'_> {
 
     /// An error at a parameter.
     fn vary(&self, name: &str, problem: impl Display) -> Error {
-        self.error(&format!("/vary: {}", quoted(name)), problem)
+        self.error(&vary_pointer(name), problem)
+    }
+}
+
+/// A place in the sweep file, for a person.
+fn vary_pointer(name: &str) -> String {
+    format!("/vary: {}", quoted(name))
+}
+
+/// Whether it is a number, or a list of such.
+fn is_numbers(value: &Value) -> bool {
+    match value {
+        Value::Array(values) => values.iter().all(is_numbers),
+        other => other.is_number(),
     }
 }
 

@@ -96,8 +96,11 @@ fn settled(sweep: &Sweep, job: Job) -> Vec<Job> {
 struct Powers(Vec<(usize, Option<usize>)>);
 
 impl Powers {
-    /// None for a parameter that sets anything else.
+    /// None for a parameter that sets anything else, also by expressions of others.
     fn of(parameter: &Parameter) -> Option<Self> {
+        if parameter.is_read {
+            return None;
+        }
         let place = |pointer: &String| {
             let mut words = pointer.strip_prefix("/lights/")?.split('/');
             let (light, power, band) = (words.next()?, words.next()?, words.next());
@@ -132,13 +135,16 @@ impl Place {
     /// The power per band of each light that varies in a run; none where one is no power.
     fn powers(&self, sweep: &Sweep, run: usize) -> Option<BTreeMap<usize, Vec<f64>>> {
         let mut powers = BTreeMap::new();
-        for (parameter, value) in &sweep.run(run).values {
-            for (light, band) in Powers::of(parameter).into_iter().flat_map(|powers| powers.0) {
+        let run = sweep.run(run);
+        for (parameter, value) in &run.values {
+            let Some(of) = Powers::of(parameter) else { continue };
+            for ((light, band), place) in of.0.into_iter().zip(&parameter.at) {
+                let value = sweep.value_at(&run, value, place);
                 let own = || self.document.pointer(&format!("/lights/{light}/power")).cloned();
                 let power: &mut Value = powers.entry(light).or_insert(own()?);
                 match band {
-                    Some(band) => *power.get_mut(band)? = (*value).clone(),
-                    None => *power = (*value).clone(),
+                    Some(band) => *power.get_mut(band)? = value,
+                    None => *power = value,
                 }
             }
         }
