@@ -70,13 +70,13 @@ pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{
     Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, Factor,
-    GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Warning,
-    WorstResult,
+    GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Uniformity,
+    Warning, WorstResult,
 };
 pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;
 pub use scene::camera::{Camera, View};
-pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel};
+pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel, Response, Sensor};
 pub use scene::daylight;
 pub use scene::light::{
     EmittedRadiance, Intensity, IntensityTable, Light, LightSample, LightShape, TubeHit,
@@ -129,7 +129,7 @@ pub use studies::year::{Lamp, Value, Year, tables::YearTables};
 pub use transport::photon_map::{
     Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,
 };
-pub use transport::settings::{Estimator, Settings};
+pub use transport::settings::{Estimator, Settings, Target};
 pub use transport::shard::Shard;
 pub use transport::simulate::{
     Accuracy, Choice, Control, Dark, End, FaceBand, Progress, Simulation, Worst, light_surfaces,

@@ -673,8 +673,16 @@ fn mtl_files() {
 #[test]
 fn captors() {
     refuse_rows(&[
-        ("captors", r#"[{}]"#, &["/captors/0: has none of `csv`, `obj` and `disc`"]),
-        ("captors", r#"[{"name": "x"}]"#, &["/captors/0: has none of `csv`, `obj` and `disc`"]),
+        (
+            "captors",
+            r#"[{}]"#,
+            &["/captors/0: has none of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`"],
+        ),
+        (
+            "captors",
+            r#"[{"name": "x"}]"#,
+            &["/captors/0: has none of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`"],
+        ),
         (
             "captors",
             r#"[{"name": "b", "csv": "a.csv", "obj": "a.obj"}]"#,

@@ -30,6 +30,7 @@ mod pinned;
 mod plot;
 mod render;
 mod rendered;
+mod sensors;
 mod shards;
 mod site;
 mod spectra;

@@ -29,7 +29,7 @@ use crate::{
     scene::world::Scene,
     studies::check::check_meshes,
     transport::{
-        settings::{Checked, Estimator, Settings},
+        settings::{Checked, Estimator, Settings, Target},
         shard::Shard,
         simulate::{
             Control, End, Keeper, KeptArrivals, Progress, RunState, ShardSums, Simulation,
@@ -55,6 +55,10 @@ pub(super) struct Arguments {
     /// ends the run before that, the results are written and the exit code is 3
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// What --tolerance is asked of, in place of the irradiance of all faces: captors or groups by a pattern of their
+    /// names, a quantity (irradiance, back or absorbed) and a band, as in "plant*:absorbed:PAR"; can be given again
+    #[arg(long, value_name = "PATTERN[:QUANTITY[:BAND]]", value_parser = Target::parse)]
+    of: Vec<Target>,
     /// End soon after this time, if --photons or --tolerance have not ended it before: give a large
     /// --photons. The photons that it reports, given as --photons, give the same results
     #[arg(long, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
@@ -105,6 +109,7 @@ impl Arguments {
             splitting: self.splitting.unwrap_or(of_scene.splitting),
             tolerance: self.tolerance.or(of_scene.tolerance),
             tolerance_limit: self.photons,
+            of: self.of.clone(),
             max_time: self.max_time.or(of_scene.max_time),
             by_light: self.by_light,
             threads: self.threads.unwrap_or(of_scene.threads),
@@ -198,6 +203,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     super::terminal::warn(&warnings);
     super::terminal::warn(&check_meshes(&scene)?);
     let settings = arguments.settings(settings);
+    if !settings.of.is_empty() && settings.tolerance.is_none() {
+        return Err(
+            Error::input("--of", "no tolerance is asked for").remedy("add --tolerance 0.02")
+        );
+    }
     let loaded = Instant::now();
 
     if let Some(shard) = arguments.shard {

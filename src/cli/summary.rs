@@ -3,7 +3,8 @@
 use std::{collections::HashSet, fmt::Write};
 
 use crate::results::result::{
-    CaptorResult, FaceResult, GroupResult, NearestResult, RunResult, ToleranceResult, WorstResult,
+    CaptorResult, FaceResult, GroupResult, NearestResult, RunResult, ToleranceResult, Uniformity,
+    WorstResult,
 };
 
 /// More bands than this are not shown.
@@ -42,6 +43,7 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         captors(&mut text, result, title, kind);
     }
     groups(&mut text, result);
+    uniformity(&mut text, result);
     let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
     Summary { text, warnings }
 }
@@ -202,6 +204,33 @@ fn row(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
     let spread = if relative.is_empty() { "-".into() } else { Spread::of(relative).percent() };
     let values: String = values.iter().map(|value| format!("{:>11}", short(*value))).collect();
     let _ = writeln!(text, "{name}{values}   {spread}");
+}
+
+/// How even the irradiance of the fronts of each group of several sensors is; leaves are not meant to be.
+fn uniformity(text: &mut String, result: &RunResult) {
+    let sensors = result.groups.iter().filter(|group| group.absorbed.is_none());
+    let even = sensors.filter_map(|group| Some((&group.id, group.front.uniformity.as_ref()?)));
+    let even: Vec<(&String, &Uniformity)> = even.collect();
+    if even.is_empty() {
+        return;
+    }
+    let cell = |value: Option<f64>, error: Option<f64>| match (value, error) {
+        (Some(value), Some(error)) => format!("{value:.4} ± {error:.4}"),
+        (Some(value), None) => format!("{value:.4}"),
+        (None, _) => "-".into(),
+    };
+    let _ = writeln!(text, "\n{:<33}{:>20}{:>20}", "uniformity of groups", "min / mean", "CV");
+    for (name, even) in even.iter().take(SHOWN_GROUPS) {
+        for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+            let least = cell(even.min_over_mean[b], even.min_over_mean_se[b]);
+            let cv = cell(even.cv[b], even.cv_se[b]);
+            let name = format!("  {name} {}", band.name);
+            let _ = writeln!(text, "{name:<33}{least:>20}{cv:>20}");
+        }
+    }
+    if even.len() > SHOWN_GROUPS {
+        let _ = writeln!(text, "  and {} more", even.len() - SHOWN_GROUPS);
+    }
 }
 
 /// How sure and how local the k-nearest estimates are.

@@ -38,20 +38,21 @@ const COLUMNS: [[&str; 2]; 7] = [
 ];
 const HEADER: &str = "the first line names the columns: x,y,z,radius,nx,ny,nz and, if wanted, id";
 
-/// Reads the `bytes` of the captor file at `path`: a header, then at least one row.
+/// Reads the `bytes` of the captor file at `path`: a header, then at least one row. Columns with names in `ignore`
+/// are passed over.
 ///
 /// # Errors
 /// A file that holds no row; at `path:LINE`, a column that is unknown, missing or there twice, a value
 /// that is no finite number, a radius that is not positive, a normal of length zero, an id that is
 /// empty or there twice.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<CaptorRow>> {
+pub fn parse(bytes: &[u8], path: &Path, ignore: &[String]) -> Result<Vec<CaptorRow>> {
     let mut header: Option<Header> = None;
     let mut rows = Vec::new();
     let mut ids: HashMap<String, u64> = HashMap::new();
     for record in records(bytes, path) {
         let (place, record) = record?;
         let Some(header) = &header else {
-            header = Some(Header::read(&record, &place)?);
+            header = Some(Header::read(&record, &place, ignore)?);
             continue;
         };
         let row = header.row(&record, &place)?;
@@ -79,10 +80,13 @@ struct Header {
 }
 
 impl Header {
-    fn read(record: &StringRecord, place: &Place) -> Result<Self> {
+    fn read(record: &StringRecord, place: &Place, ignore: &[String]) -> Result<Self> {
         let mut numbers = [None; 7];
         let mut id = None;
         for (i, name) in record.iter().enumerate() {
+            if ignore.iter().any(|ignored| ignored == name) {
+                continue;
+            }
             let slot = match COLUMNS.iter().position(|names| names.contains(&name)) {
                 Some(column) => &mut numbers[column],
                 None if name == "id" => &mut id,
@@ -177,7 +181,7 @@ mod tests {
     use crate::formats::spoil::spoiled;
 
     fn parse_bytes(bytes: impl AsRef<[u8]>) -> Result<Vec<CaptorRow>> {
-        parse(bytes.as_ref(), Path::new("dir/a.csv"))
+        parse(bytes.as_ref(), Path::new("dir/a.csv"), &[])
     }
 
     #[test]
@@ -218,6 +222,16 @@ mod tests {
             }
             assert_eq!(found, expected, "{text}");
         }
+    }
+
+    #[test]
+    fn ignored_columns_may_hold_anything() {
+        let text = b"id,Orientation,x,y,z,radius,nx,ny,nz\na,up,1,2,3,0.5,0,0,1";
+        let ignore = ["Orientation".to_string(), "not there".into()];
+        let rows = parse(text, Path::new("dir/a.csv"), &ignore).unwrap();
+        assert_eq!((rows[0].id.as_deref(), rows[0].radius), (Some("a"), 0.5));
+        let error = parse(text, Path::new("dir/a.csv"), &[]).unwrap_err().to_string();
+        assert!(error.contains("unknown column `Orientation`"), "{error}");
     }
 
     #[test]

@@ -17,7 +17,7 @@ use crate::{
     formats::{json, output::folder_of},
     scene::world::Scene,
     transport::{
-        settings::{Estimator, Settings},
+        settings::{Estimator, Settings, Target},
         simulate::{KeptArrivals, Resumed, RunState},
     },
 };
@@ -46,6 +46,9 @@ struct KeptSettings {
     by_light: bool,
     tolerance: Option<f64>,
     tolerance_limit: Option<u64>,
+    /// What the tolerance is asked of.
+    #[serde(default)]
+    of: Vec<String>,
 }
 
 /// A file that a run keeps what it does in.
@@ -72,6 +75,7 @@ impl Checkpoint {
             by_light,
             tolerance,
             tolerance_limit: tolerance_limit.filter(|_| tolerance.is_some()),
+            of: settings.of.iter().map(Target::to_string).collect(),
         };
         let head = Head {
             phylux_checkpoint: FORMAT,

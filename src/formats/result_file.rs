@@ -207,7 +207,8 @@ pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<S
     .collect()
 }
 
-/// Writes a tidy table: one row per captor, face, band and quantity, with the captor's place, area and groups.
+/// Writes a tidy table: one row per captor, face, band and quantity, with the captor's place, area and groups; then
+/// how even each group of several is.
 pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let place = ["x", "y", "z", "area", "group"];
@@ -230,6 +231,24 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         for ((band, value), error) in result.bands.iter().zip(absorbed).zip(errors) {
             let key = [&captor.id, "", &band.name, "absorbed"];
             write_row(&mut table, key, *value, *error, &place)?;
+        }
+    }
+    for group in &result.groups {
+        let place = ["", "", "", &group.area.to_string(), ""].map(String::from);
+        let back = group.back.as_ref().map(|back| ("back", back));
+        for (face, values) in std::iter::once(("front", &group.front)).chain(back) {
+            let Some(even) = &values.uniformity else { continue };
+            for (b, band) in result.bands.iter().enumerate() {
+                for (quantity, values, errors) in [
+                    ("min_over_mean", &even.min_over_mean, &even.min_over_mean_se),
+                    ("cv", &even.cv, &even.cv_se),
+                ] {
+                    if let Some(value) = values[b] {
+                        let key = [&group.id, face, &band.name, quantity];
+                        write_row(&mut table, key, value, errors[b], &place)?;
+                    }
+                }
+            }
         }
     }
     table.flush()

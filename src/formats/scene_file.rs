@@ -210,6 +210,7 @@ impl Loader<'_> {
         self.check_hourly()?;
         let open_field = sky.map(|sky| self.open_field(&sky));
         self.load_captors(&file.captors)?;
+        self.load_groups(&file.groups)?;
         if self.parts.lights.is_empty() {
             return Err(self
                 .error("/lights", "the scene has no light")

@@ -5,6 +5,7 @@ mod dli;
 mod found;
 mod mix;
 mod settings;
+mod spread;
 mod warnings;
 pub mod whole;
 
@@ -18,6 +19,7 @@ use crate::{math::units::UnitNames, transport::settings::Estimator};
 
 pub use mix::Factor;
 pub use settings::RunSettings;
+pub use spread::Uniformity;
 pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
@@ -310,6 +312,9 @@ pub struct FaceResult {
     /// The greatest irradiance of them; noise drives least and greatest apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<Vec<f64>>,
+    /// Of a group of several: how even its irradiance is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uniformity: Option<Uniformity>,
     /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
     /// null in a run of paths and in a mix.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "maybe_null")]
@@ -353,20 +358,4 @@ struct AllAbsorbed {
     absorbed: Option<Vec<f64>>,
     absorbed_se: Option<Vec<Option<f64>>>,
     by_light: Option<ByLight<Absorbed>>,
-}
-
-/// The least and the greatest irradiance of some captors, per band.
-#[derive(Clone, Default)]
-struct Range {
-    min: Option<Vec<f64>>,
-    max: Option<Vec<f64>>,
-}
-
-impl Range {
-    fn add(&mut self, face: &FaceResult) {
-        let least = self.min.get_or_insert_with(|| face.irradiance.clone());
-        least.iter_mut().zip(&face.irradiance).for_each(|(min, v)| *min = min.min(*v));
-        let greatest = self.max.get_or_insert_with(|| face.irradiance.clone());
-        greatest.iter_mut().zip(&face.irradiance).for_each(|(max, v)| *max = max.max(*v));
-    }
 }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::{
     math::stats::is_possible,
     results::result::{
-        Absorbed, ByLight, CaptorResult, FaceResult, GroupResult,
+        Absorbed, ByLight, CaptorResult, FaceResult, GroupResult, Uniformity,
         whole::{are_errors, are_values},
     },
 };
@@ -70,6 +70,7 @@ impl FaceValues {
         let mut values = [&self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         values.all(|values| are_values(values, bands))
             && are_errors(&self.irradiance_se, bands)
+            && self.uniformity.iter().all(|even| even.is_whole(bands))
             && self.by_light.iter().flat_map(|lights| lights.values()).all(|l| l.is_whole(bands))
     }
 }
@@ -128,6 +129,7 @@ pub(crate) struct FaceValues {
     pub irradiance_se: Vec<Option<f64>>,
     pub min: Option<Vec<f64>>,
     pub max: Option<Vec<f64>>,
+    pub uniformity: Option<Uniformity>,
     #[serde(default)]
     pub few_paths: bool,
     /// The same of each light, where results are split by light.
@@ -173,6 +175,7 @@ impl From<&FaceResult> for FaceValues {
             irradiance_se: face.irradiance_se.clone(),
             min: face.min.clone(),
             max: face.max.clone(),
+            uniformity: face.uniformity.clone(),
             few_paths: face.few_paths,
             by_light: face.by_light.as_ref().map(|lights| {
                 lights.iter().map(|(name, face)| (name.clone(), Self::from(face))).collect()

@@ -1,8 +1,10 @@
 //! Captors: named surfaces that count light and do not disturb it.
 
-use std::ops::Range;
+use std::{fmt, ops::Range};
 
 use glam::DVec3;
+
+use crate::error::{Problem, check_range};
 
 /// What kind of surface a captor is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,8 +54,51 @@ impl CaptorKind {
     }
 }
 
+/// What a sensor has that is no flat one with a cosine response.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sensor {
+    /// Whether it is a sphere, of which the area is that of its cross-section: what enters it over that area is the
+    /// fluence rate.
+    pub is_sphere: bool,
+    /// Factor on what arrives by its angle; none counts all alike.
+    pub response: Option<Response>,
+}
+
+/// A factor on each arrival, by its angle to the normal: linear between the entries of a table, held at its ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response(Vec<[f32; 2]>);
+
+impl Response {
+    /// From pairs of an angle, degrees in [0, 90] and rising, and a factor in [0, 1e6].
+    pub fn new(table: &[[f64; 2]]) -> Result<Self, Problem> {
+        if table.is_empty() {
+            return Err(Problem::new("an empty list", "give pairs of angle and factor"));
+        }
+        for [angle, factor] in table {
+            check_range(*angle, 0.0, 90.0).map_err(|problem| problem.of("angle"))?;
+            check_range(*factor, 0.0, 1e6).map_err(|problem| problem.of("factor"))?;
+        }
+        if !table.is_sorted_by(|a, b| a[0] < b[0]) {
+            return Err(Problem::new("angles that do not rise", "sort the pairs by their angle"));
+        }
+        Ok(Self(table.iter().map(|pair| pair.map(|value| value as f32)).collect()))
+    }
+
+    /// The factor of light that comes at an angle with this cosine.
+    pub fn factor(&self, cos: f32) -> f32 {
+        let angle = cos.clamp(0.0, 1.0).acos().to_degrees();
+        let after = self.0.partition_point(|[at, _]| *at <= angle);
+        match (after.checked_sub(1).map(|i| self.0[i]), self.0.get(after)) {
+            (Some([a, low]), Some([b, high])) => low + (high - low) * (angle - a) / (b - a),
+            (Some([_, factor]), None) => factor,
+            (None, Some([_, factor])) => *factor,
+            (None, None) => 1.0,
+        }
+    }
+}
+
 /// A named counting surface.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Captor {
     /// Unique, stable name.
     pub id: String,
@@ -71,6 +116,25 @@ pub struct Captor {
     pub first_channel: usize,
     /// The groups that it belongs to.
     pub groups: Vec<usize>,
+    /// Its shape and response, where they are special.
+    pub sensor: Sensor,
+}
+
+/// With the sensor only where it is special: [`Scene::digest`](crate::Scene::digest) of a scene without such ones is
+/// what it was before there were any.
+impl fmt::Debug for Captor {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { id, kind, area, center, normal, triangles, first_channel, groups, sensor } =
+            self;
+        let mut text = f.debug_struct("Captor");
+        text.field("id", id).field("kind", kind).field("area", area).field("center", center);
+        text.field("normal", normal).field("triangles", triangles);
+        text.field("first_channel", first_channel).field("groups", groups);
+        if *sensor != Sensor::default() {
+            text.field("sensor", sensor);
+        }
+        text.finish()
+    }
 }
 
 /// Area, area centroid and mean normal of a set of triangles, in double precision.
@@ -98,5 +162,30 @@ impl Moments {
         let center = anchor + if area > 0.0 { center / area } else { DVec3::ZERO };
         let cancels = vector.length() <= 1e-9 * area;
         Self { area, center, normal: if cancels { DVec3::ZERO } else { vector.normalize() } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_response_is_linear_between_its_entries_and_held_at_the_ends() {
+        let response = Response::new(&[[30.0, 1.0], [60.0, 0.5], [80.0, 0.0]]).unwrap();
+        for (angle, factor) in
+            [(0.0, 1.0), (30.0, 1.0), (45.0, 0.75), (60.0, 0.5), (70.0, 0.25), (89.0, 0.0)]
+        {
+            let found = response.factor((angle as f32).to_radians().cos());
+            assert!((found - factor).abs() < 1e-4, "{angle}: {found}");
+        }
+        for wrong in [
+            &[][..],
+            &[[91.0, 1.0]],
+            &[[0.0, -1.0]],
+            &[[10.0, 1.0], [10.0, 1.0]],
+            &[[0.0, f64::NAN]],
+        ] {
+            assert!(Response::new(wrong).is_err());
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::{fmt, time::Duration};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::number;
+use crate::{error::number, scene::captor::Channel};
 
 /// The most histories that a run can have.
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
@@ -35,6 +35,54 @@ impl fmt::Display for Estimator {
     }
 }
 
+/// What a tolerance is asked of: captors and groups, a quantity of them, and a band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Pattern of the ids of captors or names of groups; `*` stands for any characters.
+    pub pattern: String,
+    /// The channel: light on the front or back, or what is absorbed.
+    pub quantity: Channel,
+    /// Name of a band or sum; none: all.
+    pub band: Option<String>,
+}
+
+impl Target {
+    /// From `PATTERN[:QUANTITY[:BAND]]`; quantities are `irradiance` and `front` (the same, and the default), `back`
+    /// and `absorbed`. A colon before anything else belongs to the pattern. Error: no pattern.
+    pub fn parse(text: &str) -> Checked<Self> {
+        let named = text.match_indices(':').find_map(|(at, _)| {
+            let (word, band) = match text[at + 1..].split_once(':') {
+                Some((word, band)) => (word, Some(band.to_string())),
+                None => (&text[at + 1..], None),
+            };
+            let quantity = match word {
+                "irradiance" | "front" => Channel::Front,
+                "back" => Channel::Back,
+                "absorbed" => Channel::Absorbed,
+                _ => return None,
+            };
+            Some((&text[..at], quantity, band))
+        });
+        let (pattern, quantity, band) = named.unwrap_or((text, Channel::Front, None));
+        match pattern.is_empty() {
+            true => Err("must be PATTERN[:QUANTITY[:BAND]], as in \"plant*:absorbed:PAR\"".into()),
+            false => Ok(Self { pattern: pattern.into(), quantity, band }),
+        }
+    }
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let quantity = match self.quantity {
+            Channel::Front => "irradiance",
+            Channel::Back => "back",
+            Channel::Absorbed => "absorbed",
+        };
+        write!(f, "{}:{quantity}", self.pattern)?;
+        self.band.iter().try_for_each(|band| write!(f, ":{band}"))
+    }
+}
+
 /// How a run is to be done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -56,6 +104,8 @@ pub struct Settings {
     pub tolerance: Option<f64>,
     /// With a tolerance: the most histories, if they are limited.
     pub tolerance_limit: Option<u64>,
+    /// With a tolerance: what must meet it; empty: the irradiance of all faces in all bands.
+    pub of: Vec<Target>,
     /// Ends at the first batch border after this time.
     pub max_time: Option<Duration>,
     /// Whether results are split by light; of photons only.
@@ -75,6 +125,7 @@ impl Default for Settings {
             splitting: 1,
             tolerance: None,
             tolerance_limit: None,
+            of: Vec::new(),
             max_time: None,
             by_light: false,
             threads: 0,
@@ -146,5 +197,30 @@ impl Settings {
             0..=1024 => Ok(threads as usize),
             _ => Err(format!("{threads} threads, must be at most 1024 (0: all processors)")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_are_read() {
+        for (text, pattern, quantity, band) in [
+            ("plant*:absorbed:PAR", "plant*", Channel::Absorbed, Some("PAR")),
+            ("plant*:absorbed", "plant*", Channel::Absorbed, None),
+            ("plant*", "plant*", Channel::Front, None),
+            ("*:irradiance:a b", "*", Channel::Front, Some("a b")),
+            ("rank: 3", "rank: 3", Channel::Front, None),
+            ("rank: 3:back", "rank: 3", Channel::Back, None),
+            ("a:absorbed:back", "a", Channel::Absorbed, Some("back")),
+            ("a:front:b:c", "a", Channel::Front, Some("b:c")),
+        ] {
+            let band = band.map(String::from);
+            let expected = Target { pattern: pattern.into(), quantity, band };
+            assert_eq!(Target::parse(&expected.to_string()).as_ref(), Ok(&expected));
+            assert_eq!(Target::parse(text), Ok(expected));
+        }
+        assert!(Target::parse("").is_err() && Target::parse(":absorbed").is_err());
     }
 }

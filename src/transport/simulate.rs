@@ -15,6 +15,7 @@ mod surfaces;
 mod task;
 mod trial;
 mod until;
+mod watched;
 
 use std::{
     sync::{

@@ -158,7 +158,13 @@ impl Tally {
     fn score_whole<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         let counted = event.counted(scene);
         if let Some(counted) = &counted {
-            self.add(counted.channel(), weights, counted.power);
+            match &counted.captor.sensor.response {
+                None => self.add(counted.channel(), weights, counted.power),
+                Some(response) => {
+                    let factor = response.factor(event.cosine(scene));
+                    self.add_read(counted, weights, factor);
+                }
+            }
         }
         match *event {
             Event::Crossing { .. } => {}
@@ -200,6 +206,13 @@ impl Tally {
         if captor.kind == CaptorKind::Surface {
             self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
         }
+    }
+
+    /// Adds what a sensor reads of what comes to it; out of the way of those that count all alike.
+    #[cold]
+    #[inline(never)]
+    fn add_read<L: Lanes>(&mut self, counted: &Counted<'_, L>, weights: &[f64], factor: f32) {
+        self.add(counted.channel(), weights, &counted.power.clone().scaled(factor));
     }
 
     #[inline]

@@ -79,6 +79,18 @@ impl<L: Lanes> Counted<'_, L> {
 }
 
 impl<L: Lanes> Event<'_, L> {
+    /// Cosine of the angle at which it comes to a surface or captor; 1 elsewhere.
+    pub fn cosine(&self, scene: &Scene) -> f32 {
+        match *self {
+            Self::Crossing { crossing, direction, .. } => {
+                let triangle = &scene.captor_triangles()[crossing.triangle];
+                triangle.normal().dot(direction).abs()
+            }
+            Self::Arrival { interaction, .. } => interaction.cos,
+            Self::Escaped { .. } | Self::Lost(_) => 1.0,
+        }
+    }
+
     /// Where it counts; nowhere off captors, and behind captors of one side.
     #[inline]
     pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, L>> {

@@ -1,6 +1,9 @@
 //! Virtual captors: discs from CSV files or the scene, groups of OBJ files.
 
-use std::f64::consts::TAU;
+use std::{
+    collections::BTreeMap,
+    f64::consts::{PI, TAU},
+};
 
 use glam::DVec3;
 
@@ -11,13 +14,21 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::{captor_csv, input::quoted},
-    math::geometry::{Transform, unit_vector},
-    scene::{captor::CaptorKind, world::CaptorPart},
+    formats::{captor_csv, input::quoted, json},
+    math::{
+        geometry::{Transform, unit_vector},
+        pattern,
+    },
+    scene::{
+        captor::{CaptorKind, Response, Sensor},
+        world::CaptorPart,
+    },
 };
 
 /// Triangles of a disc.
 const DISC_TRIANGLES: usize = 32;
+/// Pieces that each edge of a sphere's octahedron is cut into.
+const SPHERE_CUTS: usize = 16;
 
 impl Loader<'_> {
     pub(super) fn load_captors(&mut self, captors: &[CaptorFile]) -> Result<()> {
@@ -30,45 +41,69 @@ impl Loader<'_> {
             groups.sort_unstable();
             groups.dedup();
             let kind = CaptorKind::Virtual { both_sides: file.sides == SidesFile::Both };
-            let entry = Entry { pointer, name, kind, groups };
-            match (&file.csv, &file.obj, &file.disc) {
-                (Some(csv), None, None) => self.load_csv(&entry, csv)?,
-                (None, Some(obj), None) => self.load_captor_obj(&entry, obj)?,
-                (None, None, Some(disc)) => self.load_disc(&entry, disc)?,
-                _ => {
-                    return Err(self
-                        .error(entry.pointer, "must have exactly one of `csv`, `obj` and `disc`")
-                        .remedy("split it into several entries"));
-                }
+            let response = match &file.response {
+                Some(table) => Some(
+                    Response::new(table)
+                        .map_err(|problem| problem.at(self.place(format!("{pointer}/response"))))?,
+                ),
+                None => None,
+            };
+            let sensor = Sensor { is_sphere: file.sphere.is_some(), response };
+            if file.csv.is_none() && !file.ignore.is_empty() {
+                return Err(self
+                    .error(format!("{pointer}/ignore"), "there is no table whose columns to ignore")
+                    .remedy("leave it out"));
+            }
+            let entry = Entry { pointer, name, kind, groups, sensor };
+            match file {
+                CaptorFile { csv: Some(csv), .. } => self.load_csv(&entry, csv, &file.ignore)?,
+                CaptorFile { obj: Some(obj), .. } => self.load_captor_obj(&entry, obj)?,
+                CaptorFile { disc: Some(disc), .. } => self.load_disc(&entry, disc)?,
+                CaptorFile { sphere: Some(sphere), .. } => self.load_sphere(&entry, sphere)?,
+                CaptorFile { grid: Some(grid), .. } => self.load_grid(&entry, grid)?,
+                CaptorFile { line: Some(line), .. } => self.load_line(&entry, line)?,
+                _ => {}
             }
         }
         Ok(())
     }
 
     fn entry_name(&self, pointer: &str, file: &CaptorFile) -> Result<String> {
-        if file.csv.is_none() && file.obj.is_none() && file.disc.is_none() {
-            return Err(self
-                .error(pointer, "has none of `csv`, `obj` and `disc`")
-                .remedy("say what it is"));
+        let CaptorFile { csv, obj, disc, sphere, grid, line, .. } = file;
+        let files = [csv.is_some(), obj.is_some()];
+        let shapes = [disc.is_some(), sphere.is_some(), grid.is_some(), line.is_some()];
+        let given = files.into_iter().chain(shapes).filter(|given| *given).count();
+        if given != 1 {
+            let kinds = "`csv`, `obj`, `disc`, `sphere`, `grid` and `line`";
+            return Err(match given {
+                0 => self.error(pointer, format!("has none of {kinds}")).remedy("say what it is"),
+                _ => self
+                    .error(pointer, format!("must have exactly one of {kinds}"))
+                    .remedy("split it into several entries"),
+            });
         }
         match (&file.name, file.csv.as_ref().or(file.obj.as_ref())) {
             (Some(name), _) => Ok(name.clone()),
             (None, Some(path)) => Ok(stem(&self.sibling(path))),
             (None, None) => {
-                Err(self.error(pointer, "a disc without `name`").remedy("give it a name"))
+                let what = ["disc", "sphere", "grid", "line"];
+                let what =
+                    what.into_iter().zip(shapes).find_map(|(name, given)| given.then_some(name));
+                let problem = format!("a {} without `name`", what.unwrap_or_default());
+                Err(self.error(pointer, problem).remedy("give it a name"))
             }
         }
     }
 
-    fn load_csv(&mut self, entry: &Entry, csv: &str) -> Result<()> {
+    fn load_csv(&mut self, entry: &Entry, csv: &str, ignore: &[String]) -> Result<()> {
         let pointer = format!("{}/csv", entry.pointer);
         if csv.is_empty() {
             return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
         }
         let path = self.sibling(csv);
         let rows = match csv.strip_prefix("table:") {
-            Some(name) => captor_csv::parse(self.table(&pointer, name)?, &path)?,
-            None => captor_csv::parse(&self.bytes(&pointer, &path)?, &path)?,
+            Some(name) => captor_csv::parse(self.table(&pointer, name)?, &path, ignore)?,
+            None => captor_csv::parse(&self.bytes(&pointer, &path)?, &path, ignore)?,
         };
         for (row, captor) in rows.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
@@ -91,19 +126,145 @@ impl Loader<'_> {
 
     fn load_disc(&mut self, entry: &Entry, file: &DiscFile) -> Result<()> {
         let pointer = format!("{}/disc", entry.pointer);
-        if file.radius <= 0.0 {
-            return Err(self
-                .error(format!("{pointer}/radius"), format!("{}, must be above 0", file.radius))
-                .remedy("a sensor has a size"));
-        }
+        self.check_size(&format!("{pointer}/radius"), file.radius)?;
         let Some(normal) = unit_vector(file.normal.into()) else {
             return Err(self
                 .error(format!("{pointer}/normal"), "a normal of length 0")
                 .remedy("say where the front of the disc looks: [0, 0, 1] is up"));
         };
+        self.count_triangles(DISC_TRIANGLES)?;
         let triangles = disc(self.point(file.center), normal, file.radius * self.metres);
         let place = self.error(&pointer, "").place().to_string();
         self.add_captor(entry, &place, entry.name.clone(), triangles)
+    }
+
+    fn load_sphere(&mut self, entry: &Entry, file: &SphereFile) -> Result<()> {
+        let pointer = format!("{}/sphere", entry.pointer);
+        self.check_size(&format!("{pointer}/radius"), file.radius)?;
+        self.count_triangles(8 * SPHERE_CUTS * SPHERE_CUTS)?;
+        let triangles = sphere(self.point(file.center), file.radius * self.metres);
+        self.add_captor(entry, &self.place(&pointer), entry.name.clone(), triangles)
+    }
+
+    fn load_grid(&mut self, entry: &Entry, file: &GridFile) -> Result<()> {
+        let pointer = format!("{}/grid", entry.pointer);
+        self.check_size(&format!("{pointer}/radius"), file.radius)?;
+        for (key, count) in [("nx", file.nx), ("ny", file.ny)] {
+            if count.0 == 0 {
+                return Err(self
+                    .error(format!("{pointer}/{key}"), "0 cells, must be at least 1")
+                    .remedy("give the number of sensors in this direction"));
+            }
+        }
+        let normal = file.normal.unwrap_or([0.0, 0.0, 1.0]);
+        let Some(normal) = unit_vector(normal.into()) else {
+            return Err(self
+                .error(format!("{pointer}/normal"), "a normal of length 0")
+                .remedy("say where the fronts look: [0, 0, 1] is up"));
+        };
+        let middle = |[low, high]: [f64; 2], i: u64, n: Count| {
+            let share = (i as f64 + 0.5) / n.0 as f64;
+            low * (1.0 - share) + high * share
+        };
+        let radius = file.radius * self.metres;
+        for (iy, ix) in (0..file.ny.0).flat_map(|iy| (0..file.nx.0).map(move |ix| (iy, ix))) {
+            self.count_triangles(DISC_TRIANGLES)?;
+            let center = [middle(file.x, ix, file.nx), middle(file.y, iy, file.ny), file.z];
+            let triangles = disc(self.point(center), normal, radius);
+            self.add_captor(
+                entry,
+                &self.place(&pointer),
+                format!("{}/{ix}-{iy}", entry.name),
+                triangles,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn load_line(&mut self, entry: &Entry, file: &LineFile) -> Result<()> {
+        let pointer = format!("{}/line", entry.pointer);
+        self.check_size(&format!("{pointer}/width"), file.width)?;
+        let (from, to) = (self.point(file.from), self.point(file.to));
+        let Some(axis) = unit_vector(to - from) else {
+            return Err(self
+                .error(pointer, "`from` and `to` are the same point")
+                .remedy("give both ends of the sensor"));
+        };
+        let across = unit_vector(file.normal.into()).and_then(|normal| {
+            let across = normal.cross(axis);
+            (across.length() > 1e-6).then(|| across.normalize())
+        });
+        let Some(across) = across else {
+            return Err(self
+                .error(format!("{pointer}/normal"), "a normal of length 0, or along the line")
+                .remedy("say where the front looks: [0, 0, 1] is up"));
+        };
+        let side = 0.5 * file.width * self.metres * across;
+        let [a, b, c, d] = [from - side, from + side, to + side, to - side];
+        self.count_triangles(2)?;
+        // (b - a) x (c - b) is along across x axis, which is the normal less what of it is along the axis
+        let triangles = vec![[a, c, b], [a, d, c]];
+        self.add_captor(entry, &self.place(&pointer), entry.name.clone(), triangles)
+    }
+
+    /// Refuses a size that is not positive.
+    fn check_size(&self, pointer: &str, size: f64) -> Result<()> {
+        if size > 0.0 {
+            return Ok(());
+        }
+        Err(self.error(pointer, format!("{size}, must be above 0")).remedy("a sensor has a size"))
+    }
+
+    /// Groups of captors by patterns of their ids, once all captors are known.
+    pub(super) fn load_groups(&mut self, groups: &BTreeMap<String, Patterns>) -> Result<()> {
+        const MOST: usize = 1_000_000_000;
+        let patterns: usize = groups.values().map(|patterns| patterns.all().len()).sum();
+        if patterns.saturating_mul(self.parts.captors.len()) > MOST {
+            let problem = format!("{patterns} patterns for {} captors", self.parts.captors.len());
+            return Err(self
+                .error("/groups", problem + " take too long")
+                .remedy("give fewer patterns"));
+        }
+        for (name, patterns) in groups {
+            let pointer = format!("/groups/{}", json::escaped(name));
+            if self.groups.contains_key(name) {
+                let problem = "an entry, an object or a `group` has this name too";
+                return Err(self.error(pointer, problem).remedy("give the group another name"));
+            }
+            let mut found = vec![false; patterns.all().len()];
+            let group = self.group(name);
+            for captor in &mut self.parts.captors {
+                let mut fits = false;
+                for (pattern, found) in patterns.all().iter().zip(&mut found) {
+                    let this = pattern::fits(pattern, &captor.id);
+                    *found |= this;
+                    fits |= this;
+                }
+                if fits {
+                    captor.groups.push(group);
+                }
+            }
+            if found.is_empty() {
+                return Err(self
+                    .error(pointer, "no pattern")
+                    .remedy("give one, such as \"plant/*\""));
+            }
+            if let Some(i) = found.iter().position(|found| !found) {
+                let pattern = &patterns.all()[i];
+                let ids: Vec<&str> =
+                    self.parts.captors.iter().take(5).map(|captor| captor.id.as_str()).collect();
+                return Err(self
+                    .error(pointer, format!("no captor has an id like {}", quoted(pattern)))
+                    .remedy(match ids.is_empty() {
+                        true => "the scene has no captor".into(),
+                        false => format!(
+                            "`*` stands for any characters; ids are like {}",
+                            ids.join(", ")
+                        ),
+                    }));
+            }
+        }
+        Ok(())
     }
 
     fn load_captor_obj(&mut self, entry: &Entry, file: &str) -> Result<()> {
@@ -138,8 +299,9 @@ impl Loader<'_> {
                 .remedy("leave it out, or correct its corners"));
         }
         self.claim_id(&entry.pointer, &id)?;
-        let (kind, groups) = (entry.kind, entry.groups.clone());
-        self.parts.captors.push(CaptorPart { id, kind, triangles, groups });
+        let Entry { kind, groups, sensor, .. } = entry;
+        let (kind, groups, sensor) = (*kind, groups.clone(), sensor.clone());
+        self.parts.captors.push(CaptorPart { id, kind, triangles, groups, sensor });
         Ok(())
     }
 }
@@ -150,6 +312,7 @@ struct Entry {
     name: String,
     kind: CaptorKind,
     groups: Vec<usize>,
+    sensor: Sensor,
 }
 
 /// A fan of triangles with the area of the disc; front where the unit vector `normal` points.
@@ -164,11 +327,53 @@ fn disc(center: DVec3, normal: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     (0..DISC_TRIANGLES).map(|i| [center, corner(i), corner(i + 1)]).collect()
 }
 
+/// An octahedron of which each face is cut into triangles that lie on the sphere, with normals out and four times the
+/// area of the sphere's cross-section: then its mean cross-section is that too (Cauchy).
+fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
+    let n = SPHERE_CUTS;
+    let mut triangles = Vec::with_capacity(8 * n * n);
+    for octant in 0..8 {
+        let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+        let signs = DVec3::new(sign(0), sign(1), sign(2));
+        let corner = |i: usize, j: usize| {
+            (DVec3::new((n - i - j) as f64, i as f64, j as f64).normalize()) * signs
+        };
+        let mut add = |a: DVec3, b: DVec3, c: DVec3| {
+            let outward = (b - a).cross(c - a).dot(a) > 0.0;
+            triangles.push(if outward { [a, b, c] } else { [a, c, b] });
+        };
+        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
+            add(corner(i, j), corner(i + 1, j), corner(i, j + 1));
+            if i + j + 1 < n {
+                add(corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+            }
+        }
+    }
+    let total: f64 = triangles.iter().map(area).sum();
+    let scale = radius * (4.0 * PI / total).sqrt();
+    triangles.iter().map(|triangle| triangle.map(|p| center + scale * p)).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
+
+    /// Its area, that all normals point out, and that its outline from any side has the circle's area to 0.2 %.
+    #[test]
+    fn a_sphere_is_round() {
+        let center = DVec3::new(1.0, -2.0, 3.0);
+        let triangles = sphere(center, 0.5);
+        assert_eq!(triangles.len(), 8 * SPHERE_CUTS * SPHERE_CUTS);
+        let total: f64 = triangles.iter().map(area).sum();
+        assert!((total - PI).abs() < 1e-12);
+        let vectors = triangles.iter().map(|[a, b, c]| (*a, 0.5 * (b - a).cross(c - a)));
+        assert!(vectors.clone().all(|(a, vector)| (a - center).dot(vector) > 0.0));
+        for from in [DVec3::X, DVec3::ONE, DVec3::new(1.0, 1.0, 0.0), DVec3::new(3.0, -1.0, 0.5)] {
+            let from = from.normalize();
+            let seen: f64 = vectors.clone().map(|(_, vector)| vector.dot(from).max(0.0)).sum();
+            assert!((seen / (0.25 * PI) - 1.0).abs() < 2e-3, "{seen}");
+        }
+    }
 
     #[test]
     fn disc_has_its_true_area_and_front() {

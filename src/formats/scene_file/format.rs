@@ -47,6 +47,9 @@ pub struct SceneFile {
     /// Sensors that do not disturb light.
     #[serde(default)]
     pub captors: Vec<CaptorFile>,
+    /// Groups of captors by their ids: name -> a pattern or a list of patterns, `*` stands for any characters.
+    #[serde(default)]
+    pub groups: BTreeMap<String, Patterns>,
     /// Defaults of the run, which the command line overrides.
     #[serde(default)]
     pub settings: SettingsFile,
@@ -511,6 +514,9 @@ pub struct ObjectFile {
     pub obj: String,
     /// Material of all its faces, in place of the file's own.
     pub material: Option<String>,
+    /// Which axis of the OBJ file points up (default z); y turns (x, y, z) to (x, -z, y) before `transform`.
+    #[serde(default)]
+    pub up: UpFile,
     /// Where it stands.
     pub transform: Option<TransformFile>,
     /// Copies, each placed after `transform`.
@@ -520,6 +526,60 @@ pub struct ObjectFile {
     pub captor: SurfaceCaptorFile,
     /// One more group that its captors belong to.
     pub group: Option<String>,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum UpFile {
+    /// As in the scene.
+    #[default]
+    Z,
+    /// As many modelling programs have it.
+    Y,
+}
+
+/// One pattern, or several.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Patterns {
+    /// One.
+    One(String),
+    /// Several.
+    Several(Vec<String>),
+}
+
+impl Patterns {
+    /// All of them.
+    pub fn all(&self) -> &[String] {
+        match self {
+            Self::One(pattern) => std::slice::from_ref(pattern),
+            Self::Several(patterns) => patterns,
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Patterns {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = Patterns;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a pattern of ids such as \"plant/leaf3#*\", or a list of them")
+            }
+            fn visit_str<E>(self, text: &str) -> Result<Patterns, E> {
+                Ok(Patterns::One(text.into()))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<Patterns, A::Error> {
+                let mut patterns = Vec::new();
+                while let Some(pattern) = seq.next_element()? {
+                    patterns.push(pattern);
+                }
+                Ok(Patterns::Several(patterns))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
 }
 
 /// Whether, and how finely, the surfaces of an object count light.
@@ -779,19 +839,31 @@ pub struct AreaFile {
     pub zero_plane: Option<[f64; 3]>,
 }
 
-/// Captors: one of `csv`, `obj` and `disc`.
+/// Captors: one of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["csv"]}, {"required": ["obj"]}, {"required": ["disc"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["csv"]}, {"required": ["obj"]}, {"required": ["disc"]},
+    {"required": ["sphere"]}, {"required": ["grid"]}, {"required": ["line"]}]))]
 pub struct CaptorFile {
-    /// First part of its captors' ids (default: the file's name; a disc needs one).
+    /// First part of its captors' ids (default: the file's name; what is in no file needs one).
     pub name: Option<String>,
     /// Table of discs: x,y,z,radius,nx,ny,nz and optional id.
     pub csv: Option<String>,
     /// OBJ file, one captor per group.
     pub obj: Option<String>,
+    /// Columns of the table that are passed over.
+    #[serde(default)]
+    pub ignore: Vec<String>,
     /// A single disc.
     pub disc: Option<DiscFile>,
+    /// A sphere, which counts what enters it: its irradiance is the fluence rate.
+    pub sphere: Option<SphereFile>,
+    /// Discs in rows and columns.
+    pub grid: Option<GridFile>,
+    /// A strip.
+    pub line: Option<LineFile>,
+    /// Factor on what arrives, by its angle to the normal, degrees: linear between these, held at the ends.
+    pub response: Option<Vec<[f64; 2]>>,
     /// Which faces count (default front).
     #[serde(default)]
     pub sides: SidesFile,
@@ -821,6 +893,55 @@ pub struct DiscFile {
     /// Positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,
+}
+
+/// A sphere.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereFile {
+    /// Its middle.
+    pub center: [f64; 3],
+    /// Positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: f64,
+}
+
+/// Discs in the middles of the cells of a grid.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GridFile {
+    /// Where it begins and ends along x.
+    pub x: [f64; 2],
+    /// Where it begins and ends along y.
+    pub y: [f64; 2],
+    /// Cells along x, at least 1.
+    #[schemars(extend("minimum" = 1))]
+    pub nx: Count,
+    /// Cells along y, at least 1.
+    #[schemars(extend("minimum" = 1))]
+    pub ny: Count,
+    /// Height of the discs.
+    pub z: f64,
+    /// Their radius, positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: f64,
+    /// Where their fronts look (default [0, 0, 1]); not zero.
+    pub normal: Option<[f64; 3]>,
+}
+
+/// A strip, as a line sensor is.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineFile {
+    /// The middle of one end.
+    pub from: [f64; 3],
+    /// The middle of the other end.
+    pub to: [f64; 3],
+    /// Positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub width: f64,
+    /// Where its front looks; not along the line, and what of it is along the line does not count.
+    pub normal: [f64; 3],
 }
 
 /// Defaults of a run.

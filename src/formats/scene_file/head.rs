@@ -102,6 +102,7 @@ impl Loader<'_> {
                 .map(|t| Settings::check_tolerance(t).map_err(|why| wrong("tolerance", why)))
                 .transpose()?,
             tolerance_limit: None,
+            of: Vec::new(),
             max_time: file
                 .max_time
                 .map(|t| Settings::check_max_time(t).map_err(|why| wrong("max_time", why)))

@@ -328,7 +328,7 @@ impl Loader<'_> {
                 let obj = self.obj(&format!("{pointer}/obj"), file)?;
                 let mut triangles = Vec::new();
                 let instances = light.instances.as_deref();
-                for transform in self.placements(pointer, light.transform, instances)? {
+                for transform in self.placements(pointer, light.transform, instances, UpFile::Z)? {
                     for part in &obj.parts {
                         triangles.extend(self.placed(&part.triangles, &transform)?);
                     }

@@ -13,7 +13,7 @@ use crate::{
     formats::obj::{ObjFile, ObjPart},
     math::geometry::Transform,
     scene::{
-        captor::CaptorKind,
+        captor::{CaptorKind, Sensor},
         light::LightShape,
         world::{CaptorPart, LightPart, SurfacePart},
     },
@@ -64,7 +64,8 @@ impl Loader<'_> {
             self.claim_group(pointer, &object.name)?;
         }
         self.parts.objects.push(object.name.clone());
-        let placements = self.placements(pointer, file.transform, file.instances.as_deref())?;
+        let placements =
+            self.placements(pointer, file.transform, file.instances.as_deref(), file.up)?;
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
             self.place_object(&mut object, instance, transform)?;
@@ -176,7 +177,13 @@ impl Loader<'_> {
     fn surface_captor(&mut self, pointer: &str, id: String, groups: &[usize]) -> Result<usize> {
         self.claim_id(pointer, &id)?;
         let (kind, groups) = (CaptorKind::Surface, groups.to_vec());
-        self.parts.captors.push(CaptorPart { id, kind, triangles: Vec::new(), groups });
+        self.parts.captors.push(CaptorPart {
+            id,
+            kind,
+            triangles: Vec::new(),
+            groups,
+            sensor: Sensor::default(),
+        });
         Ok(self.parts.captors.len() - 1)
     }
 }

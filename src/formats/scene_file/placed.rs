@@ -78,9 +78,15 @@ impl Loader<'_> {
         pointer: &str,
         transform: Option<TransformFile>,
         instances: Option<&[TransformFile]>,
+        up: UpFile,
     ) -> Result<Vec<Transform>> {
         let base =
             self.transform(&format!("{pointer}/transform"), transform.unwrap_or_default())?;
+        let base = match up {
+            UpFile::Z => base,
+            // (x, y, z) to (x, -z, y)
+            UpFile::Y => base.after(&Transform::new(1.0, DVec3::new(90.0, 0.0, 0.0), DVec3::ZERO)),
+        };
         let Some(instances) = instances else { return Ok(vec![base]) };
         if instances.is_empty() {
             return Err(self

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use super::{
     Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FORMAT,
-    FaceResult, GroupResult, MapResult, NearestResult, Range, RunResult, RunSettings,
-    ToleranceResult, WorstResult,
+    FaceResult, GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult,
+    WorstResult, spread::Spread,
 };
 use crate::{
     math::{
@@ -143,9 +143,17 @@ impl WorstResult {
 
 /// Captor, face and band.
 fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
-    let face = if at.face == Channel::Back { "back" } else { "front" };
+    let face = match at.face {
+        Channel::Front => "front",
+        Channel::Back => "back",
+        Channel::Absorbed => "absorbed",
+    };
     let band = scene.band_names().nth(at.band).unwrap_or_default();
-    (scene.captors[at.captor].id.clone(), face, band.into())
+    let name = match scene.captors.get(at.captor) {
+        Some(captor) => &captor.id,
+        None => &scene.groups[at.captor - scene.captors.len()],
+    };
+    (name.clone(), face, band.into())
 }
 
 /// The energy balance of a photon run.
@@ -247,13 +255,13 @@ fn nearest_result(estimate: NearestEstimate) -> NearestResult {
 
 /// Number, area and back faces of the captors of a group.
 #[derive(Clone, Default)]
-struct Members {
+struct Members<'a> {
     captors: usize,
     area: f64,
     back_area: f64,
     surfaces: usize,
-    front: Range,
-    back: Range,
+    front: Spread<'a>,
+    back: Spread<'a>,
 }
 
 fn group_results(
@@ -269,12 +277,12 @@ fn group_results(
             members.area += captor.area;
             members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
             members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
-            members.front.add(&found.front);
-            found.back.iter().for_each(|back| members.back.add(back));
+            members.front.add(&found.front, captor.area);
+            found.back.iter().for_each(|back| members.back.add(back, captor.area));
         }
     }
     let groups = scene.groups.iter().zip(members).enumerate();
-    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, members)).collect()
+    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, &members)).collect()
 }
 
 fn group_result(
@@ -282,26 +290,22 @@ fn group_result(
     simulation: &Simulation,
     group: usize,
     name: &str,
-    members: Members,
+    members: &Members,
 ) -> GroupResult {
     let channel = |c: Channel| scene.channels() + group * CHANNELS.len() + c as usize;
     let counts = members.surfaces > 0;
     let absorbed =
         counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
     let AllAbsorbed { absorbed, absorbed_se, by_light } = absorbed.unwrap_or_default();
-    let several = members.captors > 1;
-    let face = |c: Channel, area, range: Range| {
-        let Range { min, max } = range;
-        let (min, max) = (min.filter(|_| several), max.filter(|_| several));
-        FaceResult { min, max, ..face(scene, simulation, channel(c), area) }
-    };
+    let face =
+        |c: Channel, area, spread: &Spread| spread.on(face(scene, simulation, channel(c), area));
     GroupResult {
         id: name.to_string(),
         captors: members.captors,
         area: members.area,
-        front: face(Channel::Front, members.area, members.front),
+        front: face(Channel::Front, members.area, &members.front),
         back: (members.back_area > 0.0)
-            .then(|| face(Channel::Back, members.back_area, members.back)),
+            .then(|| face(Channel::Back, members.back_area, &members.back)),
         absorbed,
         absorbed_se,
         by_light,
@@ -354,6 +358,7 @@ fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
         few_paths: false,
         min: None,
         max: None,
+        uniformity: None,
         knn: None,
         by_light: None,
     }

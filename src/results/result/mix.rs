@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
-    Range, RunResult,
+    RunResult, spread::Spread,
 };
 use crate::error::{Error, LISTED, Result, nearest, number, some};
 
@@ -51,17 +51,17 @@ impl RunResult {
         }
         let mix = Mix::new(&self.bands, factors);
         let captors: Vec<CaptorResult> = self.captors.iter().map(|c| mix.captor(c)).collect();
-        let mut ranges: HashMap<&str, [Range; 2]> = HashMap::new();
+        let mut ranges: HashMap<&str, [Spread; 2]> = HashMap::new();
         for captor in &captors {
             for group in captor.groups.iter().flatten() {
                 let [front, back] = ranges.entry(group).or_default();
-                front.add(&captor.front);
-                captor.back.iter().for_each(|face| back.add(face));
+                front.add(&captor.front, captor.area);
+                captor.back.iter().for_each(|face| back.add(face, captor.area));
             }
         }
         let group = |group: &GroupResult| {
             let range = ranges.get(group.id.as_str()).cloned().unwrap_or_default();
-            mix.group(group, range)
+            mix.group(group, &range)
         };
         let groups = self.groups.iter().map(group).collect();
         let mut mixed = self.mixed.clone().unwrap_or_default();
@@ -241,14 +241,10 @@ impl<'a> Mix<'a> {
         }
     }
 
-    fn group(&self, group: &GroupResult, [front, back]: [Range; 2]) -> GroupResult {
+    fn group(&self, group: &GroupResult, [front, back]: &[Spread; 2]) -> GroupResult {
         let AllAbsorbed { absorbed, absorbed_se, by_light } =
             self.absorbed(group.by_light.as_ref());
-        let face = |face: &FaceResult, range: Range| {
-            let several = face.min.is_some();
-            let (min, max) = (range.min.filter(|_| several), range.max.filter(|_| several));
-            FaceResult { min, max, ..self.face(face) }
-        };
+        let face = |face: &FaceResult, spread: &Spread| spread.on(self.face(face));
         GroupResult {
             front: face(&group.front, front),
             back: group.back.as_ref().map(|of| face(of, back)),
@@ -292,6 +288,7 @@ impl<'a> Mix<'a> {
             few_paths: face.few_paths,
             min: None,
             max: None,
+            uniformity: None,
             knn: face.knn.as_ref().map(|_| None),
             by_light: Some(parts),
         }

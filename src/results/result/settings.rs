@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::transport::{
-    settings::{Estimator, Settings},
+    settings::{Estimator, Settings, Target},
     simulate::Simulation,
 };
 
@@ -22,6 +22,9 @@ pub struct RunSettings {
     /// The relative standard error to stop at, if one was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// What that was asked of, each as pattern:quantity or pattern:quantity:band; absent for the irradiance of all faces.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
     /// Photons of a k-nearest estimate, where their number was given; 0 made none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
@@ -47,6 +50,7 @@ impl RunSettings {
             photons: if met { settings.tolerance_limit } else { Some(totals.histories) },
             seed: settings.seed,
             tolerance: settings.tolerance,
+            of: settings.of.iter().map(Target::to_string).collect(),
             k: settings.k.filter(|_| of_photons),
             map_photons: map.as_ref().map(|_| settings.map_photons),
             splitting: of_photons.then_some(settings.splitting),

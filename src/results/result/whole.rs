@@ -53,6 +53,7 @@ impl FaceResult {
         values.all(|values| are_values(values, bands))
             && errors.all(|errors| are_errors(errors, bands))
             && self.dli.iter().chain(&self.dli_se).all(|values| are_errors(values, bands))
+            && self.uniformity.iter().all(|even| even.is_whole(bands))
             && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_whole(bands))
             && self.knn.iter().flatten().all(|knn| knn.is_whole(bands))
     }

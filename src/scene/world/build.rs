@@ -108,6 +108,7 @@ impl Scene {
                 return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
                     .remedy("leave it out, or correct its corners"));
             }
+            let area = if part.sensor.is_sphere { 0.25 * area } else { area };
             if let CaptorKind::Virtual { .. } = part.kind {
                 check_rounding(("captor", &part.id), &corners, local, radius)?;
                 captor_triangles.extend(corners.iter().map(local));
@@ -124,6 +125,7 @@ impl Scene {
                 triangles: first..first + corners.len(),
                 first_channel,
                 groups: part.groups,
+                sensor: part.sensor,
             });
         }
 

@@ -4,7 +4,11 @@ use glam::DVec3;
 
 use crate::{
     math::units::Quantity,
-    scene::{captor::CaptorKind, light::LightShape, material::Material},
+    scene::{
+        captor::{CaptorKind, Sensor},
+        light::LightShape,
+        material::Material,
+    },
 };
 
 /// A wavelength interval that is traced apart.
@@ -72,6 +76,8 @@ pub struct CaptorPart {
     pub triangles: Vec<[DVec3; 3]>,
     /// Indices of the groups that it belongs to, each once.
     pub groups: Vec<usize>,
+    /// Its shape and response, where they are special; of virtual captors only.
+    pub sensor: Sensor,
 }
 
 /// What a scene is made of, as files or a program give it.

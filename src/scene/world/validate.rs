@@ -7,7 +7,7 @@ use crate::{
     error::{Error, Problem, Result, check_range, number},
     math::spectrum::MAX_BANDS,
     scene::{
-        captor::CaptorKind,
+        captor::{CaptorKind, Sensor},
         light::{LightShape, check_power},
     },
 };
@@ -178,6 +178,10 @@ impl CaptorPart {
         if self.kind == CaptorKind::Surface && !self.triangles.is_empty() {
             let problem = "a surface captor with triangles of its own";
             return Err(Problem::new(problem, "leave them to the surfaces that name it"));
+        }
+        if self.kind == CaptorKind::Surface && self.sensor != Sensor::default() {
+            let problem = "a surface captor with a shape or response of its own";
+            return Err(Problem::new(problem, "give it to a virtual captor"));
         }
         let mut seen = HashSet::new();
         for &group in &self.groups {

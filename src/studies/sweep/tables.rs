@@ -15,6 +15,7 @@ use crate::{
         result_file::file_names,
         sweep_file::{BALANCE, Run, Sweep},
     },
+    results::result::Uniformity,
     results::saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
     studies::table::{Cell, Kind},
 };
@@ -60,7 +61,14 @@ pub fn write(
     let of_groups = [
         &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
         &values[..],
-        &[("min", Kind::Number), ("max", Kind::Number)],
+        &[
+            ("min", Kind::Number),
+            ("max", Kind::Number),
+            ("min_over_mean", Kind::Number),
+            ("min_over_mean_se", Kind::Number),
+            ("cv", Kind::Number),
+            ("cv_se", Kind::Number),
+        ],
     ];
     let mut captors = Table::create(folder.written(), TABLES[0], columns(&[run], &of_captors))?;
     let mut groups =
@@ -158,6 +166,12 @@ fn rows(
             if members.is_some() {
                 let end = |values: &Option<Vec<f64>>| values.as_deref().map_or(Cell::Nothing, at);
                 cells.extend([end(&values.min), end(&values.max)]);
+                let even = values.uniformity.as_ref();
+                let of = |list: fn(&Uniformity) -> &[Option<f64>]| {
+                    even.map_or(Cell::Nothing, |even| error(list(even)))
+                };
+                cells.extend([of(|u| &u.min_over_mean), of(|u| &u.min_over_mean_se)]);
+                cells.extend([of(|u| &u.cv), of(|u| &u.cv_se)]);
             }
             table.row(&cells)?;
         }

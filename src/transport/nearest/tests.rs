@@ -30,8 +30,13 @@ fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
             (CaptorKind::Surface, vec![], vec![part], vec![material])
         }
     };
-    let captor =
-        CaptorPart { id: "captor".into(), kind, triangles: virtual_triangles, groups: vec![] };
+    let captor = CaptorPart {
+        id: "captor".into(),
+        kind,
+        triangles: virtual_triangles,
+        groups: vec![],
+        sensor: Default::default(),
+    };
     Scene::new(SceneParts {
         bands: vec![band("a"), band("b")],
         lights: vec![light],

@@ -87,7 +87,8 @@ impl<'a> Face<'a> {
             Place { normal, off, margins }
         };
         let places = triangles.iter().enumerate().map(place).collect();
-        let area = of.area as f32;
+        // paths start from all of a sphere, of which the area is a cross-section
+        let area = if of.sensor.is_sphere { 4.0 * of.area } else { of.area } as f32;
         Self { captor, channel, scene, area, triangles, cumulative_area, places }
     }
 
@@ -127,9 +128,13 @@ impl<'a> Face<'a> {
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
         let mut score = PathScore { flux, absorbed, rays, cut_off };
+        let response = self.scene.captors[self.captor].sensor.response.as_ref();
         for (direction, flux) in direct.chain(indirect) {
             score.absorbed += self.absorbed(triangle, direction, &flux, rng);
-            score.flux += flux;
+            score.flux += match response {
+                None => flux,
+                Some(response) => flux.scaled(response.factor(direction.dot(normal))),
+            };
         }
         score
     }
@@ -146,7 +151,11 @@ impl<'a> Face<'a> {
         }
         let ray = Ray { origin, direction };
         let visible = self.scene.visibility_along::<L>(&ray, f32::INFINITY)?;
-        Some((sample.radiance_over_pdf * visible).scaled(cos))
+        let captor = &self.scene.captors[self.captor];
+        let response = captor.sensor.response.as_ref().map_or(1.0, |response| response.factor(cos));
+        // of a sphere four times its area
+        let start = self.area / captor.area as f32;
+        Some((sample.radiance_over_pdf * visible).scaled(start * response * cos))
     }
 
     /// A point of the face, as far off it and from its edges as photons that leave it.

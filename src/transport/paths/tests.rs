@@ -61,6 +61,7 @@ fn lamps() -> SceneParts {
                 [corners[0], corners[2], corners[3]],
             ],
             groups: vec![],
+            sensor: Default::default(),
         }],
         ..SceneParts::default()
     }

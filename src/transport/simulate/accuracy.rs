@@ -1,18 +1,18 @@
 //! Whether every captor is accurate enough: the rule by which a run with a tolerance ends.
 //!
-//! Every face of every captor, in every band that carries power and every sum of such, must have a relative
-//! standard error of at most the tolerance. Of few arrivals such an error is not to be trusted, and of none there
-//! is none. So a face on which fewer than [`ENOUGH`] batches found light holds the run up, unless that is because
+//! Every face of every captor, or what was asked for in their place, must have a relative standard error of at most
+//! the tolerance, in every band that carries power and every sum of such. Of few arrivals such an error is not to be
+//! trusted, and of none there is none. So a face on which fewer than [`ENOUGH`] batches found light holds the run up, unless that is because
 //! there is next to no light: its value is below the tolerance times that of the median captor, with 95 %
 //! confidence. Then it is dark, and listed with that bound.
 
 use std::sync::atomic::Ordering;
 
-use super::{Run, Work, schedule::Schedule};
+use super::{Run, Work, schedule::Schedule, watched::Watched};
 use crate::{
     math::stats::{Running, rate_bound},
     scene::{
-        captor::{Captor, CaptorKind, Channel},
+        captor::{CHANNELS, Channel},
         light::Strata,
         world::Scene,
     },
@@ -25,9 +25,9 @@ const ENOUGH: u64 = 30;
 /// A face of a captor, in a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceBand {
-    /// Index of the captor.
+    /// Index of the captor, or the number of captors plus that of the group.
     pub captor: usize,
-    /// Front or back.
+    /// Front or back, or what is absorbed.
     pub face: Channel,
     /// Index of the band, or the number of bands plus that of the sum.
     pub band: usize,
@@ -67,14 +67,16 @@ pub struct Accuracy {
 }
 
 /// What a run found on a face.
-struct Found<'a> {
-    captor: &'a Captor,
+struct Found {
+    /// m2
+    area: f64,
+    on_surface: bool,
     at: FaceBand,
     running: Running,
     irradiance: f64,
 }
 
-impl Found<'_> {
+impl Found {
     fn is_enough(&self) -> bool {
         self.running.above_zero() >= ENOUGH
     }
@@ -86,6 +88,7 @@ impl Run<'_> {
         &self,
         schedule: &Schedule,
         totals: &Totals,
+        watched: &[Watched],
         tolerance: f64,
     ) -> Accuracy {
         let brightest = self.brightest(schedule);
@@ -94,14 +97,14 @@ impl Run<'_> {
         let enough = tolerance.powi(-2).max(ENOUGH as f64);
         let (mut worst, mut farthest, mut dark) = (None, 0.0, Vec::new());
         for band in (0..brightest.powers.len()).filter(|&band| brightest.powers[band] > 0.0) {
-            let found = found(self.scene, totals, band);
+            let found = found(watched, totals, band);
             let medians = Medians::of(&found);
             for face in &found {
-                let Found { captor, at, running, .. } = *face;
+                let Found { area, at, running, .. } = *face;
                 let batches_with_light = running.above_zero();
                 if !face.is_enough() {
-                    let history = brightest.on(captor, band).max(running.largest());
-                    let below = rates[batches_with_light as usize] * history / captor.area;
+                    let history = brightest.on(area, band).max(running.largest());
+                    let below = rates[batches_with_light as usize] * history / area;
                     let median = medians.beside(face);
                     if below < tolerance * median.unwrap_or(brightest.evenly(self.scene, band)) {
                         dark.push(Dark { at, below });
@@ -173,8 +176,9 @@ struct Brightest {
 }
 
 impl Brightest {
-    fn on(&self, captor: &Captor, band: usize) -> f64 {
-        self.flux[band] + self.irradiance[band] * captor.area
+    /// On an area, m2.
+    fn on(&self, area: f64, band: usize) -> f64 {
+        self.flux[band] + self.irradiance[band] * area
     }
 
     /// The irradiance of all captors if all light came to them.
@@ -183,22 +187,22 @@ impl Brightest {
     }
 }
 
-/// What was found on all faces in a band, or sum.
-fn found<'a>(scene: &'a Scene, totals: &Totals, band: usize) -> Vec<Found<'a>> {
-    let on = |(index, captor): (usize, &'a Captor)| {
-        captor.kind.faces().iter().map(move |&face| {
-            let running = totals.running(captor.first_channel + face as usize)[band];
-            let irradiance = running.estimate(totals.batches).mean / captor.area;
-            Found { captor, at: FaceBand { captor: index, face, band }, running, irradiance }
-        })
+/// What was found of all that is watched in a band, or sum.
+fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<Found> {
+    let of_band = watched.iter().filter(|watched| watched.band.is_none_or(|b| b == band));
+    let found = |watched: &Watched| {
+        let Watched { captor, face, channel, area, on_surface, .. } = *watched;
+        let running = totals.running(channel)[band];
+        let irradiance = running.estimate(totals.batches).mean / area;
+        Found { area, on_surface, at: FaceBand { captor, face, band }, running, irradiance }
     };
-    scene.captors.iter().enumerate().flat_map(on).collect()
+    of_band.map(found).collect()
 }
 
 /// Median irradiances over the faces that have enough light.
 struct Medians {
-    /// Of fronts and backs of sensors, then of surfaces.
-    alike: [Option<f64>; 4],
+    /// Of fronts and backs of sensors, then of surfaces and what they absorb.
+    alike: [Option<f64>; 2 * CHANNELS.len()],
     all: Option<f64>,
 }
 
@@ -210,7 +214,7 @@ impl Medians {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
         };
-        let alike = [0, 1, 2, 3].map(|kind| median(&|face| kind_of(face) == kind));
+        let alike = std::array::from_fn(|kind| median(&|face| kind_of(face) == kind));
         Self { alike, all: median(&|_| true) }
     }
 
@@ -221,5 +225,5 @@ impl Medians {
 }
 
 fn kind_of(face: &Found) -> usize {
-    2 * usize::from(face.captor.kind == CaptorKind::Surface) + face.at.face as usize
+    CHANNELS.len() * usize::from(face.on_surface) + face.at.face as usize
 }

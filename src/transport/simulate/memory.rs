@@ -103,6 +103,7 @@ mod tests {
             kind: CaptorKind::Virtual { both_sides: false },
             triangles: vec![[DVec3::ZERO, DVec3::X, DVec3::Y]],
             groups: Vec::new(),
+            sensor: Default::default(),
         };
         let shape = LightShape::Point { position: DVec3::Z };
         let scene = Scene::new(SceneParts {
@@ -131,6 +132,7 @@ mod tests {
             kind: CaptorKind::Virtual { both_sides: true },
             triangles: vec![[DVec3::ZERO, DVec3::X, DVec3::Y]],
             groups: Vec::new(),
+            sensor: Default::default(),
         };
         let shape = LightShape::Point { position: DVec3::Z };
         let scene = Scene::new(SceneParts {

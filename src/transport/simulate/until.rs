@@ -19,6 +19,7 @@ use crate::{
 impl Run<'_> {
     /// Rounds of equal batches, until every captor is accurate enough.
     pub(super) fn until_accurate(&self, tolerance: f64, limit: Option<u64>) -> Result<Simulation> {
+        let watched = self.watched()?;
         let (task, unit) = (self.full_task(), self.unit());
         // a batch is worth adding up once it has some photons for each captor; paths always have
         let enough = match self.work {
@@ -51,7 +52,7 @@ impl Run<'_> {
                 continue;
             }
             look = next_look(done);
-            let found = self.accuracy(&schedule, &totals, tolerance);
+            let found = self.accuracy(&schedule, &totals, &watched, tolerance);
             let (met, worst) = (found.met, found.worst);
             accuracy = Some(found);
             if met {
