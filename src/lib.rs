@@ -113,7 +113,7 @@ pub use show::view::{check_view, write_view};
 #[cfg(feature = "show")]
 pub use show::vtk::VtkKind;
 #[cfg(feature = "studies")]
-pub use studies::check::{MaterialSummary, SceneSummary, check, check_meshes};
+pub use studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, check_meshes};
 #[cfg(feature = "studies")]
 pub use studies::convergence::{
     Bounces, ConvergencePlan, ConvergenceStudy, Reference, Row, Rung, TrueValue, Within, study,

@@ -429,3 +429,63 @@ fn lights_in_surfaces_are_told() {
     warns(&tube(0.012), &["`lamp` in `floor`", "beyond"]);
     is_clean(&tube(0.014));
 }
+
+/// A closed room of 4 m with a lamp at 1 m, and things in it that are too large, stick out or stand wrong.
+#[test]
+fn objects_are_described_and_usual_slips_are_warned_of() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+    let inward = "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+    let room = format!("{corners}{inward}");
+    let leaf = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    let text = |leaf: &str, lamp: &str, sensor: &str| {
+        format!(
+            r#"{{"materials": {{"m": {{"type": "lambert", "reflectance": 0.5}}}},
+            "objects": [{{"name": "room", "obj": "room.obj", "material": "m", "transform": {{"scale": 4}}}},
+                {{"name": "pot", "obj": "room.obj", "material": "m", "transform": {{"scale": 0.5, "translate": [2, 2, 0.01]}}}},
+                {{"name": "leaf", "obj": "leaf.obj", "material": "m", {leaf}}}],
+            "lights": [{{"name": "lamp", "type": "point", "position": [{lamp}], "power": 1}}],
+            "captors": [{{"name": "s", "disc": {{{sensor}}}}}]}}"#
+        )
+    };
+    let good_leaf = r#""transform": {"translate": [1, 1, 0.5]}"#;
+    let up = r#""center": [1, 3, 1], "normal": [0, 0, 1], "radius": 0.2"#;
+    let checked = |text: String| {
+        let scene = TestScene::new(&text, &[("room.obj", &room), ("leaf.obj", leaf)]);
+        let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
+        phylux::check(&loaded).expect("a summary")
+    };
+    let good = checked(text(good_leaf, "1.5, 1.5, 3.5", up));
+    assert_eq!(good.warnings, Vec::<String>::new());
+    let [room_found, pot, leaf_found] = &good.objects[..] else { panic!("three objects") };
+    assert!((room_found.to - room_found.from).abs_diff_eq(glam::DVec3::splat(4.0), 1e-5));
+    // of six walls that look inwards only the floor looks up
+    assert!((room_found.facing_up - 1.0 / 6.0).abs() < 1e-6);
+    assert!((pot.height[0] - 0.01).abs() < 1e-5 && (pot.height[1] - 0.51).abs() < 1e-5);
+    assert_eq!((leaf_found.object.as_str(), leaf_found.facing_up), ("leaf", 1.0));
+
+    for (leaf, lamp, sensor, words) in [
+        (
+            r#""up": "y", "transform": {"scale": 15, "translate": [1, 1, 0]}"#,
+            "1.5, 1.5, 1",
+            up,
+            "far above the highest lamp",
+        ),
+        (
+            r#""transform": {"scale": 3, "translate": [2, 2, 1]}"#,
+            "1.5, 1.5, 3",
+            up,
+            "reach through the walls of `room`: `leaf`",
+        ),
+        (good_leaf, "9, 1, 3", up, "outside the closed room `room`: `lamp`"),
+        (good_leaf, "9, 1, 3", up, "none came to any captor"),
+        (
+            good_leaf,
+            "1.5, 1.5, 3",
+            r#""center": [1.9, 2.2, 0.2], "normal": [0, 0, 1], "radius": 0.3"#,
+            "half inside an object: `s`",
+        ),
+    ] {
+        let found = checked(text(leaf, lamp, sensor)).warnings;
+        assert!(found.iter().any(|warning| warning.contains(words)), "{found:?}\n{words}");
+    }
+}

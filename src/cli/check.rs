@@ -71,7 +71,9 @@ struct Checked<'a> {
     /// Unit of the powers.
     unit: String,
     surfaces: Vec<Surfaces<'a>>,
+    objects: Vec<Object<'a>>,
     lights: Vec<Powers<'a>>,
+    averages: Vec<Average<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sun: Option<Sun>,
     captors: Captors,
@@ -88,6 +90,28 @@ struct Surfaces<'a> {
     triangles: usize,
     /// One-sided, m2.
     area: f64,
+}
+
+/// All copies of an object together.
+#[derive(Serialize)]
+struct Object<'a> {
+    name: &'a str,
+    /// Its box: lowest and highest coordinates, m.
+    from: [f64; 3],
+    to: [f64; 3],
+    /// Its lowest and highest point above the lowest of the scene, m.
+    height: [f64; 2],
+    /// Share of its area whose front looks up.
+    facing_up: f64,
+}
+
+/// The means that the bands have of a spectrum.
+#[derive(Serialize)]
+struct Average<'a> {
+    /// Place in the scene file.
+    at: &'a str,
+    /// Per band.
+    means: &'a [f64],
 }
 
 #[derive(Serialize)]
@@ -127,6 +151,15 @@ impl<'a> Checked<'a> {
             triangles: s.triangles,
             area: s.area,
         });
+        let objects = summary.objects.iter().map(|object| Object {
+            name: &object.object,
+            from: object.from.to_array(),
+            to: object.to.to_array(),
+            height: object.height,
+            facing_up: object.facing_up,
+        });
+        let averages = loaded.averages.iter();
+        let averages = averages.map(|a| Average { at: &a.pointer, means: &a.means });
         let lights = scene.lights.iter();
         let sun = loaded.open_field.as_ref().and_then(|field| field.sun).map(|sun| Sun {
             elevation: sun.elevation.to_degrees(),
@@ -138,7 +171,9 @@ impl<'a> Checked<'a> {
             bands: scene.bands.iter().map(|band| band.name.as_str()).collect(),
             unit: scene.quantity.unit_names().flux.to_string(),
             surfaces: surfaces.collect(),
+            objects: objects.collect(),
             lights: lights.map(|l| Powers { name: &l.name, power: &l.power }).collect(),
+            averages: averages.collect(),
             sun,
             captors: Captors::of(scene),
             groups: &scene.groups,
@@ -158,6 +193,7 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
         scene.name, size.x, size.y, size.z
     );
     surfaces(&mut text, summary);
+    objects(&mut text, summary);
     lights(&mut text, scene);
     polar::distributions(&mut text, scene);
     averages(&mut text, loaded);
@@ -181,6 +217,36 @@ fn surfaces(text: &mut String, summary: &SceneSummary) {
     let rows = summary.surfaces.iter();
     let rows = rows.map(|s| (s.material.as_str(), vec![s.triangles as f64, s.area]));
     Table { title: "surfaces".into(), columns, rows: rows.collect() }.write(text);
+}
+
+/// Where each object is: what a wrong unit, scale or axis shows in.
+fn objects(text: &mut String, summary: &SceneSummary) {
+    if summary.objects.is_empty() {
+        return;
+    }
+    text.push('\n');
+    let digits = decimals(summary.size.max_element(), 4);
+    let mut line = |cells: [String; 5]| {
+        let [name, from, to, height, up] = cells;
+        let _ = writeln!(text, "{name:<24}{from:>26}{to:>26}{height:>18}{up:>11}");
+    };
+    line(["", "", "", "above the", "facing"].map(String::from));
+    line(["objects, m", "from", "to", "lowest point", "up"].map(String::from));
+    for object in summary.objects.iter().take(LISTED) {
+        // no minus before zero
+        let show = |x: f64| format!("{:.digits$}", x + 0.0);
+        let point = |p: glam::DVec3| p.to_array().map(show).join(" ");
+        line([
+            format!("  {}", object.object),
+            point(object.from),
+            point(object.to),
+            object.height.map(show).join(" to "),
+            format!("{:.0} %", 100.0 * object.facing_up),
+        ]);
+    }
+    if summary.objects.len() > LISTED {
+        let _ = writeln!(text, "  and {} more", summary.objects.len() - LISTED);
+    }
 }
 
 fn lights(text: &mut String, scene: &Scene) {

@@ -1,6 +1,7 @@
 //! What a scene holds, and what looks wrong in it.
 
 mod mesh;
+mod objects;
 mod remarks;
 mod solids;
 
@@ -9,6 +10,7 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+pub use objects::ObjectSummary;
 pub(crate) use remarks::decimals;
 use remarks::{Remarks, length, quoted};
 
@@ -42,6 +44,8 @@ pub struct SceneSummary {
     pub size: DVec3,
     /// The surfaces by material.
     pub surfaces: Vec<MaterialSummary>,
+    /// The objects that have surfaces.
+    pub objects: Vec<ObjectSummary>,
     /// What is probably a mistake, each naming the thing and what to do.
     pub warnings: Vec<String>,
     /// Notes on what is right but may surprise.
@@ -101,7 +105,9 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_coincident(scene, &mut remarks);
     solids::check_solids(scene, &vertices, &mut remarks);
     solids::check_sheets(scene, &vertices, &mut remarks);
-    SceneSummary { size, surfaces, warnings: remarks.warnings, notes: remarks.notes }
+    objects::check_slips(scene, &mut remarks);
+    let Remarks { warnings, notes } = remarks;
+    SceneSummary { size, surfaces, objects: objects::objects(scene), warnings, notes }
 }
 
 fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {

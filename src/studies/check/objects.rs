@@ -1,0 +1,281 @@
+//! The objects of a scene one by one, and slips that are usual where a model comes from another program.
+
+use std::{collections::HashSet, sync::atomic::AtomicBool, time::Duration};
+
+use glam::{DVec3, Vec3};
+
+use super::remarks::{Remarks, length, quoted};
+use crate::{
+    math::geometry::{Extent, Ray},
+    scene::{
+        captor::{Captor, CaptorKind},
+        light::Light,
+        world::Scene,
+    },
+    transport::{
+        settings::Settings,
+        simulate::{Control, Simulation, simulate},
+    },
+};
+
+/// How many times as high as the highest lamp a thing may reach.
+const TOO_HIGH: f32 = 3.0;
+/// Part of a room's size by which a thing may stick out of it.
+const STICKS_OUT: f32 = 0.01;
+/// Rays that see whether a room is closed.
+const RAYS: usize = 200;
+/// Triangles of a sensor above which it is not looked at whether it is half inside an object.
+const MOST_TRIANGLES: usize = 64;
+/// Crossings after which a ray is taken to have left all objects.
+const MOST_CROSSINGS: usize = 1000;
+/// Photons of the trial that looks for light on captors.
+const TRIAL: u64 = 10_000;
+/// Flights that each of them is split into.
+const FLIGHTS: usize = 16;
+/// Arrivals, were all flights spread evenly, below which it says nothing.
+const EXPECTED: f64 = 100.0;
+/// Time after which it ends.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// An object: all of its copies together.
+#[derive(Clone, Debug)]
+pub struct ObjectSummary {
+    /// Its name.
+    pub object: String,
+    /// Lowest and highest coordinates, m.
+    pub from: DVec3,
+    /// See `from`.
+    pub to: DVec3,
+    /// Its lowest and highest point above the lowest point of all surfaces, m.
+    pub height: [f64; 2],
+    /// Share of its area whose front looks up, in [0, 1].
+    pub facing_up: f64,
+}
+
+/// The box of an object, m from the scene's own origin, its area and how much of that looks up, m2.
+#[derive(Clone, Copy)]
+struct Piece {
+    extent: Extent,
+    area: f64,
+    up: f64,
+}
+
+/// The objects that have surfaces, by index.
+fn pieces(scene: &Scene) -> Vec<(usize, Piece)> {
+    let empty = Piece { extent: Extent::EMPTY, area: 0.0, up: 0.0 };
+    let mut pieces = vec![empty; scene.objects.len()];
+    for (i, triangle) in scene.triangles().iter().enumerate() {
+        let Some(object) = scene.object(i) else { continue };
+        let piece = &mut pieces[object];
+        piece.extent = piece.extent.join(Extent::of_triangles([triangle]));
+        let area = f64::from(triangle.area());
+        piece.area += area;
+        piece.up += if triangle.normal().z > 0.0 { area } else { 0.0 };
+    }
+    pieces.into_iter().enumerate().filter(|(_, piece)| piece.extent.min.is_finite()).collect()
+}
+
+/// What is said of each object.
+pub(super) fn objects(scene: &Scene) -> Vec<ObjectSummary> {
+    let lowest = f64::from(Extent::of_triangles(scene.triangles()).min.z);
+    let summary = |(object, piece): (usize, Piece)| {
+        let Piece { extent, area, up } = piece;
+        let height = [extent.min.z, extent.max.z].map(|z| f64::from(z) - lowest);
+        ObjectSummary {
+            object: scene.objects[object].clone(),
+            from: scene.center + extent.min.as_dvec3(),
+            to: scene.center + extent.max.as_dvec3(),
+            height,
+            facing_up: if area > 0.0 { up / area } else { 0.0 },
+        }
+    };
+    pieces(scene).into_iter().map(summary).collect()
+}
+
+/// Warns of the usual slips.
+pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
+    let pieces = pieces(scene);
+    let lamps: Vec<(&Light, Extent)> = scene
+        .lights
+        .iter()
+        .map(|light| (light, light.extent()))
+        // daylight is nowhere
+        .filter(|(_, extent)| extent.min.is_finite())
+        .collect();
+    let room = room(scene, &pieces);
+    check_heights(scene, &pieces, room, &lamps, remarks);
+    if let Some(room) = room {
+        check_room(scene, &pieces, room, &lamps, remarks);
+    }
+    check_captors_in_solids(scene, remarks);
+    check_dark_captors(scene, remarks);
+}
+
+/// The closed room that all captors are in, if there is one: the largest object. What is closed without captors in it
+/// is a solid.
+fn room<'a>(scene: &Scene, pieces: &'a [(usize, Piece)]) -> Option<&'a (usize, Piece)> {
+    let volume = |piece: &Piece| piece.extent.size().as_dvec3().element_product();
+    let largest = pieces.iter().max_by(|a, b| volume(&a.1).total_cmp(&volume(&b.1)))?;
+    let (object, Piece { extent, .. }) = largest;
+    let mut middles = scene.captors.iter().map(|c| (c.center - scene.center).as_vec3());
+    let holds_captors = middles.all(|middle| !Extent::of([middle]).is_clear_of(extent, 0.0));
+    let is_room = !scene.captors.is_empty() && holds_captors && is_closed(scene, *object, extent);
+    is_room.then_some(largest)
+}
+
+/// A plant of 15 m among lamps at 1 m.
+fn check_heights(
+    scene: &Scene,
+    pieces: &[(usize, Piece)],
+    room: Option<&(usize, Piece)>,
+    lamps: &[(&Light, Extent)],
+    remarks: &mut Remarks,
+) {
+    let lowest = Extent::of_triangles(scene.triangles()).min.z;
+    let highest = lamps.iter().map(|(_, extent)| extent.max.z - lowest).fold(0.0, f32::max);
+    let is_room = |object: usize| room.is_some_and(|(room, _)| *room == object);
+    let too_high = pieces.iter().filter(|(object, piece)| {
+        let reaches = piece.extent.max.z - lowest;
+        highest > 0.0 && reaches > TOO_HIGH * highest && !is_room(*object)
+    });
+    let named = too_high.map(|(object, piece)| {
+        let top = f64::from(piece.extent.max.z - lowest);
+        format!("`{}` ({})", scene.objects[*object], length(top))
+    });
+    remarks.warn_of(named, |list| {
+        format!(
+            "objects that reach far above the highest lamp, which is {} high: {list}; check their `scale` (a model in \
+            centimetres needs 0.01) and `up`",
+            length(highest.into())
+        )
+    });
+}
+
+/// Things that reach through the walls of a closed room, and lamps outside it.
+fn check_room(
+    scene: &Scene,
+    pieces: &[(usize, Piece)],
+    (room, Piece { extent, .. }): &(usize, Piece),
+    lamps: &[(&Light, Extent)],
+    remarks: &mut Remarks,
+) {
+    let slack = STICKS_OUT * extent.size().max_element();
+    let sticks_out = |other: &Extent| {
+        let low = other.min.cmplt(extent.min - slack);
+        (low | other.max.cmpgt(extent.max + slack)).any()
+    };
+    let name = &scene.objects[*room];
+    let through = pieces.iter().filter(|(object, piece)| {
+        object != room && sticks_out(&piece.extent) && !piece.extent.is_clear_of(extent, 0.0)
+    });
+    remarks.warn_of(quoted(through.map(|(object, _)| &scene.objects[*object])), |list| {
+        format!(
+            "objects that reach through the walls of `{name}`: {list}; check their `scale` and \
+            `translate`"
+        )
+    });
+    let outside = lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, slack));
+    remarks.warn_of(quoted(outside.map(|(light, _)| &light.name)), |list| {
+        format!(
+            "lights outside the closed room `{name}`: {list}; no light of theirs comes in; check \
+            their position"
+        )
+    });
+}
+
+/// Whether an object keeps light in and out: no ray from its middle leaves it without meeting it, where nothing goes
+/// through.
+fn is_closed(scene: &Scene, object: usize, extent: &Extent) -> bool {
+    let turn = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+    (0..RAYS).all(|i| {
+        // a spiral of equal areas on the sphere
+        let z = 1.0 - (2 * i + 1) as f32 / RAYS as f32;
+        let (sin, cos) = (turn * i as f32).sin_cos();
+        let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
+        let mut origin = extent.center();
+        // through what stands in the room
+        for _ in 0..100 {
+            let Some(hit) = scene.closest(&Ray { origin, direction }) else { return false };
+            if scene.object(hit.triangle) == Some(object) {
+                let material = scene.material(scene.surface(hit.triangle));
+                return !material.is_clear() && !material.transmits_diffusely();
+            }
+            origin = hit.point + direction * (2.0 * scene.ray_offset());
+        }
+        true
+    })
+}
+
+/// Sensors of which a corner is hidden from their middle, and lies in a closed object.
+fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
+    let in_surface: HashSet<usize> = scene.captors_in_surfaces().iter().copied().collect();
+    let is_half_inside = |captor: &Captor| {
+        let middle = (captor.center - scene.center).as_vec3();
+        let offset = 2.0 * scene.ray_offset();
+        let is_inside = |corner: Vec3| {
+            let (way, far) = (corner - middle, corner.distance(middle));
+            let ray = Ray { origin: middle, direction: way.normalize_or_zero() };
+            let hit = if far > 2.0 * offset { scene.closest(&ray) } else { None };
+            hit.filter(|hit| hit.t < far - offset)
+                .and_then(|hit| scene.object(hit.triangle))
+                .is_some_and(|object| is_in(scene, corner, object) != is_in(scene, middle, object))
+        };
+        scene.triangles_of(captor).iter().any(|t| [t.a, t.b].into_iter().any(is_inside))
+    };
+    let flat = scene.captors.iter().enumerate().filter(|(index, captor)| {
+        let virtual_kind = matches!(captor.kind, CaptorKind::Virtual { .. });
+        let few = captor.triangles.len() <= MOST_TRIANGLES;
+        virtual_kind && few && captor.normal != DVec3::ZERO && !in_surface.contains(index)
+    });
+    let cut = flat.filter(|(_, captor)| is_half_inside(captor));
+    remarks.warn_of(quoted(cut.map(|(_, captor)| &captor.id)), |list| {
+        format!("captors that are half inside an object: {list}; move them off it")
+    });
+}
+
+/// Whether a point is in a closed object: every ray from there crosses its surface an odd number of times.
+fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
+    let ways =
+        [[0.3, 0.5, 0.8], [-0.7, 0.2, 0.4], [0.1, -0.9, -0.2], [-0.4, -0.3, 0.6], [0.8, 0.1, -0.5]];
+    ways.map(Vec3::from).into_iter().all(|way| {
+        let direction = way.normalize();
+        let (mut origin, mut crossings) = (point, 0);
+        for _ in 0..MOST_CROSSINGS {
+            let Some(hit) = scene.closest(&Ray { origin, direction }) else { break };
+            crossings += usize::from(scene.object(hit.triangle) == Some(object));
+            origin = hit.point + direction * (2.0 * scene.ray_offset());
+        }
+        crossings % 2 == 1
+    })
+}
+
+/// A trial of which no photon comes to any captor, where many would if they flew all ways alike.
+fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
+    let lit = scene.lights.iter().any(|light| light.power.iter().any(|power| *power > 0.0));
+    let around = Extent::of_triangles(scene.triangles());
+    let around = around.join(Extent::of_triangles(scene.captor_triangles()));
+    let areas: f64 = scene.captors.iter().map(|captor| captor.area).sum();
+    let expected = (TRIAL * FLIGHTS as u64) as f64 * areas / f64::from(2.0 * around.half_area());
+    if !lit || expected.is_nan() || expected < EXPECTED || scene.sources() as u64 > TRIAL {
+        return;
+    }
+    let settings = Settings {
+        photons: Some(TRIAL),
+        k: Some(0),
+        splitting: FLIGHTS,
+        max_time: Some(LONGEST),
+        ..Settings::default()
+    };
+    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    // what is too large for a trial is not the matter of a check
+    let Ok(Simulation { totals, .. }) = simulate(scene, &settings, &control) else { return };
+    let channels = scene.captors.iter().map(|c| (c.first_channel, c.kind.channels()));
+    let mut channels = channels.flat_map(|(first, count)| first..first + count);
+    if channels.all(|channel| totals.photons(channel) == 0) {
+        let photons = totals.histories;
+        remarks.warnings.push(format!(
+            "of {photons} photons none came to any captor; check which way their normals point, \
+            where the lamps are, and what stands between"
+        ));
+    }
+}
