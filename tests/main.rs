@@ -39,6 +39,7 @@ mod stability;
 mod study;
 mod surfaces;
 mod sweep;
+mod tables;
 mod tolerance;
 mod truths;
 mod view;

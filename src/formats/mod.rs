@@ -19,6 +19,7 @@ pub mod obj;
 pub mod output;
 pub mod photometry;
 pub mod result_file;
+pub mod scatter_table;
 pub mod scene_file;
 pub mod shard_file;
 pub mod spectrum_file;

@@ -8,6 +8,7 @@ mod mesh;
 mod mtl;
 mod part;
 mod scan;
+mod tangents;
 
 use std::path::Path;
 
@@ -21,6 +22,7 @@ use scan::Scan;
 pub use mesh::{Mesh, MeshGroup};
 pub use mtl::{MtlEntry, MtlLibrary};
 pub use part::{ObjGroup, ObjPart};
+pub use tangents::{longest_edge, tangents};
 
 /// What an OBJ file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -93,17 +95,23 @@ fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(),
         for arity in mesh.face_arities {
             polygon.clear();
             polygon.extend(indices.by_ref().take(arity as usize).map(corner));
-            let mut cut = triangulate(&polygon);
-            if cut.is_empty() {
-                // no ear found in a tangled outline; a face must not vanish
-                cut = (2..polygon.len()).map(|i| [0, i - 1, i]).collect();
-            }
+            let cut = cut(&polygon);
             part.tangled += usize::from(is_tangled(&polygon, &cut));
             part.bent += usize::from(is_bent(&polygon));
             part.triangles.extend(cut.iter().map(|t| t.map(|i| polygon[i])));
         }
     }
     Ok(())
+}
+
+/// The triangles of a face.
+fn cut(polygon: &[DVec3]) -> Vec<[usize; 3]> {
+    let cut = triangulate(polygon);
+    match cut.is_empty() {
+        // no ear found in a tangled outline; a face must not vanish
+        true => (2..polygon.len()).map(|i| [0, i - 1, i]).collect(),
+        false => cut,
+    }
 }
 
 #[cfg(test)]

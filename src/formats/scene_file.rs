@@ -15,10 +15,12 @@ mod lights;
 mod loader;
 mod luminaires;
 mod materials;
+mod notes;
 mod numbers;
 mod objects;
 mod placed;
 mod spectra;
+mod tables;
 
 use std::{
     cell::RefCell,
@@ -36,6 +38,7 @@ pub use hourly_lights::{HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
+pub use notes::TableNote;
 
 use crate::{
     error::{Error, Result},
@@ -75,6 +78,8 @@ pub struct LoadedScene {
     pub open_field: Option<OpenField>,
     /// What spectra are in each band.
     pub averages: Vec<SpectrumAverage>,
+    /// What is known of measured materials.
+    pub tables: Vec<TableNote>,
     /// Thin leaves whose transmittance differs between the faces.
     pub non_reciprocal_leaves: Vec<String>,
     /// The scene file and all OBJ, MTL and CSV files that were read for it.
@@ -245,6 +250,7 @@ impl Loader<'_> {
             open_field,
             averages,
             without_ground: file.lights.iter().filter_map(LightFile::without_ground).collect(),
+            tables: self.tables,
             non_reciprocal_leaves,
             files: self.files.into_inner(),
         })

@@ -353,6 +353,11 @@ impl Transform {
         self.linear * p + self.translate
     }
 
+    /// A vector, turned and scaled with everything.
+    pub fn turned(&self, v: DVec3) -> DVec3 {
+        self.linear * v
+    }
+
     /// `self` after `first`.
     pub fn after(&self, first: &Self) -> Self {
         Self { linear: self.linear * first.linear, translate: self.point(first.translate) }

@@ -4,6 +4,7 @@ mod dielectric;
 mod fresnel;
 mod leaf;
 mod phong;
+mod table;
 #[cfg(test)]
 mod tests;
 
@@ -11,6 +12,7 @@ pub use dielectric::{Dielectric, Pane};
 pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};
 pub use leaf::{Leaf, LeafFace};
 pub use phong::{MAX_EXPONENT, Phong, PhongFractions};
+pub use table::{Basis, Bsdf, BsdfFaces, Cover, CoverRow, FaceValues, PairValues, Table};
 
 use glam::Vec3;
 
@@ -71,6 +73,8 @@ pub struct Interaction {
     pub cos: f32,
     /// Whether that side is the surface's front.
     pub front: bool,
+    /// Index of the triangle, for tables that are turned about the normal.
+    pub triangle: u32,
 }
 
 impl Interaction {
@@ -80,7 +84,13 @@ impl Interaction {
         let dot = direction.dot(front_normal);
         let front = dot < 0.0;
         let normal = if front { front_normal } else { -front_normal };
-        Self { direction, normal, cos: dot.abs().clamp(1e-7, 1.0), front }
+        Self { direction, normal, cos: dot.abs().clamp(1e-7, 1.0), front, triangle: 0 }
+    }
+
+    /// The same on a triangle.
+    #[inline]
+    pub fn on(self, triangle: usize) -> Self {
+        Self { triangle: triangle as u32, ..self }
     }
 
     /// The mirror direction.
@@ -116,6 +126,12 @@ impl<L: Lanes> BsdfSample<L> {
     fn specular(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
         Self { lobe: LobeKind::Specular, ..Self::new(direction, weight, crosses) }
     }
+
+    /// On through a thin sheet as if it were not there.
+    #[inline]
+    fn straight(at: &Interaction, weight: Spectrum<L>) -> Self {
+        Self { lobe: LobeKind::Straight, ..Self::new(at.direction, weight, true) }
+    }
 }
 
 /// How a path leaves a surface.
@@ -124,7 +140,7 @@ impl<L: Lanes> BsdfSample<L> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LobeKind {
-    /// Straight on, through a thin pane.
+    /// Straight on, through a thin pane or cover.
     Straight,
     /// Mirrored or refracted: the new direction follows from the old one.
     Specular,
@@ -233,6 +249,8 @@ pub enum Material {
     Phong(Phong),
     /// Perfect mirror of some reflectance.
     Mirror(Mirror),
+    /// Thin sheet as it was measured. Boxed, for the others are small.
+    Table(Box<Table>),
 }
 
 impl Material {
@@ -246,6 +264,7 @@ impl Material {
             Self::Leaf(m) => m.check(names),
             Self::Phong(m) => m.check(names),
             Self::Mirror(m) => m.lobe.check("reflectance", bands),
+            Self::Table(m) => m.check(names),
         }
     }
 
@@ -257,8 +276,21 @@ impl Material {
             Self::Pane(m) => vec![&mut m.tint],
             Self::Leaf(m) => m.lobes_mut().into(),
             Self::Phong(m) => m.lobes_mut().into(),
+            Self::Table(m) => return m.pad(lanes),
         };
         lobes.into_iter().for_each(|lobe| lobe.relative.resize(lanes, 0.0));
+    }
+
+    /// Whether it is a table that is turned about the normal, so that it has to know where its azimuth 0 is.
+    pub fn needs_tangents(&self) -> bool {
+        matches!(self, Self::Table(m) if m.needs_tangents())
+    }
+
+    /// Tells such a table where that is on each triangle, in rising order of their indices.
+    pub(crate) fn set_tangents(&mut self, tangents: Vec<(u32, Vec3)>) {
+        if let Self::Table(table) = self {
+            table.set_tangents(tangents);
+        }
     }
 
     /// Follows a path one interaction further; none where nothing goes on. Inlined
@@ -277,6 +309,7 @@ impl Material {
             Self::Leaf(m) => m.sample(interaction, transport, rng),
             Self::Phong(m) => m.sample(interaction, rng),
             Self::Mirror(m) => m.sample(interaction),
+            Self::Table(m) => m.sample(interaction, transport, rng),
         }
     }
 
@@ -288,6 +321,7 @@ impl Material {
             Self::Lambert(m) => m.evaluate(interaction, outgoing),
             Self::Leaf(m) => m.evaluate(interaction, outgoing),
             Self::Phong(m) => m.evaluate(interaction, outgoing),
+            Self::Table(m) => m.evaluate(interaction, outgoing),
             Self::Dielectric(Dielectric { tint: lobe, .. })
             | Self::Pane(Pane { tint: lobe, .. })
             | Self::Mirror(Mirror { lobe }) => lobe.nothing(),
@@ -312,6 +346,19 @@ impl Material {
             Self::Leaf(m) => mirrored(m.mirrored(interaction)),
             Self::Phong(m) => mirrored(m.mirrored()),
             Self::Mirror(m) => mirrored(m.lobe.fraction()),
+            Self::Table(m) => m.ways(interaction),
+        }
+    }
+
+    /// Fraction per band that goes straight through, of light along `direction`; none where no light does, as it does
+    /// through thin panes and some tables.
+    #[inline]
+    pub fn straight<L: Lanes>(&self, direction: Vec3, front_normal: Vec3) -> Option<Spectrum<L>> {
+        let interaction = || Interaction::new(direction, front_normal);
+        match self {
+            Self::Pane(m) => Some(m.transmittance(&interaction())),
+            Self::Table(m) if m.passes_straight() => Some(m.straight(&interaction())),
+            _ => None,
         }
     }
 
@@ -323,6 +370,7 @@ impl Material {
             Self::Lambert(m) => m.pdf(interaction, outgoing),
             Self::Leaf(m) => m.pdf(interaction, transport, outgoing),
             Self::Phong(m) => m.pdf(interaction, outgoing),
+            Self::Table(m) => m.pdf(interaction, transport, outgoing),
             Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => 0.0,
         }
     }
@@ -338,12 +386,17 @@ impl Material {
             Self::Leaf(m) => Some(m.absorptance(interaction)),
             Self::Phong(m) => m.absorptance(),
             Self::Mirror(m) => Some(complement(m.lobe.fraction())),
+            Self::Table(m) => Some(m.absorptance(interaction)),
         }
     }
 
     /// Whether light leaves it by other ways than mirrors, so that it has a radiance to estimate.
     pub fn is_diffuse(&self) -> bool {
-        matches!(self, Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_))
+        match self {
+            Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_) => true,
+            Self::Table(m) => m.is_diffuse(),
+            Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => false,
+        }
     }
 
     /// Whether some light leaves it by other ways than mirrors at the far side.
@@ -352,6 +405,7 @@ impl Material {
             Self::Lambert(_) | Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => false,
             Self::Leaf(_) => true,
             Self::Phong(m) => m.transmits(),
+            Self::Table(m) => m.transmits_diffusely(),
         }
     }
 
@@ -362,6 +416,7 @@ impl Material {
             Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => true,
             Self::Leaf(m) => m.has_cuticle(),
             Self::Phong(m) => m.has_mirror(),
+            Self::Table(m) => m.has_mirror(),
         }
     }
 
@@ -374,9 +429,12 @@ impl Material {
         }
     }
 
-    /// Whether it can be seen through: glass and water.
+    /// Whether it can be seen through: glass and water, and covers that do not scatter.
     pub fn is_clear(&self) -> bool {
-        matches!(self, Self::Dielectric(_) | Self::Pane(_))
+        match self {
+            Self::Table(m) => m.passes_straight() && !m.is_diffuse(),
+            _ => matches!(self, Self::Dielectric(_) | Self::Pane(_)),
+        }
     }
 
     /// Whether it is the interface of a closed solid.

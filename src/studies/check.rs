@@ -16,7 +16,7 @@ use remarks::{Remarks, length, quoted};
 
 use crate::{
     error::{Error, Result},
-    formats::scene_file::LoadedScene,
+    formats::scene_file::{LoadedScene, TableNote},
     math::{
         geometry::{Extent, Ray, Triangle},
         rng::{Purpose, Streams},
@@ -95,6 +95,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_unit(size, loaded.unit, &mut remarks);
     check_materials(loaded, &mut remarks);
     check_spectra(loaded, &mut remarks);
+    note_tables(loaded, &mut remarks);
     check_lights(scene, &mut remarks);
     check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
@@ -145,6 +146,15 @@ fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {
             {list}; give both faces the same, unless it was measured so"
         )
     });
+}
+
+fn note_tables(loaded: &LoadedScene, remarks: &mut Remarks) {
+    for TableNote { pointer, reciprocity } in &loaded.tables {
+        let percent = 100.0 * reciprocity;
+        remarks.notes.push(format!(
+            "{pointer}: f(i, o) and f(o, i) of its file differ by {percent:.2} % of their mean (reciprocity)"
+        ));
+    }
 }
 
 /// Bands in which one number is not enough for a spectrum: light that meets it twice would keep the mean square.

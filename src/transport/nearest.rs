@@ -182,7 +182,8 @@ fn radiance<L: Lanes>(
     Some(sum(scene, map, photons, |photon, weight, into| {
         let stored = &map.photons[photon];
         let surface = scene.surface(stored.triangle as usize);
-        let interaction = Interaction::new(stored.direction.unpack(), surface.normal);
+        let interaction = Interaction::new(stored.direction.unpack(), surface.normal)
+            .on(stored.triangle as usize);
         // what leaves the other side of a bent leaf is not seen from this face
         let leaves_front = outgoing.dot(surface.normal) > 0.0;
         if leaves_front != (face == Channel::Front) {

@@ -179,8 +179,10 @@ impl Path<'_, '_> {
                     arriving += mirrored.weight * &through * visible;
                 }
             }
-            match (material, onward) {
-                (Material::Pane(_), Some(onward)) => through = through * onward.weight,
+            match onward {
+                Some(onward) if onward.lobe == LobeKind::Straight => {
+                    through = through * onward.weight;
+                }
                 _ => break,
             }
             ray = scene.leave(hit.point, -at_pane.normal, toward);
@@ -258,7 +260,7 @@ impl Path<'_, '_> {
             };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
-            let interaction = Interaction::new(leg.ray.direction, surface.normal);
+            let interaction = Interaction::new(leg.ray.direction, surface.normal).on(hit.triangle);
             match self.arrival_weight(&leg, &hit, interaction.cos) {
                 Some(weight) => throughput = throughput.scaled(weight),
                 None => return radiance,
@@ -271,7 +273,7 @@ impl Path<'_, '_> {
             let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
             let along = |d| free * material.pdf(&interaction, Transport::Importance, d);
             let scattered = |towards: Vec3| {
-                let arriving = Interaction::new(-towards, surface.normal);
+                let arriving = Interaction::new(-towards, surface.normal).on(hit.triangle);
                 let f: Spectrum<L> = material.evaluate(&arriving, -interaction.direction);
                 f.scaled(arriving.cos)
             };

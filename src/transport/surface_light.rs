@@ -150,7 +150,7 @@ impl<'a> SurfaceLight<'a> {
                 let at = Interaction {
                     normal: if front { surface.normal } else { -surface.normal },
                     front,
-                    ..Interaction::new(direction, own)
+                    ..Interaction::new(direction, own).on(triangle)
                 };
                 let scored = score(material, &at, photon.index);
                 let power = self.map.power(photon.index);

@@ -130,7 +130,7 @@ pub fn trace<L: Lanes>(
             return on(Event::Escaped { power: &power, missed: interactions == 0 });
         };
         let surface = scene.surface(hit.triangle);
-        let interaction = &Interaction::new(direction, surface.normal);
+        let interaction = &Interaction::new(direction, surface.normal).on(hit.triangle);
         let (sample, scattered) = match scatter(scene.material(surface), interaction, &power, rng) {
             Some((sample, scattered)) => (Some(sample), scattered),
             None => (None, power.zero()),

@@ -409,6 +409,8 @@ tagged! {
         "phong" => Phong(PhongFile),
         /// A mirror, alike at every angle.
         "mirror" => Mirror(MirrorFile),
+        /// A thin sheet as it was measured.
+        "table" => Table(TableFile),
     }
 }
 
@@ -426,6 +428,26 @@ pub struct LambertFile {
 pub struct MirrorFile {
     /// In [0, 1].
     pub reflectance: PerBand,
+}
+
+/// Material `table`: a file of the scattering function, or the values of a cover by the angle of incidence.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["angles_deg"]}]))]
+pub struct TableFile {
+    /// CSV (theta_i,phi_i,theta_o,phi_o and the bands; f in 1/sr) or Klems XML.
+    pub file: Option<String>,
+    /// Of a file: whether f(i, o) and f(o, i) are made alike by their mean (default false).
+    pub reciprocal: Option<bool>,
+    /// Angles of incidence, degrees, rising.
+    #[schemars(length(min = 1), inner(range(min = 0, max = 90)))]
+    pub angles_deg: Option<Vec<f64>>,
+    /// Transmittance straight on, at each of these (default 0).
+    pub direct: Option<Vec<PerBand>>,
+    /// Transmittance into all directions, Lambertian, at each of these (default 0).
+    pub diffuse: Option<Vec<PerBand>>,
+    /// Reflectance of the mirror that it is, at each of these (default 0).
+    pub reflectance: Option<Vec<PerBand>>,
 }
 
 /// Material `transparent`.

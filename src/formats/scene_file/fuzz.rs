@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// The files that the scenes name.
-const FILES: [(&str, &str); 4] = [
+const FILES: [(&str, &str); 6] = [
     (
         "room.obj",
         "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
@@ -44,6 +44,18 @@ const FILES: [(&str, &str); 4] = [
         "v 0 0 0\nv 0.2 0 0.1\nv 0.2 0.2 0\nv 0 0.2 0.1\nf 1 2 3\nf 1 3 4\ng tip\nf 2 3 4\n",
     ),
     ("grid.csv", "x,y,z,radius,nx,ny,nz\n0.5,0.5,0.2,0.1,0,0,1\n0.5,0.5,0,0.2,0,0,-1\n"),
+    (
+        "table.csv",
+        "theta_i,phi_i,theta_o,phi_o,all\n20,0,20,0,0.1\n20,0,20,180,0.1\n20,0,120,0,0.1\n20,0,120,180,0.1\n\
+         20,180,20,0,0.2\n20,180,20,180,0.1\n20,180,120,0,0.1\n20,180,120,180,0.2\n",
+    ),
+    (
+        "table.xml",
+        "<a><AngleBasis><AngleBasisName>b</AngleBasisName><AngleBasisBlock><nPhis>1</nPhis><UpperTheta>90</UpperTheta>\
+         </AngleBasisBlock></AngleBasis><WavelengthDataBlock><WavelengthDataDirection>Transmission Front\
+         </WavelengthDataDirection><ColumnAngleBasis>b</ColumnAngleBasis><RowAngleBasis>b</RowAngleBasis><ScatteringData>0.2,\
+         </ScatteringData></WavelengthDataBlock></a>",
+    ),
 ];
 
 #[rustfmt::skip]
@@ -89,6 +101,16 @@ const SCENES: &[&str] = &[
             {"type": "area", "obj": "leaf.obj", "power": 5, "material": "wall", "transform": {"scale": 0.5}},
             {"type": "tube", "from": [0, 0, 0.1], "to": [0.2, 0.1, 0.3], "radius": 0, "power": 36, "emission": "isotropic"}],
         "captors": [{"name": "probe", "disc": {"center": [1, 1, 1], "normal": [0, 0, 1], "radius": 0.1}, "sides": "both"}]}"#,
+    r#"{"materials": {
+            "film": {"type": "table", "angles_deg": [0, 40, 60], "direct": [0.5, 0.4, 0.2], "diffuse": [[0.3], 0.3, 0.3],
+                "reflectance": [0.1, 0.1, 0.2]},
+            "weave": {"type": "table", "file": "table.csv", "reciprocal": true},
+            "blind": {"type": "table", "file": "table.xml"}},
+        "objects": [{"name": "a", "obj": "room.obj", "material": "film", "captor": true},
+            {"name": "b", "obj": "leaf.obj", "material": "weave", "captor": "triangle", "transform": {"rotate_deg": [0, 90, 0]}},
+            {"name": "c", "obj": "leaf.obj", "material": "blind", "instances": [{"translate": [0, 0, 0.5]}]}],
+        "lights": [{"type": "area", "obj": "leaf.obj", "power": 5, "material": "weave", "transform": {"translate": [0, 0, 0.4]}}],
+        "captors": [{"name": "probe", "disc": {"center": [0.5, 0.5, 0.5], "normal": [0, 0, 1], "radius": 0.1}, "sides": "both"}]}"#,
 ];
 
 const WORDS: &[&str] =

@@ -54,6 +54,12 @@ impl Library {
         })
     }
 
+    /// Whether the surfaces of the material with this index in the scene have to say where azimuth 0 is.
+    pub fn needs_tangents(&self, index: usize) -> bool {
+        let mut entries = self.entries.iter().filter(|entry| entry.used == Some(index));
+        entries.any(|entry| matches!(&entry.material, Ok(material) if material.needs_tangents()))
+    }
+
     /// What is wrong with materials that no surface has.
     pub fn unused_errors(&self) -> impl Iterator<Item = Error> + '_ {
         self.entries.iter().filter_map(|entry| entry.material.clone().err())

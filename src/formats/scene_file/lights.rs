@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     error::Result,
+    formats::obj::longest_edge,
     math::geometry::triangulate,
     scene::{
         light::{
@@ -138,6 +139,9 @@ impl Loader<'_> {
         self.parts.objects.push(name.to_string());
         let triangles = [light.shape.triangles(), &light.dark].concat();
         if !triangles.is_empty() {
+            if self.materials.needs_tangents(material) {
+                self.turn_next(triangles.iter().map(|corners| longest_edge(corners)));
+            }
             self.parts.surfaces.push(SurfacePart { object, material, captor: None, triangles });
         }
         if !light.caps.is_empty() {

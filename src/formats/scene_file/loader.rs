@@ -16,6 +16,7 @@ use super::{
     kept::Kept,
     known_spectra::Spectra,
     library::Library,
+    notes::TableNote,
 };
 use crate::{
     error::{Error, Result, nearest},
@@ -50,6 +51,8 @@ pub(super) struct Loader<'a> {
     pub(super) files: RefCell<Vec<PathBuf>>,
     pub(super) metres: f64,
     pub(super) bands: usize,
+    /// Whether the file names its bands.
+    pub(super) bands_named: bool,
     pub(super) parts: SceneParts,
     pub(super) obj_files: HashMap<PathBuf, Arc<ObjFile>>,
     pub(super) photometries: HashMap<PathBuf, Photometry>,
@@ -62,6 +65,7 @@ pub(super) struct Loader<'a> {
     pub(super) light_names: HashSet<String>,
     pub(super) triangles: usize,
     pub(super) warnings: Vec<String>,
+    pub(super) tables: Vec<TableNote>,
     pub(super) hourly: HourlyLights,
 }
 
@@ -73,6 +77,7 @@ impl<'a> Loader<'a> {
             files: RefCell::new(vec![path.to_path_buf()]),
             metres: file.unit.metres(),
             bands: 0,
+            bands_named: file.bands.is_some(),
             parts: SceneParts::default(),
             obj_files: HashMap::new(),
             photometries: HashMap::new(),
@@ -84,6 +89,7 @@ impl<'a> Loader<'a> {
             light_names: HashSet::new(),
             triangles: 0,
             warnings: Vec::new(),
+            tables: Vec::new(),
             hourly: HourlyLights::default(),
         };
         let stem = stem(path);

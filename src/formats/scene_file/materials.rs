@@ -226,6 +226,7 @@ impl Loader<'_> {
                 }
                 self.phong(m).map_err(|why| why.at(&place))
             }
+            MaterialFile::Table(m) => self.table_material(pointer, m),
             MaterialFile::Leaf(m) if m.thin => {
                 self.check_leaf_ranges(pointer, m)?;
                 let (material, warning) = self.thin_leaf(m).map_err(|why| why.at(&place))?;
@@ -291,7 +292,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn band_names(&self) -> Vec<&str> {
+    pub(super) fn band_names(&self) -> Vec<&str> {
         self.parts.bands.iter().map(|band| band.name.as_str()).collect()
     }
 

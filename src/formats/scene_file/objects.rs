@@ -29,6 +29,8 @@ struct Object<'a> {
     stem: String,
     /// Material of each part.
     materials: Vec<usize>,
+    /// Where azimuth 0 is on each of its triangles, if one of its materials is turned about the normal.
+    tangents: Vec<DVec3>,
     /// What the MTL entries that emit make glow, by entry.
     glows: BTreeMap<String, Glow>,
 }
@@ -50,14 +52,17 @@ impl Loader<'_> {
         let obj = self.obj(&format!("{pointer}/obj"), &file.obj)?;
         let stem = stem(&self.sibling(&file.obj));
         let name = file.name.clone().unwrap_or_else(|| stem.clone());
-        let (materials, glows) = (Vec::new(), BTreeMap::new());
-        let mut object = Object { pointer, name, file, obj, stem, materials, glows };
+        let (materials, tangents, glows) = (Vec::new(), Vec::new(), BTreeMap::new());
+        let mut object = Object { pointer, name, file, obj, stem, materials, tangents, glows };
         for part in &object.obj.clone().parts {
             let material = match &file.material {
                 Some(material) => self.named_material(&format!("{pointer}/material"), material)?,
                 None => self.part_material(&mut object, part)?,
             };
             object.materials.push(material);
+        }
+        if object.materials.iter().any(|&material| self.materials.needs_tangents(material)) {
+            object.tangents = self.tangents(&format!("{pointer}/obj"), &file.obj, &object.obj)?;
         }
 
         if file.captor != SurfaceCaptorFile::Off {
@@ -121,12 +126,19 @@ impl Loader<'_> {
                 })
             }
         };
+        let mut first = 0;
         for (part, &material) in object.obj.clone().parts.iter().zip(&object.materials) {
+            let of_part = object.tangents.get(first..first + part.triangles.len());
+            let turned = of_part.filter(|_| self.materials.needs_tangents(material));
+            let tangents = turned.unwrap_or_default().iter();
+            let mut tangents = tangents.map(|&tangent| transform.turned(tangent));
+            first += part.triangles.len();
             let triangles = self.placed(&part.triangles, transform)?;
             if let Some(glow) = part.material.as_ref().and_then(|name| object.glows.get_mut(name)) {
                 glow.triangles.extend_from_slice(&triangles);
             }
             let Some(captors) = &mut captors else {
+                self.turn_next(tangents);
                 self.parts.surfaces.push(SurfacePart {
                     object: object_index,
                     material,
@@ -140,6 +152,7 @@ impl Loader<'_> {
             let seen = &mut captors.of_group[part.group];
             if object.file.captor == SurfaceCaptorFile::Triangles {
                 for triangle in triangles {
+                    let tangent = tangents.next();
                     let id = format!("{id}/{}", seen.triangles);
                     seen.triangles += 1;
                     if area(&triangle) == 0.0 {
@@ -150,6 +163,7 @@ impl Loader<'_> {
                         continue;
                     }
                     let captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
+                    self.turn_next(tangent);
                     let triangles = vec![triangle];
                     self.parts.surfaces.push(SurfacePart {
                         object: object_index,
@@ -163,6 +177,7 @@ impl Loader<'_> {
                     seen.captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
                 }
                 let captor = seen.captor;
+                self.turn_next(tangents);
                 self.parts.surfaces.push(SurfacePart {
                     object: object_index,
                     material,
@@ -172,6 +187,14 @@ impl Loader<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Says where azimuth 0 is on the triangles of the surface that is added next.
+    pub(super) fn turn_next(&mut self, tangents: impl IntoIterator<Item = DVec3>) {
+        let tangents: Vec<DVec3> = tangents.into_iter().collect();
+        if !tangents.is_empty() {
+            self.parts.tangents.insert(self.parts.surfaces.len(), tangents);
+        }
     }
 
     fn surface_captor(&mut self, pointer: &str, id: String, groups: &[usize]) -> Result<usize> {

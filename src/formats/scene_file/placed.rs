@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{
     error::Result,
-    formats::{input::quoted, obj::ObjFile},
+    formats::{
+        input::quoted,
+        obj::{ObjFile, longest_edge, tangents},
+    },
     math::geometry::Transform,
 };
 
@@ -56,6 +59,18 @@ impl Loader<'_> {
         }
         self.obj_files.insert(path, obj.clone());
         Ok(obj)
+    }
+
+    /// Where azimuth 0 is on each triangle of an OBJ file or mesh, in the order of its parts.
+    pub(super) fn tangents(&self, pointer: &str, file: &str, obj: &ObjFile) -> Result<Vec<DVec3>> {
+        if !file.starts_with("mesh:") {
+            let tangents = tangents(&self.bytes(pointer, &self.sibling(file))?);
+            if tangents.len() == obj.triangles() {
+                return Ok(tangents);
+            }
+        }
+        let triangles = obj.parts.iter().flat_map(|part| &part.triangles);
+        Ok(triangles.map(|corners| longest_edge(corners)).collect())
     }
 
     fn mesh(&self, pointer: &str, name: &str) -> Result<Arc<ObjFile>> {

@@ -1,8 +1,7 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
 use super::{
-    BsdfSample, Checked, Fresnel, Interaction, Lobe, LobeKind, Transport, check_ior, choose,
-    complement,
+    BsdfSample, Checked, Fresnel, Interaction, Lobe, Transport, check_ior, choose, complement,
 };
 use crate::math::{
     rng::Stream,
@@ -190,13 +189,13 @@ impl Pane {
             |share: Spectrum<L>| share.map(|share| share / largest[choice.lobe] * choice.weight);
         Some(match choice.lobe {
             0 => BsdfSample::specular(at.mirrored(), relative(mirrored), false),
-            _ => Self::straight(at, relative(passed)),
+            _ => BsdfSample::straight(at, relative(passed)),
         })
     }
 
-    #[inline]
-    fn straight<L: Lanes>(at: &Interaction, fraction: Spectrum<L>) -> BsdfSample<L> {
-        BsdfSample { lobe: LobeKind::Straight, ..BsdfSample::new(at.direction, fraction, true) }
+    /// What a lossless pane of index `ior` lets through at a cosine of incidence.
+    pub(super) fn lossless(cos: f32, ior: f32) -> f32 {
+        Self::shares(&Fresnel::new(cos, ior), 1.0).passed
     }
 
     #[inline]
@@ -209,7 +208,7 @@ impl Pane {
         let mirrored = self.per_band(at, |shares| shares.mirrored);
         [
             (self.ior > 1.0).then(|| BsdfSample::specular(at.mirrored(), mirrored, false)),
-            Some(Self::straight(at, self.transmittance(at))),
+            Some(BsdfSample::straight(at, self.transmittance(at))),
         ]
     }
 

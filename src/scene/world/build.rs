@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::{
-    NO_CAPTOR, Scene, SceneParts, Surface, flush,
+    NO_CAPTOR, Scene, SceneParts, Surface, SurfacePart, flush,
     mirrors::{FlatMirrors, shows_images},
     shapes::{KeptShapes, Outlines, RAY_OFFSET},
 };
@@ -66,15 +66,17 @@ impl Scene {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
-        let mut surface_parts = parts.surfaces;
+        let mut surface_parts: Vec<(usize, SurfacePart)> =
+            parts.surfaces.into_iter().enumerate().collect();
         // a captor's triangles side by side, whatever the order of the files
-        surface_parts.sort_by_key(|part| part.captor);
+        surface_parts.sort_by_key(|(_, part)| part.captor);
         let mut triangles = Vec::new();
         let mut surfaces = Vec::new();
+        let mut tangents = vec![Vec::new(); parts.materials.len()];
         let mut object_parts = Vec::with_capacity(surface_parts.len());
         let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
             parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
-        for part in &surface_parts {
+        for (index, part) in &surface_parts {
             if let Some(captor) = part.captor {
                 let (corners, first) = &mut captor_moments[captor];
                 if corners.is_empty() {
@@ -83,6 +85,9 @@ impl Scene {
                 corners.extend_from_slice(&part.triangles);
             }
             object_parts.push((triangles.len(), part.object));
+            for (i, tangent) in parts.tangents.get(index).into_iter().flatten().enumerate() {
+                tangents[part.material].push(((triangles.len() + i) as u32, tangent.as_vec3()));
+            }
             for corners in &part.triangles {
                 let triangle = local(corners);
                 surfaces.push(Surface {
@@ -93,6 +98,10 @@ impl Scene {
                 });
                 triangles.push(triangle);
             }
+        }
+
+        for (named, tangents) in parts.materials.iter_mut().zip(tangents) {
+            named.material.set_tangents(tangents);
         }
 
         let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());

@@ -152,5 +152,9 @@ impl Scene {
 
 /// Whether a material is to be looked at for images: what it mirrors comes from one direction, by way of its plane.
 pub(super) fn shows_images(material: &Material) -> bool {
-    matches!(material, Material::Pane(_) | Material::Mirror(_))
+    match material {
+        Material::Pane(_) | Material::Mirror(_) => true,
+        Material::Table(_) => material.has_mirror(),
+        _ => false,
+    }
 }

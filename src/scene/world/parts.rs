@@ -1,5 +1,7 @@
 //! What a scene is made of, as files or a program give it.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use crate::{
@@ -100,6 +102,9 @@ pub struct SceneParts {
     pub objects: Vec<String>,
     /// The surfaces.
     pub surfaces: Vec<SurfacePart>,
+    /// Of surfaces (by index) whose material is a table that is turned about the normal: where azimuth 0 is on each of their
+    /// triangles.
+    pub tangents: BTreeMap<usize, Vec<DVec3>>,
     /// The lights, at least one.
     pub lights: Vec<LightPart>,
     /// The captors.

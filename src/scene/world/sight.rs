@@ -12,7 +12,6 @@ use crate::{
     scene::{
         daylight::InfiniteLight,
         light::{Emission, EmittedRadiance, Strata},
-        material::{Interaction, Material},
     },
 };
 
@@ -112,7 +111,7 @@ impl Scene {
     }
 
     /// What of the light goes straight from one point to another, per band: all, nothing, or what
-    /// thin panes let through.
+    /// thin panes and covers let through.
     pub fn visibility<L: Lanes>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<L>> {
         let distance = from.distance(to);
         let ray = Ray { origin: from, direction: (to - from) / distance };
@@ -124,11 +123,11 @@ impl Scene {
         let mut through = Spectrum::splat(self.lanes(), 1.0);
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
-            let Material::Pane(pane) = self.material(surface) else { return true };
+            let straight = self.material(surface).straight::<L>(ray.direction, surface.normal);
+            let Some(straight) = straight else { return true };
             // an edge between two triangles of a pane counts once
             if hit.owned {
-                let interaction = Interaction::new(ray.direction, surface.normal);
-                through = through.clone() * pane.transmittance(&interaction);
+                through = through.clone() * straight;
             }
             false
         });

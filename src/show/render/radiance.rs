@@ -127,7 +127,7 @@ impl Whitted<'_> {
             };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
-            let interaction = Interaction::new(ray.direction, surface.normal);
+            let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
             let length = length + hit.t;
             if material.is_diffuse() {
                 let reach = PIXELS * self.viewpoint.camera.pixel() * length;

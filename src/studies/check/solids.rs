@@ -125,7 +125,10 @@ fn note_lights(solids: &Solids, remarks: &mut Remarks) {
 pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
     let Pieces { list, .. } = pieces(scene, vertices, |triangle| {
         let surface = scene.surface(triangle);
-        let thin = matches!(scene.material(surface), Material::Pane(_) | Material::Leaf(_));
+        let thin = matches!(
+            scene.material(surface),
+            Material::Pane(_) | Material::Leaf(_) | Material::Table(_)
+        );
         thin.then_some(surface.material)
     });
     let boxes = list

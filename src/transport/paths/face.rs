@@ -184,7 +184,9 @@ impl<'a> Face<'a> {
         rng: &mut Stream,
     ) -> Spectrum<L> {
         let Some(surface) = self.surface(triangle) else { return flux.zero() };
-        let interaction = Interaction::new(-direction, surface.normal);
+        let interaction =
+            Interaction::new(-direction, surface.normal)
+                .on(self.scene.captors[self.captor].triangles.start + triangle);
         let material = self.scene.material(surface);
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,

@@ -60,7 +60,10 @@ impl<'a> Joined<'a> {
         let Some((towards, irradiance)) = path.next_event::<L>(&self.at, along) else {
             return Spectrum::splat(self.scene.lanes(), 0.0);
         };
-        let arriving = Interaction::new(-towards, self.surface.normal);
+        let arriving = Interaction {
+            triangle: self.interaction.triangle,
+            ..Interaction::new(-towards, self.surface.normal)
+        };
         let f = material.evaluate(&arriving, -self.interaction.direction);
         f.scaled(arriving.cos) * irradiance
     }

@@ -1,0 +1,273 @@
+//! Both readers: what they make of sound files, and that no other panics.
+
+use std::fmt::Write;
+
+use glam::Vec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::{
+    formats::spoil::{check_error, spoiled},
+    scene::material::{Bsdf, BsdfFaces, Interaction, Material, Table},
+};
+
+fn read(text: &str, name: &str, bands: &[&str]) -> Result<ScatterTable> {
+    parse(text.as_bytes(), Path::new(name), Wanted { bands, named: bands != ["all"] })
+}
+
+fn material(faces: &BsdfFaces) -> Material {
+    Material::Table(Box::new(Table::Bsdf(Bsdf::new(faces))))
+}
+
+/// Away from the surface: angle to the front's normal z, azimuth from x, degrees.
+fn direction(theta: f32, phi: f32) -> Vec3 {
+    let (theta, phi) = (theta.to_radians(), phi.to_radians());
+    Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+}
+
+/// f of the first band for light that comes from and leaves in these directions, whose frame has x as azimuth 0.
+fn f(table: &ScatterTable, from: [f32; 2], to: [f32; 2]) -> f32 {
+    let mut surface = material(&table.faces);
+    surface.set_tangents(vec![(0, Vec3::X)]);
+    let at = Interaction::new(-direction(from[0], from[1]), Vec3::Z);
+    surface.evaluate::<[f32; 1]>(&at, direction(to[0], to[1])).0[0]
+}
+
+/// A table of the full grid of these angles.
+fn csv(lists: [&[i32]; 4], mut f: impl FnMut([i32; 4]) -> f64) -> String {
+    let mut text = "theta_i,phi_i,theta_o,phi_o,all\n".to_string();
+    for &a in lists[0] {
+        for &b in lists[1] {
+            for &c in lists[2] {
+                for &d in lists[3] {
+                    writeln!(text, "{a},{b},{c},{d},{}", f([a, b, c, d])).unwrap();
+                }
+            }
+        }
+    }
+    text
+}
+
+/// Cells, azimuths by difference, mirrored halves, 360 for 0, and which angle means which side.
+#[test]
+fn four_angles_are_read() {
+    // counts where it is: 1e-3 theta_i + 1e-4 theta_o + 1e-5 phi_o
+    let value = |[a, _, c, d]: [i32; 4]| {
+        1e-3 * f64::from(a) + 1e-4 * f64::from(c) + 1e-5 * f64::from(d % 360)
+    };
+    let whole = csv([&[0, 40, 80], &[0], &[10, 50, 130, 170], &[0, 90, 180, 270, 360]], value);
+    let table = read(&whole, "a.csv", &["all"]).unwrap();
+    let warning =
+        "theta_o ends 50.0 degrees from the normal of the front: beyond, its last values hold";
+    assert_eq!((table.warnings.len(), table.warnings[0].as_str()), (2, warning));
+    for (from, to, expected) in [
+        ([40.0, 0.0], [50.0, 90.0], 0.0459),
+        // the difference of the azimuths counts, and cells reach half way
+        ([40.0, 30.0], [45.0, 140.0], 0.0459),
+        ([20.0, 0.0], [50.0, 0.0], 0.025),
+        ([89.0, 0.0], [5.0, 350.0], 0.081),
+        // through
+        ([40.0, 0.0], [155.0, 270.0], 0.0597),
+        ([40.0, 0.0], [130.0, 180.0], 0.0548),
+    ] {
+        let found = f64::from(f(&table, from, to));
+        assert!((found - expected).abs() < 1e-6, "{from:?} {to:?}: {found} {expected}");
+    }
+    // from behind: reflection alike, transmission the opposite way
+    assert!((f(&table, [140.0, 0.0], [170.0, 0.0]) - 0.041).abs() < 1e-6);
+    let (there, back) =
+        (f(&table, [40.0, 0.0], [130.0, 90.0]), f(&table, [130.0, 90.0], [40.0, 0.0]));
+    assert!((there - back).abs() < 1e-7 && there > 0.05, "{there} {back}");
+
+    let half = csv([&[0, 40, 80], &[0], &[10, 50], &[0, 90, 180]], value);
+    let table = read(&half, "a.csv", &["all"]).unwrap();
+    assert!((f(&table, [40.0, 0.0], [50.0, 270.0]) - 0.0459).abs() < 1e-6);
+    assert_eq!(f(&table, [40.0, 0.0], [130.0, 0.0]), 0.0);
+
+    // both azimuths: turned about x
+    let turned =
+        csv([&[0, 40, 80], &[0, 90, 180, 270], &[10, 50], &[0, 90, 180, 270]], |[a, b, c, d]| {
+            value([a, b, c, d]) + f64::from(b) * 1e-4
+        });
+    let table = read(&turned, "a.csv", &["all"]).unwrap();
+    for (phi, expected) in [(90.0, 0.0549), (45.0, 0.0504)] {
+        let found = f(&table, [40.0, phi], [50.0, 90.0]);
+        assert!((found - expected).abs() < 1e-6, "{phi}: {found} {expected}");
+    }
+    // with light on the back of its own
+    let both = csv([&[0, 40, 140, 180], &[0], &[10, 50, 130, 170], &[0]], value);
+    let table = read(&both, "a.csv", &["all"]).unwrap();
+    assert!((f(&table, [140.0, 0.0], [130.0, 0.0]) - 0.153).abs() < 1e-6);
+    assert!((f(&table, [140.0, 0.0], [50.0, 77.0]) - 0.145).abs() < 1e-6);
+    assert_eq!(table.warnings.len(), 4, "{:?}", table.warnings);
+}
+
+/// A small file of WINDOW: 3 patches, of which the value of a pair is 0.01 (3 leaving + coming + 1).
+fn xml(direction: &str) -> String {
+    let block = "<AngleBasisBlock><Theta>0</Theta><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>\
+        <UpperTheta>30</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock><Theta>60</Theta><nPhis>2</nPhis>\
+        <ThetaBounds><LowerTheta>30</LowerTheta><UpperTheta>90</UpperTheta></ThetaBounds></AngleBasisBlock>";
+    format!(
+        "<?xml version=\"1.0\"?>\n<!-- made by hand -->\n<WindowElement xmlns=\"http://windows.lbl.gov\"><Optical><Layer>\
+        <DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>\
+        <AngleBasisName>mine &amp; yours</AngleBasisName>{block}</AngleBasis></DataDefinition><WavelengthData>\
+        <Wavelength unit=\"Integral\">Visible</Wavelength><WavelengthDataBlock>\
+        <WavelengthDataDirection>{direction}</WavelengthDataDirection><ColumnAngleBasis>mine &amp; yours</ColumnAngleBasis>\
+        <RowAngleBasis>mine &amp; yours</RowAngleBasis><ScatteringData>\n0.01, 0.02, 0.03,\n 0.04,0.05,0.06\n\
+        0.07 0.08 0.09,\n</ScatteringData></WavelengthDataBlock></WavelengthData></Layer></Optical></WindowElement>\n"
+    )
+}
+
+/// Columns are patches of incidence; the azimuth of one is that of light that passes straight.
+#[test]
+fn klems_patches_are_read() {
+    let table = read(&xml("Transmission Front"), "a.xml", &["all"]).unwrap();
+    for (from, to, expected) in [
+        ([10.0, 77.0], [170.0, 3.0], 0.01),
+        // column 1: the light goes on towards azimuth 0
+        ([60.0, 180.0], [120.0, 0.0], 0.05),
+        ([60.0, 180.0], [120.0, 180.0], 0.08),
+        ([60.0, 180.0], [175.0, 0.0], 0.02),
+        ([60.0, 0.0], [120.0, 0.0], 0.06),
+        // from behind it goes the opposite way
+        ([120.0, 0.0], [60.0, 180.0], 0.05),
+        ([10.0, 0.0], [10.0, 0.0], 0.0),
+    ] {
+        let found = f(&table, from, to);
+        assert!((found - expected).abs() < 1e-6, "{from:?} {to:?}: {found}");
+    }
+    let table = read(&xml("Reflection Front"), "a.XML", &["red"]).unwrap();
+    // a mirror stays in its patch, on both faces
+    assert!((f(&table, [60.0, 180.0], [60.0, 0.0]) - 0.05).abs() < 1e-6);
+    assert!((f(&table, [120.0, 180.0], [120.0, 0.0]) - 0.05).abs() < 1e-6);
+}
+
+#[test]
+fn errors_say_where_and_what() {
+    let good = "theta_i,phi_i,theta_o,phi_o,red\n0,0,0,0,0.1\n";
+    for (text, start) in [
+        ("", "a.csv: is empty; a table begins with `theta_i"),
+        ("theta_i,phi_i,theta_o,red\n", "a.csv:1: no column `phi_o`; a table begins"),
+        (&good.replace("red", "rde"), "a.csv:1: no column `red` for that band; did you mean `rde`"),
+        (&good.replace("0.1", "x"), "a.csv:2: `red` is `x`, not a finite number; every row"),
+        (&good.replace("0.1", "-1"), "a.csv:2: `red` is -1, must be at least 0; noise below 0"),
+        (&good.replace("\n0,", "\n200,"), "a.csv:2: theta_i = 200, must be from 0 to 180"),
+        ("theta_i,phi_i,theta_o,phi_o,red\n", "a.csv: has no values; below the header"),
+        (&good.replace("\n0,0", "\n100,0"), "a.csv: no light on the front: every theta_i is"),
+        (&format!("{good}0,0,0,0,0.2\n"), "a.csv:3: a second row for 0, 0, 0, 0; delete one"),
+        (
+            &format!("{good}0,0,10,90,0.2\n"),
+            "a.csv: 2 rows for 1 theta_i, 1 phi_i, 2 theta_o and 2 phi_o: none for 0, 0, 0, 90; a table has",
+        ),
+        (
+            &format!("{good}0,0,0,60,0.2\n0,0,0,120,0.2\n0,0,0,190,0.2\n"),
+            "a.csv: phi_o goes from 0 to 190 degrees only; give the whole circle",
+        ),
+        (
+            &format!("{good}0,0,0.0001,0,0.2\n"),
+            "a.csv: two angles are less than 0.0006 degrees apart; round them",
+        ),
+    ] {
+        let error = read(text, "a.csv", &["red"]).unwrap_err().to_string();
+        assert!(error.starts_with(start), "{error}\n{start}");
+    }
+    let good = xml("Transmission Front");
+    for (text, start) in [
+        ("theta_i,phi_i\n".into(), "a.xml: no matrix"),
+        (good.replace("</Layer>", ""), "a.xml: is no XML file: "),
+        (good.replace("Columns", "TensorTree4"), "a.xml: its data are in `TensorTree4`, not in"),
+        (
+            good.replace("0.09", ""),
+            "a.xml: Transmission Front: 8 values for 3 x 3 patches; the file",
+        ),
+        (good.replace("0.09", "-1"), "a.xml: Transmission Front: `-1` is no finite number of at"),
+        (good.replace("Front", "Back"), "a.xml: no matrix of light on the front; it needs"),
+        (
+            good.replace("<RowAngleBasis>mine", "<RowAngleBasis>ours"),
+            "a.xml: Transmission Front: no angle basis `ours & yours`",
+        ),
+        (
+            good.replace(">90<", ">80<"),
+            "a.xml: Transmission Front: the angle basis `mine & yours` does not end",
+        ),
+        (
+            good.replace("<nPhis>2", "<nPhis>0"),
+            "a.xml: Transmission Front: the angle basis `mine & yours` is no",
+        ),
+        ("<a>".repeat(100), "a.xml: is no XML file: more than 64 elements"),
+    ] {
+        let error = read(&text, "a.xml", &["red"]).unwrap_err().to_string();
+        assert!(error.starts_with(start), "{error}\n{start}");
+    }
+}
+
+const TABLES: &[&str] = &[
+    "theta_i,phi_i,theta_o,phi_o,red,blue\n0,0,0,0,0.1,0.2\n0,0,60,0,0.1,0.1\n60,0,0,0,0.1,0.2\n60,0,60,0,0.3,0.2\n",
+    "theta_i,phi_i,theta_o,phi_o,red,blue\n10,0,20,0,0.1,0.2\n10,0,20,180,0.1,0.1\n10,0,120,0,0.1,0\n10,0,120,180,0.3,0\n",
+    "theta_i,phi_i,theta_o,phi_o,blue,red\n5,0,5,360,.1,0\n5,120,5,360,.1,0\n5,240,5,360,.1,0\n",
+];
+const MATRICES: &[&str] = &[
+    "<?xml version=\"1.0\"?>\n<WindowElement>\n<IncidentDataStructure>Columns</IncidentDataStructure>\n<AngleBasis>\n\
+     <AngleBasisName>two</AngleBasisName>\n<AngleBasisBlock>\n<nPhis>1</nPhis>\n<UpperTheta>30</UpperTheta>\n\
+     </AngleBasisBlock>\n<AngleBasisBlock>\n<nPhis>1</nPhis>\n<UpperTheta>90</UpperTheta>\n</AngleBasisBlock>\n</AngleBasis>\n\
+     <WavelengthData>\n<Wavelength unit=\"Integral\">Visible</Wavelength>\n<WavelengthDataBlock>\n\
+     <WavelengthDataDirection>Transmission Front</WavelengthDataDirection>\n<ColumnAngleBasis>two</ColumnAngleBasis>\n\
+     <RowAngleBasis>two</RowAngleBasis>\n<ScatteringData>\n0.1, 0.2,\n0.3, 0.1\n</ScatteringData>\n</WavelengthDataBlock>\n\
+     </WavelengthData>\n</WindowElement>\n",
+];
+const WORDS: &[&str] = &[
+    "theta_i",
+    "phi_o",
+    "red",
+    "360",
+    "180",
+    "90",
+    "90.0001",
+    "<a>",
+    "</a>",
+    "<!--",
+    "-->",
+    "&amp;",
+    "&x;",
+    "<![CDATA[",
+    "]]>",
+    "<nPhis>",
+    "</nPhis>",
+    "Reflection Front",
+    "Transmission Back",
+    "LBNL/Klems Full",
+    "<AngleBasis/>",
+];
+
+fn check(bytes: &[u8], name: &str) {
+    let path = Path::new(name);
+    match parse(bytes, path, Wanted { bands: &["red", "blue"], named: true }) {
+        Err(error) => check_error(&error, path),
+        Ok(mut table) => {
+            let error = table.faces.reciprocity().error;
+            assert!(error.is_finite(), "{error}");
+            table.faces.make_reciprocal();
+            let material = material(&table.faces);
+            if let Err(problem) = material.check(&["red", "blue"]) {
+                check_error(&problem.at(path.display()), path);
+            }
+            let at = Interaction::new(Vec3::new(0.6, 0.0, -0.8), Vec3::Z);
+            let f = material.evaluate::<[f32; 4]>(&at, Vec3::new(0.0, 0.6, 0.8));
+            assert!(f.0.iter().all(|f| f.is_finite() && *f >= 0.0), "{f:?}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_spoiled_table_panics(bytes in spoiled(TABLES, WORDS)) {
+        check(&bytes, "a.csv");
+    }
+
+    #[test]
+    fn no_spoiled_matrix_panics(bytes in spoiled(MATRICES, WORDS)) {
+        check(&bytes, "a.xml");
+    }
+}

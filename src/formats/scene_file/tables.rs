@@ -1,0 +1,137 @@
+//! Materials that were measured.
+
+use super::{format::*, loader::Loader, notes::TableNote, numbers::single};
+use crate::{
+    error::Result,
+    formats::{
+        json,
+        scatter_table::{self, ScatterTable, Wanted},
+    },
+    scene::material::{Bsdf, Cover, CoverRow, Material, Table},
+};
+
+/// The most angles of a cover.
+const MAX_ANGLES: usize = 1000;
+
+/// Mean difference of f(i, o) and f(o, i), relative to their mean, that is warned of.
+const NOT_RECIPROCAL: f64 = 0.05;
+
+impl Loader<'_> {
+    /// A measured material.
+    pub(super) fn table_material(&mut self, pointer: &str, file: &TableFile) -> Result<Material> {
+        let Some(name) = &file.file else {
+            if file.reciprocal.is_some() {
+                return Err(self
+                    .error(format!("{pointer}/reciprocal"), "goes with `file` only")
+                    .remedy("leave it out"));
+            }
+            return self.cover(pointer, file);
+        };
+        for (key, given) in [
+            ("angles_deg", file.angles_deg.is_some()),
+            ("direct", file.direct.is_some()),
+            ("diffuse", file.diffuse.is_some()),
+            ("reflectance", file.reflectance.is_some()),
+        ] {
+            if given {
+                return Err(self
+                    .error(format!("{pointer}/{key}"), "does not go with `file`")
+                    .remedy("give the file, or the values by angle"));
+            }
+        }
+        let path = self.sibling(name);
+        let bytes = self.bytes(&format!("{pointer}/file"), &path)?;
+        let names = self.band_names();
+        let wanted = Wanted { bands: &names, named: self.bands_named };
+        let ScatterTable { mut faces, warnings } = scatter_table::parse(&bytes, &path, wanted)?;
+        let found = faces.reciprocity();
+        let reciprocal = file.reciprocal == Some(true);
+        if reciprocal {
+            faces.make_reciprocal();
+        }
+        let material = Material::Table(Box::new(Table::Bsdf(Bsdf::new(&faces))));
+        material.check(&names).map_err(|problem| problem.at(path.display()))?;
+        for warning in warnings {
+            self.warn(path.display(), warning);
+        }
+        if found.error > NOT_RECIPROCAL && !reciprocal {
+            let problem = format!(
+                "f(i, o) and f(o, i) differ by {:.1} % of their mean; surfaces do not, so it is an error of measurement or \
+                of the angles: `\"reciprocal\": true` takes the mean of both",
+                100.0 * found.error
+            );
+            self.warn(path.display(), problem);
+        }
+        self.tables.push(TableNote { pointer: pointer.into(), reciprocity: found.error });
+        Ok(material)
+    }
+
+    /// A cover, by the angle of incidence.
+    fn cover(&mut self, pointer: &str, file: &TableFile) -> Result<Material> {
+        let Some(angles) = &file.angles_deg else {
+            return Err(self.error(pointer, "a table with neither `file` nor `angles_deg`").remedy(
+                "name a file, or give the angles of incidence with `direct`, `diffuse` or both at each",
+            ));
+        };
+        if file.direct.is_none() && file.diffuse.is_none() {
+            return Err(self
+                .error(pointer, "neither `direct` nor `diffuse`")
+                .remedy("give the transmittance at each angle, straight on or scattered"));
+        }
+        if angles.is_empty() || angles.len() > MAX_ANGLES {
+            let problem = format!("{} angles, must be 1 to {MAX_ANGLES}", angles.len());
+            return Err(self
+                .error(format!("{pointer}/angles_deg"), problem)
+                .remedy("0, 20, 40, 60 and 80 degrees do for most covers"));
+        }
+        for (i, pair) in angles.windows(2).enumerate() {
+            if pair[1] <= pair[0] {
+                let place = format!("{pointer}/angles_deg/{}", i + 1);
+                let problem = format!("{} after {}: angles rise", pair[1], pair[0]);
+                return Err(self.error(place, problem).remedy("sort the entries by angle"));
+            }
+        }
+        for (i, angle) in angles.iter().enumerate() {
+            self.in_range(&format!("{pointer}/angles_deg/{i}"), *angle, 0.0, 90.0)?;
+        }
+        let [direct, diffuse, reflectance] = [
+            ("direct", &file.direct),
+            ("diffuse", &file.diffuse),
+            ("reflectance", &file.reflectance),
+        ]
+        .map(|(key, values)| self.by_angle(pointer, key, values.as_deref(), angles.len()));
+        let rows = angles.iter().zip(direct?).zip(diffuse?).zip(reflectance?);
+        let rows = rows.map(|(((&angle_deg, direct), diffuse), reflectance)| CoverRow {
+            angle_deg,
+            direct,
+            diffuse,
+            reflectance,
+        });
+        let cover = Table::Cover(Cover::new(rows.collect()));
+        let material = Material::Table(Box::new(cover));
+        let place = json::place(&self.path.display().to_string(), pointer);
+        material.check(&self.band_names()).map_err(|problem| problem.at(place))?;
+        Ok(material)
+    }
+
+    /// One fraction per band at each of so many angles; 0 where none is given.
+    fn by_angle(
+        &self,
+        pointer: &str,
+        key: &str,
+        values: Option<&[PerBand]>,
+        angles: usize,
+    ) -> Result<Vec<Vec<f32>>> {
+        let Some(values) = values else { return Ok(vec![vec![0.0; self.bands]; angles]) };
+        if values.len() != angles {
+            let problem = format!("{} entries for {angles} angles", values.len());
+            return Err(self
+                .error(format!("{pointer}/{key}"), problem)
+                .remedy("give one entry per angle, a number or one number per band"));
+        }
+        let entry = |(i, value): (usize, &PerBand)| {
+            Ok(single(&self.per_band(&format!("{pointer}/{key}/{i}"), value, 1.0)?))
+        };
+        values.iter().enumerate().map(entry).collect()
+    }
+}

@@ -1,0 +1,399 @@
+//! The scattering function of a thin sheet, measured for pairs of directions.
+
+use glam::Vec3;
+
+use super::{
+    basis::Polar,
+    part::{PairValues, Part, View},
+};
+use crate::{
+    error::{Problem, check_length},
+    math::{
+        geometry::Frame,
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::material::{BsdfSample, Checked, Interaction, Transport, choose, complement},
+};
+
+/// What a table's reflectance and transmittance may sum to beyond 1, by its rounding and its steps; it is then scaled down
+/// to 1.
+const TOLERATED: f64 = 1e-3;
+
+/// A sheet whose scattering function is given for directions of incidence and exit. The light that comes to each face is
+/// reflected and transmitted by tables of their own; where there are none for the back it reflects like the front, and
+/// transmits what goes the opposite way from the front. Directions are chosen by the largest band of the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bsdf {
+    front: Face,
+    back: Option<Face>,
+    bands: usize,
+    /// What is wrong with its values, if something is.
+    wrong: Option<Problem>,
+    /// The axis of azimuth 0 of each triangle that it covers, by index; empty where azimuths count by their difference.
+    tangents: Vec<(u32, Vec3)>,
+    isotropic: bool,
+}
+
+/// Where the light that comes to a face goes.
+#[derive(Clone, Debug, PartialEq)]
+struct Face {
+    reflected: Part,
+    transmitted: Part,
+}
+
+/// What is measured of the light that comes to a face: directions are counted from the normal of the side that they are on,
+/// azimuths about the front's normal, and all point away from the sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaceValues {
+    /// Back to where it comes from.
+    pub reflected: PairValues,
+    /// To the other side; of the same rows.
+    pub transmitted: PairValues,
+}
+
+/// What a [`Bsdf`] is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BsdfFaces {
+    /// For light that comes to the front.
+    pub front: FaceValues,
+    /// For light that comes to the back, if it is known.
+    pub back: Option<FaceValues>,
+    /// Number of bands.
+    pub bands: usize,
+}
+
+/// How far a table is from f(i, o) = f(o, i).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reciprocity {
+    /// Mean of |f(i, o) - f(o, i)| over the mean of f, of the band where it is largest.
+    pub error: f64,
+}
+
+impl BsdfFaces {
+    /// Takes the mean of f(i, o) and f(o, i) everywhere.
+    pub fn make_reciprocal(&mut self) {
+        let bands = self.bands;
+        let parts = |values: &FaceValues| {
+            [&values.reflected, &values.transmitted].map(|values| Part::new(values, bands))
+        };
+        let front = parts(&self.front);
+        let back = self.back.as_ref().map(parts);
+        average(&mut self.front.reflected, &front[0], bands);
+        if let (Some(values), Some(back)) = (&mut self.back, &back) {
+            average(&mut values.reflected, &back[0], bands);
+            // what is transmitted one way has to be what is transmitted the other
+            average(&mut self.front.transmitted, &back[1], bands);
+            average(&mut values.transmitted, &front[1], bands);
+        }
+    }
+
+    /// How far from it they are.
+    pub fn reciprocity(&self) -> Reciprocity {
+        let part = |values: &PairValues| Part::new(values, self.bands);
+        let mut errors =
+            vec![difference(&self.front.reflected, &part(&self.front.reflected), self.bands)];
+        if let Some(back) = &self.back {
+            errors.push(difference(&back.reflected, &part(&back.reflected), self.bands));
+            errors.push(difference(&self.front.transmitted, &part(&back.transmitted), self.bands));
+        }
+        Reciprocity { error: errors.into_iter().fold(0.0, f64::max) }
+    }
+}
+
+/// Visits every pair: its index, its directions, and the product of their measures.
+fn each_pair(values: &PairValues, mut visit: impl FnMut(usize, Polar, Polar, f64)) {
+    let turns = values.turns.as_deref().unwrap_or(&[0.0]);
+    let mut pair = 0;
+    for row in 0..values.rows.len() {
+        let (from, of_row) = (values.rows.middle(row), values.rows.measure(row));
+        for column in 0..values.columns.len() {
+            let (to, of_column) = (values.columns.middle(column), values.columns.measure(column));
+            for turn in turns {
+                let to =
+                    if values.turns.is_some() { Polar { phi: from.phi + turn, ..to } } else { to };
+                visit(pair, from, to, of_row * of_column / turns.len() as f64);
+                pair += 1;
+            }
+        }
+    }
+}
+
+/// Means of the values with those that `opposite` has for light that goes the other way.
+fn average(values: &mut PairValues, opposite: &Part, bands: usize) {
+    let mut means = values.values.clone();
+    each_pair(values, |pair, from, to, _| {
+        for band in 0..bands {
+            let back = opposite.value(to, from, band) as f32;
+            let mean = &mut means[pair * bands + band];
+            *mean = 0.5 * (*mean + back);
+        }
+    });
+    values.values = means;
+}
+
+/// Mean difference from what `opposite` has for light that goes the other way, over the mean, of the worst band.
+fn difference(values: &PairValues, opposite: &Part, bands: usize) -> f64 {
+    let mut sums = vec![[0.0; 2]; bands];
+    each_pair(values, |pair, from, to, measure| {
+        for (band, [differences, whole]) in sums.iter_mut().enumerate() {
+            let here = f64::from(values.values[pair * bands + band]);
+            let back = opposite.value(to, from, band);
+            *differences += measure * (here - back).abs();
+            *whole += measure * 0.5 * (here + back);
+        }
+    });
+    let lit = sums.into_iter().filter(|[_, whole]| *whole > 0.0);
+    lit.map(|[differences, whole]| differences / whole).fold(0.0, f64::max)
+}
+
+impl Bsdf {
+    /// From values that are at least 0, as many as there are pairs and bands.
+    pub fn new(faces: &BsdfFaces) -> Self {
+        let isotropic = faces.front.reflected.turns.is_some();
+        let mut scale = 1.0;
+        loop {
+            let bsdf = Self::scaled(faces, scale, isotropic);
+            let most = bsdf.most();
+            // the second time it is 1
+            if scale < 1.0 || most <= 1.0 || most > 1.0 + TOLERATED || bsdf.wrong.is_some() {
+                return bsdf;
+            }
+            scale = 1.0 / most;
+        }
+    }
+
+    fn scaled(faces: &BsdfFaces, scale: f64, isotropic: bool) -> Self {
+        let BsdfFaces { bands, .. } = *faces;
+        let mut wrong = None;
+        let mut part = |values: &PairValues| {
+            let mut values = values.clone();
+            if values.values.len() != values.pairs() * bands || bands == 0 {
+                let problem =
+                    format!("{} values for {} pairs", values.values.len(), values.pairs());
+                wrong =
+                    Some(Problem::new(problem, "give one per band for each pair of directions"));
+                values.values = vec![0.0; values.pairs() * bands];
+            }
+            if values.values.iter().any(|&f| !(f >= 0.0 && f.is_finite())) {
+                let problem = "a value that is below 0 or not finite";
+                wrong = Some(Problem::new(problem, "noise below 0 counts as 0"));
+            }
+            values.values.iter_mut().for_each(|f| *f = (f64::from(*f) * scale) as f32);
+            Part::new(&values, bands)
+        };
+        let mut face = |values: &FaceValues| Face {
+            reflected: part(&values.reflected),
+            transmitted: part(&values.transmitted),
+        };
+        let front = face(&faces.front);
+        let back = faces.back.as_ref().map(&mut face);
+        Self { front, back, bands, wrong, tangents: Vec::new(), isotropic }
+    }
+
+    /// Whether it has to know where azimuth 0 is.
+    pub(super) fn needs_tangents(&self) -> bool {
+        !self.isotropic
+    }
+
+    /// Says where azimuth 0 is on each triangle, in rising order of their indices.
+    pub(super) fn set_tangents(&mut self, tangents: Vec<(u32, Vec3)>) {
+        self.tangents = tangents;
+    }
+
+    /// The largest share of light from any direction that goes on.
+    fn most(&self) -> f64 {
+        self.sums().map(|sum| sum.share).fold(0.0, f64::max)
+    }
+
+    /// What of the light goes on, for each direction that it can come from, and each band.
+    fn sums(&self) -> impl Iterator<Item = Sum> {
+        let of_face = |face: &Face, front: bool| {
+            let sum = |row: usize, band: usize| Sum {
+                share: face.reflected.row_albedo(row, band)
+                    + face.transmitted.row_albedo(row, band),
+                from: face.reflected.rows().middle(row),
+                front,
+                band,
+            };
+            let rows = 0..face.reflected.rows().len();
+            rows.flat_map(|row| (0..self.bands).map(move |band| (row, band)))
+                .map(|(row, band)| sum(row, band))
+                .collect::<Vec<_>>()
+        };
+        let mut sums = of_face(&self.front, true);
+        match &self.back {
+            Some(back) => sums.extend(of_face(back, false)),
+            None => {
+                let Face { reflected, transmitted } = &self.front;
+                let columns = transmitted.columns();
+                for column in 0..columns.len() {
+                    let from = columns.middle(column);
+                    for band in 0..self.bands {
+                        let rows = reflected.rows().weights(from);
+                        let rows = rows.list().iter();
+                        let back: f64 = rows
+                            .map(|&(row, weight)| {
+                                f64::from(weight) * reflected.row_albedo(row, band)
+                            })
+                            .sum();
+                        let share = back + transmitted.column_albedo(column, band);
+                        sums.push(Sum { share, from, front: false, band });
+                    }
+                }
+            }
+        }
+        sums.into_iter()
+    }
+
+    pub(super) fn check(&self, names: &[&str]) -> Checked {
+        check_length(self.bands, names.len())?;
+        if let Some(problem) = &self.wrong {
+            return Err(problem.clone());
+        }
+        match self.sums().find(|sum| sum.share > 1.0 + TOLERATED) {
+            Some(sum) => Err(sum.problem(names)),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn pad(&mut self, lanes: usize) {
+        let faces = [&mut self.front].into_iter().chain(&mut self.back);
+        for part in faces.flat_map(|face| [&mut face.reflected, &mut face.transmitted]) {
+            part.pad(lanes);
+        }
+    }
+
+    /// Whether some light crosses it.
+    pub(super) fn transmits(&self) -> bool {
+        let faces = [&self.front].into_iter().chain(&self.back);
+        faces.into_iter().any(|face| !face.transmitted.is_black())
+    }
+
+    /// The ways of light that comes to the front or back: back from it, and through.
+    fn ways_of_light(&self, front: bool) -> [View<'_>; 2] {
+        let (face, seen_backward) = match (&self.back, front) {
+            (Some(back), false) => (back, false),
+            (None, false) => (&self.front, true),
+            (_, true) => (&self.front, false),
+        };
+        [
+            View { part: &face.reflected, backward: false },
+            View { part: &face.transmitted, backward: seen_backward },
+        ]
+    }
+
+    /// The ways of a path at the front or back. For one that is followed backward the light comes from where it goes on to:
+    /// back from this face, or through the sheet from the other.
+    fn ways(&self, front: bool, transport: Transport) -> [View<'_>; 2] {
+        if transport == Transport::Light {
+            return self.ways_of_light(front);
+        }
+        let [reflected, _] = self.ways_of_light(front);
+        let [_, transmitted] = self.ways_of_light(!front);
+        [reflected, transmitted].map(|View { part, backward }| View { part, backward: !backward })
+    }
+
+    /// Axes across and along the front's normal; azimuths count from the first to the second.
+    fn frame(&self, at: &Interaction) -> Frame {
+        let normal = if at.front { at.normal } else { -at.normal };
+        let found = self.tangents.binary_search_by_key(&at.triangle, |(triangle, _)| *triangle);
+        let tangent = found.ok().and_then(|i| {
+            let given = self.tangents[i].1;
+            (given - given.dot(normal) * normal).try_normalize()
+        });
+        match tangent {
+            Some(tangent) => Frame { tangent, bitangent: normal.cross(tangent), normal },
+            None => Frame::new(normal),
+        }
+    }
+
+    /// Where a path comes from.
+    fn near(frame: &Frame, at: &Interaction) -> Polar {
+        Polar { cos: at.cos, ..polar(frame, -at.direction) }
+    }
+
+    pub(super) fn sample<L: Lanes>(
+        &self,
+        at: &Interaction,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<BsdfSample<L>> {
+        let frame = self.frame(at);
+        let near = Self::near(&frame, at);
+        let ways = self.ways(at.front, transport);
+        let choice = choose(ways.map(|way| way.total(near)), rng)?;
+        let way = ways[choice.lobe];
+        let far = way.sample(near, rng)?;
+        let largest = way.largest(near, far);
+        if largest <= 0.0 {
+            return None;
+        }
+        let crosses = choice.lobe == 1;
+        let side = if crosses { -at.normal } else { at.normal };
+        let sin = (1.0 - far.cos * far.cos).max(0.0).sqrt();
+        let across = far.phi.cos() * frame.tangent + far.phi.sin() * frame.bitangent;
+        let direction = (far.cos * side + sin * across).normalize();
+        let weight = way.value::<L>(near, far).scaled(choice.weight / largest);
+        Some(BsdfSample::new(direction, weight, crosses))
+    }
+
+    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
+        let frame = self.frame(at);
+        let [reflected, transmitted] = self.ways_of_light(at.front);
+        let way = if outgoing.dot(at.normal) > 0.0 { reflected } else { transmitted };
+        way.value(Self::near(&frame, at), polar(&frame, outgoing))
+    }
+
+    pub(super) fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+        let frame = self.frame(at);
+        let near = Self::near(&frame, at);
+        let ways = self.ways(at.front, transport);
+        let total: f32 = ways.iter().map(|way| way.total(near)).sum();
+        let cos = outgoing.dot(at.normal);
+        let way = if cos > 0.0 { ways[0] } else { ways[1] };
+        let largest = way.largest(near, polar(&frame, outgoing));
+        largest * cos.abs() / total.max(f32::MIN_POSITIVE)
+    }
+
+    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+        let near = Self::near(&self.frame(at), at);
+        let [reflected, transmitted] = self.ways_of_light(at.front).map(|way| way.albedo(near));
+        complement(reflected + transmitted)
+    }
+
+    /// Zero in every band.
+    pub(super) fn nothing<L: Lanes>(&self) -> Spectrum<L> {
+        Spectrum::splat(self.front.reflected.lanes(), 0.0)
+    }
+}
+
+/// A direction as seen from the sheet.
+fn polar(frame: &Frame, direction: Vec3) -> Polar {
+    let [x, y, z] = [frame.tangent, frame.bitangent, frame.normal].map(|axis| direction.dot(axis));
+    Polar { cos: z.abs().min(1.0), phi: y.atan2(x) }
+}
+
+/// What of the light from a direction goes on.
+struct Sum {
+    share: f64,
+    from: Polar,
+    front: bool,
+    band: usize,
+}
+
+impl Sum {
+    fn problem(&self, names: &[&str]) -> Problem {
+        let Self { share, from, front, band } = self;
+        let face = if *front { "front" } else { "back" };
+        let degrees = f64::from(from.cos.acos()).to_degrees();
+        let of_band = match names {
+            [_] => String::new(),
+            _ => format!(" in band `{}`", names[*band]),
+        };
+        let problem = format!(
+            "of the light that comes to the {face} at {degrees:.1} degrees {share:.4} goes on{of_band}, must be at most 1"
+        );
+        Problem::new(problem, "the values are f in 1/sr, without the cosine; check their unit")
+    }
+}

@@ -1,0 +1,263 @@
+//! The cover of a greenhouse, a screen or a film, of which a maker tells the transmittance at some angles.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::{
+    error::{Problem, check_length, check_range},
+    math::{
+        rng::Stream,
+        sampling::cosine_hemisphere_density,
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::material::{
+        BsdfSample, Checked, Interaction, Pane, ROUNDING, Transport, check_sum, choose, complement,
+        diffuse,
+    },
+};
+
+/// Index of refraction of the pane that a table is continued by.
+const PANE_IOR: f32 = 1.52;
+
+/// A thin sheet, alike on both faces. Of the light that comes at an angle, a part goes straight on, a part is
+/// transmitted Lambertian (f = diffuse / pi) and a part is mirrored; between the angles of the table these are linear in
+/// the angle. Beyond the last angle what is transmitted falls as through a thin pane of n = 1.52, to 0 at 90 degrees.
+///
+/// It is not reciprocal where `diffuse` differs between angles: what is transmitted belongs to the angle at which the
+/// light comes, and paths follow it that way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cover {
+    rows: Vec<Row>,
+    /// Of each part the largest value; for the diffuse one the largest band's mean under diffuse light.
+    largest: Parts<f32>,
+}
+
+/// What becomes of the light at one angle of incidence; each part has one fraction per band, in [0, 1], their sum at most
+/// 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoverRow {
+    /// Angle of incidence, degrees, from 0 to 90.
+    pub angle_deg: f64,
+    /// Goes straight on.
+    pub direct: Vec<f32>,
+    /// Is transmitted into all directions.
+    pub diffuse: Vec<f32>,
+    /// Is mirrored.
+    pub reflectance: Vec<f32>,
+}
+
+/// A value for each part of the light.
+type Parts<T> = [T; 3];
+const MIRRORED: usize = 0;
+const STRAIGHT: usize = 1;
+const DIFFUSE: usize = 2;
+
+#[derive(Clone, Debug, PartialEq)]
+struct Row {
+    /// rad
+    angle: f32,
+    parts: Parts<Vec<f32>>,
+}
+
+/// Where an angle lies among the rows.
+struct Place<'a> {
+    before: &'a Row,
+    after: &'a Row,
+    /// Weight of the row after.
+    along: f32,
+    /// What transmitted light is multiplied with.
+    beyond: f32,
+}
+
+impl Cover {
+    /// From its rows, at least one, in the order of rising angles.
+    pub fn new(rows: Vec<CoverRow>) -> Self {
+        let row = |row: CoverRow| Row {
+            angle: row.angle_deg.to_radians() as f32,
+            parts: [row.reflectance, row.direct, row.diffuse],
+        };
+        let mut cover = Self { rows: rows.into_iter().map(row).collect(), largest: [0.0; 3] };
+        if cover.rows.is_empty() {
+            return cover;
+        }
+        cover.largest = [MIRRORED, STRAIGHT, DIFFUSE].map(|part| {
+            cover.rows.iter().flat_map(|row| &row.parts[part]).copied().fold(0.0, f32::max)
+        });
+        if cover.largest[DIFFUSE] > 0.0 {
+            cover.largest[DIFFUSE] = cover.mean_diffuse();
+        }
+        cover
+    }
+
+    /// The largest band's diffuse part, averaged over diffuse light; it sets chances only.
+    fn mean_diffuse(&self) -> f32 {
+        const STEPS: usize = 200;
+        let at = |i: usize| {
+            let squared_cos = (i as f32 + 0.5) / STEPS as f32;
+            Self::largest_at(&self.place(squared_cos.sqrt()), DIFFUSE)
+        };
+        let mean = (0..STEPS).map(at).sum::<f32>() / STEPS as f32;
+        // of what shows at single angles only
+        mean.max(0.01 * self.largest[DIFFUSE])
+    }
+
+    pub(super) fn check(&self, names: &[&str]) -> Checked {
+        if self.rows.is_empty() {
+            return Err(Problem::new("a table without angles", "give at least one"));
+        }
+        let mut last = None;
+        for row in &self.rows {
+            let degrees = f64::from(row.angle).to_degrees();
+            check_range(degrees, 0.0, 90.0 + 1e-5).map_err(|problem| problem.of("angles_deg"))?;
+            if last.is_some_and(|last| degrees <= last) {
+                let problem = "angles_deg: an angle comes after one that is not smaller";
+                return Err(Problem::new(problem, "sort the rows by angle, each angle once"));
+            }
+            last = Some(degrees);
+            for (part, key) in row.parts.iter().zip(["reflectance", "direct", "diffuse"]) {
+                check_length(part.len(), names.len()).map_err(|problem| problem.of(key))?;
+                for &value in part {
+                    check_range(value.into(), 0.0, 1.0 + ROUNDING)
+                        .map_err(|problem| problem.of(key))?;
+                }
+            }
+            for band in 0..names.len() {
+                let sum = row.parts.iter().map(|part| f64::from(part[band])).sum();
+                // as it was written, before rounding
+                let written = (1e4 * degrees).round() / 1e4;
+                let fractions = format!("direct + diffuse + reflectance at {written} degrees");
+                check_sum(&fractions, sum, band, names)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn pad(&mut self, lanes: usize) {
+        let parts = self.rows.iter_mut().flat_map(|row| &mut row.parts);
+        parts.for_each(|part| part.resize(lanes, 0.0));
+    }
+
+    fn place(&self, cos: f32) -> Place<'_> {
+        let angle = cos.acos();
+        let next = self.rows.partition_point(|row| row.angle < angle);
+        let before = &self.rows[next.saturating_sub(1)];
+        match self.rows.get(next) {
+            Some(after) if next > 0 => {
+                let along = (angle - before.angle) / (after.angle - before.angle);
+                Place { before, after, along, beyond: 1.0 }
+            }
+            Some(first) => Place { before: first, after: first, along: 0.0, beyond: 1.0 },
+            None => {
+                let [here, there] =
+                    [cos, before.angle.cos()].map(|cos| Pane::lossless(cos.max(1e-7), PANE_IOR));
+                let beyond = (here / there).min(1.0);
+                Place { before, after: before, along: 0.0, beyond }
+            }
+        }
+    }
+
+    /// A part of the light that comes at a place.
+    fn part<L: Lanes>(place: &Place, part: usize) -> Spectrum<L> {
+        let [before, after] = [place.before, place.after].map(|row| &row.parts[part]);
+        let scale = if part == MIRRORED { 1.0 } else { place.beyond };
+        Spectrum::from_fn(before.len(), |b| {
+            scale * (before[b] + place.along * (after[b] - before[b]))
+        })
+    }
+
+    fn parts<L: Lanes>(&self, at: &Interaction) -> Parts<Spectrum<L>> {
+        let place = self.place(at.cos);
+        [MIRRORED, STRAIGHT, DIFFUSE].map(|part| Self::part(&place, part))
+    }
+
+    /// The largest band of a part.
+    fn largest_at(place: &Place, part: usize) -> f32 {
+        let pairs = place.before.parts[part].iter().zip(&place.after.parts[part]);
+        let scale = if part == MIRRORED { 1.0 } else { place.beyond };
+        pairs.map(|(a, b)| scale * (a + place.along * (b - a))).fold(0.0, f32::max)
+    }
+
+    /// Chances of the parts, but for a common factor, of a path at a place. Light that a path follows backward came at the
+    /// angle at which the path goes on: then the chance of the diffuse part is that of its mean.
+    fn chances(&self, place: &Place, transport: Transport) -> Parts<f32> {
+        [MIRRORED, STRAIGHT, DIFFUSE].map(|part| match (part, transport) {
+            (DIFFUSE, Transport::Importance) => self.largest[DIFFUSE],
+            _ => Self::largest_at(place, part),
+        })
+    }
+
+    pub(super) fn sample<L: Lanes>(
+        &self,
+        at: &Interaction,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<BsdfSample<L>> {
+        let place = self.place(at.cos);
+        let chances = self.chances(&place, transport);
+        let choice = choose(chances, rng)?;
+        let scale = choice.weight / chances[choice.lobe];
+        let scaled = |part: Spectrum<L>| part.scaled(scale);
+        Some(match choice.lobe {
+            MIRRORED => {
+                BsdfSample::specular(at.mirrored(), scaled(Self::part(&place, MIRRORED)), false)
+            }
+            STRAIGHT => BsdfSample::straight(at, scaled(Self::part(&place, STRAIGHT))),
+            _ => {
+                let direction = diffuse(-at.normal, rng);
+                let scattered = match transport {
+                    Transport::Light => Self::part(&place, DIFFUSE),
+                    Transport::Importance => {
+                        let cos = direction.dot(at.normal).abs().clamp(1e-7, 1.0);
+                        Self::part(&self.place(cos), DIFFUSE)
+                    }
+                };
+                BsdfSample::new(direction, scaled(scattered), true)
+            }
+        })
+    }
+
+    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
+        let scattered = Self::part::<L>(&self.place(at.cos), DIFFUSE);
+        if outgoing.dot(at.normal) > 0.0 { scattered.zero() } else { scattered.scaled(1.0 / PI) }
+    }
+
+    pub(super) fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+        let cos = -outgoing.dot(at.normal);
+        if cos <= 0.0 || !self.is_diffuse() {
+            return 0.0;
+        }
+        let chances = self.chances(&self.place(at.cos), transport);
+        let total: f32 = chances.iter().sum();
+        chances[DIFFUSE] / total.max(f32::MIN_POSITIVE) * cosine_hemisphere_density(cos)
+    }
+
+    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+        let [mirrored, straight, diffuse] = self.parts::<L>(at);
+        complement(mirrored + straight + diffuse)
+    }
+
+    pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
+        let [mirrored, straight, _] = self.parts::<L>(at);
+        [
+            (!mirrored.is_zero()).then(|| BsdfSample::specular(at.mirrored(), mirrored, false)),
+            (!straight.is_zero()).then(|| BsdfSample::straight(at, straight)),
+        ]
+    }
+
+    pub(super) fn straight<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+        Self::part(&self.place(at.cos), STRAIGHT)
+    }
+
+    pub(super) fn passes_straight(&self) -> bool {
+        self.largest[STRAIGHT] > 0.0
+    }
+
+    pub(super) fn has_mirror(&self) -> bool {
+        self.largest[MIRRORED] > 0.0
+    }
+
+    pub(super) fn is_diffuse(&self) -> bool {
+        self.largest[DIFFUSE] > 0.0
+    }
+}
