@@ -16,7 +16,7 @@ fn read(text: &str, name: &str, bands: &[&str]) -> Result<ScatterTable> {
 }
 
 fn material(faces: &BsdfFaces) -> Material {
-    Material::Table(Box::new(Table::Bsdf(Bsdf::new(faces))))
+    Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(faces)))))
 }
 
 /// Away from the surface: angle to the front's normal z, azimuth from x, degrees.

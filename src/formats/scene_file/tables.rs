@@ -49,7 +49,7 @@ impl Loader<'_> {
         if reciprocal {
             faces.make_reciprocal();
         }
-        let material = Material::Table(Box::new(Table::Bsdf(Bsdf::new(&faces))));
+        let material = Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(&faces)))));
         material.check(&names).map_err(|problem| problem.at(path.display()))?;
         for warning in warnings {
             self.warn(path.display(), warning);

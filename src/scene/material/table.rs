@@ -24,7 +24,7 @@ pub enum Table {
     /// What passes straight, what scattered and what is mirrored, by the angle of incidence.
     Cover(Cover),
     /// The scattering function by both directions.
-    Bsdf(Bsdf),
+    Bsdf(Box<Bsdf>),
 }
 
 impl Table {

@@ -135,7 +135,7 @@ fn pairs(
 }
 
 fn bsdf(faces: &BsdfFaces) -> Material {
-    let mut material = Material::Table(Box::new(Table::Bsdf(Bsdf::new(faces))));
+    let mut material = Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(faces)))));
     material.check(&["a", "b", "c", "d"]).unwrap_or_else(|problem| panic!("{problem:?}"));
     let tangent = NORMAL.any_orthonormal_vector();
     material.set_tangents(vec![(0, tangent)]);
@@ -366,7 +366,7 @@ fn tables_conserve_energy() {
     };
     let front = |f| FaceValues { reflected: part(f), transmitted: part(0.4) };
     let check = |faces: &BsdfFaces| {
-        let material = Material::Table(Box::new(Table::Bsdf(Bsdf::new(faces))));
+        let material = Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(faces)))));
         material.check(&["a", "b", "c", "d"])
     };
     let problem = check(&BsdfFaces { front: front(0.7), back: None, bands: BANDS }).unwrap_err();
