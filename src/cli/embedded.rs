@@ -1,7 +1,7 @@
 //! What the commands know, for programs that embed phylux, such as the Python package: options mean there what they
 //! mean on the command line, and texts are the same.
 
-use std::{error::Error as _, sync::atomic::AtomicBool};
+use std::{error::Error as _, path::Path, sync::atomic::AtomicBool};
 
 use clap::{
     Parser,
@@ -12,7 +12,7 @@ use super::{check, mix, render, run, summary::summary};
 use crate::{
     error::{Error, Result},
     formats::scene_file::LoadedScene,
-    results::result::RunResult,
+    results::result::{Factor, RunResult},
     show::{picture::Picture, render::Pixels},
     transport::settings::Settings,
 };
@@ -66,9 +66,16 @@ pub fn summarise(result: &RunResult) -> Words {
 }
 
 /// What the run would have found with these factors on the powers of its lights; `row*` stands for all whose names
-/// begin so. Errors: those of [`RunResult::mix`].
-pub fn mixed(result: &RunResult, factors: Vec<(String, f64)>) -> Result<RunResult> {
-    result.mix(&mix::factors(factors, result)?)
+/// begin so. They come on top of those of a file that `phylux calibrate` has written, if one is given. Errors: those of
+/// [`RunResult::mix_bands`], and a file that cannot be read or is of other bands.
+pub fn mixed(
+    result: &RunResult,
+    factors: Vec<(String, Factor)>,
+    calibration: Option<&Path>,
+) -> Result<RunResult> {
+    let factors = mix::factors(factors, result)?;
+    let calibration = calibration.map(|file| mix::calibrated(file, result)).transpose()?;
+    mix::mixed(result, calibration.as_ref(), &factors)
 }
 
 /// A picture with the options of `phylux render`, such as `["--show=irradiance", "--width=400"]`; `stop` ends it.

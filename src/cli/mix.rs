@@ -1,6 +1,9 @@
 //! `phylux mix`
 
-use std::{fmt::Write, path::PathBuf};
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 
@@ -41,23 +44,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     check_places(&places, &read)?;
     let entries = entries(&arguments.power)?;
     let result = read_json(&arguments.results)?;
+    let entries = entries.into_iter().map(|(name, factor)| (name, Factor::All(factor))).collect();
     let factors = factors(entries, &result)?;
+    let calibration = arguments.calibration.as_deref();
+    let calibration = calibration.map(|file| calibrated(file, &result)).transpose()?;
     let wrong = |e: Error| e.at(arguments.results.display());
-    let calibrated = match &arguments.calibration {
-        None => result,
-        Some(file) => {
-            let calibration = calibration_file::read(file)?;
-            let names = result.bands.iter().filter(|band| band.sum_of.is_none());
-            if !names.map(|band| &band.name).eq(&calibration.bands) {
-                return Err(Error::input(file.display(), "its bands are not those of the results")
-                    .remedy("calibrate with this scene"));
-            }
-            let factors = calibration.factors.into_iter();
-            let factors = factors.map(|(light, factors)| (light, Factor::Bands(factors))).collect();
-            result.mix_bands(&factors).map_err(wrong)?
-        }
-    };
-    let mixed = calibrated.mix(&factors).map_err(wrong)?;
+    let mixed = mixed(&result, calibration.as_ref(), &factors).map_err(wrong)?;
     places.extend(outputs.captor_places(mixed.captors.iter().map(|captor| captor.id.as_str()))?);
     check_places(&places, &read)?;
     interrupt.writing();
@@ -93,8 +85,35 @@ fn entries(texts: &[String]) -> Result<Vec<(String, f64)>> {
     Ok(entries)
 }
 
+/// The factors of a calibration, which must be of the bands of the results.
+pub(super) fn calibrated(file: &Path, result: &RunResult) -> Result<ByLight<Factor>> {
+    let calibration = calibration_file::read(file)?;
+    let names = result.bands.iter().filter(|band| band.sum_of.is_none());
+    if !names.map(|band| &band.name).eq(&calibration.bands) {
+        return Err(Error::input(file.display(), "its bands are not those of the results")
+            .remedy("calibrate with this scene"));
+    }
+    let factors = calibration.factors.into_iter();
+    Ok(factors.map(|(light, factors)| (light, Factor::Bands(factors))).collect())
+}
+
+/// The results with the factors of a calibration, if there is one, and others on top.
+pub(super) fn mixed(
+    result: &RunResult,
+    calibration: Option<&ByLight<Factor>>,
+    factors: &ByLight<Factor>,
+) -> Result<RunResult> {
+    match calibration {
+        Some(calibration) => result.mix_bands(calibration)?.mix_bands(factors),
+        None => result.mix_bands(factors),
+    }
+}
+
 /// Factors by light: a name that ends with `*` and that none has stands for all that begin so.
-pub(super) fn factors(entries: Vec<(String, f64)>, result: &RunResult) -> Result<ByLight<f64>> {
+pub(super) fn factors(
+    entries: Vec<(String, Factor)>,
+    result: &RunResult,
+) -> Result<ByLight<Factor>> {
     let empty = ByLight::new();
     let lights = result.energy.by_light.as_ref().unwrap_or(&empty);
     let mut factors = ByLight::new();
@@ -111,7 +130,7 @@ pub(super) fn factors(entries: Vec<(String, f64)>, result: &RunResult) -> Result
                 let problem = format!("light `{light}` stands there twice");
                 return Err(Error::input("--power", problem).remedy("give one factor"));
             }
-            factors.insert(light, factor);
+            factors.insert(light, factor.clone());
         }
     }
     Ok(factors)

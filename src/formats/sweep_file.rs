@@ -28,7 +28,7 @@ use crate::{
 };
 use design::Points;
 pub use parameter::{BALANCE, Parameter};
-use parameter::{X, expression};
+use parameter::{X, expression, is_numbers};
 use reader::Reader;
 
 /// A scene and all that it is to be run with.
@@ -157,25 +157,20 @@ impl Sweep {
         seed.unwrap_or(Settings::default().seed)
     }
 
-    /// What a value of a run puts at a place: itself or, of an expression, its value to 12 digits, of each number that
-    /// stands there. An expression that has no value stays as it is, which no scene takes.
+    /// What a value of a run puts at a place: itself or, of an expression where numbers stand, its value to 12 digits
+    /// for each of them. An expression that has no value stays as it is, which no scene takes.
     pub fn value_at(&self, run: &Run, value: &Value, place: &str) -> Value {
-        let text = expression(value);
-        let Some(expression) = text.and_then(|text| Expression::parse(text).ok()) else {
-            return value.clone();
-        };
+        let there = self.scene.pointer(place).filter(|there| is_numbers(there));
+        let parsed = there.and(expression(value)).and_then(|text| Expression::parse(text).ok());
+        let (Some(there), Some(expression)) = (there, parsed) else { return value.clone() };
         let of_parameter = |name: &str| {
             let found = run.values.iter().find(|(parameter, _)| parameter.name == name);
             found.and_then(|(_, value)| value.as_f64()).unwrap_or(f64::NAN)
         };
-        let at = |x: f64| {
+        each_number(there, &|x: f64| {
             let found = expression.value(|name| if name == X { x } else { of_parameter(name) });
             if found.is_finite() { design::number(design::round(found)) } else { value.clone() }
-        };
-        match self.scene.pointer(place) {
-            Some(there) if expression.names().any(|name| name == X) => each_number(there, &at),
-            _ => at(f64::NAN),
-        }
+        })
     }
 
     /// The scene of a run: with its values and its seed.
@@ -315,13 +310,15 @@ mod tests {
         for (vary, words) in [
             (r#""/lights/0/power": ["=x +"]"#, "`=x +`: it ends too early"),
             (r#""/lights/0/power": ["=2 * z"]"#, "`=2 * z`: there is no parameter `z`"),
-            (r#""/lights/0": ["=2 * x"]"#, "`=2 * x`: `/lights/0` is no number"),
             (r#""a": ["=1"], "/lights/0/power": ["=a"]"#, "`=a`: a value of `a` is no number"),
             (r#""a": [1, 2]"#, "does not say where in the scene its value goes"),
         ] {
             let error = sweep(vary).expect_err(vary).to_string();
             assert!(error.contains(words), "{error}");
         }
+        // where no number stands it is a text
+        let text = sweep(r#""/lights/0": ["=2 * x"]"#).expect("a sweep");
+        assert_eq!(text.document(&text.run(0))["lights"][0], "=2 * x");
         // one that has no value fails by itself
         let odd = sweep(r#""/lights/0/power": ["=x / 0"]"#).expect("a sweep");
         assert_eq!(odd.document(&odd.run(0))["lights"][0]["power"], "=x / 0");

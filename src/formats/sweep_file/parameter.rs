@@ -39,7 +39,7 @@ pub struct Parameter {
     pub name: String,
     /// The places in the scene file that take its value, as JSON pointers.
     pub at: Vec<String>,
-    /// The values that it takes; a text that begins with `=` is an expression.
+    /// The values that it takes; where numbers stand, a text that begins with `=` is an expression.
     pub values: Vec<Value>,
     /// Whether expressions of others read it.
     pub is_read: bool,
@@ -51,4 +51,12 @@ pub const X: &str = "x";
 /// What a text that begins with `=` says.
 pub fn expression(value: &Value) -> Option<&str> {
     value.as_str()?.strip_prefix('=')
+}
+
+/// Whether it is a number, or a list of such.
+pub fn is_numbers(value: &Value) -> bool {
+    match value {
+        Value::Array(values) => !values.is_empty() && values.iter().all(is_numbers),
+        other => other.is_number(),
+    }
 }

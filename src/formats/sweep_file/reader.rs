@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::{
     design::{self, Choices, Points},
     format::{CombineFile, FullFile, SampleFile, SampleKind, SweepFile, VaryFile, Whole},
-    parameter::{BALANCE, COLUMNS, Parameter, X, expression},
+    parameter::{BALANCE, COLUMNS, Parameter, X, expression, is_numbers},
 };
 use crate::{
     error::{Error, Problem, Result, nearest},
@@ -85,18 +85,22 @@ impl Reader<'_> {
         Ok((parameters, points))
     }
 
-    /// Expressions must be sound and read numbers only; what they read is marked. A parameter that sets no place must
-    /// be read.
+    /// Expressions, where numbers stand, must be sound and read numbers only; what they read is marked. A parameter
+    /// that sets no place must be read.
     fn check_expressions(&self, parameters: &mut [Parameter]) -> Result<()> {
         let mut read = HashSet::new();
         for parameter in parameters.iter() {
+            let is_number = |place: &String| self.scene.pointer(place).is_some_and(is_numbers);
+            if !parameter.at.iter().any(is_number) {
+                continue;
+            }
             for text in parameter.values.iter().filter_map(expression) {
                 let shown = quoted(&format!("={text}"));
                 let wrong = |problem: Problem| {
                     problem.of(&shown).at(json::place(self.name, &vary_pointer(&parameter.name)))
                 };
                 for name in Expression::parse(text).map_err(wrong)?.names() {
-                    self.check_name(name, parameter, parameters).map_err(wrong)?;
+                    self.check_name(name, parameters).map_err(wrong)?;
                     read.insert(name.to_string());
                 }
             }
@@ -114,21 +118,10 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A name in an expression of a parameter: `x`, which must be numbers at all its places, or another parameter whose
-    /// values are numbers.
-    fn check_name(
-        &self,
-        name: &str,
-        parameter: &Parameter,
-        all: &[Parameter],
-    ) -> std::result::Result<(), Problem> {
+    /// A name in an expression: `x`, or a parameter whose values are numbers.
+    fn check_name(&self, name: &str, all: &[Parameter]) -> std::result::Result<(), Problem> {
         if name == X {
-            let is_number = |place: &&String| self.scene.pointer(place).is_some_and(is_numbers);
-            let odd = parameter.at.iter().find(|place| !is_number(place));
-            let what = "x is what stands at the place in the scene: a number, or a list of them";
-            return odd.map_or(Ok(()), |place| {
-                Err(Problem::new(format!("{} is no number", quoted(place)), what))
-            });
+            return Ok(());
         }
         let Some(other) = all.iter().find(|other| other.name == name) else {
             let problem = format!("there is no parameter {}", quoted(name));
@@ -388,14 +381,6 @@ impl Reader<'_> {
 /// A place in the sweep file, for a person.
 fn vary_pointer(name: &str) -> String {
     format!("/vary: {}", quoted(name))
-}
-
-/// Whether it is a number, or a list of such.
-fn is_numbers(value: &Value) -> bool {
-    match value {
-        Value::Array(values) => values.iter().all(is_numbers),
-        other => other.is_number(),
-    }
 }
 
 /// 40.0 as 40, so that both are one value.
