@@ -271,7 +271,8 @@ class Result:
 
     @cached_property
     def frame(self) -> Any:
-        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error; the table of ``--csv``.
+        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error; the rows of captors in the
+        table of ``--csv``.
 
         ``quantity`` is flux, irradiance, dli, knn_irradiance, knn_radiance or absorbed, in the units of `unit`;
         ``face`` is missing for absorbed; ``standard_error`` is NaN where it is not known. Names are categories.
@@ -285,7 +286,8 @@ class Result:
     def groups(self) -> Any:
         """The same of the groups of captors: group, face, band, quantity, value, standard_error.
 
-        ``irradiance_min`` and ``irradiance_max`` are those of the captors of a group of several.
+        ``irradiance_min`` and ``irradiance_max`` are those of the captors of a group of several; ``min_over_mean`` and
+        ``cv`` (coefficient of variation) say how even its light is.
         """
         values = self.group_values
         cells = _arrived(values)
@@ -294,6 +296,10 @@ class Result:
             if name in ranges:
                 array = ranges[name].reshape(values.flux.shape)
                 cells.append((name, array, np.full_like(array, np.nan)))
+        for name in ("min_over_mean", "cv"):
+            if name in ranges:
+                value, error = (ranges[key].reshape(values.flux.shape) for key in (name, f"{name}_se"))
+                cells.append((name, value, error))
         return self._tidy("group", values, cells)
 
     def _tidy(self, key: str, values: Values, cells: list[tuple[str, Floats, Floats]]) -> Any:
@@ -427,14 +433,28 @@ class Result:
 
     # --- other powers, files, pages
 
-    def mix(self, factors: Mapping[str, float]) -> Result:
+    def mix(
+        self,
+        factors: Mapping[str, float | Sequence[float]] | None = None,
+        *,
+        calibration: str | os.PathLike[str] | None = None,
+    ) -> Result:
         """What the run would have found with other powers of its lights, exactly: of a run with ``by_light=True``.
 
         Args:
-            factors: by the name of a light what its power is multiplied with, at least 0; ``"row 1*"`` stands for all
-                whose names begin so. Lights that are not named stay as they are.
+            factors: by the name of a light what its power is multiplied with, at least 0, in all bands or a list with
+                one for each; ``"row 1*"`` stands for all whose names begin so. Lights that are not named stay as they
+                are.
+            calibration: a file of factors per band that ``phylux calibrate`` has written; `factors` come on top.
+
+        Sums over bands with different factors have no standard errors.
         """
-        return Result(self._found.mix([(name, float(factor)) for name, factor in factors.items()]), self._loaded)
+        given = [
+            (name, float(factor) if np.ndim(factor) == 0 else [float(one) for one in factor])  # type: ignore[arg-type,union-attr]
+            for name, factor in (factors or {}).items()
+        ]
+        file = None if calibration is None else os.fspath(calibration)
+        return Result(self._found.mix(given, file), self._loaded)
 
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.

@@ -126,7 +126,8 @@ class Scene:
             discs: (n, 7) numbers x, y, z, radius, nx, ny, nz in the scene's unit, as `grid` makes them, or a
                 DataFrame with these columns, and ``id`` if you like. Their ids are ``name/0``, ``name/1``, ...
             shape: surfaces that count, one captor per group, in any of the forms of `add`.
-            keys: as in a scene file: ``disc``, ``csv``, ``obj``, ``sides`` (``"front"`` or ``"both"``), ``group``.
+            keys: as in a scene file: ``disc``, ``sphere``, ``grid``, ``line``, ``csv``, ``obj``, ``response``, ``sides``
+                (``"front"`` or ``"both"``), ``group``.
         """
         entry: dict[str, Any] = {"name": name, **_plain(keys)}
         if discs is not None:
@@ -136,6 +137,15 @@ class Scene:
         if shape is not None:
             entry["obj"] = self._shape(name, shape)
         self._keys.setdefault("captors", []).append(entry)
+
+    def group(self, name: str, *patterns: str) -> None:
+        """Makes a group of captors by patterns of their ids: ``group("rank 3", "plant/leaf3#*")``.
+
+        Args:
+            name: of the group, in `Result.groups`.
+            patterns: ``*`` stands for any characters; a captor counts once, and each pattern must fit one.
+        """
+        self._keys.setdefault("groups", {})[name] = list(patterns)
 
     def check(self) -> Check:
         """What is in the scene, and as ``.warnings`` what looks wrong in it; the text of ``phylux check``."""
@@ -175,7 +185,8 @@ class Scene:
             threads: 0 takes all processors; the results do not depend on it.
             progress: True shows a bar of tqdm; a function is called as ``progress(done, of)``, ``of`` being None
                 where it is not known.
-            options: any other option of ``phylux run``, ``--such-a-one=1`` as ``such_a_one=1``.
+            options: any other option of ``phylux run``, ``--such-a-one=1`` as ``such_a_one=1``; one that can be given
+                again takes a list, as ``of=["plant*:absorbed:PAR", "bench"]`` beside ``tolerance``.
 
         What is left out has the value that the scene's ``settings`` say, or that of the command.
         """
@@ -473,16 +484,17 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _options(given: Mapping[str, Any]) -> list[str]:
-    """Options as the command line has them."""
+    """Options as the command line has them; one with a list of values stands there once for each."""
     options = []
-    for name, value in given.items():
+    for name, values in given.items():
         option = "--" + name.replace("_", "-")
-        if value is True:
-            options.append(option)
-        elif value is not None and value is not False:
-            if isinstance(value, (float, np.floating)):
-                value = int(value) if float(value).is_integer() else repr(float(value))
-            options.append(f"{option}={value}")
+        for value in values if isinstance(values, (list, tuple)) else [values]:
+            if value is True:
+                options.append(option)
+            elif value is not None and value is not False:
+                if isinstance(value, (float, np.floating)):
+                    value = int(value) if float(value).is_integer() else repr(float(value))
+                options.append(f"{option}={value}")
     return options
 
 

@@ -7,8 +7,8 @@ use std::{
 
 use numpy::PyArray1;
 use phylux::{
-    Absorbed, ByLight, CaptorResult, FaceResult, FilesRead, GroupResult, OutputFile, OutputFolder,
-    RunResult,
+    Absorbed, ByLight, CaptorResult, FaceResult, Factor, FilesRead, GroupResult, OutputFile,
+    OutputFolder, RunResult, Uniformity,
     cli::embedded::{self, Words},
 };
 use pyo3::{
@@ -43,6 +43,24 @@ impl Found {
         let mut bytes = Vec::new();
         phylux::write_json(&self.result, &mut bytes)?;
         Ok(bytes)
+    }
+}
+
+/// Factors on the power of a light.
+#[derive(FromPyObject)]
+enum Factors {
+    /// The same in all bands.
+    All(f64),
+    /// One for each band.
+    Bands(Vec<f64>),
+}
+
+impl From<Factors> for Factor {
+    fn from(factors: Factors) -> Self {
+        match factors {
+            Factors::All(factor) => Self::All(factor),
+            Factors::Bands(factors) => Self::Bands(factors),
+        }
     }
 }
 
@@ -172,8 +190,15 @@ impl Found {
     }
 
     /// What the run would have found with factors on the powers of its lights.
-    fn mix(&self, py: Python<'_>, factors: Vec<(String, f64)>) -> PyResult<Self> {
-        let mixed = py.detach(|| embedded::mixed(&self.result, factors));
+    #[pyo3(signature = (factors, calibration=None))]
+    fn mix(
+        &self,
+        py: Python<'_>,
+        factors: Vec<(String, Factors)>,
+        calibration: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let factors = factors.into_iter().map(|(name, factors)| (name, factors.into())).collect();
+        let mixed = py.detach(|| embedded::mixed(&self.result, factors, calibration.as_deref()));
         Ok(Self::new(raised(py, mixed)?, self.files.clone()))
     }
 
@@ -216,6 +241,8 @@ impl Found {
         let (mut flux, mut flux_se, mut irradiance, mut irradiance_se) =
             (faces(), faces(), faces(), faces());
         let (mut min, mut max) = (faces(), faces());
+        let even = ["min_over_mean", "min_over_mean_se", "cv", "cv_se"];
+        let mut even = even.map(|name| (name, faces()));
         let (mut dli, mut dli_se) = (faces(), faces());
         let mut absorbed = Numbers::new(count, bands);
         let mut absorbed_se = Numbers::new(count, bands);
@@ -241,6 +268,10 @@ impl Found {
                     ranges = true;
                     min.put(at, least);
                     max.put(at, most);
+                }
+                for (name, values) in face.uniformity.iter().flat_map(Uniformity::columns) {
+                    let own = even.iter_mut().filter(|(own, _)| *own == name);
+                    own.for_each(|(_, array)| array.put_known(at, values));
                 }
             }
             if let Some((power, error)) = row.absorbed {
@@ -268,6 +299,7 @@ impl Found {
         if ranges {
             arrays.add("irradiance_min", min)?;
             arrays.add("irradiance_max", max)?;
+            even.into_iter().try_for_each(|(name, array)| arrays.add(name, array))?;
         }
         Ok(arrays.0)
     }

@@ -44,6 +44,8 @@ def test_the_frame_is_the_table_of_the_command(tmp_path):
     found = chamber().run(photons=20_000, k=50)
     found.save_csv(tmp_path / "r.csv")
     table = pd.read_csv(tmp_path / "r.csv", dtype={"captor": str, "band": str})
+    # the rows of groups stand at the end
+    table = table[~table.quantity.isin(["min_over_mean", "cv"])]
     frame = found.frame
     assert list(frame.columns) == ["captor", "face", "band", "quantity", "value", "standard_error"]
     assert len(frame) == len(table) > 100
@@ -62,6 +64,19 @@ def test_groups(result):
     row = groups[(groups.group == "plant") & (groups.quantity == "absorbed") & (groups.band == "red")]
     assert row.value.item() == pytest.approx(np.nansum(result.absorbed[:, 1]), rel=1e-9)
     assert (groups.quantity == "irradiance_min").any()
+    grid = groups[(groups.group == "grid") & (groups.face == "front") & (groups.band == "red")]
+    even = grid.set_index("quantity")
+    ratio = even.value["irradiance_min"] / even.value["irradiance"]
+    assert even.value["min_over_mean"] == pytest.approx(ratio, rel=1e-9)
+    assert 0 < even.standard_error["min_over_mean"] and 0 < even.standard_error["cv"] < 1
+
+
+def test_groups_by_pattern():
+    scene = chamber()
+    scene.group("some", "grid/0", "grid/1")
+    found = scene.run(photons=2000, k=0, tolerance=0.5, of=["some", "plant:absorbed:red"])
+    assert "some" in set(found.groups.group)
+    assert found.head["settings"]["of"] == ["some:irradiance", "plant:absorbed:red"]
 
 
 def test_triangles(result):
@@ -120,6 +135,14 @@ def test_mix_is_linear(result):
     np.testing.assert_allclose(half.flux, 0.5 * result.light("lamp").flux, rtol=1e-12, equal_nan=True)
     assert half.head["mixed"] == {"lamp": 0.5, "spot": 0}
     assert half.mix({}).lights == result.lights
+    bands = result.mix({"lamp": [0.5, 1], "spot": 0})
+    blue, red = bands.flux[..., 0], bands.flux[..., 1]
+    np.testing.assert_allclose(blue, 0.5 * result.light("lamp").flux[..., 0], rtol=1e-12, equal_nan=True)
+    np.testing.assert_allclose(red, result.light("lamp").flux[..., 1], rtol=1e-12, equal_nan=True)
+    with pytest.raises(px.InputError, match="3 factors of light `lamp` for 2 bands"):
+        result.mix({"lamp": [1, 2, 3]})
+    with pytest.raises(px.InputError, match="nothing.json"):
+        result.mix(calibration="nothing.json")
     with pytest.raises(px.InputError, match="did you mean `lamp`"):
         result.mix({"lapm": 0.5})
     with pytest.raises(px.InputError, match="not split by light"):
