@@ -2,6 +2,7 @@
 
 mod canopy;
 mod cie;
+mod daylight;
 mod furnace;
 pub mod glass;
 mod leaf;
