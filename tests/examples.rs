@@ -14,7 +14,7 @@ use crate::common::binary;
 /// Photons, paths and stored arrivals of every run here: enough for 100 paths from each face of the box.
 const PHOTONS: &str = "2000";
 /// What the names of files end with that phylux reads.
-const ENDINGS: [&str; 5] = [".json", ".csv", ".obj", ".mtl", ".ies"];
+const ENDINGS: [&str; 6] = [".json", ".csv", ".obj", ".mtl", ".ies", ".rad"];
 
 /// A code block of a page, fenced or indented.
 struct Block<'a> {

@@ -28,6 +28,7 @@ mod paths;
 mod photometry;
 mod pinned;
 mod plot;
+mod rad;
 mod render;
 mod rendered;
 mod sensors;

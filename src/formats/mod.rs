@@ -18,6 +18,7 @@ pub mod measured_csv;
 pub mod obj;
 pub mod output;
 pub mod photometry;
+pub mod rad;
 pub mod result_file;
 pub mod scatter_table;
 pub mod scene_file;

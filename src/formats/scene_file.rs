@@ -19,6 +19,8 @@ mod notes;
 mod numbers;
 mod objects;
 mod placed;
+mod radiance;
+mod rooms;
 mod spectra;
 mod tables;
 
@@ -212,6 +214,7 @@ impl Loader<'_> {
         self.load_objects(&file.objects)?;
         let sky = self.load_sky(file)?;
         self.load_lights(&file.lights, sky.as_ref())?;
+        self.check_lamps()?;
         self.check_hourly()?;
         let open_field = sky.map(|sky| self.open_field(&sky));
         self.load_captors(&file.captors)?;

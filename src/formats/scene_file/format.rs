@@ -526,14 +526,30 @@ pub struct TransformFile {
     pub translate: Option<[f64; 3]>,
 }
 
-/// Surfaces from an OBJ file.
+/// How the materials of a file of Radiance are meant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DialectFile {
+    /// As in Radiance.
+    #[default]
+    Radiance,
+    /// As in SEC2: the colour is the whole reflectance, and a trans passes its transmission.
+    Sec2,
+}
+
+/// Surfaces from an OBJ file, or from one in the format of Radiance.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["rad"]}]))]
 pub struct ObjectFile {
     /// Name (default: the OBJ file's).
     pub name: Option<String>,
     /// OBJ file, relative to the scene file.
-    pub obj: String,
+    pub obj: Option<String>,
+    /// File in the format of Radiance, in place of an OBJ file.
+    pub rad: Option<String>,
+    /// How its materials are meant (default radiance).
+    pub dialect: Option<DialectFile>,
     /// Material of all its faces, in place of the file's own.
     pub material: Option<String>,
     /// Which axis of the OBJ file points up (default z); y turns (x, y, z) to (x, -z, y) before `transform`.
@@ -658,6 +674,8 @@ tagged! {
         "tube" => Tube(TubeFile),
         /// Polygon or OBJ file, Lambertian.
         "area" => Area(AreaFile),
+        /// Lamps of a room in the format of Radiance.
+        "rad" => Rad(RadLightFile),
         /// The sun: a disc infinitely far away.
         "sun" => Sun(SunFile),
         /// The sky above the horizon.
@@ -672,6 +690,18 @@ impl LightFile {
     pub fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Sky(_) | Self::Environment(_))
     }
+}
+
+/// Light `rad`: the lamps of a material in an object that is a file of Radiance.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RadLightFile {
+    /// Name of the object.
+    pub object: String,
+    /// Name of the lamps' material in its file.
+    pub material: String,
+    /// Flux of all of them together; each takes its share by area.
+    pub power: PowerFile,
 }
 
 /// Light `sun`.

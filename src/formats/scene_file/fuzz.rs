@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// The files that the scenes name.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 7] = [
     (
         "room.obj",
         "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
@@ -44,6 +44,12 @@ const FILES: [(&str, &str); 6] = [
         "v 0 0 0\nv 0.2 0 0.1\nv 0.2 0.2 0\nv 0 0.2 0.1\nf 1 2 3\nf 1 3 4\ng tip\nf 2 3 4\n",
     ),
     ("grid.csv", "x,y,z,radius,nx,ny,nz\n0.5,0.5,0.2,0.1,0,0,1\n0.5,0.5,0,0.2,0,0,-1\n"),
+    (
+        "room.rad",
+        "void plastic paint 0 0 5 .5 .5 .5 .1 0\nvoid trans panel 0 0 7 .5 .5 .5 .1 0 .5 0\nvoid light lum 0 0 3 1 1 1\n\
+         paint polygon floor 0 0 12 0 0 0 1 0 0 1 1 0 0 1 0\npanel ring sheet 0 0 8 .5 .5 .5 0 0 1 0 .4\n\
+         lum cylinder tube 0 0 7 .2 .2 .8 .8 .2 .8 .01\nlum polygon lamp 0 0 9 0 0 .9 1 1 .9 1 0 .9\n",
+    ),
     (
         "table.csv",
         "theta_i,phi_i,theta_o,phi_o,all\n20,0,20,0,0.1\n20,0,20,180,0.1\n20,0,120,0,0.1\n20,0,120,180,0.1\n\
@@ -111,6 +117,10 @@ const SCENES: &[&str] = &[
             {"name": "c", "obj": "leaf.obj", "material": "blind", "instances": [{"translate": [0, 0, 0.5]}]}],
         "lights": [{"type": "area", "obj": "leaf.obj", "power": 5, "material": "weave", "transform": {"translate": [0, 0, 0.4]}}],
         "captors": [{"name": "probe", "disc": {"center": [0.5, 0.5, 0.5], "normal": [0, 0, 1], "radius": 0.1}, "sides": "both"}]}"#,
+    r#"{"objects": [{"name": "room", "rad": "room.rad", "dialect": "sec2", "captor": true, "up": "y",
+            "transform": {"scale": 2}, "instances": [{"translate": [0, 0, 0]}, {"translate": [3, 0, 0]}]}],
+        "lights": [{"type": "rad", "object": "room", "material": "lum", "power": 5}],
+        "captors": [{"name": "probe", "disc": {"center": [1, 1, 1], "normal": [0, 0, 1], "radius": 0.1}, "sides": "both"}]}"#,
 ];
 
 const WORDS: &[&str] =

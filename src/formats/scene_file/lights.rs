@@ -41,6 +41,10 @@ impl Loader<'_> {
                 LightFile::Spot(light) => (&light.name, self.spot_light(&pointer, light)?),
                 LightFile::Tube(light) => (&light.name, self.tube_light(&pointer, light)?),
                 LightFile::Area(light) => (&light.name, self.area_light(&pointer, light)?),
+                LightFile::Rad(light) => {
+                    self.rad_light(&pointer, light)?;
+                    continue;
+                }
                 LightFile::Sun(_) | LightFile::Sky(_) | LightFile::Environment(_) => continue,
             };
             let name = name.clone().unwrap_or(format!("light{i}"));

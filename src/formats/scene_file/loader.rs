@@ -17,6 +17,7 @@ use super::{
     known_spectra::Spectra,
     library::Library,
     notes::TableNote,
+    rooms::RoomLamps,
 };
 use crate::{
     error::{Error, Result, nearest},
@@ -66,6 +67,7 @@ pub(super) struct Loader<'a> {
     pub(super) triangles: usize,
     pub(super) warnings: Vec<String>,
     pub(super) tables: Vec<TableNote>,
+    pub(super) room_lamps: Vec<RoomLamps>,
     pub(super) hourly: HourlyLights,
 }
 
@@ -90,6 +92,7 @@ impl<'a> Loader<'a> {
             triangles: 0,
             warnings: Vec::new(),
             tables: Vec::new(),
+            room_lamps: Vec::new(),
             hourly: HourlyLights::default(),
         };
         let stem = stem(path);

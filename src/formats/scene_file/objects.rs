@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::obj::{ObjFile, ObjPart},
+    formats::{
+        obj::{ObjFile, ObjPart},
+        rad::RadFile,
+    },
     math::geometry::Transform,
     scene::{
         captor::{CaptorKind, Sensor},
@@ -49,20 +52,28 @@ impl Loader<'_> {
     }
 
     fn load_object(&mut self, pointer: &str, file: &ObjectFile) -> Result<()> {
-        let obj = self.obj(&format!("{pointer}/obj"), &file.obj)?;
-        let stem = stem(&self.sibling(&file.obj));
+        let (obj, rad) = self.object_file(pointer, file)?;
+        let stem = stem(&self.sibling(file.obj.as_ref().or(file.rad.as_ref()).map_or("", |f| f)));
         let name = file.name.clone().unwrap_or_else(|| stem.clone());
         let (materials, tangents, glows) = (Vec::new(), Vec::new(), BTreeMap::new());
         let mut object = Object { pointer, name, file, obj, stem, materials, tangents, glows };
-        for part in &object.obj.clone().parts {
-            let material = match &file.material {
-                Some(material) => self.named_material(&format!("{pointer}/material"), material)?,
-                None => self.part_material(&mut object, part)?,
+        for (i, part) in object.obj.clone().parts.iter().enumerate() {
+            let material = match (&file.material, &rad) {
+                (Some(material), _) => {
+                    self.named_material(&format!("{pointer}/material"), material)?
+                }
+                (None, None) => self.part_material(&mut object, part)?,
+                (None, Some(rad)) => {
+                    let part = &rad.parts[i];
+                    let material = &rad.materials[part.material];
+                    self.rad_material(&part.place, material, file.dialect.unwrap_or_default())?
+                }
             };
             object.materials.push(material);
         }
         if object.materials.iter().any(|&material| self.materials.needs_tangents(material)) {
-            object.tangents = self.tangents(&format!("{pointer}/obj"), &file.obj, &object.obj)?;
+            let name = file.obj.as_deref();
+            object.tangents = self.tangents(&format!("{pointer}/obj"), name, &object.obj)?;
         }
 
         if file.captor != SurfaceCaptorFile::Off {
@@ -74,6 +85,9 @@ impl Loader<'_> {
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
             self.place_object(&mut object, instance, transform)?;
+            if let Some(rad) = &rad {
+                self.place_lamps(pointer, &object.name, rad, transform)?;
+            }
         }
 
         for (material, glow) in object.glows {
@@ -86,9 +100,39 @@ impl Loader<'_> {
         Ok(())
     }
 
+    /// What an object is made of; of a room in the format of Radiance also the rest of it.
+    fn object_file(
+        &mut self,
+        pointer: &str,
+        file: &ObjectFile,
+    ) -> Result<(Arc<ObjFile>, Option<RadFile>)> {
+        match (&file.obj, &file.rad) {
+            (Some(obj), None) => {
+                if file.dialect.is_some() {
+                    return Err(self
+                        .error(format!("{pointer}/dialect"), "goes with `rad` only")
+                        .remedy("leave it out"));
+                }
+                Ok((self.obj(&format!("{pointer}/obj"), obj)?, None))
+            }
+            (None, Some(rad)) => {
+                let dialect = file.dialect.unwrap_or_default();
+                let (rad, obj) = self.rad(&format!("{pointer}/rad"), rad, dialect)?;
+                Ok((obj, Some(rad)))
+            }
+            (Some(_), Some(_)) => Err(self
+                .error(pointer, "both `obj` and `rad`")
+                .remedy("give one of them; a second file is a second object")),
+            (None, None) => Err(self
+                .error(pointer, "missing key `obj`")
+                .remedy("name an OBJ file, or a file of Radiance as `rad`")),
+        }
+    }
+
     /// The material of a part that the object does not override.
     fn part_material(&mut self, object: &mut Object, part: &ObjPart) -> Result<usize> {
-        let place = format!("{}:{}", self.sibling(&object.file.obj).display(), part.line);
+        let file = object.file.obj.as_deref().unwrap_or_default();
+        let place = format!("{}:{}", self.sibling(file).display(), part.line);
         let Some(name) = &part.material else {
             return Err(Error::input(place, "a face without `usemtl`")
                 .remedy("name its material there, or give the object a `material`"));

@@ -62,8 +62,13 @@ impl Loader<'_> {
     }
 
     /// Where azimuth 0 is on each triangle of an OBJ file or mesh, in the order of its parts.
-    pub(super) fn tangents(&self, pointer: &str, file: &str, obj: &ObjFile) -> Result<Vec<DVec3>> {
-        if !file.starts_with("mesh:") {
+    pub(super) fn tangents(
+        &self,
+        pointer: &str,
+        file: Option<&str>,
+        obj: &ObjFile,
+    ) -> Result<Vec<DVec3>> {
+        if let Some(file) = file.filter(|file| !file.starts_with("mesh:")) {
             let tangents = tangents(&self.bytes(pointer, &self.sibling(file))?);
             if tangents.len() == obj.triangles() {
                 return Ok(tangents);

@@ -47,6 +47,7 @@ impl Loader<'_> {
                 LightFile::Spot(light) => (&light.name, Some(&light.power)),
                 LightFile::Tube(light) => (&light.name, Some(&light.power)),
                 LightFile::Area(light) => (&light.name, light.power.as_ref()),
+                LightFile::Rad(light) => (&None, Some(&light.power)),
                 LightFile::Environment(light) => (&light.name, None),
                 LightFile::Sun(_) | LightFile::Sky(_) => {
                     let is_sun = matches!(light, LightFile::Sun(_));

@@ -1,0 +1,487 @@
+//! From words to surfaces and materials.
+
+use std::{
+    collections::HashMap,
+    path::{Component, Path, PathBuf},
+};
+
+use glam::{DAffine3, DVec3};
+
+use super::{
+    content::{Dialect, RadFile, RadLamp, RadMaterial, RadPart},
+    lexer::Lexer,
+    shapes,
+    xform::{MOST_COPIES, xform},
+};
+use crate::{
+    error::{Error, Result, nearest},
+    formats::input::quoted,
+};
+
+const SURFACES: [&str; 8] =
+    ["polygon", "sphere", "bubble", "cylinder", "tube", "cone", "cup", "ring"];
+const MATERIALS: [&str; 8] =
+    ["plastic", "metal", "trans", "glass", "dielectric", "mirror", "light", "glow"];
+/// Lights of SEC2 that are lines of numbers.
+const SEC2_LINES: [&str; 3] = ["point", "point_light", "spot_light"];
+
+/// Words that are read, of all files and copies.
+const MOST_WORDS: usize = 50_000_000;
+/// Files within files.
+const DEEPEST: usize = 16;
+/// Corners of a polygon.
+const MOST_CORNERS: usize = 10_000;
+
+type Load<'a> = dyn Fn(&Path) -> std::result::Result<Vec<u8>, String> + 'a;
+
+pub struct Scan<'a> {
+    dialect: Dialect,
+    load: &'a Load<'a>,
+    file: RadFile,
+    /// Index of the material that a name stands for; none for what is no material.
+    named: HashMap<String, Option<usize>>,
+    /// Corners of polygons by material, sorted, with a normal.
+    polygons: HashMap<(usize, Vec<[u64; 3]>), DVec3>,
+    open: Vec<PathBuf>,
+    words: usize,
+    copies: usize,
+}
+
+/// How a file is put into the room.
+#[derive(Clone)]
+struct Placement {
+    transform: DAffine3,
+    prefix: String,
+    modifier: Option<String>,
+    inverted: bool,
+}
+
+/// A primitive's arguments.
+struct Primitive<'a> {
+    modifier: &'a str,
+    kind: &'a str,
+    identifier: &'a str,
+    place: String,
+}
+
+impl<'a> Scan<'a> {
+    pub fn new(dialect: Dialect, load: &'a Load<'a>) -> Self {
+        Self {
+            dialect,
+            load,
+            file: RadFile::default(),
+            named: HashMap::new(),
+            polygons: HashMap::new(),
+            open: Vec::new(),
+            words: 0,
+            copies: 0,
+        }
+    }
+
+    pub fn whole(mut self, bytes: &[u8], path: &Path) -> Result<RadFile> {
+        let placement = Placement {
+            transform: DAffine3::IDENTITY,
+            prefix: String::new(),
+            modifier: None,
+            inverted: false,
+        };
+        self.read(bytes, path, &placement)?;
+        if self.file.parts.is_empty() && self.file.lamps.is_empty() {
+            return Err(Error::input(path.display(), "holds no surface")
+                .remedy("a surface is `material polygon name`, with counts and coordinates"));
+        }
+        Ok(self.file)
+    }
+
+    fn read(&mut self, bytes: &[u8], path: &Path, placement: &Placement) -> Result<()> {
+        if bytes.iter().take(8192).any(|&b| b == 0) {
+            return Err(Error::input(path.display(), "is not text but binary")
+                .remedy("a .rad file is plain text"));
+        }
+        // names may be in any encoding
+        let text = String::from_utf8_lossy(bytes);
+        let mut lexer = Lexer::new(text.trim_start_matches('\u{feff}'));
+        self.open.push(path.to_path_buf());
+        loop {
+            if let Some(command) = lexer.command() {
+                let place = format!("{}:{}", path.display(), lexer.line);
+                self.command(&command, path, &place, placement)?;
+                continue;
+            }
+            let Some(modifier) = lexer.word() else { break };
+            let place = format!("{}:{}", path.display(), lexer.line);
+            if self.dialect == Dialect::Sec2 && modifier == "scale_factor" {
+                self.number(&mut lexer, &place, modifier)?;
+                continue;
+            }
+            let missing = |what: &str| {
+                Error::input(&place, format!("{} without its {what}", quoted(modifier)))
+                    .remedy("a primitive is `modifier type identifier`, then its arguments")
+            };
+            let kind = lexer.word().ok_or_else(|| missing("type"))?;
+            let identifier = lexer.word().ok_or_else(|| missing("identifier"))?;
+            let primitive = Primitive { modifier, kind, identifier, place };
+            self.primitive(&mut lexer, &primitive, placement)?;
+        }
+        self.open.pop();
+        Ok(())
+    }
+
+    fn number(&mut self, lexer: &mut Lexer, place: &str, of: &str) -> Result<f64> {
+        self.words += 1;
+        let word = lexer.word().unwrap_or_default();
+        let number = word.parse().ok().filter(|x: &f64| x.is_finite());
+        match number {
+            Some(number) if self.words <= MOST_WORDS => Ok(number),
+            Some(_) => Err(Error::input(place, format!("more than {MOST_WORDS} numbers"))
+                .remedy("use fewer copies or a coarser mesh")),
+            None => {
+                let problem = format!("{} where {} has a number", quoted(word), quoted(of));
+                Err(Error::input(place, problem)
+                    .remedy("after the identifier stand three counts, each before its arguments"))
+            }
+        }
+    }
+
+    /// The real arguments; text and whole numbers are passed over.
+    fn numbers(&mut self, lexer: &mut Lexer, primitive: &Primitive) -> Result<Vec<f64>> {
+        let Primitive { kind, place, .. } = primitive;
+        let count = |scan: &mut Self, lexer: &mut Lexer| {
+            let count = scan.number(lexer, place, kind)?;
+            if (0.0..=1e9).contains(&count) && count.fract() == 0.0 {
+                return Ok(count as usize);
+            }
+            Err(Error::input(place, format!("{count} is no count of arguments"))
+                .remedy("after the identifier stand three counts, each before its arguments"))
+        };
+        for _ in 0..count(self, lexer)? {
+            if lexer.word().is_none() {
+                return Err(
+                    Error::input(place, "the file ends within it").remedy("the file is broken")
+                );
+            }
+        }
+        for _ in 0..count(self, lexer)? {
+            self.number(lexer, place, kind)?;
+        }
+        let mut reals = count(self, lexer)?;
+        let mut numbers = Vec::new();
+        while numbers.len() < reals {
+            numbers.push(self.number(lexer, place, kind)?);
+        }
+        // SEC2 counts a colour as one
+        if self.dialect == Dialect::Sec2 && *kind == "light" && reals == 1 {
+            while reals < 3 && lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
+                numbers.push(self.number(lexer, place, kind)?);
+                reals += 1;
+            }
+        }
+        Ok(numbers)
+    }
+
+    fn primitive(
+        &mut self,
+        lexer: &mut Lexer,
+        primitive: &Primitive,
+        placement: &Placement,
+    ) -> Result<()> {
+        let Primitive { modifier, kind, identifier, place } = primitive;
+        let error = |problem: String| Error::input(place, problem);
+        match *kind {
+            "alias" => {
+                let known = lexer.word().unwrap_or_default();
+                let Some(&material) = self.named.get(known) else {
+                    return Err(error(format!(
+                        "the alias of {}, which is not defined",
+                        quoted(known)
+                    ))
+                    .remedy("define it before"));
+                };
+                self.named.insert(identifier.to_string(), material);
+                Ok(())
+            }
+            _ if SURFACES.contains(kind) => {
+                let numbers = self.numbers(lexer, primitive)?;
+                self.surface(primitive, &numbers, placement)
+            }
+            _ if MATERIALS.contains(kind) => {
+                let numbers = self.numbers(lexer, primitive)?;
+                self.material(primitive, numbers)
+            }
+            _ if self.dialect == Dialect::Sec2 && SEC2_LINES.contains(kind) => {
+                while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
+                    self.number(lexer, place, kind)?;
+                }
+                if *kind != "point" {
+                    let warning = format!(
+                        "{place}: {kind} {identifier} is not read: give the scene such a light"
+                    );
+                    self.file.warnings.push(warning);
+                }
+                Ok(())
+            }
+            "x" if self.dialect == Dialect::Sec2 => {
+                let mut numbers = Vec::new();
+                while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
+                    numbers.push(self.number(lexer, place, kind)?);
+                }
+                self.material(
+                    &Primitive { kind: "light", place: place.clone(), ..*primitive },
+                    numbers,
+                )
+            }
+            _ => {
+                let all = SURFACES.iter().chain(&MATERIALS).copied();
+                let remedy = match nearest(kind, all) {
+                    Some(near) => format!("did you mean {}?", quoted(near)),
+                    None => format!(
+                        "there are {}: take it out, or give the scene what it stands for",
+                        SURFACES.iter().chain(&MATERIALS).copied().collect::<Vec<_>>().join(", ")
+                    ),
+                };
+                Err(error(format!(
+                    "{modifier} {kind} {identifier}: {} is not supported",
+                    quoted(kind)
+                ))
+                .remedy(remedy))
+            }
+        }
+    }
+
+    fn material(&mut self, primitive: &Primitive, numbers: Vec<f64>) -> Result<()> {
+        let Primitive { modifier, kind, identifier, place } = primitive;
+        if *modifier != "void" {
+            let problem = format!("a material that is modified by {}", quoted(modifier));
+            return Err(Error::input(place, problem)
+                .remedy("patterns, textures and mixtures are not supported: write `void` there"));
+        }
+        let counts: &[usize] = match *kind {
+            "plastic" | "metal" | "dielectric" => &[5],
+            "trans" => &[7],
+            "glass" => &[3, 4],
+            "glow" => &[4],
+            "light" if self.dialect == Dialect::Sec2 => &[0, 1, 2, 3],
+            _ => &[3],
+        };
+        if !counts.contains(&numbers.len()) {
+            let problem =
+                format!("{kind} {identifier} of {} numbers, must be {}", numbers.len(), counts[0]);
+            return Err(
+                Error::input(place, problem).remedy("see the manual of Radiance on materials")
+            );
+        }
+        let material = RadMaterial {
+            name: identifier.to_string(),
+            kind: kind.to_string(),
+            numbers,
+            place: place.clone(),
+        };
+        // a file that is put there again says the same again
+        let known = self.named.get(*identifier).copied().flatten();
+        let same = known.filter(|&index| self.file.materials[index] == material);
+        let index = same.unwrap_or(self.file.materials.len());
+        if same.is_none() {
+            self.file.materials.push(material);
+        }
+        self.named.insert(identifier.to_string(), Some(index));
+        Ok(())
+    }
+
+    /// The index of what a surface is made of; of a name that the file does not define too, for the scene may.
+    fn made_of(&mut self, name: &str, place: &str) -> Result<usize> {
+        if name == "void" {
+            return Err(Error::input(place, "a surface without material")
+                .remedy("write the name of its material in the place of `void`"));
+        }
+        if let Some(&Some(index)) = self.named.get(name) {
+            return Ok(index);
+        }
+        self.file.materials.push(RadMaterial {
+            name: name.to_string(),
+            kind: String::new(),
+            numbers: Vec::new(),
+            place: place.to_string(),
+        });
+        let index = self.file.materials.len() - 1;
+        self.named.insert(name.to_string(), Some(index));
+        Ok(index)
+    }
+
+    fn surface(
+        &mut self,
+        primitive: &Primitive,
+        numbers: &[f64],
+        placement: &Placement,
+    ) -> Result<()> {
+        let Primitive { modifier, kind, identifier, place } = primitive;
+        let wrong = |problem: String| {
+            Err(Error::input(place, format!("{kind} {}: {problem}", quoted(identifier)))
+                .remedy("see the manual of Radiance on surfaces"))
+        };
+        let count = match *kind {
+            "sphere" | "bubble" => 4,
+            "cylinder" | "tube" => 7,
+            "cone" | "cup" | "ring" => 8,
+            _ => numbers.len(),
+        };
+        if numbers.len() != count || *kind == "polygon" && (count < 9 || count % 3 != 0) {
+            return wrong(format!("{} numbers", numbers.len()));
+        }
+        if *kind == "polygon" && count > 3 * MOST_CORNERS {
+            return wrong(format!("more than {MOST_CORNERS} corners"));
+        }
+        let at = |i: usize| DVec3::new(numbers[i], numbers[i + 1], numbers[i + 2]);
+        let positive =
+            |radii: &[f64]| radii.iter().all(|r| *r >= 0.0) && radii.iter().any(|r| *r > 0.0);
+        let radii: &[f64] = match *kind {
+            "sphere" | "bubble" => &numbers[3..],
+            "cylinder" | "tube" | "cone" | "cup" | "ring" => &numbers[6..],
+            _ => &[1.0],
+        };
+        if !positive(radii) {
+            return wrong("a radius that is not above 0".into());
+        }
+        let mut tube = None;
+        let shape = match *kind {
+            "polygon" => shapes::polygon(&(0..count / 3).map(|i| at(3 * i)).collect::<Vec<_>>()),
+            "sphere" => shapes::sphere(at(0), radii[0]),
+            "bubble" => shapes::inverted(shapes::sphere(at(0), radii[0])),
+            "cylinder" => {
+                tube = Some((at(0), at(3), radii[0]));
+                shapes::cone(at(0), at(3), [radii[0]; 2])
+            }
+            "tube" => shapes::inverted(shapes::cone(at(0), at(3), [radii[0]; 2])),
+            "cone" => shapes::cone(at(0), at(3), [radii[0], radii[1]]),
+            "cup" => shapes::inverted(shapes::cone(at(0), at(3), [radii[0], radii[1]])),
+            _ => shapes::ring(at(0), at(3), [radii[0], radii[1]]),
+        };
+        if shape.is_empty() {
+            return wrong("no extent".into());
+        }
+        let transform = placement.transform;
+        let moved = shape.iter().map(|corners| corners.map(|p| transform.transform_point3(p)));
+        let mut triangles: Vec<[DVec3; 3]> = moved.collect();
+        if (transform.matrix3.determinant() < 0.0) != placement.inverted {
+            triangles = shapes::inverted(triangles);
+        }
+        if triangles.iter().flatten().any(|p| !p.is_finite()) {
+            return wrong("a coordinate that is not finite where it stands".into());
+        }
+        let material = self.made_of(placement.modifier.as_deref().unwrap_or(modifier), place)?;
+        if *kind == "polygon" && self.is_reversed_copy(material, &triangles) {
+            return Ok(());
+        }
+        let identifier = format!("{}{identifier}", placement.prefix);
+        if self.file.materials[material].is_lamp() {
+            let scale = transform.matrix3.determinant().abs().cbrt();
+            let tube = tube.map(|(from, to, radius)| {
+                let [from, to] = [from, to].map(|p| transform.transform_point3(p));
+                (from, to, radius * scale)
+            });
+            self.file.lamps.push(RadLamp { identifier, material, tube, triangles });
+            return Ok(());
+        }
+        match self.file.parts.last_mut() {
+            Some(part) if part.identifier == identifier && part.material == material => {
+                part.triangles.extend(triangles);
+            }
+            _ => {
+                let place = place.clone();
+                self.file.parts.push(RadPart { identifier, material, place, triangles });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a polygon of the same corners looks the other way: walls of one face are written so, ours have two.
+    fn is_reversed_copy(&mut self, material: usize, triangles: &[[DVec3; 3]]) -> bool {
+        let mut corners: Vec<[u64; 3]> =
+            triangles.iter().flatten().map(|p| p.to_array().map(|x| (x + 0.0).to_bits())).collect();
+        corners.sort_unstable();
+        corners.dedup();
+        let normal: DVec3 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
+        match self.polygons.get(&(material, corners.clone())) {
+            Some(known) => known.dot(normal) < 0.0,
+            None => {
+                self.polygons.insert((material, corners), normal);
+                false
+            }
+        }
+    }
+
+    fn command(
+        &mut self,
+        words: &[&str],
+        path: &Path,
+        place: &str,
+        placement: &Placement,
+    ) -> Result<()> {
+        let error = |problem: String| Error::input(place, problem);
+        let followed = "of commands `!xform` and `!cat` with files are followed, and no other is run; \
+                        write what it makes into the file";
+        let shell =
+            |word: &&str| word.contains(['|', ';', '<', '>', '$', '`', '&', '*', '"', '\'']);
+        let (name, arguments) = match words.split_first() {
+            Some((&name @ ("xform" | "cat"), arguments)) if !arguments.iter().any(|w| shell(w)) => {
+                (name, arguments)
+            }
+            _ => {
+                let shown = words.join(" ");
+                return Err(error(format!("the command {}", quoted(&shown))).remedy(followed));
+            }
+        };
+        let asked = match name {
+            "xform" => xform(arguments).map_err(|problem| error(problem).remedy(followed))?,
+            _ => super::xform::Xform {
+                copies: vec![DAffine3::IDENTITY],
+                files: arguments.to_vec(),
+                ..Default::default()
+            },
+        };
+        if asked.files.is_empty() {
+            return Err(error(format!("`!{name}` without a file")).remedy(followed));
+        }
+        for file in &asked.files {
+            let relative = Path::new(file);
+            let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+            if !relative.components().all(inside) {
+                return Err(error(format!("{} leads out of the folder", quoted(file)))
+                    .remedy("put the file beside this one, and name it relative to it"));
+            }
+            let there = path.parent().unwrap_or(Path::new("")).join(relative);
+            if self.open.contains(&there) || self.open.len() == DEEPEST {
+                return Err(error(format!("{} names itself, or too deep", quoted(file)))
+                    .remedy("take one of the commands out"));
+            }
+            let bytes = (self.load)(&there).map_err(|why| {
+                error(format!("{}: {why}", there.display())).remedy("name a file beside this one")
+            })?;
+            for (i, copy) in asked.copies.iter().enumerate() {
+                self.copies += 1;
+                if self.copies > MOST_COPIES {
+                    return Err(error(format!("more than {MOST_COPIES} copies of files"))
+                        .remedy("use fewer"));
+                }
+                let number = if asked.copies.len() > 1 { format!(".{i}") } else { String::new() };
+                let prefix = match asked.prefix {
+                    Some(name) => format!("{}{name}{number}.", placement.prefix),
+                    None => placement.prefix.clone(),
+                };
+                let modifier = asked.modifier.map(str::to_string);
+                let placement = Placement {
+                    transform: placement.transform * *copy,
+                    prefix,
+                    modifier: placement.modifier.clone().or(modifier),
+                    inverted: placement.inverted != asked.inverted,
+                };
+                self.words += bytes.len() / 8;
+                if self.words > MOST_WORDS {
+                    return Err(error("copies of more numbers than memory holds".into())
+                        .remedy("use fewer copies"));
+                }
+                self.read(&bytes, &there, &placement)?;
+            }
+        }
+        Ok(())
+    }
+}

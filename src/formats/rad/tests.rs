@@ -1,0 +1,214 @@
+//! What is made of sound files, and that no other panics.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::{content::RadPart, *};
+use crate::formats::spoil::{check_error, spoiled};
+
+fn parse(text: &str, dialect: Dialect) -> Result<RadFile> {
+    let load = |path: &Path| match path.to_str() {
+        Some("dir/wall.rad") => Ok(b"white polygon wall 0 0 9 0 0 0 1 0 0 1 1 0".to_vec()),
+        Some("dir/again.rad") => Ok(b"!xform again.rad".to_vec()),
+        _ => Err("there is no such file".into()),
+    };
+    RadFile::parse(text.as_bytes(), Path::new("dir/a.rad"), dialect, &load)
+}
+
+fn area(triangles: &[[DVec3; 3]]) -> f64 {
+    triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
+}
+
+const WHITE: &str = "void plastic white 0 0 5 .8 .8 .8 0 0 # paint\n";
+
+/// Round shapes have the area of the true ones, and their fronts where they belong.
+#[test]
+fn shapes_have_their_area() {
+    for (shape, true_area, outside) in [
+        ("polygon a 0 0 12 0 0 0  2 0 0  2 1 0  0 1 0", 2.0, None),
+        ("sphere a 0 0 4 1 2 3 0.5", PI, Some(1.0)),
+        ("bubble a 0 0 4 1 2 3 0.5", PI, Some(-1.0)),
+        ("cylinder a 0 0 7 1 2 1 1 2 5 0.5", 4.0 * PI, Some(1.0)),
+        ("tube a 0 0 7 1 2 1 1 2 5 0.5", 4.0 * PI, Some(-1.0)),
+        ("cone a 0 0 8 1 2 1 1 2 5 3 0", 15.0 * PI, Some(1.0)),
+        ("cup a 0 0 8 1 2 1 1 2 5 0 3", 15.0 * PI, Some(-1.0)),
+        ("ring a 0 0 8 1 2 3 0 0 2 0.5 1", 0.75 * PI, None),
+        ("ring a 0 0 8 1 2 3 0 0 2 1 0", PI, None),
+    ] {
+        let file = parse(&format!("{WHITE}white {shape}"), Dialect::Radiance).unwrap();
+        let triangles = &file.parts[0].triangles;
+        let found = area(triangles);
+        assert!((found / true_area - 1.0).abs() < 1e-9, "{shape}: {found} {true_area}");
+        for [a, b, c] in triangles {
+            let normal = (b - a).cross(c - a);
+            match outside {
+                None => assert!(normal.z > 0.0, "{shape}"),
+                Some(sign) => {
+                    let out = (*a + *b + *c) / 3.0 - DVec3::new(1.0, 2.0, 3.0);
+                    assert!(sign * out.dot(normal) > 0.0, "{shape}");
+                }
+            }
+        }
+    }
+}
+
+/// The corners of each part by identifier, after transforms.
+#[test]
+fn transforms_are_followed() {
+    for (command, first, last, copies) in [
+        ("!xform -t 1 2 3 wall.rad", [1.0, 2.0, 3.0], [2.0, 3.0, 3.0], 1),
+        ("!xform -rz 90 -t 1 0 0 wall.rad", [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 1),
+        ("!xform -s 2 \\\n -t 1 0 0 wall.rad", [1.0, 0.0, 0.0], [3.0, 2.0, 0.0], 1),
+        ("!xform -a 3 -t 10 0 0 wall.rad", [0.0, 0.0, 0.0], [21.0, 1.0, 0.0], 3),
+        ("!xform -a 2 -t 10 0 0 -a 2 -t 0 5 0 -i 1 -s 2 wall.rad", [0.0; 3], [22.0, 12.0, 0.0], 4),
+        ("!cat wall.rad", [0.0; 3], [1.0, 1.0, 0.0], 1),
+    ] {
+        let file = parse(&format!("{WHITE}{command}\n"), Dialect::Radiance).unwrap();
+        let triangles: Vec<_> = file.parts.iter().flat_map(|part| &part.triangles).collect();
+        assert_eq!(triangles.len(), copies, "{command}");
+        let all: Vec<DVec3> = triangles.iter().flat_map(|t| t.iter().copied()).collect();
+        let has = |p: [f64; 3]| all.iter().any(|q| q.distance(DVec3::from(p)) < 1e-9);
+        assert!(has(first) && has(last), "{command}: {all:?}");
+        assert!(triangles.iter().all(|[a, b, c]| (b - a).cross(c - a).z > 0.0), "{command}");
+    }
+    // mirrored, the front looks the mirrored way; turned over, the other
+    for (command, z) in [("-mx", 1.0), ("-mz", -1.0), ("-I", -1.0), ("-I -mz", 1.0)] {
+        let file = parse(&format!("{WHITE}!xform {command} wall.rad"), Dialect::Radiance).unwrap();
+        let [a, b, c] = file.parts[0].triangles[0];
+        assert!((b - a).cross(c - a).z * z > 0.0, "{command}");
+    }
+    let text = format!(
+        "{WHITE}void metal m 0 0 5 .5 .5 .5 1 0\n!xform -n east -m m -a 2 -t 1 0 0 wall.rad"
+    );
+    let file = parse(&text, Dialect::Radiance).unwrap();
+    let names: Vec<&str> = file.parts.iter().map(|part| part.identifier.as_str()).collect();
+    assert_eq!(names, ["east.0.wall", "east.1.wall"]);
+    assert!(file.parts.iter().all(|part| file.materials[part.material].name == "m"));
+}
+
+/// The last definition wins, an alias is what it names, reversed copies go, lamps are no surfaces.
+#[test]
+fn materials_and_lamps_are_kept_apart() {
+    let text = "void plastic a\n0\n0\n5 .1 .1 .1 0 0\na polygon p1 0 0 9 0 0 0 1 0 0 1 1 0\n\
+        void plastic a 0 0 5 .2 .2 .2 0 0 void alias b a\n\
+        a polygon p2 0 0 9 0 0 1 1 0 1 1 1 1\nb polygon p3 0 0 9 0 0 2 1 0 2 1 1 2\n\
+        b polygon p3R 0 0 9 1 1 2 1 0 2 0 0 2\nvoid light l 0 0 3 1 1 1\nl cylinder tube1 0 0 7 0 0 5 1 0 5 .1\n\
+        l polygon panel 0 0 9 0 0 3 1 1 3 1 0 3\nmine polygon p4 0 0 9 0 0 4 1 0 4 1 1 4\n";
+    let file = parse(text, Dialect::Radiance).unwrap();
+    let reflected = |part: &RadPart| file.materials[part.material].numbers.first().copied();
+    let parts: Vec<_> = file.parts.iter().map(|p| (p.identifier.as_str(), reflected(p))).collect();
+    let expected = [("p1", Some(0.1)), ("p2", Some(0.2)), ("p3", Some(0.2)), ("p4", None)];
+    assert_eq!(parts, expected);
+    let lamps: Vec<_> =
+        file.lamps.iter().map(|l| (l.identifier.as_str(), l.tube.is_some())).collect();
+    assert_eq!(lamps, [("tube1", true), ("panel", false)]);
+}
+
+/// What SEC2 writes.
+#[test]
+fn the_dialect_of_sec2_is_read() {
+    let text = "scale_factor 100\nvoid light lum400 0 0 1 100 100 100\nvoid x lumB\nvoid point p1 1 2 3\n\
+        void point_light pl 0 0 5 10\nvoid plastic w 0 0 5 .5 .5 .5 .1 0\nw polygon floor 0 0 9 0 0 0 1 0 0 1 1 0\n\
+        lum400 cylinder n1 0 0 7 0 0 1 1 0 1 .1\n";
+    let file = parse(text, Dialect::Sec2).unwrap();
+    assert_eq!((file.parts.len(), file.lamps.len(), file.warnings.len()), (1, 1, 1));
+    assert!(parse(text, Dialect::Radiance).is_err());
+}
+
+#[test]
+fn errors_say_where_and_what() {
+    for (text, start) in [
+        ("", "dir/a.rad: holds no surface; a surface is"),
+        ("# nothing\n", "dir/a.rad: holds no surface"),
+        ("\nvoid plastic", "dir/a.rad:2: `void` without its identifier; a primitive is"),
+        ("void plastic a 0 0 x", "dir/a.rad:1: `x` where `plastic` has a number; after the"),
+        ("void plastic a 0 0 5 1 1 1 0", "dir/a.rad:1: `` where `plastic` has a number"),
+        ("void plastic a 0 0 -1", "dir/a.rad:1: -1 is no count of arguments"),
+        ("void plastic a 0 0 3 1 1 1", "dir/a.rad:1: plastic a of 3 numbers, must be 5"),
+        (
+            "void plastik a 0 0 3 1 1 1",
+            "dir/a.rad:1: void plastik a: `plastik` is not supported; did you mean `plastic`?",
+        ),
+        (
+            "void colorpict a 7 1 2",
+            "dir/a.rad:1: void colorpict a: `colorpict` is not supported; there are",
+        ),
+        ("void mesh a 1 a.rtm 0 0", "dir/a.rad:1: void mesh a: `mesh` is not supported"),
+        (
+            "p plastic a 0 0 5 1 1 1 0 0",
+            "dir/a.rad:1: a material that is modified by `p`; patterns",
+        ),
+        ("void alias a b", "dir/a.rad:1: the alias of `b`, which is not defined"),
+        ("void sphere a 0 0 4 0 0 0 1", "dir/a.rad:1: a surface without material; write"),
+        ("m sphere a 0 0 4 0 0 0 0", "dir/a.rad:1: sphere `a`: a radius that is not above 0"),
+        ("m polygon a 0 0 8 0 0 0 0 0 0 0 0", "dir/a.rad:1: polygon `a`: 8 numbers"),
+        ("m cylinder a 0 0 7 0 0 0 0 0 0 1", "dir/a.rad:1: cylinder `a`: no extent"),
+        ("!rm -r /tmp/x", "dir/a.rad:1: the command `rm -r /tmp/x`; of commands `!xform` and"),
+        (
+            "!xform -t 1 0 0 wall.rad | sort",
+            "dir/a.rad:1: the command `xform -t 1 0 0 wall.rad | sort`",
+        ),
+        ("!xform -t 1 0 wall.rad", "dir/a.rad:1: `-t` without its numbers"),
+        ("!xform -q wall.rad", "dir/a.rad:1: the option `-q` of xform is not known"),
+        ("!xform -a 1e9 wall.rad", "dir/a.rad:1: `-a` is no number of copies from 1 to 100000"),
+        ("!xform -a 1000 -a 1000 wall.rad", "dir/a.rad:1: more than 100000 copies"),
+        ("!xform -t 1 0 0", "dir/a.rad:1: `!xform` without a file"),
+        ("!xform /etc/passwd", "dir/a.rad:1: `/etc/passwd` leads out of the folder"),
+        ("!xform ../a.rad", "dir/a.rad:1: `../a.rad` leads out of the folder"),
+        ("!xform a.rad", "dir/a.rad:1: `a.rad` names itself"),
+        ("!xform again.rad", "dir/again.rad:1: `again.rad` names itself"),
+        ("!xform none.rad", "dir/a.rad:1: dir/none.rad: there is no such file"),
+        ("\0", "dir/a.rad: is not text but binary"),
+    ] {
+        let error = parse(text, Dialect::Radiance).unwrap_err().to_string();
+        assert!(error.starts_with(start), "{error}\n{start}");
+    }
+}
+
+const FILES: &[&str] = &[
+    "void plastic white 0 0 5 .8 .8 .8 .1 0 # paint\nvoid light lum\n0\n0\n3 10 10 10\nwhite polygon floor\n0\n0\n12\n0 0 0\n\
+     1 0 0\n1 1 0\n0 1 0\nlum cylinder n1 0 0 7 0 0 1 1 0 1 .01\n!xform -n a -a 3 -t 1 0 0 -rz 30 wall.rad\n",
+    "scale_factor 100\nvoid light l 0 0 1 1 2 3\nvoid x lum\nvoid point p 1 2 3\nvoid trans t 0 0 7 .1 .1 .1 .1 0 .5 0\n\
+     t ring r 0 0 8 0 0 0 0 0 1 0 1\nt sphere s 0 0 4 0 0 0 1\nt cone c 0 0 8 0 0 0 0 0 1 1 0\nvoid alias u t\nu bubble b 0 0 4 0 0 0 2\n",
+];
+const WORDS: &[&str] = &[
+    "void",
+    "polygon",
+    "sphere",
+    "cylinder",
+    "ring",
+    "cup",
+    "alias",
+    "light",
+    "glow",
+    "12",
+    "!xform",
+    "!cat wall.rad",
+    "-a",
+    "-i",
+    "-mx",
+    "-s",
+    "wall.rad",
+    "again.rad",
+    "../x",
+    "5",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_spoiled_room_panics(bytes in spoiled(FILES, WORDS), sec2 in any::<bool>()) {
+        let text = String::from_utf8_lossy(&bytes);
+        match parse(&text, if sec2 { Dialect::Sec2 } else { Dialect::Radiance }) {
+            Err(error) => check_error(&error, Path::new("dir/")),
+            Ok(file) => {
+                let parts = file.parts.iter().flat_map(|part| &part.triangles);
+                let all = parts.chain(file.lamps.iter().flat_map(|lamp| &lamp.triangles));
+                prop_assert!(all.flatten().all(|p| p.is_finite()));
+            }
+        }
+    }
+}

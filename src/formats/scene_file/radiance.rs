@@ -1,0 +1,273 @@
+//! Rooms in the format of Radiance: surfaces as those of an OBJ file, materials, and lamps that lights make shine.
+
+use std::{collections::HashMap, f64::consts::TAU, sync::Arc};
+
+use glam::DVec3;
+
+use super::{
+    format::*,
+    loader::{Loader, unknown},
+    numbers::single,
+    objects::area,
+    rooms::{RoomLamp, RoomLamps},
+};
+use crate::{
+    error::{Error, Result},
+    formats::{
+        input::quoted,
+        obj::{ObjFile, ObjGroup, ObjPart},
+        rad::{Dialect, RadFile, RadMaterial},
+    },
+    math::geometry::Transform,
+    scene::{
+        light::LightShape,
+        material::{
+            Dielectric, Lambert, MAX_EXPONENT, Material, Mirror, Pane, Phong, PhongFractions,
+            check_ior,
+        },
+        world::LightPart,
+    },
+};
+
+/// Index of refraction of Radiance's glass, where the file has no other.
+const GLASS_IOR: f64 = 1.52;
+
+/// What to do about a material that cannot be read.
+const OWN: &str = "give the scene a material of this name";
+
+impl Loader<'_> {
+    /// A room, and its surfaces as an OBJ file would have them.
+    pub(super) fn rad(
+        &mut self,
+        pointer: &str,
+        file: &str,
+        dialect: DialectFile,
+    ) -> Result<(RadFile, Arc<ObjFile>)> {
+        if file.is_empty() {
+            return Err(self.error(pointer, "no file name").remedy("name a .rad file"));
+        }
+        let path = self.sibling(file);
+        let bytes = self.bytes(pointer, &path)?;
+        let dialect = match dialect {
+            DialectFile::Radiance => Dialect::Radiance,
+            DialectFile::Sec2 => Dialect::Sec2,
+        };
+        let rad = RadFile::parse(&bytes, &path, dialect, &|path| self.fetch(path))?;
+        rad.warnings.iter().for_each(|warning| self.warn(pointer, warning));
+        let mut obj = ObjFile::default();
+        let mut groups = HashMap::new();
+        for part in &rad.parts {
+            let group = *groups.entry(&part.identifier).or_insert_with(|| {
+                obj.groups.push(ObjGroup { name: Some(part.identifier.clone()) });
+                obj.groups.len() - 1
+            });
+            let (triangles, material) = (part.triangles.clone(), None);
+            obj.parts.push(ObjPart { group, material, line: 0, triangles, tangled: 0, bent: 0 });
+        }
+        Ok((rad, Arc::new(obj)))
+    }
+
+    /// The scene's index of a material of a room: that of the scene with its name, else its own.
+    pub(super) fn rad_material(
+        &mut self,
+        place: &str,
+        file: &RadMaterial,
+        dialect: DialectFile,
+    ) -> Result<usize> {
+        if let Some(&entry) = self.materials.by_name.get(&file.name) {
+            return self.materials.use_entry(entry);
+        }
+        if file.kind.is_empty() {
+            let error = Error::input(place, format!("no material {}", quoted(&file.name)));
+            let scene = self.materials.by_name.keys().map(String::as_str);
+            return Err(unknown(error, &file.name, scene));
+        }
+        if let Some(&index) = self.materials.by_mtl_place.get(&file.place) {
+            return self.materials.use_entry(index);
+        }
+        let material = self.made_of(file, dialect)?;
+        let taken = self.materials.names.contains(&file.name);
+        let shown =
+            if taken { format!("{} ({})", file.name, file.place) } else { file.name.clone() };
+        let index = self.materials.add(shown, Ok(material), true);
+        self.materials.by_mtl_place.insert(file.place.clone(), index);
+        self.materials.use_entry(index)
+    }
+
+    /// Values per band of a colour: in order for three bands, their mean for one.
+    fn colour(&self, file: &RadMaterial) -> Result<Vec<f64>> {
+        let rgb = &file.numbers[..3];
+        if let Some(bad) = rgb.iter().find(|value| !(0.0..=1.0).contains(*value)) {
+            let problem = format!("colour {bad} of {}, must be from 0 to 1", quoted(&file.name));
+            return Err(Error::input(&file.place, problem).remedy(OWN));
+        }
+        match self.bands {
+            1 => Ok(vec![rgb.iter().sum::<f64>() / 3.0]),
+            3 => Ok(rgb.to_vec()),
+            n => {
+                let problem =
+                    format!("{} has r, g, b, the scene has {n} bands", quoted(&file.name));
+                Err(Error::input(&file.place, problem).remedy(OWN))
+            }
+        }
+    }
+
+    fn made_of(&self, file: &RadMaterial, dialect: DialectFile) -> Result<Material> {
+        let colour = self.colour(file)?;
+        let number = |i: usize| file.numbers.get(i).copied().unwrap_or(0.0);
+        let refused = |problem: &str| {
+            Err(Error::input(&file.place, format!("{}: {problem}", quoted(&file.name))).remedy(OWN))
+        };
+        let times = |factor: f64| -> Vec<f64> { colour.iter().map(|c| c * factor).collect() };
+        let sec2 = dialect == DialectFile::Sec2;
+        let (s, roughness, t, straight) = (number(3), number(4), number(5), number(6));
+        if ["plastic", "metal", "trans"].contains(&file.kind.as_str())
+            && ![s, t].iter().all(|share| (0.0..=1.0).contains(share))
+        {
+            return refused("specularity and transmission are from 0 to 1");
+        }
+        let material = match file.kind.as_str() {
+            "glass" => {
+                let ior = file.numbers.get(3).copied().unwrap_or(GLASS_IOR);
+                check_ior(ior).map_err(|problem| problem.or(OWN).at(&file.place))?;
+                Material::Pane(Pane::new(ior as f32, &single(&colour)))
+            }
+            "dielectric" => {
+                if colour.iter().any(|&c| c < 1.0) {
+                    return refused(
+                        "a dielectric that absorbs along the way, which no material here does",
+                    );
+                }
+                check_ior(s).map_err(|problem| problem.or(OWN).at(&file.place))?;
+                Material::Dielectric(Dielectric::new(s as f32, &single(&colour)))
+            }
+            "mirror" => Material::Mirror(Mirror::new(&single(&colour))),
+            "plastic" | "metal" | "trans" => {
+                if file.kind == "trans" && !sec2 && straight > 0.0 {
+                    return refused("a part that goes straight through (tspec); a `table` has one");
+                }
+                let mirrored = match file.kind.as_str() {
+                    "metal" => times(s),
+                    _ if sec2 => times(s),
+                    _ => vec![s; self.bands],
+                };
+                let (reflected, transmitted) = match (file.kind.as_str(), sec2) {
+                    ("trans", false) => (times((1.0 - s) * (1.0 - t)), times((1.0 - s) * t)),
+                    ("trans", true) => (times(1.0 - s), vec![t; self.bands]),
+                    _ => (times(1.0 - s), vec![0.0; self.bands]),
+                };
+                if s == 0.0 && transmitted.iter().all(|&t| t == 0.0) {
+                    Material::Lambert(Lambert::new(&single(&reflected)))
+                } else {
+                    // Ward's lobe and Phong's are about as wide
+                    let exponent = 0.5 / (roughness * roughness);
+                    let rough = !sec2 && roughness > 0.0 && exponent <= MAX_EXPONENT;
+                    Material::Phong(Phong::new(
+                        PhongFractions {
+                            reflectance: &single(&reflected),
+                            specular: &single(&mirrored),
+                            transmittance: &single(&transmitted),
+                        },
+                        rough.then_some(exponent as f32),
+                    ))
+                }
+            }
+            _ => return refused("a lamp among the surfaces"),
+        };
+        let checked = material.check(&self.band_names());
+        checked.map_err(|problem| problem.of(quoted(&file.name)).or(OWN).at(&file.place))?;
+        Ok(material)
+    }
+
+    /// Keeps the lamps of a room where they stand, until a light names them.
+    pub(super) fn place_lamps(
+        &mut self,
+        pointer: &str,
+        object: &str,
+        rad: &RadFile,
+        transform: &Transform,
+    ) -> Result<()> {
+        for lamp in &rad.lamps {
+            let triangles = self.placed(&lamp.triangles, transform)?;
+            let metres = self.metres;
+            let (shape, area) = match lamp.tube {
+                Some((from, to, radius)) => {
+                    let [from, to] = [from, to].map(|p| transform.point(p * metres));
+                    let radius = radius * transform.turned(DVec3::X * metres).length();
+                    let area = TAU * radius * from.distance(to);
+                    (LightShape::Tube { from, to, radius }, area)
+                }
+                None => {
+                    let area = triangles.iter().map(area).sum();
+                    (LightShape::Area { triangles, two_sided: false }, area)
+                }
+            };
+            let material = &rad.materials[lamp.material].name;
+            let lamp = RoomLamp { identifier: lamp.identifier.clone(), area, shape };
+            let known = self
+                .room_lamps
+                .iter_mut()
+                .find(|known| known.pointer == pointer && known.material == *material);
+            match known {
+                Some(known) => known.lamps.push(lamp),
+                None => self.room_lamps.push(RoomLamps {
+                    object: object.to_string(),
+                    material: material.clone(),
+                    pointer: pointer.to_string(),
+                    lit: false,
+                    lamps: vec![lamp],
+                }),
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the lamps of a material in an object shine: each takes its share of the power by its area.
+    pub(super) fn rad_light(&mut self, pointer: &str, light: &RadLightFile) -> Result<()> {
+        let power = self.power(pointer, &light.power, None)?;
+        let wanted =
+            |lamps: &RoomLamps| lamps.object == light.object && lamps.material == light.material;
+        let mut found: Vec<RoomLamp> = Vec::new();
+        for lamps in self.room_lamps.iter_mut().filter(|lamps| wanted(lamps)) {
+            if lamps.lit {
+                return Err(self
+                    .error(pointer, "a second light of the same lamps")
+                    .remedy("give their whole power in one"));
+            }
+            lamps.lit = true;
+            found.append(&mut lamps.lamps);
+        }
+        if found.is_empty() {
+            let problem =
+                format!("no lamps of {} in {}", quoted(&light.material), quoted(&light.object));
+            let known = self.room_lamps.iter().map(|lamps| (&lamps.object, &lamps.material));
+            let known: Vec<String> = known.map(|(o, m)| format!("{m} in {o}")).collect();
+            let error = self.error(pointer, problem);
+            return Err(unknown(error, &light.material, known.iter().map(String::as_str)));
+        }
+        let whole: f64 = found.iter().map(|lamp| lamp.area).sum();
+        let mut copies = HashMap::new();
+        for RoomLamp { identifier, area, shape } in found {
+            let mut name = identifier.clone();
+            let copy = copies.entry(identifier.clone()).or_insert(0);
+            while self.light_names.contains(&name) {
+                *copy += 1;
+                name = format!("{identifier}#{copy}");
+            }
+            let share = if whole > 0.0 { area / whole } else { 0.0 };
+            let power = power.iter().map(|power| power * share).collect();
+            self.add_light(pointer, LightPart { name, power, shape })?;
+        }
+        Ok(())
+    }
+
+    /// Refuses lamps of rooms that no light makes shine.
+    pub(super) fn check_lamps(&self) -> Result<()> {
+        let Some(dark) = self.room_lamps.iter().find(|lamps| !lamps.lit) else { return Ok(()) };
+        let RoomLamps { object, material, pointer, lamps, .. } = dark;
+        let problem = format!("its {} lamps of {} have no light", lamps.len(), quoted(material));
+        Err(self.error(format!("{pointer}/rad"), problem).remedy(format!(
+            "add {{\"type\": \"rad\", \"object\": {object:?}, \"material\": {material:?}, \"power\": ...}} to /lights"
+        )))
+    }
+}
