@@ -422,7 +422,7 @@ impl<'a> Scan<'a> {
         let shell =
             |word: &&str| word.contains(['|', ';', '<', '>', '$', '`', '&', '*', '"', '\'']);
         let (name, arguments) = match words.split_first() {
-            Some((&name @ ("xform" | "cat"), arguments)) if !arguments.iter().any(|w| shell(w)) => {
+            Some((&name @ ("xform" | "cat"), arguments)) if !arguments.iter().any(shell) => {
                 (name, arguments)
             }
             _ => {
