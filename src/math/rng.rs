@@ -36,6 +36,8 @@ pub enum Purpose {
     Other,
     /// Shadow rays to the sun, by the hour.
     DirectSun,
+    /// Photons that find what lamps light from close by.
+    Spots,
 }
 
 /// The streams of all histories of a batch.

@@ -4,7 +4,7 @@
 //! At each point on its way, a light is chosen in proportion to what it may contribute, and joined
 //! by a shadow ray (next-event estimation); the path itself may meet a light too, and where both
 //! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
-//! are aimed at the reflectors of lamps ([`Reflectors`]). The sun is looked for in flat panes and mirrors, too. What a
+//! are aimed at the reflectors of lamps ([`Reflectors`]), and with light that lamps send to what is close to them ([`Spots`]). The sun is looked for in flat panes and mirrors, too. What a
 //! path cannot find is light of a point or a line that comes by way of a mirror or refraction, and the sun by others than
 //! one of those: [`Unseen`] says how much that is.
 
@@ -12,6 +12,7 @@ mod choice;
 mod face;
 mod joined;
 mod reflectors;
+mod spots;
 #[cfg(test)]
 mod tests;
 mod unseen;
@@ -27,7 +28,7 @@ use crate::{
     },
     scene::{
         daylight::{DirectionSample, InfiniteLight},
-        material::{Interaction, LobeKind, Material, Transport},
+        material::{Interaction, LobeKind, Transport},
         world::{ChosenImage, LightHit, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
@@ -37,9 +38,10 @@ pub use face::{Face, PathScore};
 pub use joined::Joined;
 #[cfg(test)]
 pub use joined::radiance;
-pub use reflectors::Reflectors;
+use reflectors::Reflectors;
+use spots::Spots;
 pub use unseen::Unseen;
-use vertex::Vertex;
+use vertex::{Arrival, Vertex};
 
 /// Where surfaces have left less of a path than this, it goes on by Russian roulette, with this much.
 const LEAST: f32 = 1.0 / 3.0;
@@ -68,9 +70,27 @@ enum Aim {
     Nowhere,
 }
 
+/// What photons have found out about a scene before paths start.
+pub struct Pilot {
+    reflectors: Option<Reflectors>,
+    spots: Option<Spots>,
+}
+
+impl Pilot {
+    /// Nothing to aim at.
+    const NONE: Self = Self { reflectors: None, spots: None };
+
+    /// Traces them.
+    pub fn run(scene: &Scene, seed: u64) -> Self {
+        let reflectors = Reflectors::find(scene, seed);
+        let spots = Spots::find(scene, reflectors.as_ref(), seed);
+        Self { reflectors, spots }
+    }
+}
+
 struct Path<'a, 'r> {
     scene: &'a Scene,
-    reflectors: Option<&'a Reflectors>,
+    pilot: &'a Pilot,
     rng: &'r mut Stream,
     rays: u32,
     cut_off: bool,
@@ -86,11 +106,11 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let (light, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
-        if scene.lights[light].entrance().is_some() {
-            return self.next_event_at_infinity(light, chance, at, otherwise);
+        let (l, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
+        if scene.lights[l].entrance().is_some() {
+            return self.next_event_at_infinity(l, chance, at, otherwise);
         }
-        let light = &scene.lights[light];
+        let light = &scene.lights[l];
         let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
         let towards = (sample.point - at.point).try_normalize()?;
         if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
@@ -100,12 +120,65 @@ impl Path<'_, '_> {
         let origin = at.point + at.step.map_or(Vec3::ZERO, step);
         self.rays += 1;
         let visible: Spectrum<L> = scene.visibility(origin, sample.point)?;
+        let sent = self.sent_density(l, at, towards, sample.irradiance);
         let weight = match sample.density {
-            Some(density) => density * chance / (density * chance + otherwise(towards)),
-            None => 1.0,
+            Some(density) => {
+                let own = density * chance;
+                own / (own + otherwise(towards) + density * sent)
+            }
+            None => chance / (chance + sent),
         };
         let power = power::<L>(&light.power);
         Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
+    }
+
+    /// How many times as likely light is [sent](Self::sent) to a point as a path comes to it, times the irradiance of a light
+    /// point or its radiance.
+    fn sent_density(&self, light: usize, at: &Vertex, towards: Vec3, brings: f32) -> f32 {
+        let spots = self.pilot.spots.as_ref();
+        spots.map_or(0.0, |spots| spots.rival(self.scene, light, at, towards, brings))
+    }
+
+    /// Light that a lamp sends to what it lights from close by, joined from there with a point: the direction to where it landed, and
+    /// its irradiance across that direction, weighted against what paths would find that come there along directions of the density `along`.
+    fn sent<L: Lanes>(
+        &mut self,
+        at: &Vertex,
+        along: impl Fn(Vec3) -> f32,
+    ) -> Option<(Vec3, Spectrum<L>)> {
+        let (scene, spots) = (self.scene, self.pilot.spots.as_ref()?);
+        let (light, chance) = spots.choose(scene, at.point, self.rng);
+        let ray = scene.lights[light].emit(scene.ray_offset(), self.rng);
+        self.rays += 1;
+        let (hit, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
+        let surface = scene.surface(hit.triangle);
+        let material = scene.material(surface);
+        let away = hit.point - at.point;
+        let (towards, d2) = (away.try_normalize()?, away.length_squared());
+        if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
+            return None;
+        }
+        let arriving = Interaction::new(ray.direction, surface.normal);
+        let f: Spectrum<L> = material.evaluate(&arriving, -towards);
+        if f.is_zero() {
+            return None;
+        }
+        let seen = Interaction::new(towards, surface.normal);
+        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(towards).signum();
+        let start = at.point + at.step.map_or(Vec3::ZERO, step);
+        let end = scene.leave(hit.point, seen.normal, seen.normal).origin;
+        self.rays += 1;
+        let visible: Spectrum<L> = scene.visibility(start, end)?;
+        let arrival = Arrival { from: at.point, density: along(towards) * seen.cos / d2 };
+        let there = Vertex::on(surface, material, &seen, hit.point);
+        let there = Vertex { arrival: Some(arrival), ..there };
+        let origin = spots::origin(scene, light, &ray, hit.point)?;
+        let free = self.free_share();
+        let share = spots.share(scene, &there, &origin, |d| {
+            free * material.pdf(&seen, Transport::Importance, d)
+        });
+        let power = power::<L>(&scene.lights[light].power);
+        Some((towards, (power * through * f * visible).scaled(seen.cos / d2 * share / chance)))
     }
 
     /// The same from a direction of a light at infinity that was chosen with this `chance`.
@@ -214,12 +287,12 @@ impl Path<'_, '_> {
 
     /// Chance that a direction is not aimed at a reflector.
     fn free_share(&self) -> f32 {
-        self.reflectors.map_or(1.0, |reflectors| 1.0 - reflectors.share)
+        self.pilot.reflectors.as_ref().map_or(1.0, |reflectors| 1.0 - reflectors.share)
     }
 
     /// Chooses where to go on to from a point.
     fn aim(&mut self, from: &Vertex) -> Aim {
-        let Some(reflectors) = self.reflectors else { return Aim::Free };
+        let Some(reflectors) = &self.pilot.reflectors else { return Aim::Free };
         let u = self.rng.uniform();
         if u >= reflectors.share {
             return Aim::Free;
@@ -245,7 +318,10 @@ impl Path<'_, '_> {
             if leg.aimed.is_none() {
                 scene.lights_hit(&leg.ray, t_max, |hit| {
                     let weight = leg.density.map_or(1.0, |density| {
-                        density / (density + next_event_density(scene, &leg.at, &leg.ray, &hit))
+                        let brings = hit.shine.radiance;
+                        let sent = self.sent_density(hit.light, &leg.at, leg.ray.direction, brings);
+                        let other = next_event_density(scene, &leg.at, &leg.ray, &hit);
+                        density / (density + other + sent)
                     });
                     let power = power::<L>(&scene.lights[hit.light].power);
                     radiance += power.scaled(weight * hit.shine.radiance) * &throughput;
@@ -265,11 +341,13 @@ impl Path<'_, '_> {
                 Some(weight) => throughput = throughput.scaled(weight),
                 None => return radiance,
             }
-            let here = Vertex {
-                point: hit.point,
-                step: Some(surface.normal),
-                one_sided: matches!(material, Material::Lambert(_)).then_some(interaction.normal),
-            };
+            let mut here = Vertex::on(surface, material, &interaction, hit.point);
+            if self.pilot.spots.is_some() {
+                here.arrival = leg.density.map(|density| {
+                    let (from, d2) = (leg.at.point, leg.at.point.distance_squared(hit.point));
+                    Arrival { from, density: density * interaction.cos / d2 }
+                });
+            }
             let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
             let along = |d| free * material.pdf(&interaction, Transport::Importance, d);
             let scattered = |towards: Vec3| {
@@ -284,6 +362,12 @@ impl Path<'_, '_> {
             }
             if material.is_diffuse()
                 && let Some((towards, irradiance)) = self.mirrored_sun::<L>(&here)
+            {
+                radiance += scattered(towards) * &throughput * irradiance;
+            }
+
+            if material.is_diffuse()
+                && let Some((towards, irradiance)) = self.sent::<L>(&here, along)
             {
                 radiance += scattered(towards) * &throughput * irradiance;
             }
@@ -348,7 +432,7 @@ impl Path<'_, '_> {
     /// What the light that comes along a leg from `hit` counts: a free choice could have gone there
     /// and, to a reflector, an aimed one too. None where an aimed one has not reached its triangle.
     fn arrival_weight(&self, leg: &Leg, hit: &SurfaceHit, cos: f32) -> Option<f32> {
-        let (Some(reflectors), Some(free)) = (self.reflectors, leg.density) else {
+        let (Some(reflectors), Some(free)) = (&self.pilot.reflectors, leg.density) else {
             return Some(1.0);
         };
         let aimed = || reflectors.density(self.scene, &leg.at, hit.triangle) * hit.t * hit.t / cos;

@@ -30,7 +30,7 @@ use crate::{
     math::{machine, rng::Purpose},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
-        paths::{Face, Reflectors, Unseen},
+        paths::{Face, Pilot, Unseen},
         photon_map::{Arrival, MapBuilder, PhotonMap},
         settings::{Estimator, Settings},
         tally::{Tally, Totals},
@@ -211,8 +211,8 @@ enum Keep<'a> {
 enum Work<'a> {
     /// A photon; the lights' shares in a task of the usual length.
     Photons(Strata),
-    /// A path from each of these faces, and the reflectors that they aim at.
-    Paths(Vec<Face<'a>>, Option<Reflectors>),
+    /// A path from each of these faces, and what pilot photons have found for them.
+    Paths(Vec<Face<'a>>, Pilot),
 }
 
 impl<'a> Run<'a> {
@@ -241,7 +241,7 @@ impl<'a> Run<'a> {
                 return Err(Error::input("captors", "there are none for paths to start from")
                     .remedy("add a captor, or run photons"));
             }
-            Estimator::Paths => Work::Paths(faces(scene), Reflectors::find(scene, settings.seed)),
+            Estimator::Paths => Work::Paths(faces(scene), Pilot::run(scene, settings.seed)),
         };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
         let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();

@@ -78,7 +78,7 @@ impl Light {
         if normal.is_some_and(|normal| towards.dot(normal) < -radius) {
             return 0.0;
         }
-        let near = 1.0 / towards.length_squared().max(radius * radius).max(f32::MIN_POSITIVE);
+        let near = self.nearness(point);
         match &self.emitter {
             Emitter::Cone { frame, versine, .. } => {
                 // a little more than the cone, for rounding
@@ -93,6 +93,32 @@ impl Light {
                 if surface.triangles.iter().any(seen) { near } else { 0.0 }
             }
             _ => near,
+        }
+    }
+
+    /// One over the squared distance of `point` from the middle of the light but, close by, not more than over that of its rim,
+    /// 1/m2.
+    pub fn nearness(&self, point: Vec3) -> f32 {
+        let (middle, radius) = self.ball;
+        let d2 = point.distance_squared(middle);
+        1.0 / d2.max(radius * radius).max(f32::MIN_POSITIVE)
+    }
+
+    /// The irradiance that one of its points brings as far `away`, across the line of sight, per W, 1/m2; none of a light that
+    /// has a surface.
+    pub fn irradiance(&self, away: Vec3) -> Option<f32> {
+        let d2 = away.length_squared();
+        match &self.emitter {
+            Emitter::Cone { versine, .. } => Some(1.0 / (2.0 * PI * versine * d2)),
+            Emitter::IsotropicLine(_) => Some(1.0 / (4.0 * PI * d2)),
+            Emitter::Tube { frame, radius: 0.0, .. } => {
+                let sin = away.reject_from_normalized(frame.normal).length() / d2.sqrt();
+                Some(sin / (PI * PI * d2))
+            }
+            Emitter::Luminaire { intensity, .. } => {
+                Some(intensity.towards(away.normalize_or_zero()) / d2)
+            }
+            _ => None,
         }
     }
 

@@ -4,7 +4,11 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Aim, Leg, Path, Reflectors, vertex::Vertex};
+use super::{
+    Aim, Leg, Path, Pilot, power,
+    spots::{self, Spots},
+    vertex::{Arrival, Vertex},
+};
 use crate::{
     math::{
         geometry::{Frame, Ray, Triangle},
@@ -44,6 +48,8 @@ pub struct Face<'a> {
     pub channel: Channel,
     scene: &'a Scene,
     area: f32,
+    /// Middle of the captor.
+    middle: Vec3,
     triangles: &'a [Triangle],
     cumulative_area: Vec<f64>,
     places: Vec<Place>,
@@ -89,22 +95,23 @@ impl<'a> Face<'a> {
         let places = triangles.iter().enumerate().map(place).collect();
         // paths start from all of a sphere, of which the area is a cross-section
         let area = if of.sensor.is_sphere { 4.0 * of.area } else { of.area } as f32;
-        Self { captor, channel, scene, area, triangles, cumulative_area, places }
+        let middle = (of.center - scene.center).as_vec3();
+        Self { captor, channel, scene, area, middle, triangles, cumulative_area, places }
     }
 
-    /// Follows one path back from the face; some of it aims at `reflectors`.
-    pub fn path<L: Lanes>(
-        &self,
-        reflectors: Option<&Reflectors>,
-        rng: &mut Stream,
-    ) -> PathScore<L> {
+    /// Follows one path back from the face; some of it aims at what `pilot` found.
+    pub fn path<L: Lanes>(&self, pilot: &Pilot, rng: &mut Stream) -> PathScore<L> {
         let Start { triangle, point, normal } = self.start(rng);
-        let at = Vertex { point, step: None, one_sided: Some(normal) };
-        let mut path = Path { scene: self.scene, reflectors, rng, rays: 0, cut_off: false };
+        let at = self.vertex(point, normal);
+        let mut path = Path { scene: self.scene, pilot, rng, rays: 0, cut_off: false };
 
         let free = path.free_share();
         let along = |direction: Vec3| free * cosine_hemisphere_density(direction.dot(normal));
-        let direct = [path.next_event::<L>(&at, along), path.mirrored_sun::<L>(&at)];
+        let direct = [
+            path.next_event::<L>(&at, along),
+            path.mirrored_sun::<L>(&at),
+            path.sent::<L>(&at, along),
+        ];
         let direct = direct.into_iter().flatten().map(|(towards, irradiance)| {
             (towards, irradiance.scaled(self.area * towards.dot(normal).max(0.0)))
         });
@@ -128,15 +135,52 @@ impl<'a> Face<'a> {
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
         let mut score = PathScore { flux, absorbed, rays, cut_off };
-        let response = self.scene.captors[self.captor].sensor.response.as_ref();
         for (direction, flux) in direct.chain(indirect) {
             score.absorbed += self.absorbed(triangle, direction, &flux, rng);
-            score.flux += match response {
-                None => flux,
-                Some(response) => flux.scaled(response.factor(direction.dot(normal))),
-            };
+            score.flux += self.read(flux, direction.dot(normal));
+        }
+        if let Some(spots) = &pilot.spots {
+            self.sent(spots, free, &mut score, rng);
         }
         score
+    }
+
+    /// What a sensor reads of flux that comes at this cosine.
+    fn read<L: Lanes>(&self, flux: Spectrum<L>, cos: f32) -> Spectrum<L> {
+        match &self.scene.captors[self.captor].sensor.response {
+            None => flux,
+            Some(response) => flux.scaled(response.factor(cos)),
+        }
+    }
+
+    /// A start at a point of the face, uniform over it.
+    fn vertex(&self, point: Vec3, normal: Vec3) -> Vertex {
+        let arrival = Some(Arrival { from: self.middle, density: 1.0 / self.area });
+        Vertex { point, step: None, one_sided: Some(normal), arrival }
+    }
+
+    /// Light that a lamp sends to the face itself, weighted against what paths would find that start there.
+    fn sent<L: Lanes>(&self, spots: &Spots, free: f32, score: &mut PathScore<L>, rng: &mut Stream) {
+        let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
+        let (light, chance) = spots.choose(scene, self.middle, rng);
+        let ray = scene.lights[light].emit(scene.ray_offset(), rng);
+        score.rays += 1;
+        let power = power::<L>(&scene.lights[light].power);
+        spots::straight::<L>(scene, ray, |crossing, through| {
+            let channel = if crossing.front { Channel::Front } else { Channel::Back };
+            if (crossing.captor, channel) != (self.captor, self.channel) {
+                return;
+            }
+            let Some(origin) = spots::origin(scene, light, &ray, crossing.point) else { return };
+            let triangle = crossing.triangle - captor.triangles.start;
+            let normal = self.places[triangle].normal;
+            let share = spots.share(scene, &self.vertex(crossing.point, normal), &origin, |d| {
+                free * cosine_hemisphere_density(d.dot(normal))
+            });
+            let flux = (power.clone() * through).scaled(share / chance);
+            score.absorbed += self.absorbed(triangle, origin.towards, &flux, rng);
+            score.flux += self.read(flux, origin.towards.dot(normal));
+        });
     }
 
     /// One shadow ray's estimate of the irradiance that a light at infinity brings straight or through thin panes,

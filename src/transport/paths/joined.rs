@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Path, next_event_density, next_event_density_of_sky, vertex::Vertex};
+use super::{Path, Pilot, next_event_density, next_event_density_of_sky, vertex::Vertex};
 use crate::{
     math::{
         geometry::Ray,
@@ -19,9 +19,9 @@ use crate::{
 /// umol/m2/s/sr.
 #[cfg(test)]
 pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
-    let eye = Vertex { point: ray.origin, step: None, one_sided: None };
+    let eye = Vertex { point: ray.origin, step: None, one_sided: None, arrival: None };
     let leg = super::Leg { at: eye, ray, density: None, aimed: None, unbroken: true };
-    Path { scene, reflectors: None, rng, rays: 0, cut_off: false }.follow(leg)
+    Path { scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false }.follow(leg)
 }
 
 /// A surface that scatters, joined with the lamps, also through thin panes: for whoever follows its
@@ -47,7 +47,7 @@ impl<'a> Joined<'a> {
             scene,
             surface,
             interaction,
-            at: Vertex { point, step: Some(surface.normal), one_sided },
+            at: Vertex { point, step: Some(surface.normal), one_sided, arrival: None },
         }
     }
 
@@ -56,7 +56,8 @@ impl<'a> Joined<'a> {
     pub fn radiance<L: Lanes>(&self, rng: &mut Stream) -> Spectrum<L> {
         let material = self.scene.material(self.surface);
         let along = |d| material.pdf(&self.interaction, Transport::Importance, d);
-        let mut path = Path { scene: self.scene, reflectors: None, rng, rays: 0, cut_off: false };
+        let mut path =
+            Path { scene: self.scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false };
         let Some((towards, irradiance)) = path.next_event::<L>(&self.at, along) else {
             return Spectrum::splat(self.scene.lanes(), 0.0);
         };

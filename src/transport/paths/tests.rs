@@ -11,7 +11,7 @@ use crate::{
     scene::{
         captor::{CaptorKind, Channel},
         light::LightShape,
-        material::{Lambert, Phong, PhongFractions},
+        material::{Lambert, Material, Phong, PhongFractions},
         world::{Band, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart},
     },
 };
@@ -72,13 +72,15 @@ fn lamps() -> SceneParts {
 #[test]
 fn aimed_paths_find_the_same_and_with_less_error() {
     let scene = Scene::new(lamps()).unwrap();
-    let reflectors = Reflectors::find(&scene, 1).unwrap();
+    let reflectors = Reflectors::find(&scene, 1);
+    assert!(reflectors.is_some());
     let face = Face::new(&scene, 0, Channel::Front);
-    let [free, aimed] = [None, Some(&reflectors)].map(|reflectors| {
+    let pilots = [Pilot::NONE, Pilot { reflectors, spots: None }];
+    let [free, aimed] = pilots.map(|pilot| {
         let mut mean = Mean::default();
         for path in 0..2_000_000 {
-            let mut rng = Stream::new(1, u64::from(reflectors.is_some()), path);
-            mean.add(face.path::<[f32; 1]>(reflectors, &mut rng).flux.0[0].into());
+            let mut rng = Stream::new(1, u64::from(pilot.reflectors.is_some()), path);
+            mean.add(face.path::<[f32; 1]>(&pilot, &mut rng).flux.0[0].into());
         }
         mean
     });
@@ -94,7 +96,8 @@ fn aimed_paths_find_the_same_and_with_less_error() {
 fn reflectors_are_chosen_with_their_density() {
     let scene = Scene::new(lamps()).unwrap();
     let reflectors = Reflectors::find(&scene, 1).unwrap();
-    let at = Vertex { point: Vec3::new(0.3, -0.4, -1.0), step: None, one_sided: None };
+    let at =
+        Vertex { point: Vec3::new(0.3, -0.4, -1.0), step: None, one_sided: None, arrival: None };
     let mut rng = Stream::new(1, 0, 0);
     let mut counts = vec![0; scene.triangles().len()];
     let choices = 100_000;

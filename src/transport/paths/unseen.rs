@@ -8,7 +8,7 @@ use crate::{
     scene::{
         light::{Light, Strata},
         material::LobeKind,
-        world::Scene,
+        world::{FlatMirrors, Scene},
     },
     transport::trace::{Event, trace},
 };
@@ -27,6 +27,36 @@ pub struct Unseen {
     /// Flux that no path can find: of a point or line light, by way of a mirror or refraction
     /// before its first diffuse scattering; of the sun, by others than one flat pane or mirror.
     pub hidden: Vec<f64>,
+}
+
+/// What has happened to a photon on its way, as far as it decides whether a path could find it there.
+struct Finding<'a> {
+    delta: bool,
+    /// The flat mirrors in which paths look for its light.
+    images: Option<&'a FlatMirrors>,
+    diffused: bool,
+    mirrored: bool,
+    /// Whether no path could.
+    hidden: bool,
+}
+
+impl<'a> Finding<'a> {
+    /// As it leaves a light; `delta`: one that no path meets by chance.
+    fn new(scene: &'a Scene, light: usize, delta: bool) -> Self {
+        let images = scene.flat_mirrors().filter(|mirrors| mirrors.suns().contains(&light));
+        Self { delta, images, diffused: false, mirrored: false, hidden: false }
+    }
+
+    /// After an arrival at a triangle that sends it on so.
+    fn arrived(&mut self, triangle: usize, lobe: Option<LobeKind>) {
+        if self.delta && !self.diffused && lobe == Some(LobeKind::Specular) {
+            // paths look for the sun by way of one flat mirror
+            let shown = |images: &FlatMirrors| images.image_of(triangle).is_some();
+            self.hidden |= self.mirrored || !self.images.is_some_and(shown);
+            self.mirrored = true;
+        }
+        self.diffused |= lobe == Some(LobeKind::Diffuse);
+    }
 }
 
 impl Unseen {
@@ -54,23 +84,15 @@ impl Unseen {
             let mut rng = streams.history(done);
             let photon = scene.emit::<L>(&strata, done, &mut rng);
             let delta = strata.is_delta(&scene.lights, photon.source);
-            let (mut hidden, mut diffused, mut mirrored) = (false, false, false);
-            let images =
-                scene.flat_mirrors().filter(|mirrors| mirrors.suns().contains(&photon.light));
+            let mut finding = Finding::new(scene, photon.light, delta);
             trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
                 if let Some(counted) = event.counted(scene) {
-                    on_captors.add(photon.weights, counted.power, hidden);
+                    on_captors.add(photon.weights, counted.power, finding.hidden);
                 }
                 if let Event::Arrival { hit, power, lobe, .. } = event {
                     rays += 1;
-                    on_surfaces.add(photon.weights, power, hidden);
-                    if delta && !diffused && lobe == Some(LobeKind::Specular) {
-                        // paths look for the sun by way of one flat mirror
-                        hidden |= mirrored
-                            || images.is_none_or(|images| images.image_of(hit.triangle).is_none());
-                        mirrored = true;
-                    }
-                    diffused |= lobe == Some(LobeKind::Diffuse);
+                    on_surfaces.add(photon.weights, power, finding.hidden);
+                    finding.arrived(hit.triangle, lobe);
                 }
             });
             done += 1;

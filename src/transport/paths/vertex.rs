@@ -2,6 +2,20 @@
 
 use glam::Vec3;
 
+use crate::scene::{
+    material::{Interaction, Material},
+    world::Surface,
+};
+
+/// How a path came to a point.
+#[derive(Clone, Copy)]
+pub(super) struct Arrival {
+    /// Where it came from or, at its start, the middle of the captor.
+    pub from: Vec3,
+    /// Density of the points that it might have come to, 1/m2.
+    pub density: f32,
+}
+
 /// A point that light is gathered at.
 #[derive(Clone, Copy)]
 pub(super) struct Vertex {
@@ -10,4 +24,28 @@ pub(super) struct Vertex {
     pub step: Option<Vec3>,
     /// Normal of the only side that light counts from.
     pub one_sided: Option<Vec3>,
+    /// How a path came here, where light may be sent here as well.
+    pub arrival: Option<Arrival>,
+}
+
+impl Vertex {
+    /// A point of a surface that a path comes to.
+    pub fn on(
+        surface: &Surface,
+        material: &Material,
+        interaction: &Interaction,
+        point: Vec3,
+    ) -> Self {
+        Self {
+            point,
+            step: Some(surface.normal),
+            one_sided: matches!(material, Material::Lambert(_)).then_some(interaction.normal),
+            arrival: None,
+        }
+    }
+
+    /// The cosine between a direction and the normal of its surface.
+    pub fn cos(&self, direction: Vec3) -> f32 {
+        self.step.or(self.one_sided).map_or(0.0, |normal| normal.dot(direction).abs())
+    }
 }

@@ -10,7 +10,7 @@ use crate::{
     },
     scene::{light::Strata, material::LobeKind, world::Scene},
     transport::{
-        paths::{Face, Reflectors},
+        paths::{Face, Pilot},
         photon_map::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
         },
@@ -35,8 +35,8 @@ impl Run<'_> {
         let (_, task, batch) = key;
         let (_, histories) = schedule.range(batch, task);
         with_lanes!(self.scene.lanes(), L => match &self.work {
-            Work::Paths(faces, reflectors) => {
-                self.paths::<L>(schedule, key, faces, reflectors.as_ref(), tally);
+            Work::Paths(faces, pilot) => {
+                self.paths::<L>(schedule, key, faces, pilot, tally);
             }
             Work::Photons(strata) => {
                 let own = (strata.histories() != histories)
@@ -67,7 +67,7 @@ impl Run<'_> {
         schedule: &Schedule,
         (round, task, batch): TaskKey,
         faces: &[Face],
-        reflectors: Option<&Reflectors>,
+        pilot: &Pilot,
         tally: &mut Tally,
     ) {
         let (first, histories) = schedule.range(batch, task);
@@ -83,7 +83,7 @@ impl Run<'_> {
                 let stream = index * faces.len() as u64 + f as u64;
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
-                let score = face.path::<L>(reflectors, &mut rng);
+                let score = face.path::<L>(pilot, &mut rng);
                 tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
                 brightest = brightest.zip(&score.flux, f32::max);
             }

@@ -13,7 +13,7 @@ use crate::{
     },
     scene::world::Scene,
     transport::{
-        paths::{Face, Reflectors, Unseen},
+        paths::{Face, Pilot, Unseen},
         settings::{Estimator, Settings},
     },
 };
@@ -101,12 +101,12 @@ fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice>
     let mut paths = 0;
     // the photons had the batches before
     let streams = Streams::new(settings.seed, Purpose::Trial, BATCHES);
-    let reflectors = Reflectors::find(scene, settings.seed);
+    let pilot = Pilot::run(scene, settings.seed);
     while paths < LEAST || (paths < TRIAL / tried.len() as u64 && paths_found.rays < RAYS) {
         for (f, face) in tried.iter().enumerate() {
             let mut rng = streams.history(paths * tried.len() as u64 + f as u64);
             let (rays, flux) = with_lanes!(scene.lanes(), L => {
-                let score = face.path::<L>(reflectors.as_ref(), &mut rng);
+                let score = face.path::<L>(&pilot, &mut rng);
                 (score.rays, score.flux.values()[..bands].to_vec())
             });
             paths_found.rays += u64::from(rays);
