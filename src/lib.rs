@@ -129,7 +129,7 @@ pub use studies::year::{Lamp, Value, Year, tables::YearTables};
 pub use transport::photon_map::{
     Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,
 };
-pub use transport::settings::{Estimator, Settings, Target};
+pub use transport::settings::{Estimator, Guiding, Settings, Target};
 pub use transport::shard::Shard;
 pub use transport::simulate::{
     Accuracy, Choice, Control, Dark, End, FaceBand, Progress, Simulation, Worst, light_surfaces,

@@ -787,8 +787,11 @@ fn settings_and_camera() {
         (r#"{"k": 1}"#, &["k: k = 1, must be 0 (no k-nearest estimate) or at least 2"]),
         (r#"{"k": -5}"#, &["k: -5, must be a whole number, at least 0"]),
         (r#"{"map_photons": 1e12}"#, &["map_photons: 1000000000000 arrivals, must be at most 1e9"]),
-        (r#"{"splitting": 0}"#, &["splitting: 0 flights, must be 1 (no splitting) to 1000"]),
-        (r#"{"splitting": 1e6}"#, &["splitting: 1000000 flights, must be 1"]),
+        (
+            r#"{"splitting": 8}"#,
+            &["/settings/splitting: photons are no longer split", "`guiding` says whether"],
+        ),
+        (r#"{"guiding": "on"}"#, &["guiding", "aim"]),
         (r#"{"tolerance": 0}"#, &["tolerance: 0, must be between 0 and 1 (1 % is 0.01)"]),
         (r#"{"tolerance": 1}"#, &["tolerance: 1, must be between"]),
         (r#"{"tolerance": -1}"#, &["tolerance: -1, must be between"]),

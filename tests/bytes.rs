@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, process::Command, time::Duration};
 
-use phylux::{Estimator, RunResult, Settings};
+use phylux::{Estimator, Guiding, RunResult, Settings};
 use serde_json::json;
 
 use crate::{
@@ -32,7 +32,7 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
 }
 
 /// On 1, 2 and 5 threads, and where a thousand are asked for: a run of a number of photons that nothing divides, one with a tolerance,
-/// one whose photon map is full, split photons, and paths. No chance in it.
+/// one whose photon map is full, aimed flights, and paths. No chance in it.
 #[test]
 fn threads_do_not_matter() {
     let scene = scene();
@@ -41,7 +41,7 @@ fn threads_do_not_matter() {
         ("plain", |s| s.photons = Some(100_003)),
         ("tolerance", |s| s.tolerance = Some(0.04)),
         ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
-        ("split photons", |s| (s.photons, s.splitting) = (Some(30_003), 5)),
+        ("aimed flights", |s| (s.photons, s.guiding) = (Some(30_003), Guiding::Aim)),
         ("paths", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Paths)),
         ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Paths)),
     ];

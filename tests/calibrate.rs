@@ -240,7 +240,7 @@ fn needs_shared_chamber_is_calibrated() {
     let scene = data.join("chamber-empty.json").display().to_string();
     let traced = command(
         &folder,
-        &format!("run {scene} --by-light --splitting 16 --photons 1.6e7 --k 0 -o all.json"),
+        &format!("run {scene} --by-light --guiding aim --photons 1.6e7 --k 0 -o all.json"),
     );
     assert_eq!(traced.0, Some(0), "{}", traced.2);
     for (arguments, most) in

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use phylux::{Estimator, RunResult, Settings};
+use phylux::{Estimator, Guiding, RunResult, Settings};
 
 use crate::{
     common::run_file,
@@ -27,18 +27,18 @@ struct Value {
 struct Method {
     name: &'static str,
     estimator: Estimator,
-    splitting: usize,
+    guiding: Guiding,
     /// Photons, or paths.
     count: u64,
 }
 
 const fn photons(count: u64) -> Method {
-    Method { name: "photons", estimator: Estimator::Photons, splitting: 1, count }
+    Method { name: "photons", estimator: Estimator::Photons, guiding: Guiding::Off, count }
 }
 
-/// Photons that are split into 8 flights.
-const fn split_photons(count: u64) -> Method {
-    Method { name: "split photons", splitting: 8, ..photons(count) }
+/// Photons with aimed flights.
+const fn aimed_photons(count: u64) -> Method {
+    Method { name: "aimed photons", guiding: Guiding::Aim, ..photons(count) }
 }
 
 const fn paths(count: u64) -> Method {
@@ -47,10 +47,9 @@ const fn paths(count: u64) -> Method {
 
 fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     run_file(path, |settings| {
-        let Method { estimator, splitting, count, .. } = method;
+        let Method { estimator, guiding, count, .. } = method;
         let photons = Some(count);
-        *settings =
-            Settings { estimator, splitting, photons, seed, k: Some(0), ..settings.clone() };
+        *settings = Settings { estimator, guiding, photons, seed, k: Some(0), ..settings.clone() };
     })
 }
 
@@ -121,7 +120,7 @@ fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f6
     shares
 }
 
-/// Over 200 seeds on three scenes, for photons, for split photons and for paths, between 90 and 99 % of the 95 % intervals
+/// Over 200 seeds on three scenes, for photons, with aimed flights and for paths, between 90 and 99 % of the 95 % intervals
 /// (1.98 standard errors, as they come from 128 batches) of flux and of absorbed power hold the truth:
 /// the closed form in a furnace, in the shipped scenes a run of seed 1000 with 200 times as many.
 /// Seeds 1 to 200. The share of 200 independent intervals has a standard error of 1.5 %, so that one of
@@ -139,14 +138,14 @@ fn nightly_intervals_hold_the_truth() {
     assert!(front(&sample, "level").photons > 100 && back(&sample, "tilted").photons > 100);
     let exact = |found: Value| Value { value: PI * 0.81, error: None, ..found };
     let truth: Vec<Value> = values(&sample).into_iter().map(exact).collect();
-    for method in [photons(20_000), split_photons(5_000), paths(4_000)] {
+    for method in [photons(20_000), aimed_photons(5_000), paths(4_000)] {
         shares.extend(coverage("furnace", &path, method, &truth));
     }
     let shipped =
         |name: &str| -> PathBuf { Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name) };
     for (name, methods) in [
-        ("box.json", [photons(10_000), split_photons(5_000), paths(10_000)]),
-        ("growth-chamber.json", [photons(10_000), split_photons(5_000), paths(20_000)]),
+        ("box.json", [photons(10_000), aimed_photons(5_000), paths(10_000)]),
+        ("growth-chamber.json", [photons(10_000), aimed_photons(5_000), paths(20_000)]),
     ] {
         let path = shipped(name);
         for method in methods {

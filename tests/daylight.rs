@@ -2,7 +2,7 @@
 
 use std::{f64::consts::PI, path::Path};
 
-use phylux::{Estimator, FaceResult, RunResult};
+use phylux::{Estimator, FaceResult, Guiding, RunResult};
 use serde_json::{Value, json};
 
 use crate::{
@@ -390,11 +390,11 @@ fn estimators_agree_in_a_room_by_day() {
     let photons = run(&|settings| (settings.by_light, settings.threads) = (true, 1));
     check_ledger(&photons);
     let paths = run(&|settings| settings.estimator = Estimator::Paths);
-    let split = run(&|settings| (settings.splitting, settings.seed) = (8, 5));
-    check_ledger(&split);
+    let aimed = run(&|settings| (settings.guiding, settings.seed) = (Guiding::Aim, 5));
+    check_ledger(&aimed);
     for name in ["near", "far"] {
         assert_alike(name, front(&photons, name), front(&paths, name));
-        assert_alike(&format!("{name}, split"), front(&split, name), front(&paths, name));
+        assert_alike(&format!("{name}, aimed"), front(&aimed, name), front(&paths, name));
         let parts = front(&photons, name).by_light.as_ref().expect("lights");
         assert_eq!(parts.len(), 2);
         for b in 0..2 {
@@ -426,7 +426,7 @@ fn every_command_takes_daylight() {
         "run scene.json --photons 4000 -o plain.json",
         "run scene.json --tolerance 0.3 --estimator paths --k 0 -o close.json",
         "run scene.json --photons 20000 --estimator auto -o auto.json",
-        "run scene.json --photons 4000 --splitting 4 -o split.json",
+        "run scene.json --photons 4000 --guiding aim -o aimed.json",
         "compare plain.json near.json",
         "render scene.json --map-photons 2000 --width 40 --height 30 -o a.png",
         "render scene.json --show irradiance --band PAR --map-photons 2000 --width 40 --height 30 -o b.png",

@@ -16,6 +16,7 @@ mod daylight;
 mod exact;
 mod examples;
 mod grazing;
+mod guiding;
 mod in_memory;
 mod invariance;
 mod layers;
@@ -36,7 +37,7 @@ mod sensors;
 mod shards;
 mod site;
 mod spectra;
-mod splitting;
+
 mod stability;
 mod study;
 mod surfaces;

@@ -262,7 +262,7 @@ fn results_say_what_they_are_of() {
     assert_eq!(
         result["settings"],
         serde_json::json!({
-            "estimator": "photons", "photons": 2000, "seed": 1, "k": 0, "splitting": 1
+            "estimator": "photons", "photons": 2000, "seed": 1, "k": 0
         })
     );
     assert_eq!(result["warnings"], serde_json::json!([]));

@@ -40,7 +40,7 @@ fn shuffled(mut names: Vec<String>) -> String {
 }
 
 /// Photons with the default k, without a map, with a map that is full in the first piece of some block or in
-/// a later one, split by light; in several flights; paths; fewer photons than batches. No chance in it.
+/// a later one, split by light; with aimed flights, also by a trial; paths; fewer photons than batches. No chance in it.
 #[test]
 fn parts_join_to_the_same_bytes() {
     let folder = scene();
@@ -50,7 +50,8 @@ fn parts_join_to_the_same_bytes() {
         ("--photons 300003 --map-photons 3000 --threads 1", 5),
         ("--photons 300003 --map-photons 200000 --k 20", 5),
         ("--photons 50003 --by-light --seed 4", 2),
-        ("--photons 50003 --splitting 4", 3),
+        ("--photons 50003 --guiding aim", 3),
+        ("--photons 20003 --guiding auto", 2),
         ("--photons 50003 --estimator paths", 3),
         ("--photons 100 --k 2", 50),
         ("--photons 20000", 1),

@@ -128,7 +128,9 @@ fn captor_of_1_cm_in_a_white_room_of_10_m() {
     let runs = Runs::new(&world, 1_000_000, 100_000);
     let mut check = Comparisons::new("1 cm in 10 m", 0.005);
     check.irradiance("paths", front(&runs.paths, "sensor"), 0, PI);
-    check.finish(1);
+    let aimed = world.clone().with("settings", json!({ "guiding": "aim" })).run(200_000, 3);
+    check.irradiance("aimed flights", front(&aimed, "sensor"), 0, PI);
+    check.finish(2);
     let arrived = front(&runs.photons, "sensor");
     println!(
         "{} photons: {:?} +- {:?}",
@@ -238,6 +240,11 @@ fn slit_of_1_cm_between_two_rooms() {
     let exact = mean_over(corner, u, v, |p| polygon_irradiance(p, [-1.0, 0.0, 0.0], &slit.0[0]));
     runs.irradiance(&mut check, "sensor", front, exact);
     check.finish(6);
+    let aimed = world.clone().with("settings", json!({ "guiding": "aim" })).run(400_000, 3);
+    let mut check = Comparisons::new("slit, aimed flights", 0.03);
+    check.irradiance("slit", back(&aimed, "slit"), 0, PI);
+    check.irradiance("sensor", front(&aimed, "sensor"), 0, exact);
+    check.finish(2);
     assert_eq!(front(&runs.photons, "slit").photons, 0, "nothing comes back");
     assert_eq!(front(&runs.paths, "slit").flux, [0.0]);
 }

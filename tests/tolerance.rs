@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, process::Command};
 
-use phylux::{Estimator, RunResult, Settings};
+use phylux::{Estimator, Guiding, RunResult, Settings};
 use serde_json::Value;
 
 use crate::common::{TestScene, binary, front, run_file};
@@ -107,17 +107,19 @@ fn shut() -> TestScene {
     )
 }
 
-/// Faces that no light reaches do not hold a run up for ever: with photons, split photons and paths they are dark in
+/// Faces that no light reaches do not hold a run up for ever: with photons, aimed flights and paths they are dark in
 /// every band and sum that carries power, with the bound of the rule of three. No chance in it.
 #[test]
 fn faces_without_light_are_dark() {
     let scene = shut();
-    for (estimator, splitting) in
-        [(Estimator::Photons, 1), (Estimator::Photons, 4), (Estimator::Paths, 1)]
-    {
+    for (estimator, guiding) in [
+        (Estimator::Photons, Guiding::Off),
+        (Estimator::Photons, Guiding::Aim),
+        (Estimator::Paths, Guiding::Off),
+    ] {
         let run = until(&scene.path("scene.json"), |settings| {
             (settings.tolerance, settings.estimator) = (Some(0.02), estimator);
-            settings.splitting = splitting;
+            settings.guiding = guiding;
         });
         let tolerance = run.tolerance.as_ref().expect("a tolerance");
         assert!(tolerance.met && tolerance.asked == 0.02);

@@ -44,7 +44,7 @@ def main():
         scene.variant(options.scene, variant)
         world = scene.load(variant)
         ours = {"photons": ["--estimator", "photons"], "paths": ["--estimator", "paths"],
-                "photons, split": ["--estimator", "photons", "--splitting", options.splitting]}
+                "photons, aimed": ["--estimator", "photons", "--guiding", "aim"]}
         methods = [Phylux(name, own, options, variant, world) for name, own in ours.items()]
         for name in options.variants.split(","):
             for tracer in ("forward", "backward"):
@@ -66,7 +66,6 @@ def arguments():
     parser.add_argument("--seeds", type=int, default=16, help="runs of each method, at least 8")
     parser.add_argument("--seconds", type=float, default=2.0, help="time of one run")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--splitting", type=int, default=16, help="flights that our photons are also split into")
     parser.add_argument("--variants", default="llvm_ad_mono", help="of Mitsuba, with commas between")
     parser.add_argument("--sampler", default="multijitter", help="of Mitsuba's backward paths")
     # this variant and tracer are started and no more

@@ -162,7 +162,7 @@ class Scene:
         max_time: float | None = None,
         k: int | None = None,
         map_photons: float | None = None,
-        splitting: int | None = None,
+        guiding: str | None = None,
         by_light: bool = False,
         threads: int | None = None,
         progress: bool | Callable[[int, int | None], object] = False,
@@ -180,7 +180,7 @@ class Scene:
             max_time: end soon after so many seconds.
             k: photons of a k-nearest estimate; 0 makes none and takes less time and memory.
             map_photons: the most arrivals to store for these estimates.
-            splitting: flights that a photon is split into for virtual captors.
+            guiding: ``"off"``, ``"aim"`` (flights aimed at sensors, beside photons) or ``"auto"``.
             by_light: also say what each light brings, for `Result.mix`.
             threads: 0 takes all processors; the results do not depend on it.
             progress: True shows a bar of tqdm; a function is called as ``progress(done, of)``, ``of`` being None
@@ -198,7 +198,7 @@ class Scene:
             "max_time": max_time,
             "k": k,
             "map_photons": map_photons,
-            "splitting": splitting,
+            "guiding": guiding,
             "by_light": by_light,
             "threads": threads,
             **options,

@@ -29,7 +29,7 @@ use crate::{
     },
     studies::calibrate::{CalibrationPlan, calibrate, calibrated_scene},
     transport::{
-        settings::{Checked, Estimator, Settings},
+        settings::{Checked, Estimator, Guiding, Settings},
         simulate::{Control, Progress, simulate},
     },
 };
@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
     output: PathBuf,
     /// Results of `phylux run --by-light` of the scene: nothing is traced
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "splitting", "threads"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "guiding", "threads"])]
     results: Option<PathBuf>,
     /// How the factors may differ: auto takes the simplest of the others that predicts blocks of readings as well as
     /// the best when they are left out
@@ -68,9 +68,12 @@ pub(super) struct Arguments {
     /// Trace until the relative standard error of every captor is at most this
     #[arg(long, value_name = "FRACTION", value_parser = run::tolerance)]
     tolerance: Option<f64>,
-    /// Split photons into N flights, for sensors that are no surfaces
-    #[arg(long, value_name = "N", value_parser = run::splitting)]
-    splitting: Option<usize>,
+    /// What helps photons to sensors that light hardly reaches [default: the scene's, or what a trial finds cheaper]
+    #[arg(long, value_enum, value_name = "NAME")]
+    guiding: Option<Guiding>,
+    /// No longer an option: --guiding takes its place
+    #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]
+    splitting: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = run::threads)]
     threads: Option<usize>,
@@ -176,7 +179,7 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
         photons: arguments.photons.or(usual.photons),
         seed: arguments.seed.unwrap_or(usual.seed),
         k: Some(0),
-        splitting: arguments.splitting.unwrap_or(usual.splitting),
+        guiding: arguments.guiding.unwrap_or(usual.guiding),
         tolerance: arguments.tolerance.or(usual.tolerance),
         tolerance_limit: arguments.photons,
         by_light: true,

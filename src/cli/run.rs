@@ -29,11 +29,11 @@ use crate::{
     scene::world::Scene,
     studies::check::check_meshes,
     transport::{
-        settings::{Checked, Estimator, Settings, Target},
+        settings::{Checked, Estimator, Guiding, Settings, Target},
         shard::Shard,
         simulate::{
             Control, End, Keeper, KeptArrivals, Progress, RunState, ShardSums, Simulation,
-            check_shardable, simulate, simulate_kept, simulate_shard,
+            check_shardable, choose_guiding, simulate, simulate_kept, simulate_shard,
         },
     },
 };
@@ -70,10 +70,12 @@ pub(super) struct Arguments {
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
-    /// Split photons into N flights wherever they start or are scattered, for sensors that are no surfaces: their
-    /// errors fall as if N times as many were traced, in less time than that
-    #[arg(long, value_name = "N", value_parser = splitting, allow_negative_numbers = true)]
-    splitting: Option<usize>,
+    /// What helps photons to sensors that light hardly reaches [default: the scene's, or what a trial finds cheaper]
+    #[arg(long, value_enum, value_name = "NAME")]
+    guiding: Option<Guiding>,
+    /// No longer an option: --guiding takes its place
+    #[arg(long, hide = true, value_name = "N", value_parser = splitting)]
+    splitting: Option<u64>,
     /// Also say what each light brings, for `phylux mix`; of photons only
     #[arg(long)]
     by_light: bool,
@@ -106,7 +108,7 @@ impl Arguments {
             seed: self.seed.unwrap_or(of_scene.seed),
             k: self.k.or(of_scene.k),
             map_photons: self.map_photons.unwrap_or(of_scene.map_photons),
-            splitting: self.splitting.unwrap_or(of_scene.splitting),
+            guiding: self.guiding.unwrap_or(of_scene.guiding),
             tolerance: self.tolerance.or(of_scene.tolerance),
             tolerance_limit: self.photons,
             of: self.of.clone(),
@@ -145,8 +147,10 @@ pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 
-pub(super) fn splitting(text: &str) -> Checked<usize> {
-    Settings::check_splitting(count(text)?)
+/// Refuses an option that there was.
+pub(super) fn splitting(_: &str) -> Checked<u64> {
+    Err("photons are no longer split: flights aimed at the sensors find them better; take it out, or say --guiding aim"
+        .into())
 }
 
 pub(super) fn threads(text: &str) -> Checked<usize> {
@@ -211,6 +215,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let loaded = Instant::now();
 
     if let Some(shard) = arguments.shard {
+        // what the trial chooses stands in the part
+        let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
+        let settings = interrupt.listening(|| choose_guiding(&scene, &settings, &quiet))?;
         let head = ShardHead {
             phylux_part: shard.to_string(),
             format: shard_file::FORMAT,

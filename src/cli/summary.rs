@@ -27,8 +27,8 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         "{}: {} {} in {} batches, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.batches, result.seed
     );
-    if let Some(flights) = result.splitting {
-        let _ = writeln!(text, "each in {flights} flights at a time, for the sensors");
+    if result.guiding.is_some() {
+        let _ = writeln!(text, "with flights aimed at the sensors beside them (--guiding aim)");
     }
     if let Some(why) = &result.chosen {
         let _ = writeln!(text, "{} were chosen: {why}", result.estimator);

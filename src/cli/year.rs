@@ -30,7 +30,7 @@ use crate::{
         },
     },
     transport::{
-        settings::Settings,
+        settings::{Guiding, Settings},
         simulate::{Control, Progress},
     },
 };
@@ -58,9 +58,12 @@ pub(super) struct Arguments {
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
     #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Split photons into N flights wherever they start or are scattered, for sensors that are no surfaces
-    #[arg(long, value_name = "N", value_parser = super::run::splitting, allow_negative_numbers = true)]
-    splitting: Option<usize>,
+    /// What helps photons to sensors that light hardly reaches [default: the scene's, or what a trial finds cheaper]
+    #[arg(long, value_enum, value_name = "NAME")]
+    guiding: Option<Guiding>,
+    /// No longer an option: --guiding takes its place
+    #[arg(long, hide = true, value_name = "N", value_parser = super::run::splitting)]
+    splitting: Option<u64>,
     /// Write the table of hours as CSV, not as Parquet
     #[arg(long)]
     csv: bool,
@@ -138,7 +141,7 @@ fn find(
     let settings = Settings {
         photons: arguments.photons.or(loaded.settings.photons),
         seed: arguments.seed.unwrap_or(loaded.settings.seed),
-        splitting: arguments.splitting.unwrap_or(loaded.settings.splitting),
+        guiding: arguments.guiding.unwrap_or(loaded.settings.guiding),
         threads: arguments.threads.unwrap_or(loaded.settings.threads),
         tolerance: None,
         max_time: None,

@@ -17,7 +17,7 @@ use crate::{
     formats::{json, output::folder_of},
     scene::world::Scene,
     transport::{
-        settings::{Estimator, Settings, Target},
+        settings::{Estimator, Guiding, Settings, Target},
         simulate::{KeptArrivals, Resumed, RunState},
     },
 };
@@ -42,7 +42,7 @@ struct KeptSettings {
     seed: u64,
     k: Option<usize>,
     map_photons: usize,
-    splitting: usize,
+    guiding: Guiding,
     by_light: bool,
     tolerance: Option<f64>,
     tolerance_limit: Option<u64>,
@@ -61,7 +61,7 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// The file at `path`, for a run of `scene` with these settings.
     pub fn new(path: &Path, scene: &Scene, settings: &Settings) -> Self {
-        let Settings { estimator, photons, seed, k, map_photons, splitting, by_light, .. } =
+        let Settings { estimator, photons, seed, k, map_photons, guiding, by_light, .. } =
             *settings;
         let Settings { tolerance, tolerance_limit, .. } = *settings;
         let photons = photons.unwrap_or(Settings::DEFAULT_PHOTONS);
@@ -71,7 +71,7 @@ impl Checkpoint {
             seed,
             k,
             map_photons,
-            splitting,
+            guiding,
             by_light,
             tolerance,
             tolerance_limit: tolerance_limit.filter(|_| tolerance.is_some()),

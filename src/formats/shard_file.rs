@@ -16,7 +16,7 @@ use crate::{
     formats::{input::hex, json},
     transport::{
         photon_map::TaskKey,
-        settings::{Estimator, Settings},
+        settings::{Estimator, Guiding, Settings},
         shard::Shard,
         simulate::ShardSums,
         tally::Sums,
@@ -29,7 +29,7 @@ const LONGEST: u64 = 1 << 30;
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Goes up by one where random numbers or sums change, so that no shards of before and after are joined.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 /// What a shard is a shard of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,36 +57,35 @@ pub struct ShardSettings {
     seed: u64,
     k: Option<usize>,
     map_photons: usize,
-    splitting: usize,
+    guiding: Guiding,
     by_light: bool,
 }
 
 impl ShardSettings {
     /// Those of a run.
     pub fn new(settings: &Settings) -> Self {
-        let Settings { estimator, photons, seed, k, map_photons, splitting, by_light, .. } =
+        let Settings { estimator, photons, seed, k, map_photons, guiding, by_light, .. } =
             *settings;
         let photons = photons.unwrap_or(Settings::DEFAULT_PHOTONS);
-        Self { estimator, photons, seed, k, map_photons, splitting, by_light }
+        Self { estimator, photons, seed, k, map_photons, guiding, by_light }
     }
 
     /// A run with them, on so many threads; none where a number is none that a run may have.
     pub fn settings(&self, threads: usize) -> Option<Settings> {
-        let Self { estimator, photons, seed, k, map_photons, splitting, by_light } = *self;
-        if matches!(estimator, Estimator::Auto) {
+        let Self { estimator, photons, seed, k, map_photons, guiding, by_light } = *self;
+        if estimator == Estimator::Auto || guiding == Guiding::Auto {
             return None;
         }
         let photons = Some(Settings::check_photons(photons).ok()?);
         let k = k.map(|k| Settings::check_k(k as u64)).transpose().ok()?;
         let map_photons = Settings::check_map_photons(map_photons as u64).ok()?;
-        let splitting = Settings::check_splitting(splitting as u64).ok()?;
         let own = Settings {
             estimator,
             photons,
             seed,
             k,
             map_photons,
-            splitting,
+            guiding,
             by_light,
             threads,
             ..Settings::default()

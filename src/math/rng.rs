@@ -38,6 +38,8 @@ pub enum Purpose {
     DirectSun,
     /// Photons that find what lamps light from close by.
     Spots,
+    /// The trial that says whether photons are guided.
+    Guiding,
 }
 
 /// The streams of all histories of a batch.

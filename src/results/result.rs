@@ -15,7 +15,10 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::{math::units::UnitNames, transport::settings::Estimator};
+use crate::{
+    math::units::UnitNames,
+    transport::settings::{Estimator, Guiding},
+};
 
 pub use mix::Factor;
 pub use settings::RunSettings;
@@ -50,9 +53,9 @@ pub struct RunResult {
     pub batches: u64,
     /// How the numbers were estimated.
     pub estimator: Estimator,
-    /// Flights that photons were split into for virtual captors; absent where they were not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub splitting: Option<usize>,
+    /// What helped photons to virtual captors; absent where nothing did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guiding: Option<Guiding>,
     /// Reason of the choice, where the estimator was left to a trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
@@ -302,7 +305,7 @@ pub struct FaceResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dli_se: Option<Vec<Option<f64>>>,
-    /// In a run of paths: whether the error rests on what few paths found, so that it and the value
+    /// Whether the error rests on what few paths found, or the value on few photons with aimed flights, so that both
     /// may be far too small.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub few_paths: bool,

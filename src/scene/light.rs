@@ -21,12 +21,14 @@ use crate::{
 mod entrance;
 mod illuminate;
 mod intensity;
+mod start;
 #[cfg(test)]
 mod tests;
 
 pub use entrance::{Entrance, MARGIN};
 pub use illuminate::{EmittedRadiance, LightSample, TubeHit};
 pub use intensity::{Intensity, IntensityTable};
+pub use start::Start;
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
@@ -508,11 +510,17 @@ impl Light {
     /// must not shine behind them by rounding.
     #[inline]
     pub fn emit(&self, offset: f32, rng: &mut Stream) -> Ray {
+        self.emit_from(offset, rng).1
+    }
+
+    /// The ray of one photon, and the place of the light that it starts from.
+    #[inline]
+    fn emit_from(&self, offset: f32, rng: &mut Stream) -> (Start, Ray) {
         match &self.emitter {
-            Emitter::Cone { position, frame, versine } => Ray {
-                origin: *position,
-                direction: frame.to_world(uniform_cone(*versine, rng.square())),
-            },
+            Emitter::Cone { position, frame, versine } => {
+                let direction = frame.to_world(uniform_cone(*versine, rng.square()));
+                Start::of_point(*position, direction)
+            }
             Emitter::Tube { line, frame, radius, aperture } => {
                 let turn = aperture.turn(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
@@ -520,7 +528,8 @@ impl Light {
                 leave(on_axis + *radius * normal, normal, offset, rng)
             }
             Emitter::IsotropicLine(line) => {
-                Ray { origin: line.choose(offset, rng), direction: uniform_cone(2.0, rng.square()) }
+                let point = line.choose(offset, rng);
+                Start::of_point(point, uniform_cone(2.0, rng.square()))
             }
             Emitter::Area { surface, two_sided } => {
                 let (point, normal) = surface.choose(offset, rng);
@@ -528,17 +537,19 @@ impl Light {
                 leave(point, if front { normal } else { -normal }, offset, rng)
             }
             Emitter::Luminaire { position, intensity } => {
-                Ray { origin: *position, direction: intensity.sample(rng) }
+                Start::of_point(*position, intensity.sample(rng))
             }
             Emitter::LuminaireArea { surface, intensity } => {
                 let (point, normal) = surface.choose(offset, rng);
                 let direction = intensity.sample(rng);
                 let side = normal * normal.dot(direction).signum();
-                Ray { origin: point + offset * side, direction }
+                let start = Start { point, normal, both_sides: true };
+                (start, Ray { origin: point + offset * side, direction })
             }
             Emitter::Infinite(entrance) => {
                 let dark = || Ray { origin: Vec3::ZERO, direction: Vec3::NEG_Z };
-                entrance.enter_anywhere(rng).unwrap_or_else(dark)
+                let ray = entrance.enter_anywhere(rng).unwrap_or_else(dark);
+                Start::of_point(ray.origin, ray.direction)
             }
         }
     }
@@ -551,11 +562,10 @@ pub fn sources(lights: &[Light]) -> usize {
 
 /// A ray with Lambertian direction from a surface.
 #[inline]
-fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> Ray {
-    Ray {
-        origin: point + offset * normal,
-        direction: Frame::new(normal).to_world(cosine_hemisphere(rng.square())),
-    }
+fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> (Start, Ray) {
+    let start = Start { point, normal, both_sides: false };
+    let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
+    (start, Ray { origin: point + offset * normal, direction })
 }
 
 /// A photon as it leaves its light.
@@ -568,6 +578,8 @@ pub struct Emission<'a, L> {
     pub weights: &'a [f64],
     /// Where it starts.
     pub ray: Ray,
+    /// The place of the light that it starts from; none of a light at infinity.
+    pub start: Option<Start>,
     /// What it starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit;
     /// something else where the bands of a light at infinity come from different directions.
     pub power: Spectrum<L>,
@@ -644,7 +656,7 @@ impl Strata {
 
     /// Emits a history of stratum `source`.
     #[inline]
-    pub fn emit_of<L: Lanes>(
+    fn emit_of<L: Lanes>(
         &self,
         lights: &[Light],
         source: usize,
@@ -654,14 +666,18 @@ impl Strata {
         let (light, door) = self.sources[source];
         let weights = self.weights(source);
         let power = Spectrum::from_fn(self.lanes, |b| f32::from(weights[b] > 0.0));
-        let (ray, power) = match lights[light].entrance() {
+        let (start, ray, power) = match lights[light].entrance() {
             Some(entrance) if entrance.doors() > 0 => {
                 let (ray, factor) = entrance.enter(door, rng);
-                (ray, power * factor)
+                (None, ray, power * factor)
             }
-            _ => (lights[light].emit(offset, rng), power),
+            Some(_) => (None, lights[light].emit(offset, rng), power),
+            None => {
+                let (start, ray) = lights[light].emit_from(offset, rng);
+                (Some(start), ray, power)
+            }
         };
-        Emission { light, source, weights, ray, power }
+        Emission { light, source, weights, ray, start, power }
     }
 
     /// Power of a photon of stratum `source` per lane, times the histories of the piece, W or umol/s.

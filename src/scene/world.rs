@@ -205,9 +205,9 @@ impl Scene {
         }
     }
 
-    /// Flights that a photon is split into: `splitting`, where there are virtual captors; nothing else sees them.
-    pub fn flights(&self, splitting: usize) -> usize {
-        if self.shapes.captor_bvh.is_empty() { 1 } else { splitting }
+    /// Whether it has virtual captors.
+    pub fn has_virtual_captors(&self) -> bool {
+        !self.shapes.captor_bvh.is_empty()
     }
 
     /// How far a captor's triangles are taken off the surface that they lie in, m.

@@ -83,6 +83,20 @@ impl fmt::Display for Target {
     }
 }
 
+/// What helps photons to captors that light hardly reaches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum Guiding {
+    /// Nothing: photons alone.
+    #[default]
+    Off,
+    /// Flights aimed at virtual captors, from wherever a photon starts or is scattered diffusely.
+    Aim,
+    /// What a short trial finds cheaper.
+    Auto,
+}
+
 /// How a run is to be done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -97,9 +111,8 @@ pub struct Settings {
     pub k: Option<usize>,
     /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
     pub map_photons: usize,
-    /// Flights that a photon is split into wherever it starts or arrives, 1 (none) to 1000: virtual captors
-    /// count a share of its power in each, one is followed.
-    pub splitting: usize,
+    /// What is sent out beside photons, for virtual captors.
+    pub guiding: Guiding,
     /// Goes on until every captor's relative standard error is at most this, in (0, 1).
     pub tolerance: Option<f64>,
     /// With a tolerance: the most histories, if they are limited.
@@ -122,7 +135,7 @@ impl Default for Settings {
             seed: 1,
             k: None,
             map_photons: 2_000_000,
-            splitting: 1,
+            guiding: Guiding::Off,
             tolerance: None,
             tolerance_limit: None,
             of: Vec::new(),
@@ -164,14 +177,6 @@ impl Settings {
         match count {
             0..=MOST => Ok(count as usize),
             _ => Err(format!("{count} arrivals, must be at most {:.0e}", MOST as f64)),
-        }
-    }
-
-    /// A number of flights to split a photon into.
-    pub fn check_splitting(flights: u64) -> Checked<usize> {
-        match flights {
-            1..=1000 => Ok(flights as usize),
-            _ => Err(format!("{flights} flights, must be 1 (no splitting) to 1000")),
         }
     }
 

@@ -7,6 +7,7 @@
 mod accuracy;
 mod batches;
 mod checkpoint;
+mod guided;
 mod memory;
 mod mixed;
 mod schedule;
@@ -30,15 +31,17 @@ use crate::{
     math::{machine, rng::Purpose},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
+        guiding::Targets,
         paths::{Face, Pilot, Unseen},
         photon_map::{Arrival, MapBuilder, PhotonMap},
-        settings::{Estimator, Settings},
+        settings::{Estimator, Guiding, Settings},
         tally::{Tally, Totals},
     },
 };
 
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
+pub use guided::choose_guiding;
 pub use schedule::BATCHES;
 use schedule::Schedule;
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
@@ -89,6 +92,8 @@ pub struct Simulation {
     pub estimator: Estimator,
     /// Why, where a trial has chosen it.
     pub choice: Option<Choice>,
+    /// What was sent out beside photons.
+    pub guiding: Guiding,
     /// Sums per captor, group and band, and the ledger.
     pub totals: Totals,
     /// Stored arrivals on captors; none for k = 0.
@@ -125,11 +130,13 @@ pub fn simulate_kept(
         ));
     }
     if settings.estimator == Estimator::Auto {
+        let settings = &choose_guiding(scene, settings, control)?;
         let choice = catch_panic("run", || Choice::make(scene, settings, control))?;
         let settings = Settings { estimator: choice.estimator, ..settings.clone() };
         let simulation = simulate_kept(scene, &settings, control, keeper)?;
         return Ok(Simulation { choice: Some(choice), ..simulation });
     }
+    let settings = &choose_guiding(scene, settings, control)?;
     catch_panic("run", || {
         let part_of = part_of(scene, settings);
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
@@ -147,6 +154,7 @@ pub fn simulate_without_direct_sun(
 ) -> Result<Simulation> {
     let settings =
         Settings { estimator: Estimator::Photons, by_light: true, k: Some(0), ..settings.clone() };
+    let settings = choose_guiding(scene, &settings, control)?;
     catch_panic("run", || {
         let part_of = part_of(scene, &settings);
         let mut run = Run::new(scene, &settings, part_of, Keep::OnCaptors, control)?;
@@ -168,6 +176,7 @@ pub fn simulate_split(
     part_of: Vec<usize>,
     control: &Control,
 ) -> Result<Simulation> {
+    let settings = &choose_guiding(scene, settings, control)?;
     catch_panic("run", || {
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
         run.go()
@@ -184,6 +193,8 @@ struct Run<'a> {
     pool: rayon::ThreadPool,
     started: Instant,
     work: Work<'a>,
+    /// What flights are aimed at, if they are.
+    targets: Option<Targets>,
     /// The part that each light is counted in; empty where nothing is split.
     part_of: Vec<usize>,
     /// Whether photons of suns count only once they have been scattered.
@@ -243,6 +254,9 @@ impl<'a> Run<'a> {
             }
             Estimator::Paths => Work::Paths(faces(scene), Pilot::run(scene, settings.seed)),
         };
+        let aims = settings.guiding == Guiding::Aim
+            && matches!((&work, keep), (Work::Photons(_), Keep::OnCaptors));
+        let targets = aims.then(|| Targets::of(scene)).flatten();
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
         let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();
         Ok(Self {
@@ -254,6 +268,7 @@ impl<'a> Run<'a> {
             pool,
             started,
             work,
+            targets,
             part_of,
             keeper: None,
             without_direct_sun: false,
@@ -264,7 +279,8 @@ impl<'a> Run<'a> {
     }
 
     fn tally(&self) -> Tally {
-        Tally::new(self.scene, parts(&self.part_of))
+        let tally = Tally::new(self.scene, parts(&self.part_of));
+        if self.targets.is_some() { tally.weighing() } else { tally }
     }
 
     fn totals(&self) -> Totals {
@@ -357,6 +373,7 @@ impl<'a> Run<'a> {
         Ok(Simulation {
             estimator: self.settings.estimator,
             choice: None,
+            guiding: if self.targets.is_some() { Guiding::Aim } else { Guiding::Off },
             totals,
             map,
             unseen,

@@ -70,6 +70,18 @@ struct Counts {
     histories: u64,
     /// Number of the last of these.
     last: u64,
+    /// What that one has brought, over all bands.
+    own: f64,
+    /// Where histories are weighed: the sum of what those before it brought, and of its squares.
+    weighed: [f64; 2],
+}
+
+impl Counts {
+    /// No more comes of the last history.
+    fn settle(&mut self) {
+        let own = std::mem::take(&mut self.own);
+        self.weighed = [self.weighed[0] + own, self.weighed[1] + own * own];
+    }
 }
 
 /// Sums over some histories, per band of the channels in which anything was counted: one takes memory for these, and 4
@@ -85,6 +97,8 @@ pub struct Tally {
     flux: Vec<f64>,
     /// Number of the history that is under way.
     history: u64,
+    /// Whether it is told how much the histories differ in what they bring.
+    weighs: bool,
     /// Straight flights between emission, interactions and escape.
     segments: u64,
     /// Paths that a length limit ended.
@@ -105,11 +119,18 @@ impl Tally {
             counts: Vec::new(),
             flux: Vec::new(),
             history: 0,
+            weighs: false,
             segments: 0,
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials.len()),
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
         }
+    }
+
+    /// One that also tells how many histories what it counts rests on: photons with flights beside them bring
+    /// more or less.
+    pub fn weighing(self) -> Self {
+        Self { weighs: true, ..self }
     }
 
     /// Bytes that one takes for `scene` split into so many parts, about, when something was counted in at most so many
@@ -168,6 +189,7 @@ impl Tally {
         }
         match *event {
             Event::Crossing { .. } => {}
+            Event::FlightBeside => self.segments += 1,
             Event::Arrival { surface, interaction, power, scattered, .. } => {
                 self.segments += 1;
                 let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];
@@ -192,7 +214,9 @@ impl Tally {
                     accumulate(&mut self.ledger.missed, weights, power);
                 }
             }
-            Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
+            Event::Lost(power) => {
+                accumulate(&mut self.ledger.lost, weights, power);
+            }
         }
     }
 
@@ -223,11 +247,18 @@ impl Tally {
         power: &Spectrum<L>,
     ) {
         let place = self.place(channel);
+        let flux = &mut self.flux[place * self.bands..][..self.bands];
+        let brought = accumulate(flux, weights, power);
         let counts = &mut self.counts[place];
         counts.photons += 1;
         counts.histories += u64::from(counts.last != self.history);
+        if self.weighs {
+            if counts.last != self.history {
+                counts.settle();
+            }
+            counts.own += brought;
+        }
         counts.last = self.history;
-        accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, power);
     }
 
     /// The place of a channel in the lists; at the end, if it is a new one.
@@ -243,13 +274,18 @@ impl Tally {
     }
 }
 
+/// Adds them up band by band, and says how much they are together.
 #[inline]
 fn accumulate<'a, L: Lanes>(
     sums: &mut [f64],
     weights: impl IntoIterator<Item = &'a f64>,
     power: &Spectrum<L>,
-) {
+) -> f64 {
+    let mut all = 0.0;
     for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(power.values()) {
-        *sum += weight * f64::from(*power);
+        let brought = weight * f64::from(*power);
+        *sum += brought;
+        all += brought;
     }
+    all
 }

@@ -26,15 +26,19 @@ pub const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
 /// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
 #[derive(Debug)]
 pub enum Event<'a, L> {
-    /// It crosses a virtual captor, in one of the flights that it is split into.
+    /// It crosses a virtual captor, or a flight that is sent out beside it does.
     Crossing {
         /// Where, and which.
         crossing: Crossing,
         /// The way it travels.
         direction: Vec3,
-        /// What it carries, shared among these flights.
+        /// What that counts.
         power: &'a Spectrum<L>,
+        /// What the photon itself carries; none of a flight beside it.
+        carried: Option<&'a Spectrum<L>>,
     },
+    /// A straight flight beside it ends.
+    FlightBeside,
     /// It arrives at a surface; what it does not carry on is absorbed there.
     Arrival {
         /// Where, and which triangle.
@@ -87,7 +91,7 @@ impl<L: Lanes> Event<'_, L> {
                 triangle.normal().dot(direction).abs()
             }
             Self::Arrival { interaction, .. } => interaction.cos,
-            Self::Escaped { .. } | Self::Lost(_) => 1.0,
+            Self::FlightBeside | Self::Escaped { .. } | Self::Lost(_) => 1.0,
         }
     }
 
@@ -99,7 +103,7 @@ impl<L: Lanes> Event<'_, L> {
             Self::Arrival { surface, interaction, power, .. } => {
                 (surface.captor()?, interaction.front, power)
             }
-            Self::Escaped { .. } | Self::Lost(_) => return None,
+            Self::FlightBeside | Self::Escaped { .. } | Self::Lost(_) => return None,
         };
         let captor = &scene.captors[captor];
         let face = if front { Channel::Front } else { Channel::Back };
@@ -107,31 +111,83 @@ impl<L: Lanes> Event<'_, L> {
     }
 }
 
-/// Follows a photon along `ray`, one of `flights` that start there, and tells `on` what happens. Where it
-/// arrives it is split into as many.
+/// What is sent out beside photons for captors that they hardly reach; `()` is nothing, and costs nothing.
+pub trait Beside<'s, L> {
+    /// Tells `on` that the photon crosses a virtual captor.
+    fn cross(
+        &mut self,
+        crossing: Crossing,
+        direction: Vec3,
+        power: &Spectrum<L>,
+        on: &mut impl FnMut(Event<'_, L>),
+    );
+
+    /// The photon has brought `power` to a surface, and goes on as `sample` says, if it does.
+    fn arrive(
+        &mut self,
+        arrived: Arrived<'s>,
+        power: &Spectrum<L>,
+        sample: Option<&BsdfSample<L>>,
+        rng: &mut Stream,
+        on: &mut impl FnMut(Event<'_, L>),
+    );
+}
+
+impl<'s, L: Lanes> Beside<'s, L> for () {
+    #[inline(always)]
+    fn cross(
+        &mut self,
+        crossing: Crossing,
+        direction: Vec3,
+        power: &Spectrum<L>,
+        on: &mut impl FnMut(Event<'_, L>),
+    ) {
+        on(Event::Crossing { crossing, direction, power, carried: Some(power) });
+    }
+
+    #[inline(always)]
+    fn arrive(
+        &mut self,
+        _: Arrived<'s>,
+        _: &Spectrum<L>,
+        _: Option<&BsdfSample<L>>,
+        _: &mut Stream,
+        _: &mut impl FnMut(Event<'_, L>),
+    ) {
+    }
+}
+
+/// Where a photon has arrived.
+pub struct Arrived<'s> {
+    /// Where.
+    pub point: Vec3,
+    /// The material there.
+    pub material: &'s Material,
+    /// How it comes.
+    pub interaction: Interaction,
+}
+
+/// Follows a photon along `ray` and tells `on` what happens to it, and to what is sent out `beside` it.
 #[inline]
-pub fn trace<L: Lanes>(
-    scene: &Scene,
+pub fn trace<'s, L: Lanes>(
+    scene: &'s Scene,
     mut ray: Ray,
     mut power: Spectrum<L>,
-    flights: usize,
+    mut beside: impl Beside<'s, L>,
     rng: &mut Stream,
     mut on: impl FnMut(Event<'_, L>),
 ) {
-    let share = 1.0 / flights as f32;
     let mut total_reflections = 0;
     for interactions in 0..MAX_INTERACTIONS {
         let direction = ray.direction;
-        let split = (flights > 1).then(|| power.clone().scaled(share));
-        let shared = split.as_ref().unwrap_or(&power);
-        let hit =
-            scene.meet(&ray, |crossing| on(Event::Crossing { crossing, direction, power: shared }));
+        let hit = scene.meet(&ray, |crossing| beside.cross(crossing, direction, &power, &mut on));
         let Some(hit) = &hit else {
             return on(Event::Escaped { power: &power, missed: interactions == 0 });
         };
         let surface = scene.surface(hit.triangle);
+        let material = scene.material(surface);
         let interaction = &Interaction::new(direction, surface.normal).on(hit.triangle);
-        let (sample, scattered) = match scatter(scene.material(surface), interaction, &power, rng) {
+        let (sample, scattered) = match scatter(material, interaction, &power, rng) {
             Some((sample, scattered)) => (Some(sample), scattered),
             None => (None, power.zero()),
         };
@@ -139,9 +195,8 @@ pub fn trace<L: Lanes>(
         let (power_in, out) = (&power, &scattered);
         on(Event::Arrival { hit, surface, interaction, power: power_in, scattered: out, lobe });
 
-        if flights > 1 {
-            split_at_surface(scene, hit, interaction, shared, flights, rng, &mut on);
-        }
+        let arrived = Arrived { point: hit.point, material, interaction: *interaction };
+        beside.arrive(arrived, &power, sample.as_ref(), rng, &mut on);
         let Some(sample) = sample else { return };
         power = scattered;
         total_reflections = if sample.total_reflection { total_reflections + 1 } else { 0 };
@@ -156,7 +211,7 @@ pub fn trace<L: Lanes>(
 /// How a photon goes on from a surface, and with what. The largest weight among the bands that it still carries is
 /// its chance to go on: a band without power keeps no photon alive, and none grows but by a weight above 1.
 #[inline(always)]
-fn scatter<L: Lanes>(
+pub fn scatter<L: Lanes>(
     material: &Material,
     interaction: &Interaction,
     power: &Spectrum<L>,
@@ -182,61 +237,9 @@ pub fn roulette<L: Lanes>(
     (rng.uniform() < survival).then(|| carried.map(|value| value / survival))
 }
 
-/// Splits a photon that leaves its light into so many flights, each as `emit` has it, and tells `on` which virtual
-/// captors it crosses in all but the one to follow (Arvo and Kirk 1990). Each is as likely as that one: their mean is
-/// right on average, and varies less.
-#[cold]
-#[inline(never)]
-pub fn split_at_light<L: Lanes>(
-    scene: &Scene,
-    emit: impl Fn(&mut Stream) -> (Ray, Spectrum<L>),
-    flights: usize,
-    rng: &mut Stream,
-    mut on: impl FnMut(Event<'_, L>),
-) {
-    let share = 1.0 / flights as f32;
-    for _ in 1..flights {
-        let (ray, power) = emit(rng);
-        glance(scene, &ray, &power.scaled(share), &mut on);
-    }
-}
-
-/// The same where it arrives; `shared` is what each flight brings there.
-#[cold]
-#[inline(never)]
-fn split_at_surface<L: Lanes>(
-    scene: &Scene,
-    hit: &SurfaceHit,
-    interaction: &Interaction,
-    shared: &Spectrum<L>,
-    flights: usize,
-    rng: &mut Stream,
-    mut on: impl FnMut(Event<'_, L>),
-) {
-    let material = scene.material(scene.surface(hit.triangle));
-    for _ in 1..flights {
-        if let Some((sample, power)) = scatter(material, interaction, shared, rng) {
-            let ray = leave(scene, hit, interaction, &sample);
-            glance(scene, &ray, &power, &mut on);
-        }
-    }
-}
-
-/// Tells `on` which virtual captors a photon crosses in a flight that is not followed further.
-#[inline]
-fn glance<L: Lanes>(
-    scene: &Scene,
-    ray: &Ray,
-    power: &Spectrum<L>,
-    mut on: impl FnMut(Event<'_, L>),
-) {
-    let direction = ray.direction;
-    scene.glance(ray, |crossing| on(Event::Crossing { crossing, direction, power }));
-}
-
 /// The ray of a photon that goes on.
 #[inline]
-fn leave<L: Lanes>(
+pub fn leave<L: Lanes>(
     scene: &Scene,
     hit: &SurfaceHit,
     interaction: &Interaction,

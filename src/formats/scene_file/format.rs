@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, de};
 use crate::{
     formats::json::tagged,
     math::units::{LengthUnit, Quantity},
-    transport::settings::Estimator,
+    transport::settings::{Estimator, Guiding},
 };
 
 /// A phylux scene.
@@ -1010,8 +1010,11 @@ pub struct SettingsFile {
     pub k: Option<Count>,
     /// The most arrivals in the photon map (default 2e6).
     pub map_photons: Option<Count>,
-    /// Flights that a photon is split into, for virtual captors (default 1).
-    #[schemars(extend("minimum" = 1, "maximum" = 1000))]
+    /// What helps photons to virtual captors that light hardly reaches (default: what a trial finds cheaper).
+    #[serde(default)]
+    pub guiding: Guiding,
+    /// No longer a setting: `guiding` takes its place.
+    #[schemars(skip)]
     pub splitting: Option<Count>,
     /// Largest relative standard error to stop at.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]

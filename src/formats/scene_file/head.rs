@@ -85,6 +85,12 @@ impl Loader<'_> {
         let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
             count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
         };
+        if file.splitting.is_some() {
+            let problem =
+                "photons are no longer split: flights aimed at the sensors find them better";
+            return Err(wrong("splitting", problem.into())
+                .remedy("take it out; `guiding` says whether flights are aimed"));
+        }
         Ok(Settings {
             estimator: file.estimator,
             photons: file
@@ -95,8 +101,7 @@ impl Loader<'_> {
             k: count("k", file.k, Settings::check_k)?,
             map_photons: count("map_photons", file.map_photons, Settings::check_map_photons)?
                 .unwrap_or(default.map_photons),
-            splitting: count("splitting", file.splitting, Settings::check_splitting)?
-                .unwrap_or(default.splitting),
+            guiding: file.guiding,
             tolerance: file
                 .tolerance
                 .map(|t| Settings::check_tolerance(t).map_err(|why| wrong("tolerance", why)))

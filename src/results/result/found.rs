@@ -20,7 +20,7 @@ use crate::{
     transport::{
         nearest::{self, NearestEstimate},
         paths::Unseen,
-        settings::{Estimator, Settings},
+        settings::{Estimator, Guiding, Settings},
         simulate::{Accuracy, Dark, FaceBand, Simulation, Worst},
         tally::{Ledger, Totals},
     },
@@ -29,6 +29,8 @@ use crate::{
 /// Part of the squared deviations in one batch above which few paths have made them; the odds that
 /// one of 128 normal batches exceeds it are 1e-7.
 const CONCENTRATED: f64 = 0.25;
+/// Histories below which a value and its error are not reliable, where they bring more or less.
+const FEW_HISTORIES: f64 = 30.0;
 
 impl RunResult {
     /// From what `simulate` found in `scene` with `settings`.
@@ -59,7 +61,6 @@ impl RunResult {
                 captor_result(scene, simulation, captor, nearest)
             })
             .collect();
-        let flights = scene.flights(settings.splitting);
         let bands = band_results(scene);
         let dli = scene.is_period
             && scene.quantity == Quantity::Micromole
@@ -75,7 +76,7 @@ impl RunResult {
             photons: totals.histories,
             batches: totals.batches,
             estimator: simulation.estimator,
-            splitting: (flights > 1 && !of_paths).then_some(flights),
+            guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
             settings: Some(RunSettings::new(settings, simulation)),
@@ -338,7 +339,10 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
     let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
     let of_paths = simulation.estimator == Estimator::Paths;
     FaceResult {
-        few_paths: of_paths && totals.running(channel).iter().any(concentrated),
+        few_paths: match of_paths {
+            true => totals.running(channel).iter().any(concentrated),
+            false => totals.equal_histories(channel).is_some_and(|n| 0.0 < n && n < FEW_HISTORIES),
+        },
         by_light: by_light(scene, totals, |_, part| flux(part, channel, area)),
         ..flux(totals, channel, area)
     }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::transport::{
-    settings::{Estimator, Settings, Target},
+    settings::{Estimator, Guiding, Settings, Target},
     simulate::Simulation,
 };
 
@@ -31,9 +31,9 @@ pub struct RunSettings {
     /// The most arrivals to store, where any were stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map_photons: Option<usize>,
-    /// Of photons: flights that each was split into for virtual captors.
+    /// Of photons: what helped them to virtual captors; absent where nothing did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub splitting: Option<usize>,
+    pub guiding: Option<Guiding>,
     /// Whether results are split by light; absent where they are not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub by_light: bool,
@@ -53,7 +53,7 @@ impl RunSettings {
             of: settings.of.iter().map(Target::to_string).collect(),
             k: settings.k.filter(|_| of_photons),
             map_photons: map.as_ref().map(|_| settings.map_photons),
-            splitting: of_photons.then_some(settings.splitting),
+            guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
             by_light: settings.by_light,
         }
     }

@@ -101,7 +101,16 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
     }
     let faces = || result.captors.iter().flat_map(CaptorResult::faces);
     let few = faces().filter(|face| face.few_paths).count();
-    if few > 0 {
+    if few > 0 && result.estimator != Estimator::Paths {
+        warn(
+            "values that rest on few photons",
+            format!(
+                "the values at {few} of {} faces of captors rest on fewer than {FEW_HISTORIES} photons that \
+                 brought much: they and their errors are not reliable; trace more",
+                faces().count()
+            ),
+        );
+    } else if few > 0 {
         warn(
             "errors that rest on few paths",
             format!(

@@ -259,7 +259,7 @@ impl Emitter {
 }
 
 /// 1 - cos of the angle between two unit vectors, exact where they are nearly the same.
-fn versine_between(a: Vec3, b: Vec3) -> f32 {
+pub(super) fn versine_between(a: Vec3, b: Vec3) -> f32 {
     let cos = a.dot(b);
     if cos > 0.0 { a.cross(b).length_squared() / (1.0 + cos) } else { 1.0 - cos }
 }

@@ -41,17 +41,6 @@ impl Scene {
         self.admitted(strata.emit(&self.lights, index, self.ray_offset(), rng))
     }
 
-    /// The same of a history of stratum `source`.
-    #[inline]
-    pub fn emit_of<'s, L: Lanes>(
-        &self,
-        strata: &'s Strata,
-        source: usize,
-        rng: &mut Stream,
-    ) -> Emission<'s, L> {
-        self.admitted(strata.emit_of(&self.lights, source, self.ray_offset(), rng))
-    }
-
     #[inline]
     fn admitted<'s, L: Lanes>(&self, mut emission: Emission<'s, L>) -> Emission<'s, L> {
         let Ray { origin, direction } = emission.ray;

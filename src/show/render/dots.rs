@@ -149,7 +149,7 @@ fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
                 let mut rng = streams.history(index);
                 let photon = scene.emit::<L>(&strata, index, &mut rng);
                 let mut corners = vec![photon.ray.origin];
-                trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
+                trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
                     if let Event::Arrival { hit, .. } = event {
                         corners.push(hit.point);
                     }

@@ -13,7 +13,7 @@ use crate::{
         world::Scene,
     },
     transport::{
-        settings::Settings,
+        settings::{Guiding, Settings},
         simulate::{Control, Simulation, simulate},
     },
 };
@@ -30,8 +30,8 @@ const MOST_TRIANGLES: usize = 64;
 const MOST_CROSSINGS: usize = 1000;
 /// Photons of the trial that looks for light on captors.
 const TRIAL: u64 = 10_000;
-/// Flights that each of them is split into.
-const FLIGHTS: usize = 16;
+/// With aimed flights at least as many arrive as of so many times the photons.
+const FLIGHTS: u64 = 16;
 /// Arrivals, were all flights spread evenly, below which it says nothing.
 const EXPECTED: f64 = 100.0;
 /// Time after which it ends.
@@ -255,14 +255,14 @@ fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
     let around = Extent::of_triangles(scene.triangles());
     let around = around.join(Extent::of_triangles(scene.captor_triangles()));
     let areas: f64 = scene.captors.iter().map(|captor| captor.area).sum();
-    let expected = (TRIAL * FLIGHTS as u64) as f64 * areas / f64::from(2.0 * around.half_area());
+    let expected = (TRIAL * FLIGHTS) as f64 * areas / f64::from(2.0 * around.half_area());
     if !lit || expected.is_nan() || expected < EXPECTED || scene.sources() as u64 > TRIAL {
         return;
     }
     let settings = Settings {
         photons: Some(TRIAL),
         k: Some(0),
-        splitting: FLIGHTS,
+        guiding: Guiding::Aim,
         max_time: Some(LONGEST),
         ..Settings::default()
     };

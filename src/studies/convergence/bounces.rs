@@ -67,7 +67,7 @@ fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bou
         let mut rng = streams.history(index);
         let photon = scene.emit::<L>(&strata, index, &mut rng);
         let mut bounces = 0;
-        trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
+        trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {
                 let first = counted.channel() * bands;
                 let power = counted.power.values();

@@ -85,7 +85,7 @@ impl Unseen {
             let photon = scene.emit::<L>(&strata, done, &mut rng);
             let delta = strata.is_delta(&scene.lights, photon.source);
             let mut finding = Finding::new(scene, photon.light, delta);
-            trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
+            trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
                 if let Some(counted) = event.counted(scene) {
                     on_captors.add(photon.weights, counted.power, finding.hidden);
                 }

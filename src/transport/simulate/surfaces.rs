@@ -6,7 +6,7 @@ use crate::{
     math::rng::Purpose,
     scene::{patches::Patches, world::Scene},
     transport::{
-        settings::{Estimator, Settings},
+        settings::{Estimator, Guiding, Settings},
         surface_light::SurfaceLight,
         tally::Totals,
     },
@@ -35,7 +35,7 @@ pub fn light_surfaces<'a>(
         let settings = Settings {
             estimator: Estimator::Photons,
             photons: Some(photons.max(scene.sources() as u64)),
-            splitting: 1,
+            guiding: Guiding::Off,
             tolerance: None,
             max_time: None,
             ..settings.clone()

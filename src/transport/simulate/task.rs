@@ -5,17 +5,22 @@ use std::sync::{Mutex, atomic::Ordering};
 use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
 use crate::{
     math::{
-        rng::{Stream, Streams},
+        rng::Streams,
         spectrum::{Lanes, Spectrum, with_lanes},
     },
-    scene::{light::Strata, material::LobeKind, world::Scene},
+    scene::{
+        light::{Emission, Strata},
+        material::LobeKind,
+        world::Scene,
+    },
     transport::{
+        guiding::Aimed,
         paths::{Face, Pilot},
         photon_map::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
         },
         tally::Tally,
-        trace::{Event, split_at_light, trace},
+        trace::{Event, trace},
     },
 };
 
@@ -41,7 +46,11 @@ impl Run<'_> {
             Work::Photons(strata) => {
                 let own = (strata.histories() != histories)
                     .then(|| Strata::new(&self.scene.lights, histories, self.scene.lanes()));
-                self.photons::<L>(schedule, key, own.as_ref().unwrap_or(strata), tally, map);
+                let strata = own.as_ref().unwrap_or(strata);
+                match &self.targets {
+                    None => self.photons::<L, false>(schedule, key, strata, tally, map),
+                    Some(_) => self.photons::<L, true>(schedule, key, strata, tally, map),
+                }
             }
         });
         self.done.fetch_add(self.photons_in(schedule, batch, task), Ordering::Relaxed);
@@ -94,8 +103,8 @@ impl Run<'_> {
         }
     }
 
-    /// Emits and follows photons.
-    fn photons<L: Lanes>(
+    /// Emits and follows photons, with or without aimed flights beside them: the loop is compiled for each.
+    fn photons<L: Lanes, const AIMED: bool>(
         &self,
         schedule: &Schedule,
         key: TaskKey,
@@ -109,7 +118,7 @@ impl Run<'_> {
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
         let bands = self.scene.bands.len();
         let streams = self.streams(round, batch);
-        let flights = self.scene.flights(self.settings.splitting);
+        let targets = self.targets.as_ref().filter(|_| AIMED);
         for index in 0..histories {
             if self.stopped() {
                 return;
@@ -122,9 +131,12 @@ impl Run<'_> {
             let mut direct =
                 self.without_direct_sun && strata.is_sun(&self.scene.lights, photon.source);
             let mut on = |event: Event<'_, L>| {
-                if direct {
-                    if let Event::Arrival { lobe: Some(lobe), .. } = event {
-                        direct = lobe == LobeKind::Straight;
+                // a flight beside it carries what was scattered
+                let beside =
+                    matches!(event, Event::FlightBeside | Event::Crossing { carried: None, .. });
+                if direct && !beside {
+                    if let Event::Arrival { lobe, .. } = event {
+                        direct = lobe == Some(LobeKind::Straight);
                     }
                     return;
                 }
@@ -145,14 +157,16 @@ impl Run<'_> {
                     way = way.then(lobe);
                 }
             };
-            if flights > 1 {
-                let emit = |rng: &mut Stream| {
-                    let other = self.scene.emit_of::<L>(strata, photon.source, rng);
-                    (other.ray, other.power)
-                };
-                split_at_light(self.scene, emit, flights, &mut rng, &mut on);
+            let Emission { ray, power, .. } = photon;
+            match targets {
+                None => trace(self.scene, ray, power, (), &mut rng, on),
+                Some(targets) => {
+                    let from = (&self.scene.lights[photon.light], photon.start);
+                    let aimed =
+                        Aimed::start(self.scene, targets, from, &ray, &power, &mut rng, &mut on);
+                    trace(self.scene, ray, power, aimed, &mut rng, on);
+                }
             }
-            trace(self.scene, photon.ray, photon.power, flights, &mut rng, &mut on);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);
@@ -181,18 +195,25 @@ impl Keep<'_> {
         event: &'e Event<'_, L>,
     ) -> Option<(Arrival, &'e Spectrum<L>)> {
         let (position, direction, triangle) = match *event {
-            Event::Crossing { crossing, direction, .. } => {
+            Event::Crossing { crossing, direction, carried: Some(_), .. } => {
                 (crossing.point, direction, crossing.triangle)
             }
             Event::Arrival { hit, interaction, .. } => {
                 (hit.point, interaction.direction, hit.triangle)
             }
-            Event::Escaped { .. } | Event::Lost(_) => return None,
+            Event::Crossing { carried: None, .. }
+            | Event::FlightBeside
+            | Event::Escaped { .. }
+            | Event::Lost(_) => return None,
         };
         let (bin, power) = match (self, event) {
             (Keep::OnCaptors, _) => {
                 let counted = event.counted(scene)?;
-                (counted.channel() as u32, counted.power)
+                let carried = match event {
+                    Event::Crossing { carried, .. } => *carried,
+                    _ => None,
+                };
+                (counted.channel() as u32, carried.unwrap_or(counted.power))
             }
             (Keep::OnSurfaces(patches), Event::Arrival { interaction, power, .. }) => {
                 (patches.bin(triangle, interaction.front), *power)

@@ -62,13 +62,7 @@ fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice>
         let why = "there is no captor for paths to start from".into();
         return Ok(Choice { estimator: Estimator::Photons, why });
     }
-    // it counts whole rays
-    let settings = Settings {
-        estimator: Estimator::Photons,
-        splitting: 1,
-        max_time: None,
-        ..settings.clone()
-    };
+    let settings = Settings { estimator: Estimator::Photons, max_time: None, ..settings.clone() };
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Trial, ..run };
     // one photon of each light in each batch, then twice as many, ...
@@ -141,21 +135,21 @@ fn make(scene: &Scene, settings: &Settings, control: &Control) -> Result<Choice>
 
 /// What a trial of one estimator has found.
 #[derive(Default)]
-struct Found {
+pub(super) struct Found {
     /// Rays that it took.
-    rays: u64,
+    pub(super) rays: u64,
     /// For each face and band the relative variance of one history; none where nothing arrived.
-    variances: Vec<Option<f64>>,
+    pub(super) variances: Vec<Option<f64>>,
 }
 
 impl Found {
-    fn add(&mut self, mean: f64, variance: f64) {
+    pub(super) fn add(&mut self, mean: f64, variance: f64) {
         self.variances.push((mean > 0.0).then_some(variance));
     }
 
     /// The greatest or the mean relative variance, where this trial or the other has found light. Of
     /// what it has missed in so many histories that number is the least.
-    fn variance(&self, other: &Self, histories: u64, greatest: bool) -> f64 {
+    pub(super) fn variance(&self, other: &Self, histories: u64, greatest: bool) -> f64 {
         let both = self.variances.iter().zip(&other.variances);
         let lit = both.filter(|(mine, theirs)| mine.is_some() || theirs.is_some());
         let values: Vec<f64> = lit.map(|(mine, _)| mine.unwrap_or(histories as f64)).collect();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Ledger, Tally};
+use super::{Counts, Ledger, Tally};
 use crate::math::stats::is_possible;
 
 /// What a tally holds, channel by channel where anything was counted.
@@ -13,6 +13,9 @@ pub struct Sums {
     pub(super) histories: Vec<u64>,
     /// Per channel and band.
     pub(super) flux: Vec<f64>,
+    /// Per channel, where histories are weighed: the sum of what each brought, and of its squares.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) weighed: Vec<[f64; 2]>,
     pub(super) segments: u64,
     pub(super) cut_off: u64,
     pub(super) ledger: Ledger,
@@ -36,6 +39,11 @@ impl Tally {
         let (photons, histories) = places.iter().map(counts).unzip();
         let flux = |&place: &usize| &self.flux[place * self.bands..][..self.bands];
         let flux = places.iter().flat_map(flux).copied().collect();
+        let mut weighed = Vec::new();
+        if self.weighs {
+            self.counts.iter_mut().for_each(Counts::settle);
+            weighed.extend(places.iter().map(|&place| self.counts[place].weighed));
+        }
         self.touched.clear();
         self.counts.clear();
         self.flux.clear();
@@ -45,6 +53,7 @@ impl Tally {
             photons,
             histories,
             flux,
+            weighed,
             segments: std::mem::take(&mut self.segments),
             cut_off: std::mem::take(&mut self.cut_off),
             ledger: std::mem::replace(&mut self.ledger, Ledger::new(self.bands, materials)),
@@ -58,6 +67,11 @@ impl Tally {
             let place = self.place(channel as usize);
             self.counts[place].photons += sums.photons[i];
             self.counts[place].histories += sums.histories[i];
+            for (mine, theirs) in
+                self.counts[place].weighed.iter_mut().zip(sums.weighed.get(i).into_iter().flatten())
+            {
+                *mine += theirs;
+            }
             let mine = &mut self.flux[place * self.bands..][..self.bands];
             let theirs = &sums.flux[i * self.bands..][..self.bands];
             mine.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
@@ -70,7 +84,8 @@ impl Tally {
 
     /// Whether these can be sums of one of the same scene.
     pub fn fits(&self, sums: &Sums) -> bool {
-        let Sums { channels, photons, histories, flux, segments, cut_off, ledger, parts } = sums;
+        let Sums { channels, photons, histories, flux, weighed, segments, cut_off, ledger, parts } =
+            sums;
         let mut counts = photons.iter().chain(histories).chain([segments, cut_off]);
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
@@ -83,6 +98,8 @@ impl Tally {
             && histories.len() == channels.len()
             && flux.len() == channels.len() * self.bands
             && counts.all(|count| *count <= MOST)
+            && (weighed.is_empty() || weighed.len() == channels.len())
+            && weighed.iter().flatten().all(|sum| is_possible(*sum))
             && [emitted, absorbed, escaped, missed, lost, flux].into_iter().all(possible)
             && entries(ledger) == entries(&self.ledger)
             && (missed.is_empty() || missed.len() == self.bands)

@@ -25,6 +25,9 @@ pub struct Totals {
     photons: Vec<u64>,
     /// Per channel of captors.
     arrived: Vec<u64>,
+    /// Per channel of captors, where histories are weighed: the sum of what each brought, and of its squares.
+    #[serde(default)]
+    weighed: Vec<[f64; 2]>,
     ledger: Ledger,
     captor_of_channel: Vec<u32>,
     group_values: Vec<f64>,
@@ -53,6 +56,7 @@ impl Totals {
             running: vec![Running::default(); channels * columns],
             photons: vec![0; channels],
             arrived: vec![0; scene.channels()],
+            weighed: Vec::new(),
             ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
@@ -87,6 +91,11 @@ impl Totals {
             let photons = batch.photons[i];
             self.photons[channel] += photons;
             self.arrived[channel] += batch.histories[i];
+            if let Some(theirs) = batch.weighed.get(i) {
+                self.weighed.resize(self.arrived.len(), [0.0; 2]);
+                let mine = &mut self.weighed[channel];
+                *mine = [mine[0] + theirs[0], mine[1] + theirs[1]];
+            }
             for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
                 running.add(*value);
             }
@@ -121,6 +130,8 @@ impl Totals {
             && self.running.len() == other.running.len()
             && self.photons.len() == other.photons.len()
             && self.arrived.len() == other.arrived.len()
+            && [0, self.arrived.len()].contains(&self.weighed.len())
+            && self.weighed.iter().flatten().all(|sum| is_possible(*sum))
             && self.group_values.len() == other.group_values.len()
             && self.captor_of_channel == other.captor_of_channel
             && [emitted.len(), escaped.len(), lost.len()] == [theirs.emitted.len(); 3]
@@ -151,6 +162,7 @@ impl Totals {
             running: (0..self.running.len()).map(mix).collect(),
             photons: self.photons.clone(),
             arrived: self.arrived.clone(),
+            weighed: self.weighed.clone(),
             ledger,
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
@@ -168,6 +180,13 @@ impl Totals {
     /// histories.
     pub fn histories_in(&self, channel: usize) -> Option<u64> {
         self.arrived.get(channel).copied()
+    }
+
+    /// How many histories that brought the same would vary as much as those of a channel, (Σ x)² / Σ x²; none where they
+    /// were not weighed.
+    pub fn equal_histories(&self, channel: usize) -> Option<f64> {
+        let [sum, squares] = *self.weighed.get(channel)?;
+        Some(if squares > 0.0 { sum * sum / squares } else { 0.0 })
     }
 
     /// Mean and standard error per band, then per sum, of a channel.

@@ -50,7 +50,7 @@ fn arrivals(scene: &Scene, photons: u64) -> [Mean; 3] {
         let mut rng = streams.history(index);
         let photon = strata.emit::<[f32; 4]>(&scene.lights, index, scene.ray_offset(), &mut rng);
         let mut sums = [0.0; 3];
-        trace(scene, photon.ray, photon.power, 1, &mut rng, |event| {
+        trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             if let Event::Arrival { power: Spectrum([blue, infrared, ..]), .. } = event {
                 let values = [f64::from(*blue), f64::from(*infrared), 1.0];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);

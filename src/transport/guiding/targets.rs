@@ -1,0 +1,407 @@
+//! The virtual captors as something to aim at: which of them a point sees well, and where.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::{
+    math::{
+        geometry::{Extent, Frame, Triangle},
+        rng::Stream,
+        sampling::{uniform_circle, uniform_cone},
+    },
+    scene::{
+        captor::{Captor, CaptorKind, Moments},
+        material::Material,
+        world::Scene,
+    },
+};
+
+/// What is aimed at is larger than the captor by this factor: its rim is not missed by rounding.
+const MARGIN: f32 = 1.02;
+/// Behind solid glass, which shifts rays, some flights aim at so many times the captor's size ...
+const WIDE: f32 = 4.0;
+/// ... and these are so many of all.
+const WIDE_SHARE: f32 = 0.25;
+/// The most captors that are compared one by one; more are cut in halves, which are compared first.
+const GROUP: usize = 128;
+/// The most captors that a ray is tried against without a ball around some of them.
+const LEAF: usize = 8;
+/// Corners of a captor that lie off its mean plane by less than this share of its size are in it.
+const FLAT: f32 = 0.02;
+
+/// Into which directions light leaves a point.
+#[derive(Clone, Copy, Debug)]
+pub enum Facing {
+    /// Those on the side of this unit vector.
+    Front(Vec3),
+    /// Both sides of a surface with this normal.
+    Both(Vec3),
+    /// All alike.
+    Anywhere,
+}
+
+impl Facing {
+    /// The cosine at which a ball is seen, times its distance, and a little more for its rim; 0 where it lies behind.
+    #[inline]
+    fn along(self, to: Vec3, radius: f32) -> f32 {
+        match self {
+            Self::Front(normal) => (to.dot(normal) + radius).max(0.0),
+            Self::Both(normal) => to.dot(normal).abs() + radius,
+            Self::Anywhere => to.length() + radius,
+        }
+    }
+}
+
+/// The shape that is aimed at.
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    /// The ellipse around a flat captor.
+    Ellipse {
+        /// Unit normal of the captor's front.
+        normal: Vec3,
+        /// Half axes, m.
+        axes: [Vec3; 2],
+        /// The same, each over its squared length.
+        inverse: [Vec3; 2],
+        /// m2.
+        area: f32,
+        /// Whether only light from the front counts.
+        one_sided: bool,
+    },
+    /// The ball around any other.
+    Ball,
+}
+
+/// A captor to aim at.
+#[derive(Clone, Copy, Debug)]
+struct Target {
+    center: Vec3,
+    /// Of a ball around it, m.
+    radius: f32,
+    shape: Shape,
+}
+
+/// Some neighbouring targets.
+#[derive(Clone, Debug)]
+struct Node {
+    /// Of a ball around all that is aimed at there.
+    center: Vec3,
+    radius: f32,
+    /// Where they are in the list.
+    from: usize,
+    to: usize,
+    /// The first half of them; the other one comes next.
+    halves: Option<usize>,
+}
+
+/// The sum of the weights of the targets that were compared one by one from a point, and the node that they are of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seen(Option<(usize, f32)>);
+
+/// The virtual captors of a scene.
+#[derive(Clone, Debug)]
+pub struct Targets {
+    targets: Vec<Target>,
+    /// The first holds all.
+    nodes: Vec<Node>,
+    /// Share of the flights that aim at more than the captor.
+    wide_share: f32,
+    /// Whether a flight may pass surfaces: glass, mirrors.
+    pub(super) passes_surfaces: bool,
+}
+
+impl Targets {
+    /// Those of `scene`; none where it has no virtual captor.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let captors = scene.captors.iter().enumerate();
+        let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
+        let targets: Vec<Target> =
+            sensors.map(|(c, captor)| Target::new(scene, c, captor)).collect();
+        if targets.is_empty() {
+            return None;
+        }
+        let used =
+            |of: fn(&Material) -> bool| scene.materials.iter().any(|named| of(&named.material));
+        let wide_share = if used(Material::is_solid) { WIDE_SHARE } else { 0.0 };
+        let passes_surfaces = used(|material| material.has_mirror() && !material.is_diffuse());
+        let reach = if wide_share > 0.0 { WIDE } else { 1.0 };
+        let mut all = Self { targets, nodes: Vec::new(), wide_share, passes_surfaces };
+        let whole = all.node(0, all.targets.len(), reach);
+        all.nodes.push(whole);
+        let mut next = 0;
+        while next < all.nodes.len() {
+            all.halve(next, reach);
+            next += 1;
+        }
+        Some(all)
+    }
+
+    fn node(&self, from: usize, to: usize, reach: f32) -> Node {
+        let targets = &self.targets[from..to];
+        let center = Extent::of(targets.iter().map(|target| target.center)).center();
+        let far = |target: &Target| target.center.distance(center) + reach * target.radius;
+        let radius = targets.iter().map(far).fold(0.0, f32::max);
+        Node { center, radius, from, to, halves: None }
+    }
+
+    /// Cuts a node across its longest side, unless it is small.
+    fn halve(&mut self, node: usize, reach: f32) {
+        let Node { from, to, .. } = self.nodes[node];
+        if to - from <= LEAF {
+            return;
+        }
+        let targets = &mut self.targets[from..to];
+        let size = Extent::of(targets.iter().map(|target| target.center)).size();
+        let axis = size.max_position();
+        targets.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
+        let middle = (from + to) / 2;
+        let halves = [self.node(from, middle, reach), self.node(middle, to, reach)];
+        self.nodes[node].halves = Some(self.nodes.len());
+        self.nodes.extend(halves);
+    }
+
+    /// A direction from `point` to one of them, and what the [`density`](Self::density) of others from there need
+    /// not find again. No direction where none is chosen.
+    pub fn choose(&self, point: Vec3, facing: Facing, rng: &mut Stream) -> (Option<Vec3>, Seen) {
+        let mut u = rng.uniform();
+        let mut number = 0;
+        while let Some(first) = self.nodes[number].choice() {
+            let Some((share, _)) = self.shares(first, point, facing) else {
+                return (None, Seen(None));
+            };
+            let second = u >= share;
+            u = if second { (u - share) / (1.0 - share) } else { u / share };
+            number = first + usize::from(second);
+        }
+        let targets = self.targets_of(number);
+        let mut weights = [0.0; GROUP];
+        let mut total = 0.0;
+        for (weight, target) in weights.iter_mut().zip(targets) {
+            *weight = target.weight(point, facing);
+            total += *weight;
+        }
+        let seen = Seen(Some((number, total)));
+        let mut rest = u * total;
+        let mut chosen = None;
+        for (target, weight) in targets.iter().zip(weights).filter(|(_, weight)| *weight > 0.0) {
+            chosen = Some(target);
+            rest -= weight;
+            if rest < 0.0 {
+                break;
+            }
+        }
+        (chosen.and_then(|target| target.aim(point, self.wide_share, rng)), seen)
+    }
+
+    /// The density with which [`choose`](Self::choose) takes a unit vector, 1/sr.
+    pub fn density(&self, point: Vec3, facing: Facing, direction: Vec3, seen: Seen) -> f32 {
+        // each with its chance and the node that is compared one by one; no deeper than the logarithm of their number
+        let mut open = [(0, 1.0, None); 64];
+        let mut left = 1;
+        let Seen(mut known) = seen;
+        let mut density = 0.0;
+        while left > 0 {
+            left -= 1;
+            let (number, chance, group): (usize, f32, Option<usize>) = open[left];
+            let node = &self.nodes[number];
+            if !meets_ball(node.center - point, node.radius, direction) {
+                continue;
+            }
+            if let Some(first) = node.choice() {
+                if let Some((one, other)) = self.shares(first, point, facing) {
+                    open[left] = (first, chance * one, None);
+                    open[left + 1] = (first + 1, chance * other, None);
+                    left += 2;
+                }
+                continue;
+            }
+            let group = group.unwrap_or(number);
+            if let Some(first) = node.halves {
+                open[left] = (first, chance, Some(group));
+                open[left + 1] = (first + 1, chance, Some(group));
+                left += 2;
+                continue;
+            }
+            for target in self.targets_of(number) {
+                let there = target.density(point, self.wide_share, direction);
+                if there == 0.0 {
+                    continue;
+                }
+                // without weight it is seen from behind
+                let weight = target.weight(point, facing);
+                if weight > 0.0 {
+                    let total = match known {
+                        Some((of, total)) if of == group => total,
+                        _ => self.targets_of(group).iter().map(|t| t.weight(point, facing)).sum(),
+                    };
+                    known = Some((group, total));
+                    density += chance * weight / total * there;
+                }
+            }
+        }
+        density
+    }
+
+    fn targets_of(&self, node: usize) -> &[Target] {
+        let Node { from, to, .. } = self.nodes[node];
+        &self.targets[from..to]
+    }
+
+    /// The chances of a node's halves, the first of which is `first`; none where neither is seen.
+    #[inline]
+    fn shares(&self, first: usize, point: Vec3, facing: Facing) -> Option<(f32, f32)> {
+        let seen = |node: &Node| {
+            let to = node.center - point;
+            let d2 = to.length_squared() + node.radius * node.radius;
+            (node.to - node.from) as f32 * facing.along(to, node.radius) / (d2 * d2.sqrt())
+        };
+        let [one, other] = [seen(&self.nodes[first]), seen(&self.nodes[first + 1])];
+        let total = one + other;
+        (total > 0.0).then(|| (one / total, other / total))
+    }
+}
+
+impl Node {
+    /// The first of its halves, where these are compared first.
+    #[inline]
+    fn choice(&self) -> Option<usize> {
+        self.halves.filter(|_| self.to - self.from > GROUP)
+    }
+}
+
+/// Whether a ray along `direction` meets a ball whose middle lies at `to` from its start.
+#[inline]
+fn meets_ball(to: Vec3, radius: f32, direction: Vec3) -> bool {
+    let along = to.dot(direction);
+    let r2 = radius * radius;
+    (to - along * direction).length_squared() <= r2 && (along >= 0.0 || to.length_squared() <= r2)
+}
+
+impl Target {
+    fn new(scene: &Scene, index: usize, captor: &Captor) -> Self {
+        let triangles = scene.triangles_of(captor);
+        let corners = || triangles.iter().flat_map(|t: &Triangle| [t.a, t.b, t.c]);
+        let exact: Vec<[glam::DVec3; 3]> =
+            triangles.iter().map(|t| [t.a, t.b, t.c].map(|p| p.as_dvec3())).collect();
+        let Moments { normal, .. } = Moments::of(&exact);
+        let normal = normal.as_vec3();
+        let middle = Extent::of(corners()).center();
+        let radius = corners().map(|corner| corner.distance(middle)).fold(0.0, f32::max);
+        let off = |corner: Vec3| (corner - middle).dot(normal).abs();
+        let fronts = triangles.iter().all(|t| t.cross().dot(normal) >= 0.0);
+        let is_flat = normal != Vec3::ZERO && corners().all(|c| off(c) <= FLAT * radius);
+        if !is_flat || !fronts {
+            return Self { center: middle, radius: MARGIN * radius, shape: Shape::Ball };
+        }
+        let axes = axes(middle, normal, triangles).map(|axis| MARGIN * axis);
+        let [a, b] = axes.map(Vec3::length);
+        let shape = Shape::Ellipse {
+            normal,
+            axes,
+            inverse: axes.map(|axis| axis / axis.length_squared()),
+            area: PI * a * b,
+            one_sided: !captor.kind.has_back(),
+        };
+        let center = middle + scene.lift(index) * normal;
+        Self { center, radius: a.max(b), shape }
+    }
+
+    /// About how much of the light that leaves `point` comes to a unit of its area, cos cos' / d2: the chance to aim
+    /// at it.
+    #[inline]
+    fn weight(&self, point: Vec3, facing: Facing) -> f32 {
+        let to = self.center - point;
+        let d2 = to.length_squared();
+        let height = match self.shape {
+            Shape::Ellipse { normal, one_sided, .. } => {
+                let height = -to.dot(normal);
+                if one_sided { height.max(0.0) } else { height.abs() }
+            }
+            Shape::Ball if d2 > self.radius * self.radius => d2.sqrt(),
+            Shape::Ball => 0.0,
+        };
+        let near = d2 + self.radius * self.radius;
+        height * facing.along(to, self.radius) / (near * near)
+    }
+
+    /// A direction to it.
+    fn aim(&self, point: Vec3, wide_share: f32, rng: &mut Stream) -> Option<Vec3> {
+        let wide = wide_share > 0.0 && rng.uniform() < wide_share;
+        let to = self.center - point;
+        match self.shape {
+            Shape::Ellipse { axes, .. } => {
+                let u = rng.square();
+                let size = if wide { WIDE } else { 1.0 };
+                let at = size * u.x.sqrt() * uniform_circle(u.y);
+                (to + at.x * axes[0] + at.y * axes[1]).try_normalize()
+            }
+            Shape::Ball => {
+                let direction = to.try_normalize()?;
+                let local = uniform_cone(self.versine(to), rng.square());
+                Some(Frame::new(direction).to_world(local))
+            }
+        }
+    }
+
+    /// 1 - cos of the angle at which the radius of a ball appears from outside.
+    fn versine(&self, to: Vec3) -> f32 {
+        let sin2 = (self.radius * self.radius / to.length_squared()).min(1.0);
+        sin2 / (1.0 + (1.0 - sin2).sqrt())
+    }
+
+    /// The density of [`aim`](Self::aim), 1/sr.
+    #[inline]
+    fn density(&self, point: Vec3, wide_share: f32, direction: Vec3) -> f32 {
+        let to = self.center - point;
+        match self.shape {
+            Shape::Ellipse { normal, inverse, area, .. } => {
+                let cos = direction.dot(normal);
+                let t = to.dot(normal) / cos;
+                let at = t * direction - to;
+                let r2 = at.dot(inverse[0]).powi(2) + at.dot(inverse[1]).powi(2);
+                // a direction in its plane has none
+                if !(r2 <= WIDE * WIDE && t > 0.0) {
+                    return 0.0;
+                }
+                let wide = wide_share / (WIDE * WIDE);
+                let place = if r2 <= 1.0 { 1.0 - wide_share + wide } else { wide };
+                place * t * t / (area * cos.abs())
+            }
+            Shape::Ball => {
+                let versine = self.versine(to);
+                let away = 0.5 * direction.distance_squared(to.normalize_or_zero());
+                if away <= versine { 1.0 / (2.0 * PI * versine) } else { 0.0 }
+            }
+        }
+    }
+}
+
+/// Half axes of an ellipse around flat triangles that has the directions and the proportion of their second moments.
+fn axes(middle: Vec3, normal: Vec3, triangles: &[Triangle]) -> [Vec3; 2] {
+    let Frame { tangent: x, bitangent: y, .. } = Frame::new(normal);
+    let corners = || {
+        let all = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+        all.map(|corner| [(corner - middle).dot(x), (corner - middle).dot(y)])
+    };
+    let [mut xx, mut xy, mut yy] = [0.0f32; 3];
+    for (t, chunk) in triangles.iter().zip(corners().collect::<Vec<_>>().chunks_exact(3)) {
+        let area = t.area();
+        for [px, py] in chunk {
+            xx += area * px * px;
+            xy += area * px * py;
+            yy += area * py * py;
+        }
+    }
+    // the axes of the matrix of these moments, and their lengths
+    let turn = 0.5 * (2.0 * xy).atan2(xx - yy);
+    let (sin, cos) = turn.sin_cos();
+    let spread = |c: f32, s: f32| (xx * c * c + 2.0 * xy * c * s + yy * s * s).max(0.0).sqrt();
+    let least = 1e-3 * (xx + yy).sqrt();
+    let lengths = [spread(cos, sin).max(least), spread(-sin, cos).max(least)];
+    let far = |[px, py]: [f32; 2]| {
+        ((px * cos + py * sin) / lengths[0]).hypot((py * cos - px * sin) / lengths[1])
+    };
+    let size = corners().map(far).fold(0.0, f32::max);
+    [size * lengths[0] * (cos * x + sin * y), size * lengths[1] * (cos * y - sin * x)]
+}

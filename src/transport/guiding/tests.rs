@@ -1,0 +1,87 @@
+//! The density of aimed directions, against the directions.
+
+use std::f32::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use super::targets::{Facing, Seen, Targets};
+use crate::{
+    math::{odds::Mean, rng::Stream, sampling::uniform_cone},
+    scene::{
+        captor::CaptorKind,
+        light::LightShape,
+        material::{Lambert, Material},
+        world::{Band, CaptorPart, LightPart, NamedMaterial, Scene, SceneParts, SurfacePart},
+    },
+};
+
+/// Squares of 0.2 m, `side` x `side` of them 0.25 m apart in the plane z = 0, some of both sides.
+fn squares(side: usize) -> Scene {
+    let square = |x: f64, y: f64, size: f64| {
+        let at = |u: f64, v: f64| DVec3::new(x + u * size, y + v * size, 0.0);
+        let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
+        vec![[a, b, c], [a, c, d]]
+    };
+    let captor = |i: usize| CaptorPart {
+        id: format!("{i}"),
+        kind: CaptorKind::Virtual { both_sides: i.is_multiple_of(3) },
+        triangles: square(0.25 * (i % side) as f64, 0.25 * (i / side) as f64, 0.2),
+        groups: Vec::new(),
+        sensor: Default::default(),
+    };
+    let shape = LightShape::Point { position: DVec3::new(0.3, 0.4, 1.0) };
+    let scene = Scene::new(SceneParts {
+        bands: vec![Band { name: "all".into(), from_nm: None, to_nm: None }],
+        lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+        materials: vec![NamedMaterial {
+            name: "wall".into(),
+            material: Material::Lambert(Lambert::new(&[0.5])),
+        }],
+        surfaces: vec![SurfacePart {
+            object: None,
+            material: 0,
+            captor: None,
+            triangles: square(-9.0, -9.0, 1.0),
+        }],
+        captors: (0..side * side).map(captor).collect(),
+        ..SceneParts::default()
+    });
+    scene.unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Over all directions the density integrates to 1, and weighs a function as the directions that are chosen do: of 9
+/// squares, which are compared one by one, and of 400, of which a tree is descended first; from a point above, and from
+/// a surface that stands upright. 200,000 uniform directions and as many chosen ones, seed 1; 8 comparisons with odds
+/// of 1e-6 each.
+#[test]
+fn directions_have_their_density() {
+    for side in [3, 20] {
+        let scene = squares(side);
+        let targets = Targets::of(&scene).expect("captors");
+        for (n, facing) in [Facing::Anywhere, Facing::Front(Vec3::X)].into_iter().enumerate() {
+            // beside the scene's own centre, 0.6 m above the squares
+            let point = scene.captor_triangles()[0].a + Vec3::new(-0.4, 0.2, 0.6);
+            let mut rng = Stream::new(1, side as u64, n as u64);
+            let weigh = |d: Vec3| f64::from(d.x + 2.0 * d.y * d.y);
+            let [mut all, mut differs] = [Mean::default(); 2];
+            for _ in 0..200_000 {
+                let d = uniform_cone(2.0, rng.square());
+                let density = f64::from(4.0 * PI * targets.density(point, facing, d, none()));
+                let (direction, seen) = targets.choose(point, facing, &mut rng);
+                let direction = direction.expect("one is in sight");
+                all.add(density);
+                differs.add(density * weigh(d) - weigh(direction));
+                let [known, found] =
+                    [seen, none()].map(|seen| targets.density(point, facing, direction, seen));
+                // a direction to the rim may miss it by rounding
+                assert!((known - found).abs() <= 1e-5 * known, "{known} {found}");
+            }
+            all.assert("whole", 1.0, 1e-4);
+            differs.assert("weighed", 0.0, 1e-4);
+        }
+    }
+}
+
+fn none() -> Seen {
+    Seen::default()
+}
