@@ -342,7 +342,10 @@ impl Path<'_, '_> {
                 None => return radiance,
             }
             let mut here = Vertex::on(surface, material, &interaction, hit.point);
-            if self.pilot.spots.is_some() {
+            // what passes light straight is none that light is sent to
+            if self.pilot.spots.is_some()
+                && material.straight::<L>(leg.ray.direction, surface.normal).is_none()
+            {
                 here.arrival = leg.density.map(|density| {
                     let (from, d2) = (leg.at.point, leg.at.point.distance_squared(hit.point));
                     Arrival { from, density: density * interaction.cos / d2 }

@@ -17,7 +17,7 @@ use crate::{
     },
     scene::{
         light::Light,
-        material::{Interaction, LobeKind, Material, Transport},
+        material::{Interaction, LobeKind, Transport},
         world::{Crossing, LightHit, Scene, SurfaceHit},
     },
     transport::trace::MAX_INTERACTIONS,
@@ -167,7 +167,7 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
     Some(Origin { light, towards, irradiance: shine.radiance / density, density: Some(density) })
 }
 
-/// Follows light straight and through panes to what else it meets, and what of it comes there; `cross` is told the faces of
+/// Follows light straight, also through panes and covers, to what else it meets, and what of it comes there; `cross` is told the faces of
 /// captors on its way.
 pub(super) fn straight<L: Lanes>(
     scene: &Scene,
@@ -183,8 +183,9 @@ pub(super) fn straight<L: Lanes>(
             let (triangle, front, point) = (hit.triangle, interaction.front, hit.point);
             cross(&Crossing { captor, triangle, front, point }, &through);
         }
-        let Material::Pane(pane) = scene.material(surface) else { return Some((hit, through)) };
-        through = through * pane.transmittance(&interaction);
+        let passed = scene.material(surface).straight::<L>(ray.direction, surface.normal);
+        let Some(passed) = passed else { return Some((hit, through)) };
+        through = through * passed;
         ray = scene.leave(hit.point, -interaction.normal, ray.direction);
     }
     None
