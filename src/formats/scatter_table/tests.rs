@@ -262,7 +262,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_spoiled_table_panics(bytes in spoiled(TABLES, WORDS)) {
+    fn no_spoiled_grid_panics(bytes in spoiled(TABLES, WORDS)) {
         check(&bytes, "a.csv");
     }
 
