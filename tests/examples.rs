@@ -204,8 +204,10 @@ fn try_page(page: &Path) -> (usize, usize) {
 /// No chance in it: it asks for success only.
 #[test]
 fn examples_of_all_pages_work() {
-    let docs = fs::read_dir(root().join("docs")).expect("docs");
-    let docs = docs.map(|entry| Path::new("docs").join(entry.expect("an entry").file_name()));
+    let docs = ["docs", "docs/notes"].into_iter().flat_map(|folder| {
+        let entries = fs::read_dir(root().join(folder)).expect(folder);
+        entries.map(move |entry| Path::new(folder).join(entry.expect("an entry").file_name()))
+    });
     let docs = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
     let (mut files, mut commands) = (0, 0);
     for page in [PathBuf::from("README.md")].into_iter().chain(docs) {

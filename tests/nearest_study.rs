@@ -1,5 +1,5 @@
 //! Bias and spread of the k-nearest estimate against k, photons, shape and gradient, and other kernels
-//! on the same photons. What it found: docs/nearest.md.
+//! on the same photons. What it found: docs/notes/nearest.md.
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::atomic::AtomicBool};
 

@@ -23,10 +23,15 @@ fn long_lines(page: &str) -> Vec<(usize, &str)> {
 #[test]
 fn lines_of_prose_are_not_longer_than_100() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let pages =
-        fs::read_dir(root.join("docs")).expect("docs").map(|entry| entry.expect("an entry").path());
+    let entries =
+        ["docs", "docs/notes"].map(|folder| fs::read_dir(root.join(folder)).expect(folder));
+    let pages = entries.into_iter().flatten().map(|entry| entry.expect("an entry").path());
     let pages = pages.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
-    for path in [root.join("README.md"), root.join("CONTRIBUTING.md")].into_iter().chain(pages) {
+    for path in ["README.md", "CHANGELOG.md", "CONTRIBUTING.md"]
+        .map(|name| root.join(name))
+        .into_iter()
+        .chain(pages)
+    {
         let page = fs::read_to_string(&path).expect("a page");
         assert_eq!(long_lines(&page), [], "{}", path.display());
     }

@@ -9,11 +9,18 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
 
-/// The pages by name.
+/// The pages by their names within docs/.
 fn pages() -> Vec<(String, String)> {
-    let entries = fs::read_dir(docs()).expect("docs").map(|entry| entry.expect("an entry").path());
-    let pages = entries.filter(|path| path.extension().is_some_and(|e| e == "md"));
-    let name = |path: &Path| path.file_name().expect("a name").to_string_lossy().into_owned();
+    let files = |folder: &str| {
+        let entries = fs::read_dir(docs().join(folder)).expect("a folder");
+        let paths = entries.map(|entry| entry.expect("an entry").path());
+        paths.filter(|path| path.extension().is_some_and(|e| e == "md")).collect::<Vec<_>>()
+    };
+    let name = |path: &Path| {
+        let within = path.strip_prefix(docs()).expect("in docs");
+        within.to_string_lossy().replace('\\', "/")
+    };
+    let pages = [files(""), files("notes")].concat().into_iter();
     pages.map(|path| (name(&path), fs::read_to_string(&path).expect("a page"))).collect()
 }
 
@@ -50,7 +57,9 @@ fn links_lead_somewhere() {
     for (name, text) in pages() {
         for target in links(&text) {
             let (file, heading) = target.split_once('#').unwrap_or((target, ""));
-            let path = docs().join(if file.is_empty() { &name } else { file });
+            let own = docs().join(&name);
+            let beside = own.parent().expect("a folder").join(file);
+            let path = if file.is_empty() { own } else { beside };
             assert!(path.exists(), "docs/{name}: {target} leads nowhere");
             if !heading.is_empty() && path.extension().is_some_and(|e| e == "md") {
                 let page = fs::read_to_string(&path).expect("a page");

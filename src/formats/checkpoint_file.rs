@@ -224,3 +224,85 @@ fn difference(there: &KeptSettings, here: &KeptSettings) -> String {
         format!("{key} was {before} and is {value}")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        sync::{LazyLock, atomic::AtomicBool},
+        time::Duration,
+    };
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{
+        error::ErrorKind,
+        formats::spoil::{check_error, small_scene, spoiled},
+        transport::simulate::{Control, Keeper, simulate_kept},
+    };
+
+    const WORDS: &[&str] = &[
+        "18446744073709551615",
+        "9007199254740993",
+        "null",
+        "[]",
+        "[0]",
+        "{\"piece\":{\"key\":[0,0,0],\"words\":[]}}",
+    ];
+
+    fn settings() -> Settings {
+        Settings { photons: Some(20_000), k: Some(5), threads: 1, ..Settings::default() }
+    }
+
+    /// Checkpoints of a run of 20,000 photons that was kept at every occasion: an early one and the last.
+    static FILES: LazyLock<&'static [&'static str]> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let scene = small_scene().scene;
+        let checkpoint = Checkpoint::new(&folder.path().join("kept"), &scene, &settings());
+        let texts = std::sync::Mutex::new(Vec::new());
+        let save = |state: &RunState, arrivals: KeptArrivals| {
+            checkpoint.write(state, arrivals).expect("a checkpoint");
+            let text = fs::read_to_string(checkpoint.path()).expect("a checkpoint");
+            texts.lock().expect("no panic").push(text);
+        };
+        let keeper = Keeper::new(Duration::ZERO, None, &save);
+        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        simulate_kept(&scene, &settings(), &control, Some(&keeper)).expect("a run");
+        let texts = texts.into_inner().expect("no panic");
+        let chosen = [texts.first(), texts.last()].map(|text| text.expect("kept").clone().leak());
+        Vec::leak(chosen.map(|text| &*text).to_vec())
+    });
+
+    /// The same with a last line that vouches for the others.
+    fn signed(text: &[u8]) -> Vec<u8> {
+        let mut lines: Vec<&[u8]> = text.split_inclusive(|byte| *byte == b'\n').collect();
+        lines.pop();
+        let lines = lines.concat();
+        let last = end(Sha256::new_with_prefix(&lines)).expect("a line");
+        [lines, last].concat()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever was done to a checkpoint, also by one who signs it again: a run that goes on, or a sentence. Never
+        /// a panic, which a run turns into an error of another kind.
+        #[test]
+        fn no_spoiled_checkpoint_panics(text in spoiled(&FILES, WORDS), sign: bool) {
+            let folder = tempfile::tempdir().expect("a folder");
+            let scene = small_scene().scene;
+            let checkpoint = Checkpoint::new(&folder.path().join("kept"), &scene, &settings());
+            fs::write(checkpoint.path(), if sign { signed(&text) } else { text }).expect("written");
+            match checkpoint.read() {
+                Err(error) => check_error(&error, checkpoint.path()),
+                Ok(resumed) => {
+                    let keeper = Keeper::new(Duration::from_secs(1000), resumed, &|_, _| {});
+                    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+                    if let Err(error) = simulate_kept(&scene, &settings(), &control, Some(&keeper)) {
+                        prop_assert!(error.kind() == ErrorKind::Input, "{}", error);
+                    }
+                }
+            }
+        }
+    }
+}

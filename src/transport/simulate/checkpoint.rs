@@ -14,6 +14,7 @@ use crate::{
     error::{Error, Result},
     transport::{
         photon_map::{MapBuilder, TaskArrivals, TaskKey},
+        settings::MAX_PHOTONS,
         tally::{Sums, Totals},
     },
 };
@@ -94,10 +95,19 @@ impl Run<'_> {
         };
         let RunState { round, next, tasks, sums, totals: before, full, brightest } = state;
         let whole = if next < schedule.batches { schedule.tasks(next) } else { 1 };
+        let done = |all: u64, of_round: u64| round.checked_mul(all)?.checked_add(of_round);
+        let is_of_run = |(of, task, batch): TaskKey| {
+            of <= round && batch < schedule.batches && task < schedule.tasks(batch)
+        };
         let fits = before.fits(totals)
             && next <= schedule.batches
-            && round.checked_mul(schedule.batches).and_then(|n| n.checked_add(next))
-                == Some(before.batches)
+            && done(schedule.batches, next) == Some(before.batches)
+            && done(schedule.histories, (0..next).map(|batch| schedule.batch(batch)).sum())
+                == Some(before.histories)
+            && before.histories.checked_mul(self.unit()).is_some_and(|all| all <= MAX_PHOTONS)
+            && full.is_none_or(is_of_run)
+            && arrivals.iter().all(|(key, _)| is_of_run(*key))
+            && arrivals.is_sorted_by(|(a, _), (b, _)| a < b)
             && brightest.len() == self.brightest.len()
             && tasks < whole
             && self.tally().fits(&sums);

@@ -23,8 +23,8 @@ pub struct Sums {
     pub(super) parts: Vec<Sums>,
 }
 
-/// The most that any count of a batch can be.
-const MOST: u64 = 1 << 53;
+/// The most that any count that was kept can be.
+pub(super) const MOST: u64 = 1 << 53;
 
 impl Tally {
     /// Takes out all that it holds, in the order of the channels.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Ledger, Sums};
+use super::{Ledger, Sums, sums::MOST};
 use crate::{
     math::stats::{Running, is_possible},
     scene::{captor::CHANNELS, world::Scene},
@@ -126,7 +126,10 @@ impl Totals {
         let Ledger { emitted, absorbed, escaped, missed, lost } = &self.ledger;
         let theirs = &other.ledger;
         let powers = [emitted, absorbed, escaped, missed, lost];
-        self.columns == other.columns
+        let mut counts = self.photons.iter().chain(&self.arrived);
+        counts.all(|count| *count <= MOST)
+            && self.segments.max(self.cut_off) <= MOST
+            && self.columns == other.columns
             && self.running.len() == other.running.len()
             && self.photons.len() == other.photons.len()
             && self.arrived.len() == other.arrived.len()
