@@ -121,7 +121,8 @@ pub fn furnace(half: f64, rho: f64) -> World {
 
 /// A disc of 1 cm in a white furnace of 10 m: paths find pi L; a million photons bring none or a
 /// few, and the run says so.
-/// Seed 2, 1e5 paths, standard error at most 0.5 %; 1 comparison, odds of a false alarm 1e-4.
+/// Aimed flights find it too. Seeds 2 and 3, 1e5 paths and 2e5 photons, standard errors at most 0.5 %; 2
+/// comparisons, odds of a false alarm 2e-4.
 #[test]
 fn captor_of_1_cm_in_a_white_room_of_10_m() {
     let world = furnace(5.0, 0.5).captor("sensor", &Mesh::disc([1.0, 2.0, -3.0], UP, 0.005));
@@ -212,8 +213,8 @@ fn wall_of_1_mm_between_light_and_dark() {
 
 /// A slit of 1 cm x 2 m from a black furnace into a dark room: it shines with L, so the room gets
 /// pi L x its area, and a sensor on the far wall what that strip sheds there.
-/// Seeds 1 and 2, 4e6 photons and 4e5 paths, standard errors at most 8 %; 6 comparisons, odds of a
-/// false alarm 7e-4.
+/// Seeds 1 and 2, 4e6 photons and 4e5 paths, standard errors at most 8 %; seed 3, 4e5 photons with aimed flights,
+/// at most 4 %; 8 comparisons, odds of a false alarm 9e-4.
 #[test]
 fn slit_of_1_cm_between_two_rooms() {
     let lit = room([-1.0, -1.0, -1.0], [0.0, 1.0, 1.0]);
@@ -241,7 +242,7 @@ fn slit_of_1_cm_between_two_rooms() {
     runs.irradiance(&mut check, "sensor", front, exact);
     check.finish(6);
     let aimed = world.clone().with("settings", json!({ "guiding": "aim" })).run(400_000, 3);
-    let mut check = Comparisons::new("slit, aimed flights", 0.03);
+    let mut check = Comparisons::new("slit, aimed flights", 0.04);
     check.irradiance("slit", back(&aimed, "slit"), 0, PI);
     check.irradiance("sensor", front(&aimed, "sensor"), 0, exact);
     check.finish(2);
