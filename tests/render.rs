@@ -52,6 +52,7 @@ fn every_kind_is_drawn() {
         ("radiance", vec!["--gather", "8", "--exposure", "1.5", "--band", "b1"], false),
         ("irradiance", vec!["--log", "--band", "both"], true),
         ("absorbed", vec!["--range", "0:2", "--rays", "1"], true),
+        ("error", vec!["--band", "both", "--k", "50"], true),
         ("captors", vec![], true),
         ("photons", vec!["--paths", "5"], true),
         ("photons", vec!["--colour", "bounce"], true),
@@ -127,12 +128,26 @@ fn results_are_drawn_without_tracing() {
     assert_eq!(read_png(&scene.path("a.png")).1, 200);
 }
 
+/// A picture without time ends after four rays for each pixel, and says so; one with time takes all.
+#[test]
+fn a_picture_ends_in_time() {
+    let scene = small_room().write();
+    for (seconds, rays) in [("1e-9", "4 rays a pixel"), ("1e9", "10 rays a pixel")] {
+        for show in ["radiance", "irradiance", "error"] {
+            let arguments = ["-o", "a.png", "--show", show, "--spp", "10", "--max-time", seconds];
+            let assert = phylux(&scene, &arguments).args(SMALL).assert().success();
+            let said = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+            assert!(said.contains(rays), "{show} {seconds}: {said}");
+        }
+    }
+}
+
 /// What cannot be drawn: exit code 2, a sentence, no file.
 #[test]
 fn refusals_are_sentences() {
     let scene = small_room().write();
     fs::write(scene.path("none.json"), "{}").expect("a file");
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 20] = [
         (
             &["--band", "b2"],
             &["--band: the scene has no band or sum `b2`; there are b0, b1, both, sum"],
@@ -155,6 +170,9 @@ fn refusals_are_sentences() {
         (&["--range", "0:1"], &["--range: has no meaning here", "--exposure"]),
         (&["--show", "absorbed", "--gather", "4"], &["--gather: has no meaning here"]),
         (&["--results", "none.json"], &["--results: has no meaning here"]),
+        (&["--max-time", "0"], &["--max-time", "must be above 0"]),
+        (&["--show", "captors", "--max-time", "1"], &["--max-time: has no meaning here", "error"]),
+        (&["--show", "error", "--denoise", "on"], &["--denoise: has no meaning here"]),
         (&["--show", "captors", "--results", "none.json"], &["none.json: is no results file"]),
         (
             &["--position", "0,0,1", "--look-at", "0,0,1"],

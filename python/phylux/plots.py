@@ -43,6 +43,54 @@ def captor_map(
     return ax
 
 
+def profile(
+    result: Result,
+    *,
+    band: str | None = None,
+    quantity: str = "irradiance",
+    face: str = "front",
+    captors: str | Sequence[str] | None = None,
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Values per area over height: the mean of the captors at each height, weighted by area, with error bars of 1.98
+    standard errors (95 %), which are added in squares as if captors were independent.
+
+    Args:
+        quantity: ``"irradiance"``, or ``"absorbed"`` (its power over the area).
+        band, face, captors, ax: as for `captor_map`.
+        options: of matplotlib's ``errorbar``.
+
+    Of more than 12 heights, to a millimetre, 12 equal slices between the lowest and the highest are taken.
+    """
+    if quantity not in ("irradiance", "absorbed"):
+        raise wrong("quantity", f"no quantity `{quantity}` per area", "there are irradiance and absorbed")
+    ax = _axes(ax)
+    rows, column = _rows(result, captors), _band(result, band)
+    values, errors = (numbers[rows, column] for numbers in _numbers(result, quantity, face))
+    height, area = result.center[rows, 2], result.area[rows]
+    if quantity == "irradiance":
+        values, errors = values * area, errors * area
+    known = np.isfinite(values)
+    if not known.any():
+        raise wrong("captors", f"none of them has a value of {quantity}", "name others, or another quantity or face")
+    values, errors, height, area = values[known], np.nan_to_num(errors[known]), height[known], area[known]
+    slices = np.round(height, 3)
+    if len(np.unique(slices)) > 12:
+        edges = np.linspace(height.min(), height.max(), 13)
+        slices = np.clip(np.digitize(height, edges) - 1, 0, 11)
+    parts = [slices == one for one in np.unique(slices)]
+    whole = np.array([area[part].sum() for part in parts])
+    means = np.array([values[part].sum() for part in parts]) / whole
+    spread = np.array([np.sqrt((errors[part] ** 2).sum()) for part in parts]) / whole
+    heights = np.array([(area[part] * height[part]).sum() for part in parts]) / whole
+    usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
+    ax.errorbar(means, heights, xerr=1.98 * spread, **{**usual, **options})
+    label = f"{quantity}, {result.bands[column]}, {result.unit['irradiance']}"
+    ax.set(xlabel=label, ylabel="height z, m")
+    return ax
+
+
 def rank(
     result: Result,
     *,

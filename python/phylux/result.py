@@ -420,13 +420,20 @@ class Result:
         """Draws with matplotlib, and returns the axes; see `phylux.plots` for the options of each kind.
 
         Args:
-            kind: ``"map"`` (captors where they are, in the colour of their value), ``"rank"`` (values of a group in
+            kind: ``"map"`` (captors where they are, in the colour of their value), ``"profile"`` (means over area at
+                each height, with error bars), ``"rank"`` (values of a group in
                 the order of its captors, with error bars), ``"spectrum"`` (over the bands), ``"bars"`` (values with
                 error bars by name).
         """
         from . import plots
 
-        kinds = {"map": plots.captor_map, "rank": plots.rank, "spectrum": plots.spectrum, "bars": plots.bars}
+        kinds = {
+            "map": plots.captor_map,
+            "profile": plots.profile,
+            "rank": plots.rank,
+            "spectrum": plots.spectrum,
+            "bars": plots.bars,
+        }
         if kind not in kinds:
             raise wrong("kind", f"no plot `{kind}`", f"there are {', '.join(kinds)}")
         return kinds[kind](self, **options)

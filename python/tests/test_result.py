@@ -188,6 +188,7 @@ def test_words(result):
     ("kind", "options"),
     [
         ("map", {"captors": "grid", "band": "red"}),
+        ("profile", {"captors": "grid", "band": "red"}),
         ("rank", {"captors": "plant", "quantity": "absorbed"}),
         ("spectrum", {"captors": ["grid/0", "grid/1"]}),
         ("bars", {"captors": "grid", "face": "back"}),
@@ -204,6 +205,21 @@ def test_plots_return_axes(result, kind, options):
         result.plot(kind, captors="none", ax=ax)
     with pytest.raises(px.InputError, match="no plot"):
         result.plot("pie")
+
+
+def test_a_profile_has_the_means_over_area(result):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    grid = [row for row, id in enumerate(result.ids) if id.startswith("grid")]
+    line = result.plot("profile", captors="grid", band="PAR").lines[0]
+    heights = np.unique(np.round(result.center[grid, 2], 3))
+    np.testing.assert_allclose(line.get_ydata(), heights)
+    area = result.area[grid]
+    for height, mean in zip(heights, line.get_xdata(), strict=True):
+        at = np.round(result.center[grid, 2], 3) == height
+        np.testing.assert_allclose(mean, np.average(result.irradiance[grid, 0, 2][at], weights=area[at]))
+    with pytest.raises(px.InputError, match="none of them has a value of absorbed"):
+        result.plot("profile", captors="grid", quantity="absorbed")
 
 
 def test_daily_light_integrals(tmp_path):

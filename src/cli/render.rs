@@ -88,17 +88,23 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
     if show != What::Radiance && arguments.gather > 0 {
         return misplaced("--gather", "radiance");
     }
-    if matches!(show, What::Captors | What::Photons) && arguments.denoise.is_some() {
+    if matches!(show, What::Captors | What::Photons) && arguments.max_time.is_some() {
+        return misplaced("--max-time", "radiance, irradiance, absorbed or error");
+    }
+    if matches!(show, What::Error | What::Captors | What::Photons) && arguments.denoise.is_some() {
         return misplaced("--denoise", "radiance, irradiance or absorbed");
     }
     if show != What::Radiance && arguments.exposure.is_some() {
         return misplaced("--exposure", "radiance");
     }
     if show == What::Radiance && arguments.range.is_some() {
-        return misplaced("--range", "irradiance, absorbed, captors or photons (here: --exposure)");
+        return misplaced(
+            "--range",
+            "irradiance, absorbed, error, captors or photons (here: --exposure)",
+        );
     }
     if show == What::Radiance && arguments.log {
-        return misplaced("--log", "irradiance, absorbed, captors or photons");
+        return misplaced("--log", "irradiance, absorbed, error, captors or photons");
     }
     if show != What::Captors && arguments.results.is_some() {
         return misplaced("--results", "captors");
@@ -106,7 +112,7 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
     if show != What::Photons && arguments.paths > 0 {
         return misplaced("--paths", "photons");
     }
-    let numbers = matches!(show, What::Radiance | What::Irradiance | What::Absorbed);
+    let numbers = !matches!(show, What::Captors | What::Photons);
     for path in &arguments.output {
         if !numbers && Kind::of(path)? != Kind::Png {
             return Err(Error::input(

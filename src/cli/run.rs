@@ -161,7 +161,7 @@ pub(super) fn tolerance(text: &str) -> Checked<f64> {
     Settings::check_tolerance(number(text)?)
 }
 
-fn max_time(text: &str) -> Checked<Duration> {
+pub(super) fn max_time(text: &str) -> Checked<Duration> {
     Settings::check_max_time(number(text)?)
 }
 

@@ -37,7 +37,7 @@ pub use viewpoint::{FirstVisible, Viewpoint};
 
 /// What a picture of light shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Show {
+pub enum Show<'a> {
     /// What a viewpoint would see; `gather` directions from each surface that scatters, or none to take
     /// the light there from the photon map alone.
     Radiance {
@@ -48,6 +48,11 @@ pub enum Show {
     Irradiance,
     /// What the surface absorbs from both sides.
     Absorbed,
+    /// The relative standard error of the irradiance in some bands together: one value a pixel.
+    Error {
+        /// Bands.
+        bands: &'a [usize],
+    },
 }
 
 /// How pixels are made.
@@ -55,6 +60,8 @@ pub enum Show {
 pub struct Sampling {
     /// Rays of each pixel, at least 1.
     pub rays: u32,
+    /// Those that it has had before: further ones are others.
+    pub before: u32,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Threads; 0 takes as many as there are processors.
@@ -82,6 +89,20 @@ impl Pixels {
     pub fn pixel(&self, index: usize) -> &[f32] {
         &self.values[index * self.bands..][..self.bands]
     }
+
+    /// The means over these and `more` rays of the same picture, where each pixel had `rays` and `others` of them.
+    pub fn joined(mut self, rays: u32, more: &Self, others: u32) -> Self {
+        let (rays, others) = (rays as f32, others as f32);
+        let pixels = self.values.chunks_mut(self.bands).zip(more.values.chunks(self.bands));
+        for ((own, other), (covered, and)) in pixels.zip(self.covered.iter_mut().zip(&more.covered))
+        {
+            let (met, of_others) = (*covered * rays, and * others);
+            let share = if of_others > 0.0 { of_others / (met + of_others) } else { 0.0 };
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += share * (other - *own));
+            *covered = (met + of_others) / (rays + others);
+        }
+        self
+    }
 }
 
 /// Renders a picture of light. Errors: it would not fit into memory, stopped by `control` (whose
@@ -93,7 +114,10 @@ pub fn render(
     sampling: Sampling,
     control: &Control,
 ) -> Result<Pixels> {
-    let bands = light.scene.bands.len();
+    let bands = match show {
+        Show::Error { .. } => 1,
+        _ => light.scene.bands.len(),
+    };
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     check_size(viewpoint, bands)?;
     let mut pixels = Pixels {
@@ -123,6 +147,10 @@ pub fn render(
                         Show::Absorbed => flat(viewpoint, ray, &mut shared, |triangle, _, point| {
                             light.absorbed(triangle, point)
                         }),
+                        Show::Error { bands } => flat(viewpoint, ray, &mut shared, |triangle, front, point| {
+                            vec![light.relative_error(triangle, front, point, bands).unwrap_or(f64::NAN)]
+                        })
+                        .filter(|error| error[0].is_finite()),
                     };
                     if let Some(found) = found {
                         met += 1;
@@ -195,9 +223,9 @@ struct Samples<'a> {
 impl Samples<'_> {
     /// The rays of a pixel, spread evenly over it, each with random numbers of its own.
     fn pixel(&mut self, x: usize) -> impl Iterator<Item = (Ray, Stream)> {
-        let Self { viewpoint, sampling: Sampling { rays, seed, .. }, y } = *self;
+        let Self { viewpoint, sampling: Sampling { rays, before, seed, .. }, y } = *self;
         let pixel = (y * viewpoint.camera.width + x) as u64;
-        (0..rays).map(move |ray| {
+        (before..before + rays).map(move |ray| {
             let streams = |batch| Streams::new(seed, Purpose::Picture, batch);
             let sequence = streams(0).sequence(pixel);
             let stream = streams(ray.into()).history(pixel);

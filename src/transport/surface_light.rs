@@ -50,6 +50,26 @@ impl<'a> SurfaceLight<'a> {
         self.arrived(triangle, front, point, self.scene.lights.len(), light)
     }
 
+    /// Standard error of [`irradiance`](Self::irradiance) in some bands together, over its value: √Σp² / Σp of
+    /// the powers p of its photons, as if each had come by itself. None where no photon arrived.
+    pub fn relative_error(
+        &self,
+        triangle: usize,
+        front: bool,
+        point: Vec3,
+        bands: &[usize],
+    ) -> Option<f64> {
+        let gathered = self.gather(triangle, front, point)?;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for photon in &gathered.photons {
+            let power = self.map.power(photon.index);
+            let power: f64 = bands.iter().map(|&b| f64::from(power[b])).sum();
+            sum += power;
+            squares += power * power;
+        }
+        (sum > 0.0).then(|| squares.sqrt() / sum)
+    }
+
     /// What arrives, in so many parts; `part` says to which a photon belongs.
     fn arrived(
         &self,

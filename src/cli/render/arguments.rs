@@ -1,6 +1,6 @@
 //! The arguments of `phylux render`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, ValueEnum};
 
@@ -18,7 +18,8 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
     /// What to show: what a camera sees, or in false colour the light that arrives at or is absorbed by
-    /// every surface, the captors by their results, the photons themselves
+    /// every surface, the relative standard error of what arrives, the captors by their results, the photons
+    /// themselves
     #[arg(long, value_enum, default_value = "radiance")]
     pub show: What,
     #[command(flatten)]
@@ -26,6 +27,10 @@ pub struct Arguments {
     /// Rays of each pixel
     #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub rays: u32,
+    /// End soon after this time: rays are taken four by four for each pixel until it would be over, or --rays are
+    /// taken; give a large --rays. Four are taken in any case
+    #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_negative_numbers = true)]
+    pub max_time: Option<Duration>,
     /// With --show radiance: look into so many directions from every point that scatters, and join it with
     /// the lamps: sharp shadows and smooth walls, for a longer time
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
@@ -34,7 +39,7 @@ pub struct Arguments {
     /// [default: on]
     #[arg(long, value_enum, value_name = "ON")]
     pub denoise: Option<Denoise>,
-    /// With --show radiance: a value of 2^-STOPS is white [default: chosen for the picture]
+    /// With --show radiance: a value of 2^-STOPS is about white, and half of it as bright as half [default: chosen for the picture]
     #[arg(long, value_name = "STOPS", value_parser = stops, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
     /// A band or a sum of the scene, or `sum` for all bands together [default: all; sum in false colour]
@@ -78,6 +83,7 @@ pub enum What {
     Radiance,
     Irradiance,
     Absorbed,
+    Error,
     Captors,
     Photons,
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     arguments::What,
-    task::{Made, Task, photons},
+    task::{Made, Task, photons_and_rays},
 };
 use crate::{
     error::Result,
@@ -18,7 +18,8 @@ use crate::{
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
-        let pixels = self.pixels(&light, Show::Radiance { gather: self.arguments.gather })?;
+        let gather = self.arguments.gather;
+        let (pixels, rays) = self.pixels(&light, Show::Radiance { gather })?;
         let colours = self.colours();
         let (count, shown) = (pixels.covered.len(), self.shown(&light, &pixels)?);
         let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
@@ -26,7 +27,8 @@ impl Task<'_> {
         let exposure = chosen.unwrap_or_else(|| Exposure::of(&linear));
         let picture = Picture::new(pixels.width, linear.iter().map(|c| exposure.srgb(*c)));
         let what = if colours.coloured { "bands by their wavelengths" } else { "grey" };
-        let words = format!("{}, exposure {} stops, {what}\n", photons(&light), exposure.stops);
+        let photons = photons_and_rays(&light, rays);
+        let words = format!("{photons}, exposure {} stops, {what}\n", exposure.stops);
         Ok(Made { picture, pixels: Some(pixels), words })
     }
 
@@ -39,25 +41,45 @@ impl Task<'_> {
 
     pub fn false_colour(&self, show: Show) -> Result<Made> {
         let light = self.light()?;
-        let pixels = self.pixels(&light, show)?;
+        let (pixels, rays) = self.pixels(&light, show)?;
         let shown = self.shown(&light, &pixels)?;
         let value = |i: usize| {
             let values = shown.pixel(i);
             self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>()
         };
-        let seen = (0..pixels.covered.len()).filter(|&i| pixels.covered[i] > 0.0);
-        // lamp housings are small and bright
-        let scale = self.scale(seen.map(value).collect(), 0.95);
-        let colours = (0..pixels.covered.len())
-            .map(|i| PAPER.lerp(scale.colour(value(i)), pixels.covered[i]));
-        let picture = Picture::new(pixels.width, colours);
         let what = match show {
             Show::Absorbed => "absorbed",
             _ => "irradiance",
         };
-        let legend = self.legend(what, &self.scene.quantity.unit_names().irradiance, scale);
-        let words = photons(&light) + "\n";
-        Ok(Made { picture: picture.with_bar(&legend), pixels: Some(pixels), words })
+        let unit = self.scene.quantity.unit_names().irradiance;
+        let picture = self.in_colours(&pixels, value, what, &unit);
+        Ok(Made { picture, pixels: Some(pixels), words: photons_and_rays(&light, rays) + "\n" })
+    }
+
+    /// The relative standard error of the irradiance that the photons tell, in per cent.
+    pub fn error(&self) -> Result<Made> {
+        let light = self.light()?;
+        let (pixels, rays) = self.pixels(&light, Show::Error { bands: &self.band.bands })?;
+        let value = |i: usize| 100.0 * f64::from(pixels.pixel(i)[0]);
+        let picture = self.in_colours(&pixels, value, "error", "%");
+        Ok(Made { picture, pixels: Some(pixels), words: photons_and_rays(&light, rays) + "\n" })
+    }
+
+    /// Values of pixels in false colour, with a bar.
+    fn in_colours(
+        &self,
+        pixels: &Pixels,
+        value: impl Fn(usize) -> f64,
+        what: &str,
+        unit: &str,
+    ) -> Picture {
+        let count = pixels.covered.len();
+        let seen = (0..count).filter(|&i| pixels.covered[i] > 0.0);
+        // lamp housings are small and bright
+        let scale = self.scale(seen.map(&value).collect(), 0.95);
+        let colours = (0..count).map(|i| PAPER.lerp(scale.colour(value(i)), pixels.covered[i]));
+        let picture = Picture::new(pixels.width, colours);
+        picture.with_bar(&self.legend(what, unit, scale))
     }
 }
 
@@ -69,6 +91,11 @@ pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(Strin
         What::Absorbed => "absorbed",
         _ => "irradiance",
     };
+    if show == What::Error {
+        return [("error", &pixels.values), ("A", &pixels.covered)]
+            .map(|(name, values)| (name.into(), values.clone()))
+            .into();
+    }
     let band = |b: usize| (0..count).map(|i| pixels.pixel(i)[b]).collect::<Vec<f32>>();
     let mut channels: Vec<(String, Vec<f32>)> = scene
         .bands

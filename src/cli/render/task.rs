@@ -1,8 +1,6 @@
 //! A picture to make, and what all kinds of pictures need.
 
-use std::sync::atomic::AtomicBool;
-
-use std::borrow::Cow;
+use std::{borrow::Cow, sync::atomic::AtomicBool, time::Instant};
 
 use glam::Vec3;
 
@@ -27,6 +25,8 @@ use crate::{
     },
 };
 
+/// Rays of each pixel between two looks at the clock.
+const ROUND: u32 = 4;
 /// Photons to store for dots: more would cover everything.
 const DOTS: usize = 100_000;
 
@@ -38,6 +38,7 @@ pub struct Made {
 }
 
 pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Made> {
+    let started = Instant::now();
     let LoadedScene { scene, settings, .. } = loaded;
     let band = chosen_bands(scene, arguments.band.as_deref())?;
     let scale = match arguments.range {
@@ -56,13 +57,18 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
         threads: arguments.threads.unwrap_or(settings.threads),
         ..settings.clone()
     };
-    let sampling =
-        Sampling { rays: arguments.rays, seed: settings.seed, threads: settings.threads };
-    let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, stop };
+    let sampling = Sampling {
+        rays: arguments.rays,
+        before: 0,
+        seed: settings.seed,
+        threads: settings.threads,
+    };
+    let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, stop, started };
     match arguments.show {
         What::Radiance => task.radiance(),
         What::Irradiance => task.false_colour(Show::Irradiance),
         What::Absorbed => task.false_colour(Show::Absorbed),
+        What::Error => task.error(),
         What::Captors => task.captors(loaded),
         What::Photons => task.photons(),
     }
@@ -115,6 +121,7 @@ pub(super) struct Task<'a> {
     pub band: ChosenBands,
     scale: Option<Scale>,
     stop: &'a AtomicBool,
+    started: Instant,
 }
 
 impl<'a> Task<'a> {
@@ -134,10 +141,27 @@ impl<'a> Task<'a> {
         self.watched("photons", |control| light_surfaces(self.scene, &self.settings, control))
     }
 
-    pub fn pixels(&self, light: &SurfaceLight, show: Show) -> Result<Pixels> {
-        self.watched("pixels", |control| {
-            render(light, &self.viewpoint, show, self.sampling, control)
-        })
+    /// The pixels, and how many rays each has: all that are asked for, or as many as there is time for.
+    pub fn pixels(&self, light: &SurfaceLight, show: Show) -> Result<(Pixels, u32)> {
+        let Sampling { rays, .. } = self.sampling;
+        let round = |before: u32, rays: u32| {
+            let sampling = Sampling { rays, before, ..self.sampling };
+            self.watched("pixels", |control| {
+                render(light, &self.viewpoint, show, sampling, control)
+            })
+        };
+        let Some(most) = self.arguments.max_time else { return Ok((round(0, rays)?, rays)) };
+        let mut taken = rays.min(ROUND);
+        let mut from = Instant::now();
+        let mut pixels = round(0, taken)?;
+        // as long as another round will end in time
+        while taken < rays && self.started.elapsed() + from.elapsed() <= most {
+            let more = (rays - taken).min(ROUND);
+            from = Instant::now();
+            pixels = pixels.joined(taken, &round(taken, more)?, more);
+            taken += more;
+        }
+        Ok((pixels, taken))
     }
 
     /// What of these pixels the picture shows: without their noise, unless the user wants it.
@@ -180,4 +204,9 @@ impl<'a> Task<'a> {
 
 pub(super) fn photons(light: &SurfaceLight) -> String {
     format!("{} arrivals of {} photons", light.map.photons.len(), light.map.histories)
+}
+
+/// The same, and the rays of each pixel.
+pub(super) fn photons_and_rays(light: &SurfaceLight, rays: u32) -> String {
+    format!("{}, {rays} rays a pixel", photons(light))
 }

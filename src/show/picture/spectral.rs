@@ -77,7 +77,10 @@ fn matching(nm: f32) -> Vec3 {
     )
 }
 
-/// How bright a picture is: a value of 2^-stops is white.
+/// Share of white up to which values are shown as they are; brighter ones come ever nearer to white.
+const SHOULDER: f64 = 2.0 / 3.0;
+
+/// How bright a picture is: a value of 2^-stops is about white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// Stops; one more is twice as bright.
@@ -99,11 +102,21 @@ impl Exposure {
         Self { stops: (-10.0 * f64::from(1.5 * *white).log2()).round() / 10.0 }
     }
 
-    /// The sRGB colour of a linear one; what is brighter than white is white.
+    /// The sRGB colour of a linear one. Up to two thirds of white it is as it is; brighter light comes ever
+    /// nearer to white, as on film, so that lamps and what stands close to them keep their shapes.
     pub fn srgb(self, linear: Vec3) -> Vec3 {
-        let exposed = (linear.as_dvec3() * self.stops.exp2()).as_vec3();
-        Vec3::from_array(exposed.clamp(Vec3::ZERO, Vec3::ONE).to_array().map(encode))
+        let exposed = linear.as_dvec3() * self.stops.exp2();
+        Vec3::from_array(exposed.to_array().map(|value| encode(softened(value) as f32)))
     }
+}
+
+/// A value in [0, 1] for one in white: the same up to the shoulder, from there on an exponential of the same slope.
+fn softened(value: f64) -> f64 {
+    let (value, rest) = (value.max(0.0), 1.0 - SHOULDER);
+    if value <= SHOULDER {
+        return value;
+    }
+    SHOULDER + rest * (1.0 - (-(value - SHOULDER) / rest).exp())
 }
 
 /// The transfer function of sRGB (IEC 61966-2-1).
@@ -167,7 +180,13 @@ mod tests {
         let exposure = Exposure::of(&[Vec3::splat(3.0); 10]);
         let white = exposure.stops.exp2() * 3.0;
         assert!((0.6..0.75).contains(&white), "{white}");
-        assert!(Exposure { stops: 1.0 }.srgb(Vec3::splat(0.5)).x > 0.9999);
+        let at = |value: f32| Exposure { stops: 1.0 }.srgb(Vec3::splat(value)).x;
+        // 1 in white is 2/3 + (1 - 1/e)/3 = 0.8774; there is no step, no end but white, and more is never darker
+        assert!((at(0.5) - encode(0.8774)).abs() < 1e-4, "{}", at(0.5));
+        assert!((at(0.3334) - at(0.3333)).abs() < 1e-3);
+        assert!(at(10.0) > 0.9999 && at(f32::INFINITY) > 0.9999);
+        let values: Vec<f32> = (0..200).map(|i| at(i as f32 / 100.0)).collect();
+        assert!(values.is_sorted() && values[150] < values[199], "{values:?}");
         assert!((Exposure { stops: 0.0 }.srgb(Vec3::splat(0.2140)).x - 0.5).abs() < 1e-3);
         assert_eq!(Exposure::of(&[Vec3::ZERO]), Exposure { stops: 0.0 });
     }

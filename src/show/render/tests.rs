@@ -69,7 +69,7 @@ fn viewpoint(loaded: &LoadedScene) -> Viewpoint<'_> {
 }
 
 fn picture(loaded: &LoadedScene, light: &SurfaceLight, gather: u32, threads: usize) -> Pixels {
-    let sampling = Sampling { rays: 4, seed: 1, threads };
+    let sampling = Sampling { rays: 4, before: 0, seed: 1, threads };
     render(light, &viewpoint(loaded), Show::Radiance { gather }, sampling, &CONTROL)
         .unwrap_or_else(|e| panic!("{e}"))
 }
@@ -227,6 +227,35 @@ fn a_box_looks_as_paths_see_it() {
     }
 }
 
+/// Where light is even and one band has photons of one power, the relative error of k photons is 1 / sqrt(k - 1)
+/// everywhere: the k-th only says how far they reach. Rounds of rays joined are the mean over all of them.
+#[test]
+fn errors_are_those_of_k_photons_and_rounds_join() {
+    let loaded = furnace();
+    let light = lit(&loaded, 200_000);
+    let rendered = |show, rays, before| {
+        let sampling = Sampling { rays, before, seed: 1, threads: 0 };
+        render(&light, &viewpoint(&loaded), show, sampling, &CONTROL)
+            .unwrap_or_else(|e| panic!("{e}"))
+    };
+    let error = rendered(Show::Error { bands: &[0] }, 1, 0);
+    assert_eq!((error.bands, error.values.len()), (1, 64 * 64));
+    let exact = 1.0 / 199f32.sqrt();
+    let exactly = error.values.iter().filter(|error| (**error / exact - 1.0).abs() < 1e-3).count();
+    // leaves have fewer than k photons on a face, and photons from glass have other powers
+    assert!(exactly > 2000, "{exactly} of 4096");
+    assert!(error.values.iter().all(|error| (0.06..0.4).contains(error)), "{:?}", error.values);
+
+    let show = Show::Irradiance;
+    let (first, second) = (rendered(show, 1, 0), rendered(show, 3, 1));
+    let joined = first.clone().joined(1, &second, 3);
+    for (i, joined) in joined.values.iter().enumerate() {
+        let mean = 0.25 * first.values[i] + 0.75 * second.values[i];
+        assert!((joined / mean - 1.0).abs() < 1e-5, "{i}: {joined} {mean}");
+    }
+    assert_ne!(first.values, second.values);
+}
+
 /// The same picture from any number of threads.
 #[test]
 fn a_picture_does_not_depend_on_threads() {
@@ -259,7 +288,7 @@ fn a_closed_room_is_seen_from_inside() {
         // its far walls are not cut away
         let beyond = middle([2.5, 2.5, 0.5]).as_vec3();
         assert!(!viewpoint.sees(beyond));
-        let sampling = Sampling { rays: 1, seed: 1, threads: 1 };
+        let sampling = Sampling { rays: 1, before: 0, seed: 1, threads: 1 };
         let seen = painted(&viewpoint, sampling, &CONTROL, |ray| match viewpoint.sight(ray) {
             FirstVisible::Nothing => glam::Vec3::ZERO,
             FirstVisible::Thing { .. } => glam::Vec3::ONE,
