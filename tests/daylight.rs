@@ -250,7 +250,7 @@ fn the_sun_is_seen_in_flat_mirrors() {
             )
         };
         for half_angle in [0.0, 0.2666] {
-            let paths = world(half_angle).run_paths(40_000, 1);
+            let paths = world(half_angle).run_paths(250_000, 1);
             by_paths.irradiance(name, front(&paths, "down"), 0, 400.0 * share);
         }
         let photons = world(0.2666).run(photons, 1);
@@ -272,7 +272,7 @@ fn the_sun_in_two_panes() {
     let (passed, mirrored) = pane_shares(0.5);
     let once = mirrored + passed * passed * mirrored;
     let all = mirrored + passed * passed * mirrored / (1.0 - mirrored * mirrored);
-    let run = world.run_paths(100_000, 1);
+    let run = world.run_paths(400_000, 1);
     let mut check = Comparisons::new("two panes", 0.002).rounding(1e-4);
     check.irradiance("down", front(&run, "down"), 0, 400.0 * once);
     check.finish(1);

@@ -46,6 +46,9 @@ use vertex::{Arrival, Vertex};
 /// Where surfaces have left less of a path than this, it goes on by Russian roulette, with this much.
 const LEAST: f32 = 1.0 / 3.0;
 
+/// Share of the points at which the sun is looked for in flat mirrors: it costs rays at each, and brings little.
+const MIRRORS_TRIED: f32 = 0.25;
+
 /// How a path goes on from a point.
 struct Leg {
     /// Where its direction was chosen.
@@ -215,6 +218,10 @@ impl Path<'_, '_> {
     fn mirrored_sun<L: Lanes>(&mut self, at: &Vertex) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let mirrors = scene.flat_mirrors()?;
+        let number = self.rng.uniform() / MIRRORS_TRIED;
+        if number >= 1.0 {
+            return None;
+        }
         let suns = mirrors.suns();
         let sun = match suns.len() {
             1 => suns[0],
@@ -222,7 +229,6 @@ impl Path<'_, '_> {
         };
         let (toward_sun, irradiance) =
             scene.lights[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
-        let number = self.rng.uniform();
         let ChosenImage { image, toward, chance } =
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
         let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
@@ -260,7 +266,7 @@ impl Path<'_, '_> {
             }
             ray = scene.leave(hit.point, -at_pane.normal, toward);
         }
-        let factor = suns.len() as f32 / chance;
+        let factor = suns.len() as f32 / (MIRRORS_TRIED * chance);
         (!arriving.is_zero()).then(|| (toward, arriving * irradiance.scaled(factor)))
     }
 
