@@ -161,7 +161,7 @@ impl Path<'_, '_> {
         if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
             return None;
         }
-        let arriving = Interaction::new(ray.direction, surface.normal);
+        let arriving = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
         let f: Spectrum<L> = material.evaluate(&arriving, -towards);
         if f.is_zero() {
             return None;

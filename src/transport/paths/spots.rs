@@ -219,7 +219,7 @@ fn shine<L: Lanes>(
     });
     let Some((hit, _)) = landed else { return };
     let surface = scene.surface(hit.triangle);
-    let interaction = Interaction::new(ray.direction, surface.normal);
+    let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
     let scatter = scene.material(surface).sample::<L>(&interaction, Transport::Light, rng);
     let Some(scatter) = scatter.filter(|scatter| scatter.lobe == LobeKind::Diffuse) else { return };
     let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
