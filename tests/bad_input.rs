@@ -157,7 +157,7 @@ fn keys_and_types() {
         (
             "lights",
             r#"[{"type": "moon"}]"#,
-            &["/lights/0/type: unknown type `moon`", "area, sun, sky, environment"],
+            &["/lights/0/type: unknown type `moon`", "area, rad, sun, sky, environment"],
         ),
         (
             "lights",

@@ -80,7 +80,7 @@ fn what_does_not_belong_together_is_refused() {
     fs::write(folder.path("cut.json"), &part[..part.len() - 100]).expect("a file");
     fs::write(folder.path("old.json"), part.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
         .expect("a file");
-    let before = part.replacen("\"format\":3,", "", 1);
+    let before = part.replacen("\"format\":4,", "", 1);
     assert_ne!(before, part);
     fs::write(folder.path("before.json"), before).expect("a file");
     let spoiled = part.replacen("\"segments\":", "\"segments\":1", 1);

@@ -70,17 +70,22 @@ struct Counts {
     histories: u64,
     /// Number of the last of these.
     last: u64,
-    /// What that one has brought, over all bands.
-    own: f64,
-    /// Where histories are weighed: the sum of what those before it brought, and of its squares.
-    weighed: [f64; 2],
 }
 
-impl Counts {
+/// How much the histories of a channel differ in what they bring, over all bands.
+#[derive(Clone, Copy, Debug, Default)]
+struct Weighed {
+    /// What the last one has brought.
+    own: f64,
+    /// The sum of what those before it brought, and of its squares.
+    before: [f64; 2],
+}
+
+impl Weighed {
     /// No more comes of the last history.
     fn settle(&mut self) {
         let own = std::mem::take(&mut self.own);
-        self.weighed = [self.weighed[0] + own, self.weighed[1] + own * own];
+        self.before = [self.before[0] + own, self.before[1] + own * own];
     }
 }
 
@@ -89,16 +94,16 @@ impl Counts {
 #[derive(Clone, Debug)]
 pub struct Tally {
     bands: usize,
-    /// For each channel one more than its place in the next three lists; 0 where nothing was counted.
+    /// For each channel one more than its place in the next four lists; 0 where nothing was counted.
     places: Vec<u32>,
     touched: Vec<u32>,
     counts: Vec<Counts>,
+    /// Only where it is asked for.
+    weighed: Option<Vec<Weighed>>,
     /// Per place and band.
     flux: Vec<f64>,
     /// Number of the history that is under way.
     history: u64,
-    /// Whether it is told how much the histories differ in what they bring.
-    weighs: bool,
     /// Straight flights between emission, interactions and escape.
     segments: u64,
     /// Paths that a length limit ended.
@@ -117,9 +122,9 @@ impl Tally {
             places: vec![0; scene.channels()],
             touched: Vec::new(),
             counts: Vec::new(),
+            weighed: None,
             flux: Vec::new(),
             history: 0,
-            weighs: false,
             segments: 0,
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials.len()),
@@ -130,7 +135,7 @@ impl Tally {
     /// One that also tells how many histories what it counts rests on: photons with flights beside them bring
     /// more or less.
     pub fn weighing(self) -> Self {
-        Self { weighs: true, ..self }
+        Self { weighed: Some(Vec::new()), ..self }
     }
 
     /// Bytes that one takes for `scene` split into so many parts, about, when something was counted in at most so many
@@ -214,9 +219,7 @@ impl Tally {
                     accumulate(&mut self.ledger.missed, weights, power);
                 }
             }
-            Event::Lost(power) => {
-                accumulate(&mut self.ledger.lost, weights, power);
-            }
+            Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
         }
     }
 
@@ -243,22 +246,39 @@ impl Tally {
     fn add<'a, L: Lanes>(
         &mut self,
         channel: usize,
-        weights: impl IntoIterator<Item = &'a f64>,
+        weights: impl IntoIterator<Item = &'a f64> + Clone,
         power: &Spectrum<L>,
     ) {
         let place = self.place(channel);
-        let flux = &mut self.flux[place * self.bands..][..self.bands];
-        let brought = accumulate(flux, weights, power);
+        let is_new = self.counts[place].last != self.history;
+        if self.weighed.is_some() {
+            self.weigh(place, is_new, weights.clone(), power);
+        }
         let counts = &mut self.counts[place];
         counts.photons += 1;
-        counts.histories += u64::from(counts.last != self.history);
-        if self.weighs {
-            if counts.last != self.history {
-                counts.settle();
-            }
-            counts.own += brought;
-        }
+        counts.histories += u64::from(is_new);
         counts.last = self.history;
+        accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, power);
+    }
+
+    /// Adds what a history brings to what it brought before, if it is not new; out of the way of those that weigh none.
+    #[cold]
+    #[inline(never)]
+    fn weigh<'a, L: Lanes>(
+        &mut self,
+        place: usize,
+        is_new: bool,
+        weights: impl IntoIterator<Item = &'a f64>,
+        power: &Spectrum<L>,
+    ) {
+        let Some(weighed) = self.weighed.as_mut().and_then(|all| all.get_mut(place)) else {
+            return;
+        };
+        if is_new {
+            weighed.settle();
+        }
+        let powers = weights.into_iter().zip(power.values());
+        weighed.own += powers.map(|(weight, power)| weight * f64::from(*power)).sum::<f64>();
     }
 
     /// The place of a channel in the lists; at the end, if it is a new one.
@@ -267,6 +287,7 @@ impl Tally {
         if self.places[channel] == 0 {
             self.touched.push(channel as u32);
             self.counts.push(Counts::default());
+            self.weighed.iter_mut().for_each(|all| all.push(Weighed::default()));
             self.flux.resize(self.flux.len() + self.bands, 0.0);
             self.places[channel] = self.touched.len() as u32;
         }
@@ -274,18 +295,13 @@ impl Tally {
     }
 }
 
-/// Adds them up band by band, and says how much they are together.
 #[inline]
 fn accumulate<'a, L: Lanes>(
     sums: &mut [f64],
     weights: impl IntoIterator<Item = &'a f64>,
     power: &Spectrum<L>,
-) -> f64 {
-    let mut all = 0.0;
+) {
     for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(power.values()) {
-        let brought = weight * f64::from(*power);
-        *sum += brought;
-        all += brought;
+        *sum += weight * f64::from(*power);
     }
-    all
 }

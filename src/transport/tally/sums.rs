@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Counts, Ledger, Tally};
+use super::{Ledger, Tally, Weighed};
 use crate::math::stats::is_possible;
 
 /// What a tally holds, channel by channel where anything was counted.
@@ -40,9 +40,10 @@ impl Tally {
         let flux = |&place: &usize| &self.flux[place * self.bands..][..self.bands];
         let flux = places.iter().flat_map(flux).copied().collect();
         let mut weighed = Vec::new();
-        if self.weighs {
-            self.counts.iter_mut().for_each(Counts::settle);
-            weighed.extend(places.iter().map(|&place| self.counts[place].weighed));
+        if let Some(all) = &mut self.weighed {
+            all.iter_mut().for_each(Weighed::settle);
+            weighed.extend(places.iter().map(|&place| all[place].before));
+            all.clear();
         }
         self.touched.clear();
         self.counts.clear();
@@ -67,10 +68,8 @@ impl Tally {
             let place = self.place(channel as usize);
             self.counts[place].photons += sums.photons[i];
             self.counts[place].histories += sums.histories[i];
-            for (mine, theirs) in
-                self.counts[place].weighed.iter_mut().zip(sums.weighed.get(i).into_iter().flatten())
-            {
-                *mine += theirs;
+            if let (Some(all), Some(theirs)) = (&mut self.weighed, sums.weighed.get(i)) {
+                all[place].before.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
             }
             let mine = &mut self.flux[place * self.bands..][..self.bands];
             let theirs = &sums.flux[i * self.bands..][..self.bands];
