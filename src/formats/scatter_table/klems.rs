@@ -2,7 +2,8 @@
 //! "A new method for predicting the solar heat gain of complex fenestration systems", ASHRAE Transactions 100, 1994).
 //!
 //! In such files a patch of incidence has the azimuth that light goes on to which passes straight through: half a turn from
-//! where it comes from.
+//! where it comes from. Azimuths run counter-clockwise seen from the inside, the back of the sheet, from the right; 90
+//! degrees is up (as Radiance reads and writes these files; G. Ward, bsdf_m.c).
 
 use std::{f32::consts::PI, path::Path};
 
@@ -212,6 +213,7 @@ impl Content {
             return Err(error(format!("more than {MOST} values")).remedy("use fewer bands"));
         }
         let mut values = vec![0.0; columns * rows * bands];
+        let (seen_in, seen_out) = (from_front(&incident), from_front(&leaving));
         for (band, block) in blocks.iter().enumerate() {
             let same = block.incident == blocks[0].incident && block.leaving == blocks[0].leaving;
             let numbers = block.values.split(|c: char| c == ',' || c.is_whitespace());
@@ -225,7 +227,8 @@ impl Content {
                 // a line for each patch that the light leaves in
                 let (row, column) = (count / columns, count % columns);
                 if row < rows {
-                    values[(column * rows + row) * bands + band] = value as f32;
+                    let pair = seen_in[column] * rows + seen_out[row];
+                    values[pair * bands + band] = value as f32;
                 }
                 count += 1;
             }
@@ -239,7 +242,8 @@ impl Content {
                 rings.iter().map(|&(end, cells)| (end.to_radians() as f32, cells)).collect();
             Basis::patches(&rings, turn)
         };
-        let (rows, columns) = (patches(&incident, PI), patches(&leaving, 0.0));
+        // azimuth 0 of the file, to the right from the inside, is to the left from the front: half a turn from u
+        let (rows, columns) = (patches(&incident, 0.0), patches(&leaving, PI));
         Ok(Some(PairValues { rows, columns, turns: None, values }))
     }
 
@@ -266,4 +270,14 @@ impl Content {
             false => Err(format!("the angle basis {} does not end at 90 degrees", quoted(name))),
         }
     }
+}
+
+/// Where each patch of the file stands among those that are counted the other way around, seen from the front.
+fn from_front(rings: &Rings) -> Vec<usize> {
+    let mut order = Vec::new();
+    for &(_, cells) in rings {
+        let first = order.len();
+        order.extend((0..cells).map(|cell| first + (cells - cell) % cells));
+    }
+    order
 }

@@ -118,19 +118,20 @@ fn xml(direction: &str) -> String {
     )
 }
 
-/// Columns are patches of incidence; the azimuth of one is that of light that passes straight.
+/// Columns are patches of incidence; the azimuth of one is that of light that passes straight, counted from the right as
+/// the sheet is seen from its back: azimuth 180 of ours, which is to the left from the front.
 #[test]
 fn klems_patches_are_read() {
     let table = read(&xml("Transmission Front"), "a.xml", &["all"]).unwrap();
     for (from, to, expected) in [
         ([10.0, 77.0], [170.0, 3.0], 0.01),
-        // column 1: the light goes on towards azimuth 0
-        ([60.0, 180.0], [120.0, 0.0], 0.05),
-        ([60.0, 180.0], [120.0, 180.0], 0.08),
-        ([60.0, 180.0], [175.0, 0.0], 0.02),
-        ([60.0, 0.0], [120.0, 0.0], 0.06),
+        // column 1: the light goes on towards azimuth 0 of the file
+        ([60.0, 0.0], [120.0, 180.0], 0.05),
+        ([60.0, 0.0], [120.0, 0.0], 0.08),
+        ([60.0, 0.0], [175.0, 180.0], 0.02),
+        ([60.0, 180.0], [120.0, 180.0], 0.06),
         // from behind it goes the opposite way
-        ([120.0, 0.0], [60.0, 180.0], 0.05),
+        ([120.0, 180.0], [60.0, 0.0], 0.05),
         ([10.0, 0.0], [10.0, 0.0], 0.0),
     ] {
         let found = f(&table, from, to);
@@ -138,8 +139,35 @@ fn klems_patches_are_read() {
     }
     let table = read(&xml("Reflection Front"), "a.XML", &["red"]).unwrap();
     // a mirror stays in its patch, on both faces
-    assert!((f(&table, [60.0, 180.0], [60.0, 0.0]) - 0.05).abs() < 1e-6);
-    assert!((f(&table, [120.0, 180.0], [120.0, 0.0]) - 0.05).abs() < 1e-6);
+    assert!((f(&table, [60.0, 0.0], [60.0, 180.0]) - 0.05).abs() < 1e-6);
+    assert!((f(&table, [120.0, 0.0], [120.0, 180.0]) - 0.05).abs() < 1e-6);
+}
+
+/// Azimuths of the file and ours: 0 and 180 change places, 90 and 270 stay.
+#[test]
+fn azimuths_of_klems_patches_are_seen_from_the_inside() {
+    // four patches all around; the value of a pair is 0.01 (4 leaving + coming + 1)
+    let values: Vec<String> =
+        (1..=16).map(|value| format!("{}", f64::from(value) / 100.0)).collect();
+    let text = xml("Transmission Front");
+    let (head, rest) = text.split_once("<AngleBasisBlock>").expect("a basis");
+    let (_, rest) = rest.split_once("</AngleBasis>").expect("its end");
+    let (middle, rest) = rest.split_once("0.01, ").expect("values");
+    let (_, tail) = rest.split_once("</ScatteringData>").expect("their end");
+    let basis = "<AngleBasisBlock><nPhis>4</nPhis><ThetaBounds><UpperTheta>90</UpperTheta></ThetaBounds></AngleBasisBlock>";
+    let text =
+        format!("{head}{basis}</AngleBasis>{middle}{}</ScatteringData>{tail}", values.join(" "));
+    let table = read(&text, "a.xml", &["all"]).unwrap();
+    for (patch, ours) in [(0, 180.0), (1, 90.0), (2, 0.0), (3, 270.0)] {
+        for (coming, from) in [(0, 0.0), (1, 270.0), (2, 180.0), (3, 90.0)] {
+            let expected = (4 * patch + coming + 1) as f32 / 100.0;
+            let found = f(&table, [45.0, from], [135.0, ours]);
+            assert!(
+                (found - expected).abs() < 1e-6,
+                "{coming} to {patch}: {found}, not {expected}"
+            );
+        }
+    }
 }
 
 #[test]
