@@ -79,7 +79,8 @@ pub use scene::camera::{Camera, View};
 pub use scene::captor::{CHANNELS, Captor, CaptorKind, Channel, Response, Sensor};
 pub use scene::daylight;
 pub use scene::light::{
-    EmittedRadiance, Intensity, IntensityTable, Light, LightSample, LightShape, TubeHit,
+    EmittedRadiance, EmitterHit, Intensity, IntensityTable, Light, LightHit, LightSample,
+    LightShape, Toward,
 };
 pub use scene::material::{
     BsdfSample, Dielectric, Interaction, Lambert, Leaf, LeafFace, LobeKind, Material, Mirror, Pane,
@@ -88,8 +89,8 @@ pub use scene::material::{
 pub use scene::patches::Patches;
 pub use scene::tiles::{TilePart, Tiles};
 pub use scene::world::{
-    Band, BandSum, CaptorPart, Crossing, FlushLight, LightHit, LightPart, NamedMaterial, Scene,
-    SceneParts, Surface, SurfaceHit, SurfacePart,
+    Band, BandSum, CaptorPart, Crossing, FlushLight, LightPart, NamedMaterial, Scene, SceneParts,
+    Surface, SurfaceHit, SurfacePart,
 };
 #[cfg(feature = "show")]
 pub use show::chart::{Chart, Series, Stroke};

@@ -35,7 +35,6 @@ pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
 pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
 pub use shapes::{KeptShapes, LOOKED_AT};
-pub use sight::LightHit;
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
 /// Share of a triangle's margins (some ray offsets) within which rounding, 2^-20 of the scene's radius, may change

@@ -27,9 +27,9 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        daylight::{DirectionSample, InfiniteLight},
+        light::{LightHit, Toward},
         material::{Interaction, LobeKind, Transport},
-        world::{ChosenImage, LightHit, Scene, SurfaceHit},
+        world::{ChosenImage, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
 };
@@ -100,9 +100,9 @@ struct Path<'a, 'r> {
 }
 
 impl Path<'_, '_> {
-    /// Light from one light point: the direction towards it, and its irradiance across that
-    /// direction over the density of the choice, weighted against `otherwise`, the density with
-    /// which a path would go there by itself.
+    /// Light from one light, chosen by what each may contribute: the direction towards it, and its irradiance across
+    /// that direction over the density of the choice, weighted against `otherwise`, the density with which a path would
+    /// go there by itself.
     fn next_event<L: Lanes>(
         &mut self,
         at: &Vertex,
@@ -110,29 +110,30 @@ impl Path<'_, '_> {
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (l, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
-        if scene.lights[l].entrance().is_some() {
-            return self.next_event_at_infinity(l, chance, at, otherwise);
-        }
-        let light = &scene.lights[l];
-        let sample = light.illuminate(at.point, scene.ray_offset(), self.rng)?;
-        let towards = (sample.point - at.point).try_normalize()?;
-        if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
+        let sample = scene.lights[l].sample_toward::<L>(at.point, scene.ray_offset(), self.rng)?;
+        let toward = match sample.target {
+            Toward::Point(point) => (point - at.point).try_normalize()?,
+            Toward::Direction(toward) => toward,
+        };
+        if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
             return None;
         }
-        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(towards).signum();
+        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
         let origin = at.point + at.step.map_or(Vec3::ZERO, step);
         self.rays += 1;
-        let visible: Spectrum<L> = scene.visibility(origin, sample.point)?;
-        let sent = self.sent_density(l, at, towards, sample.irradiance);
-        let weight = match sample.density {
-            Some(density) => {
-                let own = density * chance;
-                own / (own + otherwise(towards) + density * sent)
+        let visible: Spectrum<L> = match sample.target {
+            Toward::Point(point) => scene.visibility(origin, point)?,
+            Toward::Direction(_) => scene.sky_visibility(l, &Ray { origin, direction: toward })?,
+        };
+        let sent = self.sent_density(l, at, toward, sample.per_watt);
+        let weight = match sample.pdf {
+            Some(pdf) => {
+                let own = pdf * chance;
+                own / (own + otherwise(toward) + pdf * sent)
             }
             None => chance / (chance + sent),
         };
-        let power = power::<L>(&light.power);
-        Some((towards, power.scaled(sample.irradiance * weight / chance) * visible))
+        Some((toward, sample.radiance_over_pdf.scaled(weight / chance) * visible))
     }
 
     /// How many times as likely light is [sent](Self::sent) to a point as a path comes to it, times the irradiance of a light
@@ -180,36 +181,8 @@ impl Path<'_, '_> {
         let share = spots.share(scene, &there, &origin, |d| {
             free * material.pdf(&seen, Transport::Importance, d)
         });
-        let power = power::<L>(&scene.lights[light].power);
+        let power = scene.lights[light].spectrum::<L>();
         Some((towards, (power * through * f * visible).scaled(seen.cos / d2 * share / chance)))
-    }
-
-    /// The same from a direction of a light at infinity that was chosen with this `chance`.
-    fn next_event_at_infinity<L: Lanes>(
-        &mut self,
-        light: usize,
-        chance: f32,
-        at: &Vertex,
-        otherwise: impl Fn(Vec3) -> f32,
-    ) -> Option<(Vec3, Spectrum<L>)> {
-        let scene = self.scene;
-        let DirectionSample { toward, radiance_over_pdf, pdf } =
-            scene.lights[light].entrance()?.light.sample::<L>(self.rng)?;
-        if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
-            return None;
-        }
-        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
-        let ray = Ray { origin: at.point + at.step.map_or(Vec3::ZERO, step), direction: toward };
-        self.rays += 1;
-        let visible: Spectrum<L> = scene.visibility_along(&ray, f32::INFINITY)?;
-        if !scene.is_let_in(light, &ray) {
-            return None;
-        }
-        let weight = match pdf {
-            Some(pdf) => pdf * chance / (pdf * chance + otherwise(toward)),
-            None => 1.0,
-        };
-        Some((toward, radiance_over_pdf.scaled(weight / chance) * visible))
     }
 
     /// Light of the sun by way of one flat pane or mirror: the direction towards an image of it, and its irradiance
@@ -252,9 +225,7 @@ impl Path<'_, '_> {
             {
                 let ray = scene.leave(hit.point, at_pane.normal, toward_sun);
                 self.rays += 1;
-                if let Some(visible) = scene.visibility_along::<L>(&ray, f32::INFINITY)
-                    && scene.is_let_in(sun, &ray)
-                {
+                if let Some(visible) = scene.sky_visibility::<L>(sun, &ray) {
                     arriving += mirrored.weight * &through * visible;
                 }
             }
@@ -270,25 +241,19 @@ impl Path<'_, '_> {
         (!arriving.is_zero()).then(|| (toward, arriving * irradiance.scaled(factor)))
     }
 
-    /// Radiance of the lights at infinity that a ray meets which leaves the scene, but what a direction
-    /// chosen at the beginning of the leg counts for. The sun by way of a mirror or refraction is too small for
-    /// chance: [`mirrored_sun`](Self::mirrored_sun) finds what it can, and [`Unseen`] says how much is left.
-    fn sky<L: Lanes>(&self, leg: &Leg) -> Spectrum<L> {
-        let toward = leg.ray.direction;
-        let mut radiance = Spectrum::splat(self.scene.lanes(), 0.0);
-        for (l, light) in self.scene.infinite_lights() {
-            if !self.scene.is_let_in(l, &leg.ray) {
-                continue;
-            }
-            radiance += match leg.density {
-                None => light.radiance_without_suns::<L>(toward),
-                Some(density) => {
-                    let other = next_event_density_of_sky(self.scene, &leg.at, l, light, toward);
-                    light.radiance::<L>(toward).scaled(density / (density + other))
-                }
-            };
-        }
-        radiance
+    /// Radiance of a light that a leg meets, but what counts where its beginning was joined with the light, or light was
+    /// sent there. After a mirror nothing else could. The sun is too small for chance then:
+    /// [`mirrored_sun`](Self::mirrored_sun) finds what it can, and [`Unseen`] says how much is left.
+    fn met<L: Lanes>(&self, leg: &Leg, hit: &LightHit) -> Spectrum<L> {
+        let (light, on) = (&self.scene.lights[hit.light], hit.on.as_ref());
+        let Some(density) = leg.density else {
+            return light.radiance_without_suns(&leg.ray, on);
+        };
+        let joined = next_event_density(self.scene, &leg.at, &leg.ray, hit);
+        let sent = on.map_or(0.0, |on| {
+            self.sent_density(hit.light, &leg.at, leg.ray.direction, on.shine.radiance)
+        });
+        light.radiance(&leg.ray, on).scaled(density / (density + joined + sent))
     }
 
     /// Chance that a direction is not aimed at a reflector.
@@ -319,27 +284,14 @@ impl Path<'_, '_> {
         for _ in 0..MAX_INTERACTIONS {
             self.rays += 1;
             let hit = scene.closest(&leg.ray);
-            // a light with a material lies in a surface: reach as far as its lift
-            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             if leg.aimed.is_none() {
-                scene.lights_hit(&leg.ray, t_max, |hit| {
-                    let weight = leg.density.map_or(1.0, |density| {
-                        let brings = hit.shine.radiance;
-                        let sent = self.sent_density(hit.light, &leg.at, leg.ray.direction, brings);
-                        let other = next_event_density(scene, &leg.at, &leg.ray, &hit);
-                        density / (density + other + sent)
-                    });
-                    let power = power::<L>(&scene.lights[hit.light].power);
-                    radiance += power.scaled(weight * hit.shine.radiance) * &throughput;
+                // a light with a material lies in a surface: reach as far as its lift
+                let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
+                scene.lights_met(&leg.ray, t_max, |hit| {
+                    radiance += self.met::<L>(&leg, &hit) * &throughput;
                 });
             }
-
-            let Some(hit) = hit else {
-                if leg.aimed.is_none() && scene.has_daylight() {
-                    radiance += self.sky(&leg) * &throughput;
-                }
-                return radiance;
-            };
+            let Some(hit) = hit else { return radiance };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
             let interaction = Interaction::new(leg.ray.direction, surface.normal).on(hit.triangle);
@@ -456,25 +408,8 @@ impl Path<'_, '_> {
     }
 }
 
-/// Density with which [`Path::next_event`] at `at` chooses the direction of `hit`.
+/// Density with which [`Path::next_event`] at `at` chooses the direction of a ray that meets a light.
 fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
     let chance = LightChoice::new(&scene.lights, at).chance(hit.light);
-    let d2 = ray.at(hit.t).distance_squared(at.point);
-    chance * d2 / (hit.shine.area * hit.cos)
-}
-
-/// Density with which [`Path::next_event`] at `at` chooses a direction of the light at infinity `l`.
-fn next_event_density_of_sky(
-    scene: &Scene,
-    at: &Vertex,
-    l: usize,
-    light: &InfiniteLight,
-    toward: Vec3,
-) -> f32 {
-    LightChoice::new(&scene.lights, at).chance(l) * light.pdf(toward)
-}
-
-/// A light's power in lanes.
-pub fn power<L: Lanes>(power: &[f64]) -> Spectrum<L> {
-    Spectrum::from_fn(power.len(), |b| power.get(b).map_or(0.0, |p| *p as f32))
+    chance * scene.lights[hit.light].pdf_toward(at.point, ray, hit.on.as_ref())
 }

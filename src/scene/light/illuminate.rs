@@ -5,21 +5,37 @@ use std::f32::consts::PI;
 use glam::{DVec2, DVec3, Vec3};
 
 use super::{Emitter, Light};
-use crate::math::{
-    geometry::{Ray, Triangle},
-    rng::Stream,
+use crate::{
+    math::{
+        geometry::{Ray, Triangle},
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::daylight::DirectionSample,
 };
 
-/// A point of a light as seen from a point of the scene.
+/// Where a light that was sampled is.
 #[derive(Clone, Copy, Debug)]
-pub struct LightSample {
-    /// Where on the light, a little off its surface.
-    pub point: Vec3,
-    /// Irradiance across the line of sight, divided by the density of the choice, per W of the
-    /// light's power, 1/m2.
-    pub irradiance: f32,
-    /// Density of the choice, 1/sr; none for a light that no direction can hit (a point, a line).
-    pub density: Option<f32>,
+pub enum Toward {
+    /// A point of it, a little off its surface, m.
+    Point(Vec3),
+    /// A direction, unit vector: it is infinitely far away.
+    Direction(Vec3),
+}
+
+/// A direction that was chosen because a light may shine from there.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample<L> {
+    /// Where a shadow ray goes.
+    pub target: Toward,
+    /// Radiance over the density of the choice: the irradiance that it brings across its direction, per band,
+    /// W/m2 or umol/m2/s.
+    pub radiance_over_pdf: Spectrum<L>,
+    /// Density of the choice, 1/sr; none for a light that no direction meets by chance (a point, a line, parallel
+    /// rays).
+    pub pdf: Option<f32>,
+    /// The irradiance per W of the light's power, 1/m2; 0 of a light at infinity.
+    pub per_watt: f32,
 }
 
 /// How bright a light's surface is, per W of its power.
@@ -31,15 +47,42 @@ pub struct EmittedRadiance {
     pub area: f32,
 }
 
-/// Where a ray meets a tube.
+/// Where a ray meets the bright side of a light's surface.
 #[derive(Clone, Copy, Debug)]
-pub struct TubeHit {
+pub struct EmitterHit {
     /// Distance along the ray, m.
     pub t: f32,
-    /// Cosine to the tube's normal.
+    /// Cosine to the surface's normal, above 0.
     pub cos: f32,
     /// How bright it is there.
     pub shine: EmittedRadiance,
+}
+
+impl EmitterHit {
+    /// Density of its direction as seen from a `point` of the ray's line, 1/sr, where a point of the surface is
+    /// chosen uniformly.
+    pub fn pdf_toward(&self, point: Vec3, ray: &Ray) -> f32 {
+        ray.at(self.t).distance_squared(point) / (self.shine.area * self.cos)
+    }
+}
+
+/// A light that a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub struct LightHit {
+    /// Index of the light.
+    pub light: usize,
+    /// Where on its surface; none of a light at infinity.
+    pub on: Option<EmitterHit>,
+}
+
+/// A chosen point of a light as seen from a point of the scene.
+struct Seen {
+    /// A little off the surface.
+    point: Vec3,
+    /// Irradiance across the line of sight over the density of the choice, per W, 1/m2.
+    per_watt: f32,
+    /// 1/sr.
+    pdf: Option<f32>,
 }
 
 impl Light {
@@ -122,21 +165,74 @@ impl Light {
         }
     }
 
-    /// Chooses a point of the light, as seen from `point`, and as far from its edges as
-    /// [`emit`](Self::emit) does; none where it sheds no light this way.
-    pub fn illuminate(&self, point: Vec3, offset: f32, rng: &mut Stream) -> Option<LightSample> {
+    /// Chooses a direction in which a `point` may see the light: towards a point of it, as far from its edges as
+    /// [`emit`](Self::emit) starts, or towards a part of the sky. None where it sheds no light this way.
+    pub fn sample_toward<L: Lanes>(
+        &self,
+        point: Vec3,
+        offset: f32,
+        rng: &mut Stream,
+    ) -> Option<LightSample<L>> {
+        if let Emitter::Infinite(entrance) = &self.emitter {
+            let DirectionSample { toward, radiance_over_pdf, pdf } = entrance.light.sample(rng)?;
+            let target = Toward::Direction(toward);
+            return Some(LightSample { target, radiance_over_pdf, pdf, per_watt: 0.0 });
+        }
+        let Seen { point, per_watt, pdf } = self.choose_point(point, offset, rng)?;
+        let radiance_over_pdf = self.spectrum::<L>().scaled(per_watt);
+        Some(LightSample { target: Toward::Point(point), radiance_over_pdf, pdf, per_watt })
+    }
+
+    /// Density with which [`sample_toward`](Self::sample_toward) from `point` chooses the direction of a ray that comes
+    /// from there, straight or through panes, and meets the light at `on`, 1/sr.
+    pub fn pdf_toward(&self, point: Vec3, ray: &Ray, on: Option<&EmitterHit>) -> f32 {
+        match on {
+            Some(hit) => hit.pdf_toward(point, ray),
+            None => self.entrance().map_or(0.0, |entrance| entrance.light.pdf(ray.direction)),
+        }
+    }
+
+    /// Radiance that comes back along a ray that meets the light at `on`, per band, W/m2/sr or umol/m2/s/sr; that of
+    /// parallel rays not included.
+    pub fn radiance<L: Lanes>(&self, ray: &Ray, on: Option<&EmitterHit>) -> Spectrum<L> {
+        match (on, self.entrance()) {
+            (Some(hit), _) => self.spectrum().scaled(hit.shine.radiance),
+            (None, Some(entrance)) => entrance.light.radiance(ray.direction),
+            (None, None) => Spectrum::from_fn(self.power.len(), |_| 0.0),
+        }
+    }
+
+    /// The same but of suns, which are too small for chance.
+    pub fn radiance_without_suns<L: Lanes>(
+        &self,
+        ray: &Ray,
+        on: Option<&EmitterHit>,
+    ) -> Spectrum<L> {
+        match self.entrance() {
+            Some(entrance) => entrance.light.radiance_without_suns(ray.direction),
+            None => self.radiance(ray, on),
+        }
+    }
+
+    /// Its power in lanes, W or umol/s.
+    pub fn spectrum<L: Lanes>(&self) -> Spectrum<L> {
+        Spectrum::from_fn(self.power.len(), |b| self.power.get(b).map_or(0.0, |p| *p as f32))
+    }
+
+    /// Chooses a point of a light that is not infinitely far away.
+    fn choose_point(&self, point: Vec3, offset: f32, rng: &mut Stream) -> Option<Seen> {
         match &self.emitter {
             Emitter::Cone { position, frame, versine } => {
                 let away = point - *position;
                 let d2 = away.length_squared();
-                let irradiance = 1.0 / (2.0 * PI * versine * d2);
+                let per_watt = 1.0 / (2.0 * PI * versine * d2);
                 let inside = versine_between(frame.normal, away / d2.sqrt()) <= *versine;
-                inside.then_some(LightSample { point: *position, irradiance, density: None })
+                inside.then_some(Seen { point: *position, per_watt, pdf: None })
             }
             Emitter::IsotropicLine(line) => {
                 let on_axis = line.choose(offset, rng);
-                let irradiance = 1.0 / (4.0 * PI * point.distance_squared(on_axis));
-                Some(LightSample { point: on_axis, irradiance, density: None })
+                let per_watt = 1.0 / (4.0 * PI * point.distance_squared(on_axis));
+                Some(Seen { point: on_axis, per_watt, pdf: None })
             }
             Emitter::Tube { line, frame, radius, aperture } => {
                 let on_axis = line.choose(offset, rng);
@@ -144,8 +240,8 @@ impl Light {
                     let away = point - on_axis;
                     let d2 = away.length_squared();
                     let sin = away.reject_from_normalized(frame.normal).length() / d2.sqrt();
-                    let irradiance = sin / (PI * PI * d2);
-                    return Some(LightSample { point: on_axis, irradiance, density: None });
+                    let per_watt = sin / (PI * PI * d2);
+                    return Some(Seen { point: on_axis, per_watt, pdf: None });
                 }
                 let turn = aperture.turn(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
@@ -164,12 +260,8 @@ impl Light {
             Emitter::Luminaire { position, intensity } => {
                 let away = point - *position;
                 let towards = intensity.towards(away.normalize_or_zero());
-                let irradiance = towards / away.length_squared();
-                (towards > 0.0).then_some(LightSample {
-                    point: *position,
-                    irradiance,
-                    density: None,
-                })
+                let per_watt = towards / away.length_squared();
+                (towards > 0.0).then_some(Seen { point: *position, per_watt, pdf: None })
             }
             Emitter::LuminaireArea { surface, intensity } => {
                 let (on_light, normal) = surface.choose(offset, rng);
@@ -177,13 +269,12 @@ impl Light {
                 let d2 = away.length_squared();
                 let direction = away.normalize_or_zero();
                 let (towards, cos) = (intensity.towards(direction), direction.dot(normal));
-                (towards > 0.0 && cos != 0.0).then(|| LightSample {
+                (towards > 0.0 && cos != 0.0).then(|| Seen {
                     point: on_light + offset * cos.signum() * normal,
-                    irradiance: towards / d2,
-                    density: Some(d2 / (surface.area() as f32 * cos.abs())),
+                    per_watt: towards / d2,
+                    pdf: Some(d2 / (surface.area() as f32 * cos.abs())),
                 })
             }
-            // in directions, not points
             Emitter::Infinite(_) => None,
         }
     }
@@ -209,7 +300,7 @@ impl Light {
     /// Where a ray enters a tube from outside, and the cosine there. In double precision, and from the
     /// point of the ray that is nearest to the axis: of a distance of many radii, squared, single
     /// precision would leave nothing of the radius.
-    pub fn tube_hit(&self, ray: &Ray) -> Option<TubeHit> {
+    pub fn tube_hit(&self, ray: &Ray) -> Option<EmitterHit> {
         let Emitter::Tube { line, frame, radius, aperture } = &self.emitter else { return None };
         let (r, from) = (f64::from(*radius), line.from.as_dvec3());
         let (origin, direction) = (ray.origin.as_dvec3() - from, ray.direction.as_dvec3());
@@ -232,7 +323,7 @@ impl Light {
         }
         let area = aperture.area(*radius, line.length);
         let cos = (half * d2.sqrt() / r) as f32;
-        Some(TubeHit {
+        Some(EmitterHit {
             t: t as f32,
             cos,
             shine: EmittedRadiance { radiance: 1.0 / (PI * area), area },
@@ -272,13 +363,13 @@ fn seen(
     area: f32,
     sides: f32,
     offset: f32,
-) -> Option<LightSample> {
+) -> Option<Seen> {
     let away = point - on_light;
     let d2 = away.length_squared();
     let cos = away.dot(normal) / d2.sqrt();
-    (cos > 0.0).then(|| LightSample {
+    (cos > 0.0).then(|| Seen {
         point: on_light + offset * normal,
-        irradiance: cos / (PI * sides * d2),
-        density: Some(d2 / (area * cos)),
+        per_watt: cos / (PI * sides * d2),
+        pdf: Some(d2 / (area * cos)),
     })
 }

@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, sync::Arc};
 
 use glam::{DVec3, Vec3};
 
-use super::{Checked, check_direction};
+use super::shape::{Checked, check_direction};
 use crate::{
     error::{Problem, check_range, number},
     math::{

@@ -11,22 +11,9 @@ use crate::{
     },
     scene::{
         daylight::InfiniteLight,
-        light::{Emission, EmittedRadiance, Strata},
+        light::{Emission, EmitterHit, LightHit, Strata},
     },
 };
-
-/// A ray's meeting with the bright side of a light.
-#[derive(Clone, Copy, Debug)]
-pub struct LightHit {
-    /// Index of the light.
-    pub light: usize,
-    /// Distance along the ray, m.
-    pub t: f32,
-    /// Cosine to the light's normal, above 0.
-    pub cos: f32,
-    /// How bright it is.
-    pub shine: EmittedRadiance,
-}
 
 impl Scene {
     /// Emits history `index` of some strata. Light that comes in through openings starts there only if the way back
@@ -73,11 +60,21 @@ impl Scene {
         })
     }
 
+    /// Every light that a ray meets: surfaces on their bright side before `t_max`, in any order and, where a ray without
+    /// end leaves the scene, what is infinitely far away.
+    pub fn lights_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
+        self.emitters_met(ray, t_max, |light, hit| visit(LightHit { light, on: Some(hit) }));
+        if t_max == f32::INFINITY {
+            let seen = self.infinite.iter().filter(|&&light| self.is_let_in(light, ray));
+            seen.for_each(|&light| visit(LightHit { light, on: None }));
+        }
+    }
+
     /// Every light surface that a ray meets on its bright side before `t_max`, in any order.
-    pub fn lights_hit(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
+    pub fn emitters_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(usize, EmitterHit)) {
         for (light, shape) in self.lights.iter().enumerate() {
             if let Some(hit) = shape.tube_hit(ray).filter(|hit| hit.t < t_max) {
-                visit(LightHit { light, t: hit.t, cos: hit.cos, shine: hit.shine });
+                visit(light, hit);
             }
         }
         if self.light_triangles.is_empty() {
@@ -88,7 +85,7 @@ impl Scene {
             let normal = self.light_triangles[hit.triangle as usize].normal();
             let cos = -ray.direction.dot(normal);
             if let Some(shine) = self.lights[light].shine(ray.direction, cos) {
-                visit(LightHit { light, t: hit.t, cos: cos.abs(), shine });
+                visit(light, EmitterHit { t: hit.t, cos: cos.abs(), shine });
             }
         });
     }
@@ -105,6 +102,12 @@ impl Scene {
         let distance = from.distance(to);
         let ray = Ray { origin: from, direction: (to - from) / distance };
         self.visibility_along(&ray, distance)
+    }
+
+    /// The same for light at infinity of index `light` that comes along a ray.
+    pub fn sky_visibility<L: Lanes>(&self, light: usize, ray: &Ray) -> Option<Spectrum<L>> {
+        let visible = self.visibility_along(ray, f32::INFINITY)?;
+        self.is_let_in(light, ray).then_some(visible)
     }
 
     /// The same along a ray, as far as `distance`, m.

@@ -13,13 +13,11 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
+        light::LightHit,
         material::{Interaction, LobeKind, Transport},
-        world::{LightHit, Surface, SurfaceHit},
+        world::{Surface, SurfaceHit},
     },
-    transport::{
-        paths::{Joined, power},
-        surface_light::SurfaceLight,
-    },
+    transport::{paths::Joined, surface_light::SurfaceLight},
 };
 
 /// Surfaces on a ray's way after which it is given up.
@@ -76,11 +74,6 @@ impl Whitted<'_> {
             start,
             rng,
             |_, _| 1.0,
-            |way| {
-                let lights = self.light.scene.infinite_lights();
-                lights
-                    .fold(way.throughput.zero(), |sum, (_, l)| sum + l.radiance(way.ray.direction))
-            },
             |place, rng| match gather {
                 0 => {
                     let front = place.interaction.front;
@@ -93,13 +86,12 @@ impl Whitted<'_> {
     }
 
     /// Follows a ray both ways at every smooth surface and sums what is `seen` where it is scattered,
-    /// and the lamps on its way as much as they count.
+    /// and the lights on its way as much as they count.
     fn follow<L: Lanes>(
         &self,
         start: Way<L>,
         rng: &mut Stream,
-        lamp: impl Fn(&Way<L>, &LightHit) -> f32,
-        sky: impl Fn(&Way<L>) -> Spectrum<L>,
+        share: impl Fn(&Way<L>, &LightHit) -> f32,
         mut seen: impl FnMut(&Place, &mut Stream) -> Spectrum<L>,
     ) -> Spectrum<L> {
         let scene = self.light.scene;
@@ -114,17 +106,11 @@ impl Whitted<'_> {
             };
             // a light with a material lies in a surface: reach as far as its lift
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
-            scene.lights_hit(&ray, t_max, |hit| {
-                let brightness = lamp(&way, &hit) * hit.shine.radiance;
-                let power = power::<L>(&scene.lights[hit.light].power);
-                radiance += power.scaled(brightness) * throughput;
+            scene.lights_met(&ray, t_max, |hit| {
+                let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
+                radiance += met.scaled(share(&way, &hit)) * throughput;
             });
-            let Some(hit) = hit else {
-                if scene.has_daylight() {
-                    radiance += sky(&way) * throughput;
-                }
-                continue;
-            };
+            let Some(hit) = hit else { continue };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
             let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
@@ -172,13 +158,9 @@ impl Whitted<'_> {
         let outgoing = -interaction.direction;
         let material = scene.material(surface);
         let joined = Joined::new(scene, surface, *interaction, hit.point);
-        // lamps by way of mirrors are left to photons
-        let lamp = |way: &Way<L>, hit: &LightHit| {
+        // lights by way of mirrors are left to photons
+        let share = |way: &Way<L>, hit: &LightHit| {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
-        };
-        let sky = |way: &Way<L>| match way.straight {
-            true => joined.sky(way.ray.direction),
-            false => way.throughput.zero(),
         };
         let mut sum = Spectrum::splat(scene.lanes(), 0.0);
         for _ in 0..directions {
@@ -188,7 +170,7 @@ impl Whitted<'_> {
             let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
             let ray = scene.leave(hit.point, side, scatter.direction);
             let start = Way::new(ray, scene.lanes(), false);
-            let there = self.follow(start, rng, lamp, sky, |place, _| load(&self.seen(place)));
+            let there = self.follow(start, rng, share, |place, _| load(&self.seen(place)));
             sum += scatter.weight * there;
         }
         let caustic = self.light.caustic_radiance(hit.triangle, hit.point, outgoing);

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::{
-    Aim, Leg, Path, Pilot, power,
+    Aim, Leg, Path, Pilot,
     spots::{self, Spots},
     vertex::{Arrival, Vertex},
 };
@@ -165,7 +165,7 @@ impl<'a> Face<'a> {
         let (light, chance) = spots.choose(scene, self.middle, rng);
         let ray = scene.lights[light].emit(scene.ray_offset(), rng);
         score.rays += 1;
-        let power = power::<L>(&scene.lights[light].power);
+        let power = scene.lights[light].spectrum::<L>();
         spots::straight::<L>(scene, ray, |crossing, through| {
             let channel = if crossing.front { Channel::Front } else { Channel::Back };
             if (crossing.captor, channel) != (self.captor, self.channel) {

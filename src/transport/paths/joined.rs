@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Path, Pilot, next_event_density, next_event_density_of_sky, vertex::Vertex};
+use super::{Path, Pilot, next_event_density, vertex::Vertex};
 use crate::{
     math::{
         geometry::Ray,
@@ -10,8 +10,9 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
+        light::LightHit,
         material::{Interaction, Transport},
-        world::{LightHit, Scene, Surface},
+        world::{Scene, Surface},
     },
 };
 
@@ -69,24 +70,7 @@ impl<'a> Joined<'a> {
         f.scaled(arriving.cos) * irradiance
     }
 
-    /// What the lights at infinity count that a sampled direction meets straight or through panes.
-    pub fn sky<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
-        let material = self.scene.material(self.surface);
-        let density = material.pdf(&self.interaction, Transport::Importance, toward);
-        let mut radiance = Spectrum::splat(self.scene.lanes(), 0.0);
-        let ray = Ray { origin: self.at.point, direction: toward };
-        for (l, light) in self.scene.infinite_lights() {
-            if !self.scene.is_let_in(l, &ray) {
-                continue;
-            }
-            let other = next_event_density_of_sky(self.scene, &self.at, l, light, toward);
-            let weight = density / (density + other);
-            radiance += light.radiance::<L>(toward).scaled(weight);
-        }
-        radiance
-    }
-
-    /// What a lamp counts that a sampled direction meets straight or through panes.
+    /// What a light counts that a sampled direction meets straight or through panes.
     pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
         let material = self.scene.material(self.surface);
         let density = material.pdf(&self.interaction, Transport::Importance, ray.direction);

@@ -16,9 +16,9 @@ use crate::{
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        light::Light,
+        light::{EmitterHit, Light},
         material::{Interaction, LobeKind, Transport},
-        world::{Crossing, LightHit, Scene, SurfaceHit},
+        world::{Crossing, Scene, SurfaceHit},
     },
     transport::trace::MAX_INTERACTIONS,
 };
@@ -155,16 +155,18 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
         return Some(Origin { light, towards, irradiance, density: None });
     }
     let distance = away.length();
-    let mut nearest: Option<LightHit> = None;
-    scene.lights_hit(&Ray { origin: point, direction: towards }, f32::INFINITY, |hit| {
-        let off = |hit: LightHit| (hit.t - distance).abs();
-        if hit.light == light && nearest.is_none_or(|before| off(hit) < off(before)) {
+    let mut nearest: Option<EmitterHit> = None;
+    let back = Ray { origin: point, direction: towards };
+    scene.emitters_met(&back, f32::INFINITY, |met, hit| {
+        let off = |hit: EmitterHit| (hit.t - distance).abs();
+        if met == light && nearest.is_none_or(|before| off(hit) < off(before)) {
             nearest = Some(hit);
         }
     });
-    let LightHit { t, cos, shine, .. } = nearest?;
-    let density = t * t / (shine.area * cos);
-    Some(Origin { light, towards, irradiance: shine.radiance / density, density: Some(density) })
+    let hit = nearest?;
+    let density = hit.pdf_toward(point, &back);
+    let irradiance = hit.shine.radiance / density;
+    Some(Origin { light, towards, irradiance, density: Some(density) })
 }
 
 /// Follows light straight, also through panes and covers, to what else it meets, and what of it comes there; `cross` is told the faces of

@@ -1,0 +1,199 @@
+//! How the histories of a task are shared among the lights.
+
+use std::collections::BinaryHeap;
+
+use super::{Light, Start};
+use crate::math::{
+    geometry::Ray,
+    rng::Stream,
+    spectrum::{Lanes, Spectrum},
+};
+
+#[cfg(test)]
+mod tests;
+
+/// Strata of all lights: each needs a history of its own.
+pub fn sources(lights: &[Light]) -> usize {
+    lights.iter().map(Light::sources).sum::<usize>().max(1)
+}
+
+/// A photon as it leaves its light.
+pub struct Emission<'a, L> {
+    /// Index of the light.
+    pub light: usize,
+    /// Index of its stratum.
+    pub source: usize,
+    /// Mean power of the photons of its stratum per lane, times the histories of the piece, W or umol/s.
+    pub weights: &'a [f64],
+    /// Where it starts.
+    pub ray: Ray,
+    /// The place of the light that it starts from; none of a light at infinity.
+    pub start: Option<Start>,
+    /// What it starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit;
+    /// something else where the bands of a light at infinity come from different directions.
+    pub power: Spectrum<L>,
+}
+
+/// How the histories of one piece are shared among the lights: which history belongs to which
+/// light, and the power that each carries. A light at infinity has a stratum for each face that it enters by.
+#[derive(Clone, Debug)]
+pub struct Strata {
+    /// Light of each stratum, and its index there.
+    sources: Vec<(usize, usize)>,
+    /// First rank of each stratum, and the number of histories at the end.
+    first: Vec<u64>,
+    stride: u64,
+    /// Per stratum and lane: power of a photon x histories of the piece.
+    weights: Vec<f64>,
+    lanes: usize,
+}
+
+impl Strata {
+    /// Shares `histories` (at least one for each of the [`sources`]) in proportion to the strata's largest
+    /// band power, but at least 1 % / number of strata each.
+    pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
+        let mut sources: Vec<(usize, usize)> = Vec::with_capacity(lights.len());
+        for (l, light) in lights.iter().enumerate() {
+            sources.extend((0..light.sources()).map(|source| (l, source)));
+        }
+        let powers = sources.iter().map(|&(l, source)| lights[l].source_power(source));
+        let powers: Vec<&[f64]> = powers.collect();
+        // where all is dark
+        if sources.is_empty() {
+            sources.push((0, 0));
+        }
+        let counts = match powers.is_empty() {
+            true => vec![histories],
+            false => apportion(&powers, histories),
+        };
+        let mut first = vec![0];
+        let mut weights = vec![0.0; sources.len() * lanes];
+        for s in 0..sources.len() {
+            first.push(first[s] + counts[s]);
+            for (b, power) in powers.get(s).copied().unwrap_or_default().iter().enumerate() {
+                weights[s * lanes + b] = power * (histories as f64 / counts[s] as f64);
+            }
+        }
+        Self { sources, first, stride: golden_stride(histories), weights, lanes }
+    }
+
+    /// Number of histories.
+    pub fn histories(&self) -> u64 {
+        self.first[self.first.len() - 1]
+    }
+
+    /// The stratum of history `index`. Ranks follow a golden-ratio sequence, so that any run of
+    /// neighbouring histories has nearly each stratum's share.
+    #[inline]
+    fn source(&self, index: u64) -> usize {
+        // a piece has far fewer than 2^32 histories
+        let rank = index * self.stride % self.histories();
+        self.first.partition_point(|&first| first <= rank) - 1
+    }
+
+    /// Emits history `index`, from `offset` metres off its light.
+    #[inline]
+    pub fn emit<L: Lanes>(
+        &self,
+        lights: &[Light],
+        index: u64,
+        offset: f32,
+        rng: &mut Stream,
+    ) -> Emission<'_, L> {
+        self.emit_of(lights, self.source(index), offset, rng)
+    }
+
+    /// Emits a history of stratum `source`.
+    #[inline]
+    fn emit_of<L: Lanes>(
+        &self,
+        lights: &[Light],
+        source: usize,
+        offset: f32,
+        rng: &mut Stream,
+    ) -> Emission<'_, L> {
+        let (light, door) = self.sources[source];
+        let weights = self.weights(source);
+        let power = Spectrum::from_fn(self.lanes, |b| f32::from(weights[b] > 0.0));
+        let (start, ray, power) = match lights[light].entrance() {
+            Some(entrance) if entrance.doors() > 0 => {
+                let (ray, factor) = entrance.enter(door, rng);
+                (None, ray, power * factor)
+            }
+            Some(_) => (None, lights[light].emit(offset, rng), power),
+            None => {
+                let (start, ray) = lights[light].emit_from(offset, rng);
+                (Some(start), ray, power)
+            }
+        };
+        Emission { light, source, weights, ray, start, power }
+    }
+
+    /// Power of a photon of stratum `source` per lane, times the histories of the piece, W or umol/s.
+    #[inline]
+    pub fn weights(&self, source: usize) -> &[f64] {
+        &self.weights[source * self.lanes..][..self.lanes]
+    }
+
+    /// Whether no path meets by chance the light of stratum `source`: that of a point, a line or the sun.
+    pub fn is_delta(&self, lights: &[Light], source: usize) -> bool {
+        let (light, door) = self.sources[source];
+        match lights[light].entrance() {
+            Some(entrance) => entrance.doors() > 0 && entrance.is_sun(door),
+            None => lights[light].is_delta(),
+        }
+    }
+
+    /// Whether stratum `source` is light of a sun at infinity.
+    pub fn is_sun(&self, lights: &[Light], source: usize) -> bool {
+        let (light, door) = self.sources[source];
+        let entrance = lights.get(light).and_then(Light::entrance);
+        entrance.is_some_and(|entrance| entrance.doors() > 0 && entrance.is_sun(door))
+    }
+}
+
+/// Whole numbers of histories: largest remainders, at least one each.
+fn apportion(powers: &[&[f64]], histories: u64) -> Vec<u64> {
+    let largest: Vec<f64> =
+        powers.iter().map(|power| power.iter().copied().fold(0.0, f64::max)).collect();
+    let total: f64 = largest.iter().sum();
+    let least = 0.01 / powers.len() as f64;
+    let shares: Vec<f64> = largest
+        .iter()
+        .map(|power| if total > 0.0 { (power / total).max(least) } else { 1.0 })
+        .collect();
+    let scale = histories as f64 / shares.iter().sum::<f64>();
+    let mut counts: Vec<u64> =
+        shares.iter().map(|share| ((share * scale).floor() as u64).max(1)).collect();
+    let remainder = |counts: &[u64], l: usize| shares[l] * scale - counts[l] as f64;
+    let mut rest = histories as i64 - counts.iter().sum::<u64>() as i64;
+    let mut order: Vec<usize> = (0..powers.len()).collect();
+    order.sort_by(|&a, &b| remainder(&counts, b).total_cmp(&remainder(&counts, a)));
+    for &l in order.iter().cycle() {
+        if rest <= 0 {
+            break;
+        }
+        counts[l] += 1;
+        rest -= 1;
+    }
+    // the minimum of one may have handed out too many: the largest give back
+    let mut largest: BinaryHeap<(u64, usize)> =
+        counts.iter().enumerate().map(|(l, &count)| (count, l)).collect();
+    for _ in rest..0 {
+        let mut top = largest.peek_mut().expect("there is a light");
+        top.0 -= 1;
+        counts[top.1] -= 1;
+    }
+    counts
+}
+
+/// The first number from the golden section of `n` up that has no common divisor with it.
+fn golden_stride(n: u64) -> u64 {
+    let golden = (n as f64 * 0.618_033_988_749_895) as u64;
+    let coprime = |&k: &u64| gcd(k, n) == 1;
+    (golden.max(1)..=n.max(1)).find(coprime).unwrap_or(1)
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}

@@ -1,0 +1,109 @@
+//! The sharing of histories among lights.
+
+use glam::DVec3;
+
+use super::{super::LightShape, *};
+use crate::math::geometry::Extent;
+
+fn lights(powers: &[f64]) -> Vec<Light> {
+    let point = LightShape::Point { position: DVec3::ZERO };
+    // the largest band decides: two bands, the other one smaller
+    let light =
+        |&p: &f64| Light::new("lamp".into(), vec![0.3 * p, p], &point, DVec3::ZERO, &Extent::EMPTY);
+    powers.iter().map(light).collect()
+}
+
+/// Powers that are alike, very unlike, zero, and many.
+fn mixtures() -> Vec<Vec<f64>> {
+    let mut rng = Stream::new(5, 0, 0);
+    let mut mixtures = vec![
+        vec![1.0],
+        vec![1.0; 7],
+        vec![1.0, 1e-8],
+        vec![100.0, 1e-6, 0.0, 50.0],
+        vec![0.0, 0.0, 0.0],
+        vec![1e8, 1.0, 1.0, 1e-8],
+    ];
+    for n in [2, 5, 40, 300] {
+        let power = |_| 10f64.powf(4.0 * f64::from(rng.uniform()));
+        mixtures.push((0..n).map(power).collect());
+    }
+    mixtures
+}
+
+/// For any mixture of lights and number of histories: counts that sum up, at least one each, in
+/// proportion to the powers to one history, and not below 1 % / lights (of which all the raised ones
+/// take at most 1 % of the rest); each count appears exactly; the weights add up to the powers.
+#[test]
+fn strata_are_exact() {
+    for powers in mixtures() {
+        let (n, total) = (powers.len() as u64, powers.iter().sum::<f64>());
+        for histories in [n, n + 1, 2 * n + 3, 100, 997, 1 << 12, 7_813, 78_125] {
+            if histories < n {
+                continue;
+            }
+            let strata = Strata::new(&lights(&powers), histories, 4);
+            assert_eq!(strata.histories(), histories);
+            let mut counts = vec![0u64; powers.len()];
+            for index in 0..histories {
+                counts[strata.source(index)] += 1;
+            }
+            let least = 0.01 / n as f64;
+            for (l, &count) in counts.iter().enumerate() {
+                let what = format!("light {l} of {powers:?}: {count} of {histories}");
+                assert_eq!(count, strata.first[l + 1] - strata.first[l], "{what}");
+                assert!(count >= 1, "{what}");
+                let exact = [0.3 * powers[l], powers[l], 0.0, 0.0];
+                for (weight, power) in strata.weights(l).iter().zip(exact) {
+                    let emitted = count as f64 * weight / histories as f64;
+                    assert!((emitted - power).abs() <= 1e-12 * power, "{what}: {emitted}");
+                }
+                // with few histories the minimum of one each takes from the others
+                if histories >= 200 * n {
+                    let share = if total > 0.0 { powers[l] / total } else { 1.0 / n as f64 };
+                    let due = share.max(least) * histories as f64;
+                    assert!((due / 1.01 - 1.0..=due + 1.0).contains(&(count as f64)), "{what}");
+                }
+            }
+        }
+    }
+}
+
+/// In any run of neighbouring histories each light has its share to within 8 histories (a golden
+/// sequence's discrepancy grows with the logarithm), the first of a piece or not.
+#[test]
+fn neighbouring_histories_have_each_lights_share() {
+    for powers in mixtures() {
+        for histories in [500, 997, 1 << 12, 7_813, 78_125] {
+            let strata = Strata::new(&lights(&powers), histories, 2);
+            let share =
+                |l: usize| (strata.first[l + 1] - strata.first[l]) as f64 / histories as f64;
+            let mut ahead = vec![0.0f64; powers.len()];
+            let mut range = vec![[0.0f64; 2]; powers.len()];
+            let shares: Vec<f64> = (0..powers.len()).map(share).collect();
+            for index in 0..histories {
+                ahead[strata.source(index)] += 1.0;
+                // how far ahead of its share each light is after so many histories
+                if powers.len() <= 7 || index % 64 == 0 {
+                    for l in 0..powers.len() {
+                        let lead = ahead[l] - shares[l] * (index + 1) as f64;
+                        range[l] = [range[l][0].min(lead), range[l][1].max(lead)];
+                    }
+                }
+            }
+            for [low, high] in range {
+                assert!(high - low < 8.0, "{powers:?}, {histories}: {low} to {high}");
+            }
+        }
+    }
+}
+
+#[test]
+fn golden_stride_visits_every_rank() {
+    for n in 1..=5_000 {
+        let stride = golden_stride(n);
+        assert_eq!(gcd(stride, n), 1, "{n}");
+        let golden = 0.618 * n as f64;
+        assert!((stride as f64) > golden - 1.0 && (stride as f64) < golden + 12.0, "{n}: {stride}");
+    }
+}
