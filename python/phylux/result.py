@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 FACES = ("front", "back")
+_NOT_SPLIT, _SPLIT = "these results are not split by light", "run the scene with by_light=True"
 _Array = TypeVar("_Array", bound=npt.NDArray[Any])
 
 
@@ -169,7 +170,7 @@ class Result:
     def light(self, name: str, groups: bool = False) -> Values:
         """What one light brought to the captors, or to the groups, in a run with ``by_light=True``."""
         if not self.lights:
-            raise wrong(self.scene, "these results are not split by light", "run the scene with by_light=True")
+            raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
         if name not in self.lights:
             raise wrong(self.scene, f"no light `{name}`", f"there are {', '.join(self.lights)}")
         return self._values(groups, self.lights.index(name))
@@ -284,10 +285,11 @@ class Result:
 
     @cached_property
     def groups(self) -> Any:
-        """The same of the groups of captors: group, face, band, quantity, value, standard_error.
+        """A tidy pandas DataFrame of the groups of captors: group, face, band, quantity, value, standard_error.
 
-        ``irradiance_min`` and ``irradiance_max`` are those of the captors of a group of several; ``min_over_mean`` and
-        ``cv`` (coefficient of variation) say how even its light is.
+        Quantities are those of `frame`, but for the k-nearest estimates, and those of groups of several captors:
+        ``irradiance_min`` and ``irradiance_max``, the least and the greatest among them; ``min_over_mean`` and ``cv``
+        (coefficient of variation), which say how even the light is.
         """
         values = self.group_values
         cells = _arrived(values)
@@ -421,9 +423,8 @@ class Result:
 
         Args:
             kind: ``"map"`` (captors where they are, in the colour of their value), ``"profile"`` (means over area at
-                each height, with error bars), ``"rank"`` (values of a group in
-                the order of its captors, with error bars), ``"spectrum"`` (over the bands), ``"bars"`` (values with
-                error bars by name).
+                each height, with error bars), ``"rank"`` (values of a group in the order of its captors, with error
+                bars), ``"spectrum"`` (over the bands), ``"bars"`` (values with error bars by name).
         """
         from . import plots
 
@@ -460,6 +461,8 @@ class Result:
             (name, float(factor) if np.ndim(factor) == 0 else [float(one) for one in factor])  # type: ignore[arg-type,union-attr]
             for name, factor in (factors or {}).items()
         ]
+        if not self.lights:
+            raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
         file = None if calibration is None else os.fspath(calibration)
         return Result(self._found.mix(given, file), self._loaded)
 

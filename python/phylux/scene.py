@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -159,11 +160,14 @@ class Scene:
         *,
         estimator: str | None = None,
         tolerance: float | None = None,
+        of: str | Sequence[str] | None = None,
         max_time: float | None = None,
         k: int | None = None,
         map_photons: float | None = None,
         guiding: str | None = None,
         by_light: bool = False,
+        checkpoint: str | os.PathLike[str] | None = None,
+        checkpoint_every: float | None = None,
         threads: int | None = None,
         progress: bool | Callable[[int, int | None], object] = False,
         **options: Any,
@@ -177,16 +181,21 @@ class Scene:
             seed: of the random numbers.
             estimator: ``"photons"``, ``"paths"`` or ``"auto"``.
             tolerance: go on until every captor's relative standard error is at most this, in (0, 1).
+            of: what the tolerance is asked of, in place of the irradiance of all faces:
+                ``"pattern[:quantity[:band]]"`` or a list of these, as ``["plant*:absorbed:PAR", "bench"]``; quantities
+                are ``irradiance``, ``back`` and ``absorbed``.
             max_time: end soon after so many seconds.
             k: photons of a k-nearest estimate; 0 makes none and takes less time and memory.
             map_photons: the most arrivals to store for these estimates.
             guiding: ``"off"``, ``"aim"`` (flights aimed at sensors, beside photons) or ``"auto"``.
             by_light: also say what each light brings, for `Result.mix`.
+            checkpoint: a file that keeps what is done; the same run goes on from there after a kill or Ctrl-C, and
+                finds the same. It goes once the result is there.
+            checkpoint_every: the least time between two times of writing it, s; 60 if it is not given.
             threads: 0 takes all processors; the results do not depend on it.
             progress: True shows a bar of tqdm; a function is called as ``progress(done, of)``, ``of`` being None
                 where it is not known.
-            options: any other option of ``phylux run``, ``--such-a-one=1`` as ``such_a_one=1``; one that can be given
-                again takes a list, as ``of=["plant*:absorbed:PAR", "bench"]`` beside ``tolerance``.
+            options: any other option of ``phylux run``, ``--such-a-one=1`` as ``such_a_one=1``.
 
         What is left out has the value that the scene's ``settings`` say, or that of the command.
         """
@@ -195,18 +204,21 @@ class Scene:
             "seed": seed,
             "estimator": estimator,
             "tolerance": tolerance,
+            "of": of,
             "max_time": max_time,
             "k": k,
             "map_photons": map_photons,
             "guiding": guiding,
             "by_light": by_light,
+            "checkpoint": checkpoint,
+            "checkpoint_every": checkpoint_every,
             "threads": threads,
             **options,
         }
         for name in options:
             if name in _OUTPUTS:
                 raise wrong(name, "names a file to write", f"call {_OUTPUTS[name]} of the result")
-            if name in ("shard", "stats", "checkpoint", "checkpoint_every"):
+            if name in ("shard", "stats"):
                 raise wrong(name, "is for the command alone", "save the scene, and run it with `phylux run`")
         loaded = self._load()
         with _progress(progress) as tell:
@@ -223,6 +235,8 @@ class Scene:
         patches: int | None = None,
         photons: float | None = None,
         seed: int | None = None,
+        guiding: str | None = None,
+        csv: bool = False,
         threads: int | None = None,
         **options: Any,
     ) -> Year:
@@ -234,6 +248,8 @@ class Scene:
             patches: of the sky: 145 or 577.
             photons: how many to trace, for all hours together.
             seed: of the random numbers.
+            guiding: as for `run`.
+            csv: write the table of hours as CSV, not as Parquet.
             threads: 0 takes all processors; the results do not depend on it.
             options: any other option of ``phylux year``.
 
@@ -249,8 +265,11 @@ class Scene:
                 path = Path(folder, "control.json")
                 path.write_text(json.dumps(_plain(control)), encoding="utf-8")
                 control = path
-            given = {"control": control, "patches": patches, "photons": photons, "seed": seed, "threads": threads}
-            return run_year(scene, Path(output), _options({**given, **options}))
+            given = {"control": control, "patches": patches, "photons": photons, "seed": seed}
+            given |= {"guiding": guiding, "csv": csv, "threads": threads}
+            year, warned = run_year(scene, Path(output), _options({**given, **options}))
+        _warn(warned)
+        return year
 
     def render(self, *, numbers: bool = False, **options: Any) -> Any:
         """A picture of the scene.
@@ -258,8 +277,12 @@ class Scene:
         Args:
             numbers: in place of colours, the light on surfaces: (height, width, bands), W/m2/sr with
                 ``show="radiance"`` and W/m2 with the others (or in umol/s); nothing seen is 0.
-            options: those of ``phylux render``, such as ``show="irradiance"``, ``width=400``, ``position=[x, y, z]``,
-                ``band="red"``, ``log=True``, ``range=(0, 100)``, ``results=result``.
+            options: those of ``phylux render``; docs/pictures.md says what they do. What is shown: ``show``
+                (``"radiance"``, ``"irradiance"``, ``"absorbed"``, ``"error"``, ``"captors"``, ``"photons"``),
+                ``band="red"``, ``log=True``, ``range=(0, 100)``, ``exposure``, ``denoise="off"``, ``results=result``,
+                ``colour``, ``paths``. From where: ``position=[x, y, z]``, ``look_at=[x, y, z]``, ``up=[x, y, z]``,
+                ``fov_deg``, ``width``, ``height``. How well: ``rays``, ``max_time``, ``gather``, ``map_photons``,
+                ``k``, ``photons``, ``seed``, ``threads``.
 
         Returns:
             (height, width, 3), red, green and blue in 0 to 255, for ``matplotlib.pyplot.imshow``.
@@ -363,7 +386,7 @@ class Scene:
         meshes = [mesh.parts(key) for key, mesh in self._meshes.items()]
         loaded = _native.load(text, self._path, meshes, self._tables)
         if not quiet:
-            _warn(loaded.warnings, 4)
+            _warn(loaded.warnings)
         return loaded
 
 
@@ -498,7 +521,11 @@ def _options(given: Mapping[str, Any]) -> list[str]:
     return options
 
 
-def _warn(sentences: list[str], level: int = 3) -> None:
+def _warn(sentences: list[str]) -> None:
+    """Warns at the line that has called the package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
+        level, frame = level + 1, frame.f_back
     for sentence in sentences:
         warnings.warn(sentence, SceneWarning, stacklevel=level)
 

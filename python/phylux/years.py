@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, RunError, SceneWarning, missing
+from .errors import InputError, RunError, missing
 
 #: the command, whose installed script need not be on the PATH
 _COMMAND = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())"]
@@ -58,18 +58,26 @@ class Year:
         return _pandas().read_csv(self.folder / f"{name}.csv", keep_default_na=False, na_values={"standard_error": [""], "kwh": [""]})
 
 
-def run_year(scene: Path, output: Path, options: list[str]) -> Year:
-    """Runs ``phylux year`` in a process of its own, which Ctrl-C ends too."""
+def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[str]]:
+    """Runs ``phylux year`` in a process of its own, which Ctrl-C ends too. Its tables, and what it warns of.
+
+    The scene's file, and that of the lamps' control beside it, are named ``scene`` and ``control`` in sentences.
+    """
     done = subprocess.run([*_COMMAND, "year", os.fspath(scene), "-o", os.fspath(output), *options], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    lines = re.sub(re.escape(os.fspath(scene.parent)) + r"/(\w+)\.json", r"\1", done.stderr).splitlines()
+    said = {kind: [line.removeprefix(kind) for line in lines if line.startswith(kind)] for kind in ("error: ", "warning: ")}
     if done.returncode != 0:
-        said = [line.removeprefix("error: ") for line in done.stderr.splitlines() if line.startswith("error: ")]
-        sentence = said[-1] if said else done.stderr.strip() or f"phylux year ended with {done.returncode}"
-        kind = InputError if done.returncode == 2 else RunError
-        raise kind(sentence, sentence.split(": ")[0])
-    for line in done.stderr.splitlines():
-        if line.startswith("warning: "):
-            warnings.warn(line.removeprefix("warning: "), SceneWarning, stacklevel=3)
-    return Year(output)
+        sentence = (said["error: "] or [done.stderr.strip() or f"phylux year ended with {done.returncode}"])[-1]
+        # a file, and the JSON pointer or the line in it; or an option
+        found = re.match(r"[^:]+: /[^:]*(?=: )|[^:]+:\d+(?=: )", sentence)
+        option = re.search(r"'--([\w-]+)", sentence)
+        if option is not None and found is None:
+            place = option[1].replace("-", "_")
+            sentence = f"{place}: {sentence}"
+        else:
+            place = found[0] if found is not None else sentence.split(": ")[0]
+        raise (InputError if done.returncode == 2 else RunError)(sentence, place)
+    return Year(output), said["warning: "]
 
 
 def _pandas() -> Any:

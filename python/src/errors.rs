@@ -12,6 +12,11 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     };
     let made = || -> PyResult<PyErr> {
         let class = py.import("phylux.errors")?.getattr(name)?;
+        // an option of the command is an argument of the same name here
+        let error = match error.place().strip_prefix("--") {
+            Some(option) => &error.clone().at(option.replace('-', "_")),
+            None => error,
+        };
         Ok(PyErr::from_value(class.call1((error.to_string(), error.place()))?))
     };
     made().unwrap_or_else(|failed| failed)

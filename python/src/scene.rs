@@ -10,7 +10,7 @@ use glam::DVec3;
 use numpy::{PyArray1, PyReadonlyArray2};
 use phylux::{
     Control, Error, FilesRead, InMemory, LoadedScene, Mesh, MeshGroup, OutputFile, RenderPlan,
-    RenderedScene, ResultsFile, RunResult, Settings,
+    RenderedScene, ResultsFile, Settings,
     cli::embedded::{self, Rendering, Words},
 };
 use pyo3::prelude::*;
@@ -132,12 +132,9 @@ impl Loaded {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Found> {
         let loaded = self.loaded.clone();
-        let settings = raised(py, embedded::run_settings(&options, &loaded.settings))?;
-        raised(py, loaded.check_captors())?;
         let result = watched(py, progress, move |watch| {
             let control = Control { stop: &watch.stop, progress: &|p| watch.note(p) };
-            let simulation = phylux::simulate(&loaded.scene, &settings, &control)?;
-            Ok(RunResult::new(&loaded.scene, &settings, &simulation))
+            embedded::found(&loaded, &options, &control)
         })?;
         Ok(Found::new(result, self.loaded.files.clone()))
     }

@@ -3,6 +3,7 @@
 import concurrent.futures
 import doctest
 import importlib
+import inspect
 import multiprocessing
 import os
 import pydoc
@@ -173,6 +174,44 @@ def test_memory_does_not_grow(scene):
     assert resident() - before < 4000
 
 
+def options_of(command):
+    """The options that the help of a command names, as Python writes them."""
+    line = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())", command, "--help"]
+    help = subprocess.run(line, check=True, capture_output=True, text=True).stdout
+    return {name.replace("-", "_") for name in re.findall(r"^ +(?:-\w, )?--([a-z-]+)", help, re.MULTILINE)}
+
+
+def test_every_option_of_the_command_is_an_argument():
+    """But those that name what is written, and what is said meanwhile."""
+    alone = {
+        "run": {"help", "quiet", "output", "csv", "per_captor", "stats", "shard"},
+        "year": {"help", "quiet"},
+    }
+    for name, left_out in alone.items():
+        options, arguments = options_of(name), set(inspect.signature(getattr(px.Scene, name)).parameters)
+        assert left_out <= options, name
+        assert arguments - {"self", "progress", "options"} == options - left_out, name
+    told = px.Scene.render.__doc__
+    unknown = [name for name in options_of("render") - {"help", "quiet", "output"} if f"``{name}" not in told]
+    assert not unknown
+
+
+def test_a_run_is_kept_and_gone_on_with(scene, tmp_path):
+    kept = tmp_path / "kept"
+
+    def until_kept(done, of):
+        if kept.exists():
+            raise LookupError("kept")
+
+    with pytest.raises(LookupError, match="kept"):
+        scene.run(photons=2e6, k=0, checkpoint=kept, checkpoint_every=0.001, progress=until_kept)
+    # the run ends in its own time after the exception
+    time.sleep(0.5)
+    found = scene.run(photons=2e6, k=0, checkpoint=kept)
+    assert not kept.exists()
+    assert found.to_json() == scene.run(photons=2e6, k=0).to_json()
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_doctests(name):
     found = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
@@ -226,3 +265,30 @@ def test_the_examples_of_the_pages_run(page, tmp_path, monkeypatch):
     space = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, str(page), "exec"), space)
+
+
+TUTORIAL = Path(__file__).parents[2] / "docs/tutorial.md"
+
+
+@pytest.mark.skipif(not TUTORIAL.is_file(), reason="the pages are not beside the tests")
+def test_the_python_of_the_tutorial(tmp_path, monkeypatch):
+    """Its files, a short run, and its Python blocks, as one who pastes them from top to bottom."""
+    for package in ("pandas", "matplotlib"):
+        pytest.importorskip(package)
+    import matplotlib
+
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    Path("scenes").mkdir()
+    text = TUTORIAL.read_text(encoding="utf-8")
+    for name, content in re.findall(r"`([\w.]+)`:\n\n```\w+\n(.*?)```", text, re.DOTALL):
+        Path("scenes", name).write_text(content)
+    px.load("scenes/rack.json").run(photons=20_000, k=0).save_csv("rack.csv")
+    space = {"__name__": "__main__"}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, str(TUTORIAL), "exec"), space)
+    assert len(space["leaves"]) == 12 and len(space["sensors"]) == 4
+    assert Path("leaves.png").stat().st_size > 0 and Path("sensors.png").stat().st_size > 0
+    scene = px.Scene.load("scenes/rack.json")
+    scene.keys["objects"][1]["obj"] = "five-leaves.obj"
+    assert len(scene.run(photons=1000, k=0).ids) == 24

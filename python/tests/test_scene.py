@@ -170,9 +170,12 @@ def test_discs_from_a_table(scene):
 
 
 def test_warnings_are_warnings(scene):
+    """At the line of the caller, also where the package calls itself."""
     scene.captor("inside", disc={"center": [5, 5, 5], "normal": [0, 0, 1], "radius": 0.01})
-    with pytest.warns(px.SceneWarning, match="no photon"):
-        scene.run(photons=1000, k=0)
+    for run in (lambda: scene.run(photons=1000, k=0), lambda: px.sweep(scene, {"seed": [1]}, photons=1000, k=0)):
+        with pytest.warns(px.SceneWarning, match="no photon") as warned:
+            run()
+        assert {one.filename for one in warned} == {__file__}
 
 
 def test_lengths_have_the_scene_s_unit():
@@ -235,7 +238,7 @@ def test_render_gives_pixels(scene):
     assert scene.render(show="captors", results=found, width=40, height=30, rays=1).shape[2] == 3
     with pytest.raises(px.InputError) as caught:
         scene.render(show="captors", gather=3)
-    assert caught.value.place == "--gather"
+    assert caught.value.place == "gather"
 
 
 def test_view_writes_a_page(scene, tmp_path):

@@ -45,8 +45,20 @@ def test_a_year_is_that_of_the_command(greenhouse, tmp_path):
 
 
 def test_errors_say_where(greenhouse, tmp_path):
-    with pytest.raises(px.InputError, match="unexpected argument"):
+    with pytest.raises(px.InputError, match="unexpected argument") as caught:
         greenhouse.year(tmp_path / "year", fotons=1)
+    assert caught.value.place == "fotons"
+    with pytest.raises(px.InputError) as caught:
+        greenhouse.year(tmp_path / "year", control={"lamps": [{"lights": "none"}]})
+    assert caught.value.place.startswith("control: /lamps/0"), str(caught.value)
+    del greenhouse.keys["weather"]
+    with pytest.raises(px.InputError) as caught:
+        greenhouse.year(tmp_path / "year", photons=1000)
+    assert str(caught.value).startswith("scene: /"), str(caught.value)
+    assert caught.value.place.startswith("scene: /")
+
+
+def test_errors_of_folders(greenhouse, tmp_path):
     with pytest.raises(px.InputError) as caught:
         greenhouse.year(tmp_path / "no" / "year", photons=1000)
     assert caught.value.place.endswith("year") and "no folder" in str(caught.value)

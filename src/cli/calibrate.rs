@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     /// Where the scene with the calibrated powers goes; calibration.json goes beside it
     #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
     output: PathBuf,
-    /// Results of `phylux run --by-light` of the scene: nothing is traced
+    /// Take these results of `phylux run --by-light` of the scene, and trace nothing
     #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "guiding", "threads"])]
     results: Option<PathBuf>,
     /// How the factors may differ: auto takes the simplest of the others that predicts blocks of readings as well as
@@ -54,28 +54,28 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "auto|common|bands|lamps|product", value_parser = model, default_value = "auto")]
     model: Chosen,
     /// Relative standard deviation of the factors of lamps about the common one, or `none`
-    #[arg(long, value_name = "FRACTION", value_parser = prior, default_value = "0.2")]
+    #[arg(long, value_name = "FRACTION", value_parser = prior, allow_negative_numbers = true, default_value = "0.2")]
     prior: Prior,
     /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given again
     #[arg(long, value_name = "PATTERN")]
     group: Vec<String>,
     /// Photons to trace [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons)]
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::count)]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Trace until the relative standard error of every captor is at most this
-    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance)]
+    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// What helps photons to sensors that light hardly reaches [default: the scene's, or what a trial finds cheaper]
+    /// Whether flights aimed at the sensors go with the photons [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place
     #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]
     splitting: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = run::threads)]
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
     threads: Option<usize>,
 }
 

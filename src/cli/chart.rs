@@ -40,13 +40,12 @@ pub(super) struct Arguments {
     /// standard_error. Without it a run of 16 times the largest budget stands in for the truth
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    // --photons is the largest budget: six smaller ones down to a thousandth come with it
     #[command(flatten)]
     tracing: TracingArguments,
-    /// Runs of each budget, with seeds one after the other
+    /// Runs of each budget: with the seed, the number after it, and so on
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..=1000))]
     seeds: u64,
-    /// k of the k-nearest estimates
+    /// k of the k-nearest estimates, with commas between them
     #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
     k: Vec<usize>,
 }

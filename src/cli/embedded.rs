@@ -14,7 +14,7 @@ use crate::{
     formats::scene_file::LoadedScene,
     results::result::{Factor, RunResult},
     show::{picture::Picture, render::Pixels},
-    transport::settings::Settings,
+    transport::{settings::Settings, simulate::Control},
 };
 
 /// A text for a person, and what to be warned of.
@@ -50,7 +50,22 @@ struct RenderOptions {
 /// name.
 pub fn run_settings(options: &[String], of_scene: &Settings) -> Result<Settings> {
     let parsed: RunOptions = parse(&["phylux", "scene"], options)?;
-    Ok(parsed.arguments.settings(of_scene.clone()))
+    parsed.arguments.settings(of_scene.clone())
+}
+
+/// Runs the scene with options of `phylux run`. A run with `--checkpoint` goes on from there, and the file goes once
+/// the result is known. Errors: those of [`run_settings`], and those of a run.
+pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Result<RunResult> {
+    let RunOptions { arguments } = parse(&["phylux", "scene"], options)?;
+    loaded.check_captors()?;
+    let (scene, settings) = (&loaded.scene, arguments.settings(loaded.settings.clone())?);
+    let checkpoint = arguments.checkpoint(scene, &settings);
+    let simulation = arguments.simulate(scene, &settings, control, checkpoint.as_ref())?;
+    let result = RunResult::new(scene, &settings, &simulation);
+    if let Some(checkpoint) = checkpoint {
+        checkpoint.remove();
+    }
+    Ok(result)
 }
 
 /// What `phylux check` says of a scene.
@@ -120,6 +135,13 @@ mod tests {
         let found = settings(&["--photons=1e3", "--by-light"]).unwrap();
         assert_eq!((found.photons, found.seed, found.by_light), (Some(1000), 7, true));
         assert_eq!(found.tolerance_limit, Some(1000));
+    }
+
+    #[test]
+    fn a_tolerance_of_something_needs_a_tolerance() {
+        let error = settings(&["--of=bench"]).unwrap_err();
+        assert_eq!(error.to_string(), "--of: no tolerance is asked for; add --tolerance 0.02");
+        assert_eq!(settings(&["--of=bench", "--tolerance=0.1"]).unwrap().of.len(), 1);
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     /// one value, for Blender and browsers), .ply (photons)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Colours of a .glb show [default: irradiance]
+    /// What the colours of a .glb show [default: irradiance]
     #[arg(long, value_enum)]
     quantity: Option<Quantity>,
     /// Band or sum over bands of a .glb [default: the first sum, or the first band]
@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     /// Values of the first and the last colour of a .glb [default: 0 to what 99 % are below]
     #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_negative_numbers = true)]
     range: Option<(f64, f64)>,
-    /// Colours of a .glb by the logarithm
+    /// Colour a .glb by the logarithm of the values
     #[arg(long)]
     log: bool,
 }

@@ -6,7 +6,7 @@ use clap::{Command, builder::Styles};
 type Examples = (&'static str, &'static [&'static str]);
 
 /// Every command, by what it is for.
-const GROUPS: &[(&str, &[Examples])] = &[
+pub const GROUPS: &[(&str, &[Examples])] = &[
     (
         "Find the light",
         &[
@@ -121,11 +121,17 @@ const GROUPS: &[(&str, &[Examples])] = &[
     ),
 ];
 
-/// Says at the end of the help what the exit codes mean.
-const AFTER: &str = "`phylux COMMAND --help` says more about a command, with examples.\n\n\
-    Exit codes: 0 done, 1 the run failed, 2 wrong usage or input, 3 a tolerance was not met (results \
-    are written), 130 interrupted. `compare --exit-code` and `check --strict` end with 1 where results \
-    differ or a scene has warnings.";
+/// Every exit code, and what it means.
+pub const EXIT_CODES: &[(u8, &str)] = &[
+    (0, "done"),
+    (1, "the run failed; `compare --exit-code`: the results differ; `check --strict`: there is a warning"),
+    (2, "wrong usage or input"),
+    (3, "the tolerance was not met; the results are written"),
+    (130, "interrupted, by Ctrl-C or SIGTERM"),
+];
+
+/// Where the help of a command is.
+const MORE: &str = "`phylux COMMAND --help` says more about a command, with examples.";
 
 /// Gives the commands of `phylux` their groups and examples.
 pub fn add(mut phylux: Command) -> Command {
@@ -150,7 +156,9 @@ pub fn add(mut phylux: Command) -> Command {
     }
     let options = format!("{header}Options:{header:#}\n{{options}}{{after-help}}");
     let head = "{about-with-newline}\n{usage-heading} {usage}\n\n";
-    phylux.help_template(format!("{head}{listed}{options}")).after_help(AFTER)
+    let codes = EXIT_CODES.iter().map(|(code, meaning)| format!("\n  {code:<5}{meaning}"));
+    let after = format!("{header}Exit codes:{header:#}{}\n\n{MORE}", codes.collect::<String>());
+    phylux.help_template(format!("{head}{listed}{options}")).after_help(after)
 }
 
 #[cfg(test)]

@@ -41,7 +41,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 #[command(name = "phylux", version, long_version = VERSION.as_str(), max_term_width = 100)]
 struct Cli {
     /// Print no summary and no progress; warnings, errors and exit codes stay
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, display_order = 998)]
     quiet: bool,
     #[command(subcommand)]
     command: Command,
@@ -54,6 +54,8 @@ enum Command {
     /// Say what a scene holds, and warn of what looks wrong in it
     Check(check::Arguments),
     /// Chart error against cost for every estimator, and say what the scene needs
+    ///
+    /// Every estimator runs with seven budgets, each 3.16 times the one before, up to --photons.
     Chart(chart::Arguments),
     /// Fit the powers of the lamps to what an instrument read
     Calibrate(calibrate::Arguments),
@@ -82,8 +84,15 @@ enum Command {
         of: schema::Of,
     },
     /// Print a script that lets a shell complete the commands
+    ///
+    /// bash reads it from ~/.local/share/bash-completion/completions/phylux, fish from
+    /// ~/.config/fish/completions/phylux.fish, zsh from a file named _phylux in a folder of its
+    /// $fpath. Make the folder first where it is not there.
     Completions(shell::CompletionArguments),
     /// Write manual pages
+    ///
+    /// `man phylux` finds them in ~/.local/share/man/man1, or in a folder man1 of any folder in
+    /// $MANPATH.
     Man(shell::ManArguments),
 }
 
@@ -127,7 +136,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Merge(arguments) => sweep::run_merge(&arguments),
         Command::Schema { of } => schema::print(of),
         Command::Completions(arguments) => shell::complete(&arguments, command()),
-        Command::Man(arguments) => shell::man(&arguments, command()),
+        Command::Man(arguments) => shell::man(&arguments, Cli::command()),
     };
     finish(outcome.map(|()| 0))
 }

@@ -18,7 +18,11 @@ use crate::{
     results::result::RunResult,
 };
 
+/// Heading of options in the help.
+pub(super) const FILES: &str = "Files";
+
 #[derive(Args)]
+#[command(next_help_heading = FILES)]
 pub(super) struct OutputArguments {
     /// Results file (JSON); `-` is the standard output
     #[arg(short, long, value_name = "FILE", default_value = "results.json")]

@@ -38,7 +38,7 @@ pub(super) struct Source {
     /// Results of a run of this scene, for the captors; without it the scene is run first
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
-    /// Trace nothing: surfaces that are no captors have no values
+    /// With --results: trace nothing, so that surfaces that are no captors have no values
     #[arg(long, requires = "results")]
     no_trace: bool,
     #[command(flatten)]

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{
     interrupt::Interrupt,
-    outputs::{OutputArguments, Outputs, check_places},
+    outputs::{FILES, OutputArguments, Outputs, check_places},
     progress::{show, terminal_bar},
     summary::{far_off, summary},
     terminal,
@@ -38,11 +38,15 @@ use crate::{
     },
 };
 
+/// Headings of options in the help.
+const ENDS: &str = "When the run ends";
+const PARTS: &str = "Long runs";
+
 #[derive(Args)]
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// How to read the captors: photons from the lights, or paths back from the captors
+    /// How to find the light: by photons from the lights, or by paths back from the captors [default: the scene's]
     #[arg(long, value_enum)]
     estimator: Option<Estimator>,
     /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: at most so many
@@ -53,15 +57,15 @@ pub(super) struct Arguments {
     seed: Option<u64>,
     /// Go on until the relative standard error of every captor, face and band is at most this. Where a limit
     /// ends the run before that, the results are written and the exit code is 3
-    #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
+    #[arg(long, help_heading = ENDS, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// What --tolerance is asked of, in place of the irradiance of all faces: captors or groups by a pattern of their
     /// names, a quantity (irradiance, back or absorbed) and a band, as in "plant*:absorbed:PAR"; can be given again
-    #[arg(long, value_name = "PATTERN[:QUANTITY[:BAND]]", value_parser = Target::parse)]
+    #[arg(long, help_heading = ENDS, value_name = "PATTERN[:QUANTITY[:BAND]]", value_parser = Target::parse)]
     of: Vec<Target>,
     /// End soon after this time, if --photons or --tolerance have not ended it before: give a large
     /// --photons. The photons that it reports, given as --photons, give the same results
-    #[arg(long, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
+    #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
     max_time: Option<Duration>,
     /// Photons of a k-nearest estimate; 0 makes none and stores no photons [default: the scene's, or
     /// the number of those on the face to the power 2/3, at least 50]
@@ -70,7 +74,7 @@ pub(super) struct Arguments {
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
-    /// What helps photons to sensors that light hardly reaches [default: the scene's, or what a trial finds cheaper]
+    /// Whether flights aimed at the sensors go with the photons [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place
@@ -80,14 +84,14 @@ pub(super) struct Arguments {
     #[arg(long)]
     by_light: bool,
     /// Trace the I-th of N shards of the run; `phylux merge` joins the files to the results
-    #[arg(long, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
+    #[arg(long, help_heading = PARTS, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
     shard: Option<Shard>,
     /// Keep what is done in this file, and go on from there when it is there already: the same command, after a
     /// kill or the end of a job's time, finds the same results. The file goes once these are written
-    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    #[arg(long, help_heading = PARTS, value_name = "FILE", conflicts_with = "shard")]
     checkpoint: Option<PathBuf>,
     /// With --checkpoint: the least time between two times of writing it
-    #[arg(long, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
+    #[arg(long, help_heading = PARTS, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
     checkpoint_every: Duration,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
@@ -95,14 +99,14 @@ pub(super) struct Arguments {
     #[command(flatten)]
     outputs: OutputArguments,
     /// Also write times and speeds (JSON)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = FILES, value_name = "FILE")]
     stats: Option<PathBuf>,
 }
 
 impl Arguments {
-    /// The settings of a scene, with those that are given here in their place.
-    pub(super) fn settings(&self, of_scene: Settings) -> Settings {
-        Settings {
+    /// The settings of a scene, with those that are given here in their place. Error: `--of` without a tolerance.
+    pub(super) fn settings(&self, of_scene: Settings) -> Result<Settings> {
+        let settings = Settings {
             estimator: self.estimator.unwrap_or(of_scene.estimator),
             photons: self.photons.or(of_scene.photons),
             seed: self.seed.unwrap_or(of_scene.seed),
@@ -115,6 +119,30 @@ impl Arguments {
             max_time: self.max_time.or(of_scene.max_time),
             by_light: self.by_light,
             threads: self.threads.unwrap_or(of_scene.threads),
+        };
+        match settings.of.is_empty() || settings.tolerance.is_some() {
+            true => Ok(settings),
+            false => Err(Error::input("--of", "no tolerance is asked for")
+                .remedy("add --tolerance 0.02")),
+        }
+    }
+
+    /// Where such a run of the scene is kept, if it is.
+    pub(super) fn checkpoint(&self, scene: &Scene, settings: &Settings) -> Option<Checkpoint> {
+        Some(Checkpoint::new(self.checkpoint.as_deref()?, scene, settings))
+    }
+
+    /// Runs the scene, from where it stopped if there is a checkpoint of it.
+    pub(super) fn simulate(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        control: &Control,
+        checkpoint: Option<&Checkpoint>,
+    ) -> Result<Simulation> {
+        match checkpoint {
+            None => simulate(scene, settings, control),
+            Some(checkpoint) => kept(scene, settings, control, checkpoint, self.checkpoint_every),
         }
     }
 }
@@ -206,12 +234,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     check_places(&places, &read)?;
     super::terminal::warn(&warnings);
     super::terminal::warn(&check_meshes(&scene)?);
-    let settings = arguments.settings(settings);
-    if !settings.of.is_empty() && settings.tolerance.is_none() {
-        return Err(
-            Error::input("--of", "no tolerance is asked for").remedy("add --tolerance 0.02")
-        );
-    }
+    let settings = arguments.settings(settings)?;
     let loaded = Instant::now();
 
     if let Some(shard) = arguments.shard {
@@ -242,17 +265,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         show(&bar, progress);
     };
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let checkpoint = arguments.checkpoint.as_deref();
-    let checkpoint = checkpoint.map(|path| Checkpoint::new(path, &scene, &settings));
-    let simulation = match &checkpoint {
-        None => interrupt.listening(|| simulate(&scene, &settings, &control)),
-        Some(checkpoint) => {
-            places.extend(checkpoint.place());
-            check_places(&places, &read)?;
-            let every = arguments.checkpoint_every;
-            interrupt.listening(|| kept(&scene, &settings, &control, checkpoint, every))
-        }
-    };
+    let checkpoint = arguments.checkpoint(&scene, &settings);
+    places.extend(checkpoint.as_ref().and_then(Checkpoint::place));
+    check_places(&places, &read)?;
+    let simulation = interrupt
+        .listening(|| arguments.simulate(&scene, &settings, &control, checkpoint.as_ref()));
     bar.finish_and_clear();
     let simulation = simulation?;
     let traced = Instant::now();

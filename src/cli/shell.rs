@@ -7,8 +7,9 @@ use std::{
 
 use clap::{Args, Command};
 use clap_complete::Shell;
+use clap_mangen::Man;
 
-use super::{interrupt::check_folder, terminal};
+use super::{help, interrupt::check_folder, terminal};
 use crate::{
     error::{Error, Result},
     formats::output::{FilesRead, OutputFile},
@@ -35,27 +36,63 @@ pub(super) fn complete(arguments: &CompletionArguments, mut phylux: Command) -> 
 }
 
 /// Writes a page for `phylux` and one for each command.
-pub(super) fn man(arguments: &ManArguments, mut phylux: Command) -> Result<()> {
+pub(super) fn man(arguments: &ManArguments, phylux: Command) -> Result<()> {
     let folder = &arguments.folder;
     check_folder(folder)?;
-    if !folder.is_dir() {
-        fs::create_dir(folder).map_err(|e| {
-            Error::input(folder.display(), format!("cannot be created: {}", e.kind()))
-                .remedy("write elsewhere")
-        })?;
-    }
-    // with the options that all commands have
+    fs::create_dir_all(folder).map_err(|e| {
+        Error::input(folder.display(), format!("cannot be created: {}", e.kind()))
+            .remedy("write elsewhere")
+    })?;
+    // with the options that all commands have; `help` has no page
+    let mut phylux = phylux.disable_help_subcommand(true);
     phylux.build();
-    for command in phylux.get_subcommands().filter(|command| command.get_name() != "help") {
-        let name = format!("phylux-{}", command.get_name());
-        write(folder, &name, command.clone())?;
+    for (name, examples) in help::GROUPS.iter().flat_map(|(_, commands)| *commands) {
+        if let Some(command) = phylux.find_subcommand(name) {
+            write(folder, &format!("phylux-{name}"), command, &examples_section(examples))?;
+        }
     }
-    write(folder, "phylux", phylux)?;
+    write(folder, "phylux", &phylux, &command_sections(&phylux))?;
     terminal::print(&format!("wrote {}\n", folder.display()))
 }
 
-fn write(folder: &Path, name: &str, command: Command) -> Result<()> {
-    let page = clap_mangen::Man::new(command);
+/// Writes one page; `more` stands behind the options.
+fn write(folder: &Path, name: &str, command: &Command, more: &str) -> Result<()> {
+    let version = concat!("phylux ", env!("CARGO_PKG_VERSION"));
+    let page = Man::new(command.clone()).source(version).manual("phylux");
+    let codes = help::EXIT_CODES.iter();
+    let codes = codes.map(|(code, meaning)| format!(".TP\n.B {code}\n{}\n", escaped(meaning)));
+    let rest = format!("{more}.SH EXIT STATUS\n{}", codes.collect::<String>());
     let file = OutputFile::create(&folder.join(format!("{name}.1")))?;
-    file.write(&FilesRead::default(), |mut writer| page.render(&mut writer))
+    file.write(&FilesRead::default(), |mut writer| {
+        page.render_title(&mut writer)?;
+        page.render_name_section(&mut writer)?;
+        page.render_synopsis_section(&mut writer)?;
+        page.render_description_section(&mut writer)?;
+        page.render_options_section(&mut writer)?;
+        writer.write_all(rest.as_bytes())
+    })
+}
+
+/// The commands in their groups, each with the name of its page.
+fn command_sections(phylux: &Command) -> String {
+    let mut text = String::new();
+    for (title, commands) in help::GROUPS {
+        text += &format!(".SH {}\n", title.to_uppercase());
+        for command in commands.iter().filter_map(|(name, _)| phylux.find_subcommand(name)) {
+            let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+            text += &format!(".TP\n.BR phylux\\-{} (1)\n{}\n", command.get_name(), escaped(&about));
+        }
+    }
+    text
+}
+
+/// The examples of a command, each on a line of its own.
+fn examples_section(examples: &[&str]) -> String {
+    let lines = examples.iter().map(|example| format!("{}\n", escaped(example)));
+    format!(".SH EXAMPLES\n.nf\n{}.fi\n", lines.collect::<String>())
+}
+
+/// The text of a line as roff reads it: its hyphens are those that a shell wants.
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\e").replace('-', "\\-")
 }

@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     /// List the runs, with what they would take of time and disk, and write nothing; needs no -o
     #[arg(long)]
     dry_run: bool,
-    /// Do the I-th of N shares of the runs, in a folder of its own; `phylux merge` joins them
+    /// Do the I-th of N shards of the runs, in a folder of its own; `phylux merge` joins them
     #[arg(long, value_name = "I/N", value_parser = Shard::parse, default_value = "1/1")]
     shard: Shard,
     #[command(flatten)]
@@ -63,7 +63,7 @@ fn jobs(text: &str) -> Checked<usize> {
 
 #[derive(Args)]
 pub(super) struct MergeArguments {
-    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has
+    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has written
     #[arg(required = true)]
     parts: Vec<PathBuf>,
     /// Folder for all of a sweep, made if it is not there; or results file (JSON) of the run

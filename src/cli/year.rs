@@ -52,13 +52,13 @@ pub(super) struct Arguments {
     /// Patches of the sky: 145 of some 12 degrees, or 577 of 6
     #[arg(long, value_enum, default_value = "145")]
     patches: Patches,
-    /// Photons to trace, e.g. 5e7, for all hours together
+    /// Photons to trace, e.g. 5e7, for all hours together [default: the scene's]
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
-    /// Seed of the random numbers: the same seed gives the same results, byte for byte
+    /// Seed of the random numbers: the same seed gives the same results, byte for byte [default: the scene's]
     #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// What helps photons to sensors that light hardly reaches [default: the scene's, or what a trial finds cheaper]
+    /// Whether flights aimed at the sensors go with the photons [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place

@@ -1,4 +1,4 @@
-//! What A shard found, as a file: JSON, a line for the head, one for each batch and each task of
+//! What a shard found, as a file: JSON, a line for the head, one for each batch and each task of
 //! the photon map, and one for the end, so that it is read in little memory however large it is.
 
 use std::{
