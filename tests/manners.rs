@@ -46,6 +46,7 @@ fn results_go_to_the_standard_output_and_words_beside_it() {
     let result: Value = serde_json::from_slice(&output.stdout).expect("results alone");
     assert_eq!(result["photons"], 2000);
     assert!(text(&output.stderr).starts_with("wall: 2000 photons"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).ends_with("; wrote to the standard output\n"));
     assert_eq!(listing(&folder), before);
     ends(&folder, 0, &["run", "scene.json", "-o", "a.json"]);
     assert!(fs::read(scene.path("a.json")).expect("results") == output.stdout);
@@ -178,7 +179,7 @@ fn checks_can_be_strict_and_read_by_programs() {
 fn every_command_that_traces_takes_the_same_options() {
     let scene = scene();
     let folder = scene.path("");
-    for command in ["run", "chart", "render", "view", "export", "sweep"] {
+    for command in ["run", "chart", "render", "view", "export", "sweep", "year", "calibrate"] {
         let help = text(&ends(&folder, 0, &[command, "--help"]).stdout);
         for option in ["--seed <N>", "--photons <N>", "--threads <N>"] {
             assert!(help.contains(option), "{command} has no {option}");
@@ -215,9 +216,20 @@ fn shells_and_the_manual_know_all_commands() {
     );
     let page = fs::read_to_string(scene.path("pages/phylux-run.1")).expect("a page");
     assert!(page.starts_with(".ie") || page.contains(".TH phylux-run 1"), "{page}");
-    assert!(page.contains("checkpoint") && page.contains("Examples:"), "{page}");
+    assert!(
+        page.contains("checkpoint") && page.contains(".SH EXAMPLES\n.nf\nphylux run"),
+        "{page}"
+    );
+    assert!(page.contains(".TH phylux-run 1  \"phylux 0") && page.contains(".B 130\n"), "{page}");
     assert!(!page.contains('\u{1b}'), "{page}");
-    ends(&folder, 2, &["man", "no/such"]);
+    let front = fs::read_to_string(scene.path("pages/phylux.1")).expect("a page");
+    for name in pages.iter().filter_map(|page| page.strip_prefix("phylux-")?.strip_suffix(".1")) {
+        assert!(front.contains(&format!(".BR phylux\\-{name} (1)\n")), "{front}");
+    }
+    assert!(!front.contains("phylux\\-help") && !front.contains("phylux-help"), "{front}");
+    // folders that no user has before the first page
+    ends(&folder, 0, &["man", "share/man/man1"]);
+    ends(&folder, 2, &["man", "scene.json/man"]);
     ends(&folder, 2, &["completions", "tcsh"]);
 }
 

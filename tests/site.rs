@@ -71,3 +71,35 @@ fn links_lead_somewhere() {
     }
     assert!(followed > 60, "{followed}");
 }
+
+/// Whether a pattern of `include` in Cargo.toml takes this file: a file, a folder, or a name with one `*`.
+fn includes(pattern: &str, file: &str) -> bool {
+    let pattern = pattern.trim_start_matches('/');
+    match pattern.split_once('*') {
+        None => file == pattern || file.starts_with(&format!("{pattern}/")),
+        Some((before, after)) => {
+            let middle = file.strip_prefix(before).and_then(|rest| rest.strip_suffix(after));
+            middle.is_some_and(|middle| !middle.contains('/'))
+        }
+    }
+}
+
+#[test]
+fn the_readme_leads_to_files_of_the_package() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).expect("a manifest");
+    let list = manifest.split_once("\ninclude = [").and_then(|(_, rest)| rest.split_once(']'));
+    let list = list.expect("a list of files").0;
+    let patterns: Vec<&str> = list.split('"').skip(1).step_by(2).collect();
+    assert!(includes("/docs/*.md", "docs/a.md") && !includes("/docs/*.md", "docs/notes/a.md"));
+    let readme = fs::read_to_string(root.join("README.md")).expect("the README");
+    let mut followed = 0;
+    for target in links(&readme) {
+        let file = target.split('#').next().unwrap_or_default();
+        assert!(root.join(file).is_file(), "README.md: {target} leads nowhere");
+        let included = patterns.iter().any(|pattern| includes(pattern, file));
+        assert!(included, "README.md: {target} is not in the package (`include` in Cargo.toml)");
+        followed += 1;
+    }
+    assert!(followed > 15, "{followed}");
+}

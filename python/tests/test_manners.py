@@ -20,7 +20,7 @@ import pytest
 import phylux as px
 from conftest import ROOM_FACES, ROOM_VERTICES, chamber
 
-MODULES = ["phylux", "phylux.scene", "phylux.result", "phylux.geometry", "phylux.sweeps", "phylux.plots", "phylux.errors"]
+MODULES = ["phylux", "phylux.scene", "phylux.result", "phylux.geometry", "phylux.sweeps", "phylux.years", "phylux.plots", "phylux.errors"]
 
 
 def native_threads():
@@ -146,6 +146,12 @@ def test_sweep_in_other_processes():
         with concurrent.futures.ProcessPoolExecutor(1, mp_context=spawn) as pool:
             px.sweep(build, {"height": ["high"], "seed": [1]}, executor=pool)
     assert caught.value.place == "scene: /lights/1/position/2"
+
+
+def test_sweep_by_joblib():
+    loky = pytest.importorskip("joblib.externals.loky", reason="joblib is not installed")
+    found = px.sweep(build, {"height": [0.6], "seed": [1, 2]}, executor=loky.get_reusable_executor(1))
+    assert found[1].to_json() == build(0.6, 2).to_json()
 
 
 def test_sweep_on_a_dask_cluster():

@@ -233,8 +233,9 @@ fn objects(text: &mut String, summary: &SceneSummary) {
     line(["", "", "", "above the", "facing"].map(String::from));
     line(["objects, m", "from", "to", "lowest point", "up"].map(String::from));
     for object in summary.objects.iter().take(LISTED) {
-        // no minus before zero
-        let show = |x: f64| format!("{:.digits$}", x + 0.0);
+        // no minus before what is shown as zero
+        let shown = 10_f64.powi(digits as i32);
+        let show = |x: f64| format!("{:.digits$}", (x * shown).round() / shown + 0.0);
         let point = |p: glam::DVec3| p.to_array().map(show).join(" ");
         line([
             format!("  {}", object.object),

@@ -114,9 +114,21 @@ fn parse<T: Parser>(before: &[&str], options: &[String]) -> Result<T> {
         };
         let text = error.to_string();
         let line = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        match error.source() {
+        let known = match (error.get(ContextKind::ValidValue), error.get(ContextKind::SuggestedArg))
+        {
+            (Some(ContextValue::Strings(values)), _) => {
+                Some(format!("there are {}", values.join(", ")))
+            }
+            (_, Some(ContextValue::String(option))) => Some(format!("did you mean {option}?")),
+            _ => None,
+        };
+        let error = match error.source() {
             Some(why) => Error::input(place, why),
             None => Error::input(place, line),
+        };
+        match known {
+            Some(known) => error.remedy(known),
+            None => error,
         }
     })
 }
@@ -150,7 +162,9 @@ mod tests {
         assert_eq!(error.to_string(), "max_time: 0 s, must be above 0 and below 1e19 s");
         let error = settings(&["--fotons=1"]).unwrap_err();
         assert!(error.to_string().starts_with("fotons: unexpected argument"), "{error}");
+        assert!(error.to_string().ends_with("; did you mean --photons?"), "{error}");
         let error = settings(&["--estimator=none"]).unwrap_err();
         assert!(error.to_string().starts_with("estimator: invalid value 'none'"), "{error}");
+        assert!(error.to_string().ends_with("; there are photons, paths, auto"), "{error}");
     }
 }

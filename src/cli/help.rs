@@ -124,7 +124,10 @@ pub const GROUPS: &[(&str, &[Examples])] = &[
 /// Every exit code, and what it means.
 pub const EXIT_CODES: &[(u8, &str)] = &[
     (0, "done"),
-    (1, "the run failed; `compare --exit-code`: the results differ; `check --strict`: there is a warning"),
+    (
+        1,
+        "the run failed; `compare --exit-code`: the results differ; `check --strict`: there is a warning",
+    ),
     (2, "wrong usage or input"),
     (3, "the tolerance was not met; the results are written"),
     (130, "interrupted, by Ctrl-C or SIGTERM"),

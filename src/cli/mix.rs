@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::{
     interrupt::Interrupt,
-    outputs::{OutputArguments, Outputs, check_places},
+    outputs::{OutputArguments, Outputs, check_places, place_of},
     summary::{SHOWN_BANDS, short, summary},
 };
 use crate::{
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     outputs.write(&read, &mixed)?;
     let summary = summary(&mixed, ", mixed");
     super::terminal::warn(&summary.warnings);
-    let wrote = format!("\nwrote {}\n", arguments.outputs.output.display());
+    let wrote = format!("\nwrote {}\n", place_of(&arguments.outputs.output));
     super::terminal::print(&(summary.text + &powers(&mixed) + &wrote))
 }
 

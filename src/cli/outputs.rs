@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 
-use super::interrupt::Interrupt;
+use super::interrupt::{Interrupt, STANDARD_OUTPUT};
 use crate::{
     error::{Error, Result},
     formats::{
@@ -85,6 +85,14 @@ impl Outputs {
             folder.write(read, result)?;
         }
         self.csv.map_or(Ok(()), |csv| csv.write(read, |writer| write_csv(result, writer)))
+    }
+}
+
+/// Where a result was written, for a sentence that begins with `wrote`.
+pub(super) fn place_of(path: &Path) -> String {
+    match path == Path::new(STANDARD_OUTPUT) {
+        true => "to the standard output".into(),
+        false => path.display().to_string(),
     }
 }
 

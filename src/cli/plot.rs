@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     interrupt::{Interrupt, STANDARD_OUTPUT},
-    outputs::check_places,
+    outputs::{check_places, place_of},
     render,
 };
 use crate::{
@@ -97,5 +97,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let notes: String = plot.notes.iter().map(|note| format!("{note}\n")).collect();
-    super::terminal::print(&format!("{notes}wrote {}\n", output.display()))
+    super::terminal::print(&format!("{notes}wrote {}\n", place_of(output)))
 }

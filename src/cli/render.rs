@@ -15,7 +15,7 @@ use std::{
 
 use super::{
     interrupt::{Interrupt, STANDARD_OUTPUT},
-    outputs::check_places,
+    outputs::{check_places, place_of},
     progress::terminal_bar,
 };
 use crate::{
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn list(paths: &[PathBuf]) -> String {
-    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let names: Vec<String> = paths.iter().map(|path| place_of(path)).collect();
     names.join(", ")
 }
 

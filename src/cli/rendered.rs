@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::{
     interrupt::Interrupt,
-    outputs::check_places,
+    outputs::{check_places, place_of},
     progress::{show, terminal_bar},
     tracing::TracingArguments,
 };
@@ -112,5 +112,5 @@ pub(super) fn write(
     }
     interrupt.writing();
     file.write(&read, |writer| write(&rendered, writer))?;
-    super::terminal::print(&format!("wrote {}\n", output.display()))
+    super::terminal::print(&format!("wrote {}\n", place_of(output)))
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{
     interrupt::Interrupt,
-    outputs::{FILES, OutputArguments, Outputs, check_places},
+    outputs::{FILES, OutputArguments, Outputs, check_places, place_of},
     progress::{show, terminal_bar},
     summary::{far_off, summary},
     terminal,
@@ -122,8 +122,10 @@ impl Arguments {
         };
         match settings.of.is_empty() || settings.tolerance.is_some() {
             true => Ok(settings),
-            false => Err(Error::input("--of", "no tolerance is asked for")
-                .remedy("add --tolerance 0.02")),
+            false => {
+                Err(Error::input("--of", "no tolerance is asked for")
+                    .remedy("add --tolerance 0.02"))
+            }
         }
     }
 
@@ -310,7 +312,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         stats.threads,
         stats.photons_per_second,
         simulation.estimator,
-        arguments.outputs.output.display(),
+        place_of(&arguments.outputs.output),
     );
     super::terminal::print(&(summary.text + &speed))?;
     Ok(match result.tolerance {

@@ -61,9 +61,10 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
     if !faces.is_empty() {
         let _ = writeln!(
             text,
-            "{} face{s} dark: below {} {irradiance} with 95 % confidence, less than the tolerance of the median",
+            "{} face{s} dark: below {} {irradiance} with 95 % confidence, less than {} % of the median",
             faces.len(),
             short(below),
+            100.0 * found.asked,
         );
     }
 }

@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 
 use super::{
     interrupt::{Interrupt, check_folder},
-    outputs::check_places,
+    outputs::{check_places, place_of},
     progress::terminal_bar,
     summary::summary,
     tracing::TracingArguments,
@@ -133,7 +133,7 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     super::terminal::warn(&summary.warnings);
     let from = format!("\nfrom {} parts; ", arguments.parts.len());
     super::terminal::print(
-        &(summary.text + &from + &format!("wrote {}\n", arguments.output.display())),
+        &(summary.text + &from + &format!("wrote {}\n", place_of(&arguments.output))),
     )
 }
 
