@@ -7,7 +7,8 @@ use super::walk::Probe;
 use crate::math::geometry::Ray;
 
 /// A question and all that it needs. Its answer must be inlined: what it calls is then compiled
-/// for the processor too, and the ray stays in registers.
+/// for the processor too, and the ray stays in registers. Whom it tells of hits is called by a pointer: that is
+/// seldom, and there is one copy of the walk for each kind of question, not for each who asks.
 pub(super) trait Query {
     type Answer;
     fn answer(self, gather: impl Gather) -> Self::Answer;
@@ -100,19 +101,19 @@ impl Query for Closest<'_> {
 }
 
 /// See [`Bvh::occluded`].
-pub(super) struct Occluded<'a, F> {
+pub(super) struct Occluded<'a> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray,
     pub t_max: f32,
-    pub stops: F,
+    pub stops: &'a mut dyn FnMut(Hit) -> bool,
 }
 
-impl<F: FnMut(Hit) -> bool> Query for Occluded<'_, F> {
+impl Query for Occluded<'_> {
     type Answer = bool;
 
     #[inline(always)]
     fn answer(self, gather: impl Gather) -> bool {
-        let Self { bvh, ray, t_max, mut stops } = self;
+        let Self { bvh, ray, t_max, stops } = self;
         let mut found = false;
         bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit| {
             found = found || (hit.t < t_max && stops(hit));
@@ -123,14 +124,14 @@ impl<F: FnMut(Hit) -> bool> Query for Occluded<'_, F> {
 }
 
 /// See [`Bvh::crossings`].
-pub(super) struct Crossings<'a, F> {
+pub(super) struct Crossings<'a> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray,
     pub t_max: f32,
-    pub visit: F,
+    pub visit: &'a mut dyn FnMut(Hit),
 }
 
-impl<F: FnMut(Hit)> Query for Crossings<'_, F> {
+impl Query for Crossings<'_> {
     type Answer = ();
 
     #[inline(always)]
@@ -141,14 +142,14 @@ impl<F: FnMut(Hit)> Query for Crossings<'_, F> {
 }
 
 /// See [`Bvh::meet`].
-pub(super) struct Meet<'a, F> {
+pub(super) struct Meet<'a> {
     pub surfaces: &'a Bvh,
     pub crossed: &'a Bvh,
     pub ray: &'a Ray,
-    pub visit: F,
+    pub visit: &'a mut dyn FnMut(Hit),
 }
 
-impl<F: FnMut(Hit)> Query for Meet<'_, F> {
+impl Query for Meet<'_> {
     type Answer = Option<Hit>;
 
     #[inline(always)]

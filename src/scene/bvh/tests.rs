@@ -441,8 +441,8 @@ fn fast_and_plain_agree() {
             let ray = Ray { origin: size * random.cube(), direction: random.direction() };
             let (mut fast, mut plain) = (Vec::new(), Vec::new());
             let t_max = f32::INFINITY;
-            ask(Crossings { bvh: &bvh, ray: &ray, t_max, visit: |hit| fast.push(hit) });
-            ask_plain(Crossings { bvh: &bvh, ray: &ray, t_max, visit: |hit| plain.push(hit) });
+            ask(Crossings { bvh: &bvh, ray: &ray, t_max, visit: &mut |hit| fast.push(hit) });
+            ask_plain(Crossings { bvh: &bvh, ray: &ray, t_max, visit: &mut |hit| plain.push(hit) });
             assert_eq!(fast, plain);
         }
     }
