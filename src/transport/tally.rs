@@ -242,7 +242,7 @@ impl Tally {
         self.add(counted.channel(), weights, &counted.power.clone().scaled(factor));
     }
 
-    #[inline]
+    #[inline(always)]
     fn add<'a, L: Lanes>(
         &mut self,
         channel: usize,
@@ -282,16 +282,25 @@ impl Tally {
     }
 
     /// The place of a channel in the lists; at the end, if it is a new one.
-    #[inline]
+    #[inline(always)]
     fn place(&mut self, channel: usize) -> usize {
-        if self.places[channel] == 0 {
-            self.touched.push(channel as u32);
-            self.counts.push(Counts::default());
-            self.weighed.iter_mut().for_each(|all| all.push(Weighed::default()));
-            self.flux.resize(self.flux.len() + self.bands, 0.0);
-            self.places[channel] = self.touched.len() as u32;
+        match self.places[channel] {
+            0 => self.new_place(channel),
+            next => next as usize - 1,
         }
-        self.places[channel] as usize - 1
+    }
+
+    /// Out of the way of the many that come to a place that is there.
+    #[cold]
+    #[inline(never)]
+    fn new_place(&mut self, channel: usize) -> usize {
+        let place = self.touched.len();
+        self.touched.push(channel as u32);
+        self.counts.push(Counts::default());
+        self.weighed.iter_mut().for_each(|all| all.push(Weighed::default()));
+        self.flux.resize(self.flux.len() + self.bands, 0.0);
+        self.places[channel] = place as u32 + 1;
+        place
     }
 }
 

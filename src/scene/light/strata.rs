@@ -92,7 +92,7 @@ impl Strata {
     }
 
     /// Emits history `index`, from `offset` metres off its light.
-    #[inline]
+    #[inline(always)]
     pub fn emit<L: Lanes>(
         &self,
         lights: &[Light],
@@ -104,7 +104,7 @@ impl Strata {
     }
 
     /// Emits a history of stratum `source`.
-    #[inline]
+    #[inline(always)]
     fn emit_of<L: Lanes>(
         &self,
         lights: &[Light],

@@ -18,7 +18,7 @@ use crate::{
 impl Scene {
     /// Emits history `index` of some strata. Light that comes in through openings starts there only if the way back
     /// to the sky meets neither a surface nor another opening; else it has no power.
-    #[inline]
+    #[inline(always)]
     pub fn emit<'s, L: Lanes>(
         &self,
         strata: &'s Strata,
@@ -28,7 +28,7 @@ impl Scene {
         self.admitted(strata.emit(&self.lights, index, self.ray_offset(), rng))
     }
 
-    #[inline]
+    #[inline(always)]
     fn admitted<'s, L: Lanes>(&self, mut emission: Emission<'s, L>) -> Emission<'s, L> {
         let Ray { origin, direction } = emission.ray;
         let back = Ray { origin, direction: -direction };
