@@ -219,7 +219,7 @@ fn surfaces(text: &mut String, summary: &SceneSummary) {
     Table { title: "surfaces".into(), columns, rows: rows.collect() }.write(text);
 }
 
-/// Where each object is: what a wrong unit, scale or axis shows in.
+/// Where each object is, so that one sees a wrong unit, scale or axis.
 fn objects(text: &mut String, summary: &SceneSummary) {
     if summary.objects.is_empty() {
         return;
@@ -277,7 +277,7 @@ fn averages(text: &mut String, loaded: &LoadedScene) {
     }
 }
 
-/// Where the sun stands and how bright it is outside: what a wrong clock or place shows in.
+/// Where the sun stands and how bright it is outside, so that one sees a wrong clock or place.
 fn daylight(text: &mut String, open_field: &OpenField) {
     if let Some(sun) = open_field.sun {
         let [elevation, azimuth] = [sun.elevation, sun.azimuth].map(f64::to_degrees);

@@ -1,4 +1,4 @@
-//! Work cut into fixed shares, for several machines.
+//! Work cut into fixed shards, for several machines.
 
 use std::{fmt, ops::Range};
 

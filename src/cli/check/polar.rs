@@ -1,4 +1,4 @@
-//! Measured intensities, drawn as text: what a lamp that is turned or upside down shows in.
+//! Measured intensities, drawn as text, so that one sees whether a lamp is turned or upside down.
 
 use std::{fmt::Write, sync::Arc};
 

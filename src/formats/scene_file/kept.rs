@@ -1,4 +1,4 @@
-//! What many scenes share, made once.
+//! What many scenes have in common: OBJ files and triangles arranged for rays, each made once.
 
 use std::{
     cell::RefCell,

@@ -1,4 +1,4 @@
-//! The same table in all its dresses, sentences, and files gone wrong.
+//! The same table in every form that is read, the sentences of errors, and damaged files.
 
 use proptest::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Whether a result that was read is one.
+//! Whether what was read from a file is a complete result.
 
 use super::{
     Absorbed, ByLight, CaptorResult, Energy, FaceResult, Factor, GroupResult, NearestResult,

@@ -1,4 +1,4 @@
-//! What a scene is, in one word.
+//! The hash of a scene: the same for the same surfaces, materials, lights and captors, wherever they come from.
 
 use std::fmt::{self, Write};
 
