@@ -52,6 +52,7 @@ fn parts_join_to_the_same_bytes() {
         ("--photons 50003 --by-light --seed 4", 2),
         ("--photons 50003 --guiding aim", 3),
         ("--photons 20003 --guiding auto", 2),
+        ("--photons 5003 --guiding full", 2),
         ("--photons 50003 --estimator paths", 3),
         ("--photons 100 --k 2", 50),
         ("--photons 20000", 1),

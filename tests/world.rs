@@ -279,7 +279,8 @@ impl World {
 }
 
 /// Emitted is the nominal power to 1e-12, and absorbed by all materials + escaped + lost is what was
-/// emitted to 1e-9: this holds in every run, without chance.
+/// emitted to 1e-9: this holds in every run, without chance. So it does with what games of chance took, where photons
+/// play any; that is 0 within 4 of its standard errors (odds of a false alarm 6e-5 a band).
 pub fn check_ledger(result: &RunResult) {
     let energy = &result.energy;
     for (b, &power) in energy.power.iter().enumerate() {
@@ -291,7 +292,12 @@ pub fn check_ledger(result: &RunResult) {
         let by_material = energy.absorbed_by.iter().flatten().map(|(_, values)| values[b]).sum();
         close(by_material, energy.absorbed[b], 1e-12, "absorbed by all materials");
         let accounted = by_material + energy.escaped[b] + energy.lost[b];
-        close(accounted, energy.emitted[b], 1e-9, "absorbed + escaped + lost");
+        let chance = energy.chance.as_ref().map_or(0.0, |chance| chance[b]);
+        close(accounted + chance, energy.emitted[b], 1e-9, "absorbed + escaped + lost");
+        if let Some(errors) = &energy.chance_se {
+            let error = errors[b].expect("an error");
+            assert!(chance.abs() <= 4.0 * error, "band {b}: chance took {chance} +- {error}");
+        }
     }
 }
 

@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     /// Trace until the relative standard error of every captor is at most this
     #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Whether flights aimed at the sensors go with the photons [default: the scene's]
+    /// What helps photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place

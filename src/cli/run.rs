@@ -74,7 +74,7 @@ pub(super) struct Arguments {
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
-    /// Whether flights aimed at the sensors go with the photons [default: the scene's]
+    /// What helps photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place

@@ -2,9 +2,12 @@
 
 use std::{collections::HashSet, fmt::Write};
 
-use crate::results::result::{
-    CaptorResult, FaceResult, GroupResult, NearestResult, RunResult, ToleranceResult, Uniformity,
-    WorstResult,
+use crate::{
+    results::result::{
+        CaptorResult, FaceResult, GroupResult, NearestResult, RunResult, ToleranceResult,
+        Uniformity, WorstResult,
+    },
+    transport::settings::Guiding,
 };
 
 /// More bands than this are not shown.
@@ -27,8 +30,13 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         "{}: {} {} in {} batches, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.batches, result.seed
     );
-    if result.guiding.is_some() {
-        let _ = writeln!(text, "with flights aimed at the sensors beside them (--guiding aim)");
+    let guided = match result.guiding {
+        Some(Guiding::Aim) => "with flights aimed at the sensors beside them (--guiding aim)",
+        Some(Guiding::Full) => "guided by their importance for the captors (--guiding full)",
+        _ => "",
+    };
+    if !guided.is_empty() {
+        let _ = writeln!(text, "{guided}");
     }
     if let Some(why) = &result.chosen {
         let _ = writeln!(text, "{} were chosen: {why}", result.estimator);

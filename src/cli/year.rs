@@ -58,7 +58,7 @@ pub(super) struct Arguments {
     /// Seed of the random numbers: the same seed gives the same results, byte for byte [default: the scene's]
     #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Whether flights aimed at the sensors go with the photons [default: the scene's]
+    /// What helps photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place

@@ -40,6 +40,10 @@ pub enum Purpose {
     Spots,
     /// The trial that says whether photons are guided.
     Guiding,
+    /// Importons, which find where light matters to captors.
+    Importons,
+    /// Photons that find what guided ones are to be guided by.
+    Pilot,
 }
 
 /// The streams of all histories of a batch.
@@ -79,6 +83,9 @@ impl Streams {
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence(u64);
 
+/// First numbers of a history that can be [given](Stream::with_first).
+pub const FIRST: usize = 4;
+
 /// What is left of the first numbers of a history, where these are the coordinates of a point.
 #[derive(Clone, Debug, Default)]
 struct SobolPoint {
@@ -87,8 +94,10 @@ struct SobolPoint {
     key: u64,
     next: u32,
     end: u32,
-    /// Coordinates are made four at a time.
-    four: [f32; 4],
+    /// Coordinates are made four at a time ...
+    four: [f32; FIRST],
+    /// ... unless they are given.
+    is_given: bool,
 }
 
 impl SobolPoint {
@@ -96,7 +105,7 @@ impl SobolPoint {
     #[cold]
     #[inline(never)]
     fn next(&mut self) -> f32 {
-        if self.next.is_multiple_of(4) {
+        if self.next.is_multiple_of(4) && !self.is_given {
             let group = self.next / 4;
             // the crate takes 32 bits of the key: the shift of the leading digits depends on all
             let four = sobol_burley::sample_4d(self.point, group, self.key as u32);
@@ -131,8 +140,19 @@ impl Stream {
         // a sequence of the crate has 2^16 points
         let key = mix(sequence.0 ^ point >> 16);
         let point = point as u32 & 0xffff;
-        let sobol = SobolPoint { point, key, next: 0, end: numbers, four: [0.0; 4] };
+        let sobol = SobolPoint { point, key, end: numbers, ..SobolPoint::default() };
         Self { sobol, ..self }
+    }
+
+    /// The next numbers are these, in [0, 1), until [`without_first`](Self::without_first).
+    pub fn with_first(&mut self, four: [f32; FIRST]) {
+        self.sobol =
+            SobolPoint { four, end: FIRST as u32, is_given: true, ..SobolPoint::default() };
+    }
+
+    /// Drops those that are left of them.
+    pub fn without_first(&mut self) {
+        self.sobol = SobolPoint::default();
     }
 
     /// Uniform in [0, 1), in steps of 2^-24.

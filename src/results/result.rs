@@ -112,7 +112,7 @@ pub struct BandResult {
     pub sum_of: Option<Vec<String>>,
 }
 
-/// The energy balance per band: emitted = absorbed + escaped + lost. Paths from the captors know
+/// The energy balance per band: emitted = absorbed + escaped + lost, and `chance` where there is such. Paths from the captors know
 /// `power` alone: the rest is empty or none, and null in the file.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Energy {
@@ -137,6 +137,13 @@ pub struct Energy {
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub lost: Vec<f64>,
+    /// Of photons that were split or ended by what light at a place matters to the captors: what that took, less what it
+    /// gave, per band; 0 on average.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chance: Option<Vec<f64>>,
+    /// Standard error of the value above; null where there was one batch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chance_se: Option<Vec<Option<f64>>>,
     /// Power that the surfaces of each material absorbed per band.
     pub absorbed_by: Option<IndexMap<String, Vec<f64>>>,
     /// The same balance for each light, where results are kept by light.

@@ -2,12 +2,25 @@
 //!
 //! Wherever a photon starts or is scattered diffusely, one more flight is sent from there, [aimed](Aimed) at one of
 //! the virtual [captors](Targets). It counts at the captors that it crosses and is followed no further than the next
-//! diffuse surface, so that the photon's own way, and what surfaces and the ledger count, stay what they are.
+//! diffuse surface.
+//!
+//! [`Importance`] says how much light at a place matters to the captors. Where it is large a photon goes on as several,
+//! where it is small only now and then: [`Guided`] does that. It is learned from [importons](learn), before the run.
+//!
+//! All that steers a photon is a weight times a chance, so that the mean stays what it is.
 
 mod aimed;
+mod cells;
+mod guided;
+mod importance;
+mod importons;
 mod targets;
 #[cfg(test)]
 mod tests;
 
 pub use aimed::Aimed;
+pub use cells::Cells;
+pub use guided::{Guidance, Guided, Windows};
+pub use importance::Importance;
+pub use importons::{Sources, learn};
 pub use targets::Targets;

@@ -93,7 +93,9 @@ pub enum Guiding {
     Off,
     /// Flights aimed at virtual captors, from wherever a photon starts or is scattered diffusely.
     Aim,
-    /// What a short trial finds cheaper.
+    /// These, and photons split and ended by how much light at a place matters to the captors.
+    Full,
+    /// Off or aim, as a short trial finds cheaper.
     Auto,
 }
 

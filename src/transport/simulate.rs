@@ -10,6 +10,7 @@ mod checkpoint;
 mod guided;
 mod memory;
 mod mixed;
+mod pilot;
 mod schedule;
 mod shard;
 mod surfaces;
@@ -31,7 +32,7 @@ use crate::{
     math::{machine, rng::Purpose},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
-        guiding::Targets,
+        guiding::Guidance,
         paths::{Face, Pilot, Unseen},
         photon_map::{Arrival, MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, Settings},
@@ -154,7 +155,11 @@ pub fn simulate_without_direct_sun(
 ) -> Result<Simulation> {
     let settings =
         Settings { estimator: Estimator::Photons, by_light: true, k: Some(0), ..settings.clone() };
-    let settings = choose_guiding(scene, &settings, control)?;
+    let mut settings = choose_guiding(scene, &settings, control)?;
+    if settings.guiding == Guiding::Full {
+        // copies of a photon do not know whether it comes straight
+        settings.guiding = Guiding::Aim;
+    }
     catch_panic("run", || {
         let part_of = part_of(scene, &settings);
         let mut run = Run::new(scene, &settings, part_of, Keep::OnCaptors, control)?;
@@ -193,8 +198,8 @@ struct Run<'a> {
     pool: rayon::ThreadPool,
     started: Instant,
     work: Work<'a>,
-    /// What flights are aimed at, if they are.
-    targets: Option<Targets>,
+    /// What guides photons, if they are guided.
+    guidance: Option<Guidance<'a>>,
     /// The part that each light is counted in; empty where nothing is split.
     part_of: Vec<usize>,
     /// Whether photons of suns count only once they have been scattered.
@@ -254,9 +259,12 @@ impl<'a> Run<'a> {
             }
             Estimator::Paths => Work::Paths(faces(scene), Pilot::run(scene, settings.seed)),
         };
-        let aims = settings.guiding == Guiding::Aim
-            && matches!((&work, keep), (Work::Photons(_), Keep::OnCaptors));
-        let targets = aims.then(|| Targets::of(scene)).flatten();
+        let guides = matches!((&work, keep), (Work::Photons(_), Keep::OnCaptors));
+        let guidance = match settings.guiding {
+            Guiding::Aim if guides => Self::aim(scene),
+            Guiding::Full if guides => Self::learn(scene, settings, control)?,
+            _ => None,
+        };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
         let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();
         Ok(Self {
@@ -268,7 +276,7 @@ impl<'a> Run<'a> {
             pool,
             started,
             work,
-            targets,
+            guidance,
             part_of,
             keeper: None,
             without_direct_sun: false,
@@ -280,7 +288,16 @@ impl<'a> Run<'a> {
 
     fn tally(&self) -> Tally {
         let tally = Tally::new(self.scene, parts(&self.part_of));
-        if self.targets.is_some() { tally.weighing() } else { tally }
+        if self.guidance.is_some() { tally.weighing() } else { tally }
+    }
+
+    /// What guides photons.
+    fn guiding(&self) -> Guiding {
+        match &self.guidance {
+            Some(Guidance { windows: Some(_), .. }) => Guiding::Full,
+            Some(_) => Guiding::Aim,
+            None => Guiding::Off,
+        }
     }
 
     fn totals(&self) -> Totals {
@@ -373,7 +390,7 @@ impl<'a> Run<'a> {
         Ok(Simulation {
             estimator: self.settings.estimator,
             choice: None,
-            guiding: if self.targets.is_some() { Guiding::Aim } else { Guiding::Off },
+            guiding: self.guiding(),
             totals,
             map,
             unseen,

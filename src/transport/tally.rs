@@ -34,25 +34,37 @@ pub struct Ledger {
     pub missed: Vec<f64>,
     /// What was on paths longer than the limits.
     pub lost: Vec<f64>,
+    /// What games of chance took, less what they gave, where photons are guided; 0 in the mean. Else empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub chance: Vec<f64>,
 }
 
 impl Ledger {
     fn new(bands: usize, materials: usize) -> Self {
         let zeros = || vec![0.0; bands];
         let absorbed = vec![0.0; bands * materials];
-        Self { emitted: zeros(), absorbed, escaped: zeros(), missed: Vec::new(), lost: zeros() }
+        Self {
+            emitted: zeros(),
+            absorbed,
+            escaped: zeros(),
+            missed: Vec::new(),
+            lost: zeros(),
+            chance: Vec::new(),
+        }
     }
 
-    fn entries(&mut self) -> [&mut Vec<f64>; 5] {
-        let Self { emitted, absorbed, escaped, missed, lost } = self;
-        [emitted, absorbed, escaped, missed, lost]
+    fn entries(&mut self) -> [&mut Vec<f64>; 6] {
+        let Self { emitted, absorbed, escaped, missed, lost, chance } = self;
+        [emitted, absorbed, escaped, missed, lost, chance]
     }
 
     /// Adds `other`, each band times its factor.
     fn add(&mut self, other: &Self, factor: impl Fn(usize) -> f64) {
         let bands = self.emitted.len();
-        let other = [&other.emitted, &other.absorbed, &other.escaped, &other.missed, &other.lost];
-        self.missed.resize(self.missed.len().max(other[3].len()), 0.0);
+        let Self { emitted, absorbed, escaped, missed, lost, chance } = other;
+        self.missed.resize(self.missed.len().max(missed.len()), 0.0);
+        self.chance.resize(self.chance.len().max(chance.len()), 0.0);
+        let other = [emitted, absorbed, escaped, missed, lost, chance];
         for (mine, theirs) in self.entries().into_iter().zip(other) {
             for (i, (a, b)) in mine.iter_mut().zip(theirs).enumerate() {
                 *a += b * factor(i % bands);
@@ -195,6 +207,13 @@ impl Tally {
         match *event {
             Event::Crossing { .. } => {}
             Event::FlightBeside => self.segments += 1,
+            Event::Chance { before, after } => {
+                self.ledger.chance.resize(self.bands, 0.0);
+                let (before, after) = (before.values(), after.values());
+                for (b, chance) in self.ledger.chance.iter_mut().enumerate() {
+                    *chance += (f64::from(before[b]) - f64::from(after[b])) * weights[b];
+                }
+            }
             Event::Arrival { surface, interaction, power, scattered, .. } => {
                 self.segments += 1;
                 let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];

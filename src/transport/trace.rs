@@ -54,6 +54,13 @@ pub enum Event<'a, L> {
         /// How it goes on, if it does.
         lobe: Option<LobeKind>,
     },
+    /// It goes on as several, or not, by a game of chance that counts in no other event.
+    Chance {
+        /// What would have gone on without the game.
+        before: &'a Spectrum<L>,
+        /// What goes on.
+        after: &'a Spectrum<L>,
+    },
     /// It leaves the scene.
     Escaped {
         /// What it carries.
@@ -91,7 +98,7 @@ impl<L: Lanes> Event<'_, L> {
                 triangle.normal().dot(direction).abs()
             }
             Self::Arrival { interaction, .. } => interaction.cos,
-            Self::FlightBeside | Self::Escaped { .. } | Self::Lost(_) => 1.0,
+            Self::FlightBeside | Self::Chance { .. } | Self::Escaped { .. } | Self::Lost(_) => 1.0,
         }
     }
 
@@ -103,7 +110,9 @@ impl<L: Lanes> Event<'_, L> {
             Self::Arrival { surface, interaction, power, .. } => {
                 (surface.captor()?, interaction.front, power)
             }
-            Self::FlightBeside | Self::Escaped { .. } | Self::Lost(_) => return None,
+            Self::FlightBeside | Self::Chance { .. } | Self::Escaped { .. } | Self::Lost(_) => {
+                return None;
+            }
         };
         let captor = &scene.captors[captor];
         let face = if front { Channel::Front } else { Channel::Back };
@@ -111,8 +120,8 @@ impl<L: Lanes> Event<'_, L> {
     }
 }
 
-/// What is sent out beside photons for captors that they hardly reach; `()` is nothing, and costs nothing.
-pub trait Beside<'s, L> {
+/// What helps photons to captors that they hardly reach; `()` is nothing, and costs nothing.
+pub trait Guide<'s, L> {
     /// Tells `on` that the photon crosses a virtual captor.
     fn cross(
         &mut self,
@@ -122,18 +131,29 @@ pub trait Beside<'s, L> {
         on: &mut impl FnMut(Event<'_, L>),
     );
 
-    /// The photon has brought `power` to a surface, and goes on as `sample` says, if it does.
+    /// How the photon goes on from a surface, and with what, as far as the surface decides.
+    fn scatter(
+        &mut self,
+        arrived: &Arrived<'s>,
+        power: &Spectrum<L>,
+        rng: &mut Stream,
+    ) -> Option<(BsdfSample<L>, Spectrum<L>)>;
+
+    /// The photon has brought `power` to a surface; what goes `onward` may be changed.
     fn arrive(
         &mut self,
-        arrived: Arrived<'s>,
+        arrived: &Arrived<'s>,
         power: &Spectrum<L>,
-        sample: Option<&BsdfSample<L>>,
+        onward: &mut Option<(BsdfSample<L>, Spectrum<L>)>,
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     );
+
+    /// A copy of the photon that is still to be followed, once the one before it has ended.
+    fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>>;
 }
 
-impl<'s, L: Lanes> Beside<'s, L> for () {
+impl<'s, L: Lanes> Guide<'s, L> for () {
     #[inline(always)]
     fn cross(
         &mut self,
@@ -146,58 +166,108 @@ impl<'s, L: Lanes> Beside<'s, L> for () {
     }
 
     #[inline(always)]
+    fn scatter(
+        &mut self,
+        arrived: &Arrived<'s>,
+        power: &Spectrum<L>,
+        rng: &mut Stream,
+    ) -> Option<(BsdfSample<L>, Spectrum<L>)> {
+        scatter(arrived.material, &arrived.interaction, power, rng)
+    }
+
+    #[inline(always)]
     fn arrive(
         &mut self,
-        _: Arrived<'s>,
+        _: &Arrived<'s>,
         _: &Spectrum<L>,
-        _: Option<&BsdfSample<L>>,
+        _: &mut Option<(BsdfSample<L>, Spectrum<L>)>,
         _: &mut Stream,
         _: &mut impl FnMut(Event<'_, L>),
     ) {
     }
+
+    #[inline(always)]
+    fn next(&mut self, _: &mut Stream, _: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
+        None
+    }
+}
+
+/// A photon that leaves a light or a surface.
+pub struct Flight<L> {
+    /// Where it starts, and which way.
+    pub ray: Ray,
+    /// What it carries.
+    pub power: Spectrum<L>,
+    /// Its interactions so far.
+    pub interactions: u32,
 }
 
 /// Where a photon has arrived.
+#[derive(Clone, Copy)]
 pub struct Arrived<'s> {
-    /// Where.
-    pub point: Vec3,
+    /// Where, and which triangle.
+    pub hit: SurfaceHit,
+    /// That triangle.
+    pub surface: &'s Surface,
     /// The material there.
     pub material: &'s Material,
     /// How it comes.
     pub interaction: Interaction,
+    /// Its interactions before.
+    pub interactions: u32,
 }
 
-/// Follows a photon along `ray` and tells `on` what happens to it, and to what is sent out `beside` it.
+/// Follows a photon along `ray`, and its copies if a guide makes any, and tells `on` what happens to them, and to what
+/// is sent out beside them.
 #[inline]
 pub fn trace<'s, L: Lanes>(
     scene: &'s Scene,
-    mut ray: Ray,
-    mut power: Spectrum<L>,
-    mut beside: impl Beside<'s, L>,
+    ray: Ray,
+    power: Spectrum<L>,
+    mut guide: impl Guide<'s, L>,
     rng: &mut Stream,
     mut on: impl FnMut(Event<'_, L>),
 ) {
+    let mut flight = Flight { ray, power, interactions: 0 };
+    loop {
+        follow(scene, flight, &mut guide, rng, &mut on);
+        match guide.next(rng, &mut on) {
+            Some(next) => flight = next,
+            None => return,
+        }
+    }
+}
+
+/// Follows one photon to its end.
+#[inline(always)]
+fn follow<'s, L: Lanes>(
+    scene: &'s Scene,
+    Flight { mut ray, mut power, interactions: before }: Flight<L>,
+    guide: &mut impl Guide<'s, L>,
+    rng: &mut Stream,
+    mut on: &mut impl FnMut(Event<'_, L>),
+) {
     let mut total_reflections = 0;
-    for interactions in 0..MAX_INTERACTIONS {
+    for interactions in before..MAX_INTERACTIONS {
         let direction = ray.direction;
-        let hit = scene.meet(&ray, |crossing| beside.cross(crossing, direction, &power, &mut on));
-        let Some(hit) = &hit else {
+        let hit = scene.meet(&ray, |crossing| guide.cross(crossing, direction, &power, &mut on));
+        let Some(hit) = hit else {
             return on(Event::Escaped { power: &power, missed: interactions == 0 });
         };
         let surface = scene.surface(hit.triangle);
         let material = scene.material(surface);
-        let interaction = &Interaction::new(direction, surface.normal).on(hit.triangle);
-        let (sample, scattered) = match scatter(material, interaction, &power, rng) {
-            Some((sample, scattered)) => (Some(sample), scattered),
-            None => (None, power.zero()),
+        let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
+        let arrived = Arrived { hit, surface, material, interaction, interactions };
+        let mut onward = guide.scatter(&arrived, &power, rng);
+        let (lobe, scattered) = match &onward {
+            Some((sample, scattered)) => (Some(sample.lobe), scattered),
+            None => (None, &power.zero()),
         };
-        let lobe = sample.as_ref().map(|sample| sample.lobe);
-        let (power_in, out) = (&power, &scattered);
-        on(Event::Arrival { hit, surface, interaction, power: power_in, scattered: out, lobe });
+        let (hit, interaction, power_in) = (&arrived.hit, &arrived.interaction, &power);
+        on(Event::Arrival { hit, surface, interaction, power: power_in, scattered, lobe });
 
-        let arrived = Arrived { point: hit.point, material, interaction: *interaction };
-        beside.arrive(arrived, &power, sample.as_ref(), rng, &mut on);
-        let Some(sample) = sample else { return };
+        guide.arrive(&arrived, &power, &mut onward, rng, &mut on);
+        let Some((sample, scattered)) = onward else { return };
         power = scattered;
         total_reflections = if sample.total_reflection { total_reflections + 1 } else { 0 };
         if total_reflections == MAX_TOTAL_REFLECTIONS {

@@ -42,10 +42,8 @@ impl RunResult {
         let of_paths = simulation.estimator == Estimator::Paths;
         let energy = match of_paths {
             false => Energy {
-                by_light: by_light(scene, totals, |light, part| {
-                    balance(scene, &light.power, part.ledger())
-                }),
-                ..balance(scene, &powers, totals.ledger())
+                by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part)),
+                ..balance(scene, &powers, totals)
             },
             true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
         };
@@ -158,8 +156,11 @@ fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
 }
 
 /// The energy balance of a photon run.
-fn balance(scene: &Scene, power: &[f64], ledger: Ledger) -> Energy {
-    let Ledger { emitted, absorbed, escaped, mut missed, lost } = ledger;
+fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
+    let Ledger { emitted, absorbed, escaped, mut missed, lost, .. } = totals.ledger();
+    let chance = totals.chance().iter().map(|taken| taken.estimate(totals.batches));
+    let chance: Vec<Estimate> = chance.collect();
+    let games = !chance.is_empty();
     let bands = scene.bands.len();
     let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
     let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
@@ -177,6 +178,8 @@ fn balance(scene: &Scene, power: &[f64], ledger: Ledger) -> Energy {
             false => Vec::new(),
         },
         lost: scene.with_sums(&lost),
+        chance: games.then(|| chance.iter().map(|taken| taken.mean).collect()),
+        chance_se: games.then(|| chance.iter().map(|taken| taken.standard_error).collect()),
         absorbed_by: Some(
             named.map(|(m, values)| (m.name.clone(), scene.with_sums(values))).collect(),
         ),

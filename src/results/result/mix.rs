@@ -205,6 +205,8 @@ impl<'a> Mix<'a> {
             escaped: scale.times(&part.escaped),
             missed: scale.times(&part.missed),
             lost: scale.times(&part.lost),
+            chance: part.chance.as_ref().map(|taken| scale.times(taken)),
+            chance_se: part.chance_se.as_ref().map(|errors| scale.error_times(errors)),
             absorbed_by: part.absorbed_by.as_ref().map(|materials| {
                 materials.iter().map(|(name, values)| (name.clone(), scale.times(values))).collect()
             }),
@@ -216,6 +218,8 @@ impl<'a> Mix<'a> {
             let of = materials.filter_map(|materials| materials.get(name));
             (name.clone(), sum(of.map(Vec::as_slice), values.len()))
         };
+        let chances =
+            || parts.values().filter_map(|p| Some((p.chance.as_deref()?, p.chance_se.as_deref()?)));
         Energy {
             power: all(|part| &part.power),
             emitted: all(|part| &part.emitted),
@@ -223,6 +227,11 @@ impl<'a> Mix<'a> {
             escaped: all(|part| &part.escaped),
             missed: all(|part| &part.missed),
             lost: all(|part| &part.lost),
+            chance: energy
+                .chance
+                .as_ref()
+                .map(|_| all(|part| part.chance.as_deref().unwrap_or(&[]))),
+            chance_se: energy.chance.as_ref().map(|taken| error(chances(), taken.len())),
             absorbed_by: energy.absorbed_by.as_ref().map(|all| all.iter().map(by).collect()),
             by_light: Some(parts),
         }

@@ -36,11 +36,14 @@ impl RunResult {
 impl Energy {
     fn is_whole(&self, bands: usize) -> bool {
         let Self { power, emitted, absorbed, escaped, missed, lost, absorbed_by, .. } = self;
+        let Self { chance, chance_se, .. } = self;
         let by_material = absorbed_by.iter().flat_map(ByLight::values);
         let mut known = [emitted, absorbed, escaped, lost].into_iter().chain(by_material);
         let paths = [emitted, absorbed, escaped, lost].iter().all(|values| values.is_empty());
         are_values(power, bands)
             && (missed.is_empty() || are_values(missed, bands))
+            && chance.iter().all(|values| are_values(values, bands))
+            && chance_se.iter().all(|errors| are_errors(errors, bands))
             && (paths && absorbed_by.is_none() || known.all(|values| are_values(values, bands)))
     }
 }

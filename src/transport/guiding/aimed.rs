@@ -18,12 +18,10 @@ use crate::{
     },
     scene::{
         light::{Light, Start},
-        material::{BsdfSample, Interaction, LobeKind, Material},
+        material::{BsdfSample, Interaction, LobeKind},
         world::{Crossing, Scene},
     },
-    transport::trace::{
-        Arrived, Beside, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, leave, scatter,
-    },
+    transport::trace::{Arrived, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, leave, scatter},
 };
 
 /// Sends aimed flights beside one photon.
@@ -49,15 +47,15 @@ struct Leg<'a> {
 enum Origin<'a> {
     /// A place on a light.
     Light(&'a Light, Start),
-    /// A point of a surface that scatters it diffusely.
-    Surface { point: Vec3, material: &'a Material, interaction: Interaction },
+    /// A point of a surface that scatters it diffusely, where so many go on for one without a guide.
+    Surface(Arrived<'a>, f32),
 }
 
 impl Origin<'_> {
     fn point(&self) -> Vec3 {
         match self {
             Self::Light(_, start) => start.point,
-            Self::Surface { point, .. } => *point,
+            Self::Surface(arrived, _) => arrived.hit.point,
         }
     }
 
@@ -65,9 +63,9 @@ impl Origin<'_> {
         match self {
             Self::Light(_, start) if start.both_sides => Facing::Anywhere,
             Self::Light(_, start) => Facing::Front(start.normal),
-            Self::Surface { material, interaction, .. } => match material.transmits_diffusely() {
-                true => Facing::Both(interaction.normal),
-                false => Facing::Front(interaction.normal),
+            Self::Surface(at, _) => match at.material.transmits_diffusely() {
+                true => Facing::Both(at.interaction.normal),
+                false => Facing::Front(at.interaction.normal),
             },
         }
     }
@@ -76,10 +74,18 @@ impl Origin<'_> {
     fn leaves<L: Lanes>(&self, lanes: usize, direction: Vec3) -> Spectrum<L> {
         match self {
             Self::Light(light, start) => Spectrum::splat(lanes, light.density(start, direction)),
-            Self::Surface { material, interaction, .. } => {
-                let f: Spectrum<L> = material.evaluate(interaction, direction);
-                f.scaled(direction.dot(interaction.normal).abs())
+            Self::Surface(at, _) => {
+                let f: Spectrum<L> = at.material.evaluate(&at.interaction, direction);
+                f.scaled(direction.dot(at.interaction.normal).abs())
             }
+        }
+    }
+
+    /// About the density with which photons go on along a direction into which so much leaves, 1/sr.
+    fn own<L: Lanes>(&self, leaves: &Spectrum<L>) -> f32 {
+        match self {
+            Self::Light(..) => leaves.largest(),
+            Self::Surface(_, photons) => photons * leaves.largest(),
         }
     }
 }
@@ -117,7 +123,7 @@ impl<'a> Aimed<'a> {
         let (direction, seen) = self.targets.choose(point, facing, rng);
         let Some(direction) = direction else { return seen };
         let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), direction);
-        let own = leaves.largest();
+        let own = from.own(&leaves);
         let carried = leaves * power;
         if carried.is_zero() {
             return seen;
@@ -125,7 +131,7 @@ impl<'a> Aimed<'a> {
         let density = self.targets.density(point, facing, direction, seen);
         let side = match from {
             Origin::Light(_, start) => start.normal,
-            Origin::Surface { interaction, .. } => interaction.normal,
+            Origin::Surface(at, _) => at.interaction.normal,
         };
         let side = if direction.dot(side) < 0.0 { -side } else { side };
         let ray = self.scene.leave(point, side, direction);
@@ -184,14 +190,13 @@ impl<'a> Aimed<'a> {
             return 1.0;
         }
         let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), *direction);
-        let own = leaves.largest();
+        let own = from.own(&leaves);
         own / (aimed + own)
     }
-}
 
-impl<'a, L: Lanes> Beside<'a, L> for Aimed<'a> {
+    /// Tells `on` that the photon crosses a captor.
     #[inline]
-    fn cross(
+    pub fn cross<L: Lanes>(
         &mut self,
         crossing: Crossing,
         direction: Vec3,
@@ -204,24 +209,33 @@ impl<'a, L: Lanes> Beside<'a, L> for Aimed<'a> {
         on(Event::Crossing { crossing, direction, power: &counts, carried: Some(power) });
     }
 
+    /// Sends a flight from a diffuse surface that the photon has brought `power` to, and says what it saw there.
+    /// `photons`: how many go on for one without a guide.
     #[inline]
-    fn arrive(
+    pub fn arrive<L: Lanes>(
         &mut self,
-        arrived: Arrived<'a>,
+        arrived: &Arrived<'a>,
+        photons: f32,
         power: &Spectrum<L>,
-        sample: Option<&BsdfSample<L>>,
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
+    ) -> Seen {
+        self.send(&Origin::Surface(*arrived, photons), power, rng, on)
+    }
+
+    /// From now on the photon is the one that leaves such a surface as `sample` says, if it does.
+    #[inline]
+    pub fn leave<L: Lanes>(
+        &mut self,
+        arrived: &Arrived<'a>,
+        photons: f32,
+        seen: Seen,
+        sample: Option<&BsdfSample<L>>,
     ) {
-        let Arrived { point, material, interaction } = arrived;
-        if !material.is_diffuse() {
-            return;
-        }
-        let from = Origin::Surface { point, material, interaction };
-        let seen = self.send(&from, power, rng, on);
         self.share = None;
         // a mirrored one of such a surface no aimed flight follows
         let drawn = sample.filter(|sample| sample.lobe == LobeKind::Diffuse);
+        let from = Origin::Surface(*arrived, photons);
         self.leg = drawn.map(|sample| Leg { from, seen, direction: sample.direction });
     }
 }

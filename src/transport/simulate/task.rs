@@ -14,7 +14,7 @@ use crate::{
         world::Scene,
     },
     transport::{
-        guiding::Aimed,
+        guiding::{Aimed, Guided},
         paths::{Face, Pilot},
         photon_map::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
@@ -47,7 +47,7 @@ impl Run<'_> {
                 let own = (strata.histories() != histories)
                     .then(|| Strata::new(&self.scene.lights, histories, self.scene.lanes()));
                 let strata = own.as_ref().unwrap_or(strata);
-                match &self.targets {
+                match &self.guidance {
                     None => self.photons::<L, false>(schedule, key, strata, tally, map),
                     Some(_) => self.photons::<L, true>(schedule, key, strata, tally, map),
                 }
@@ -103,8 +103,8 @@ impl Run<'_> {
         }
     }
 
-    /// Emits and follows photons, with or without aimed flights beside them: the loop is compiled for each.
-    fn photons<L: Lanes, const AIMED: bool>(
+    /// Emits and follows photons, guided or not: the loop is compiled for each.
+    fn photons<L: Lanes, const GUIDED: bool>(
         &self,
         schedule: &Schedule,
         key: TaskKey,
@@ -118,7 +118,8 @@ impl Run<'_> {
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
         let bands = self.scene.bands.len();
         let streams = self.streams(round, batch);
-        let targets = self.targets.as_ref().filter(|_| AIMED);
+        let guidance = self.guidance.as_ref().filter(|_| GUIDED);
+        let mut copies = Vec::new();
         for index in 0..histories {
             if self.stopped() {
                 return;
@@ -158,15 +159,21 @@ impl Run<'_> {
                 }
             };
             let Emission { ray, power, .. } = photon;
-            match targets {
-                None => trace(self.scene, ray, power, (), &mut rng, on),
-                Some(targets) => {
-                    let from = (&self.scene.lights[photon.light], photon.start);
-                    let aimed =
-                        Aimed::start(self.scene, targets, from, &ray, &power, &mut rng, &mut on);
-                    trace(self.scene, ray, power, aimed, &mut rng, on);
-                }
-            }
+            let Some(guidance) = guidance else {
+                trace(self.scene, ray, power, (), &mut rng, on);
+                continue;
+            };
+            let from = (&self.scene.lights[photon.light], photon.start);
+            let aimed = guidance.targets.as_ref().map(|targets| {
+                Aimed::start(self.scene, targets, from, &ray, &power, &mut rng, &mut on)
+            });
+            let windows = guidance.windows.as_ref().map(|windows| {
+                let largest = photon.weights.iter().copied().fold(0.0, f64::max);
+                (&*windows.importance, largest as f32 / windows.mean)
+            });
+            copies.clear();
+            let guide = Guided::new(self.scene, aimed, windows, &mut copies);
+            trace(self.scene, ray, power, guide, &mut rng, on);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
             lock(map).add(key, stored);
@@ -203,6 +210,7 @@ impl Keep<'_> {
             }
             Event::Crossing { carried: None, .. }
             | Event::FlightBeside
+            | Event::Chance { .. }
             | Event::Escaped { .. }
             | Event::Lost(_) => return None,
         };

@@ -89,7 +89,7 @@ impl Tally {
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };
-        let Ledger { emitted, absorbed, escaped, missed, lost } = ledger;
+        let Ledger { emitted, absorbed, escaped, missed, lost, chance } = ledger;
         let possible = |powers: &Vec<f64>| powers.iter().all(|power| is_possible(*power));
         channels.is_sorted_by(|a, b| a < b)
             && channels.last().is_none_or(|last| (*last as usize) < self.places.len())
@@ -99,9 +99,9 @@ impl Tally {
             && counts.all(|count| *count <= MOST)
             && (weighed.is_empty() || weighed.len() == channels.len())
             && weighed.iter().flatten().all(|sum| is_possible(*sum))
-            && [emitted, absorbed, escaped, missed, lost, flux].into_iter().all(possible)
+            && [emitted, absorbed, escaped, missed, lost, chance, flux].into_iter().all(possible)
             && entries(ledger) == entries(&self.ledger)
-            && (missed.is_empty() || missed.len() == self.bands)
+            && [missed, chance].into_iter().all(|list| [0, self.bands].contains(&list.len()))
             && parts.len() == self.parts.len()
             && self.parts.iter().zip(parts).all(|(part, sums)| part.fits(sums))
     }

@@ -29,6 +29,9 @@ pub struct Totals {
     #[serde(default)]
     weighed: Vec<[f64; 2]>,
     ledger: Ledger,
+    /// Per band, then sum: what games of chance took; none where there was none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    chance: Vec<Running>,
     captor_of_channel: Vec<u32>,
     group_values: Vec<f64>,
     /// The same for each part of the light, where it is split.
@@ -58,6 +61,7 @@ impl Totals {
             arrived: vec![0; scene.channels()],
             weighed: Vec::new(),
             ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
+            chance: Vec::new(),
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
@@ -112,6 +116,12 @@ impl Totals {
             running.add(std::mem::take(value));
         }
         self.ledger.add(&batch.ledger, |_| scale);
+        if !batch.ledger.chance.is_empty() {
+            self.chance.resize(self.columns, Running::default());
+            let taken: Vec<f64> = batch.ledger.chance.iter().map(|taken| taken * scale).collect();
+            let columns = scene.with_sums(&taken);
+            self.chance.iter_mut().zip(columns).for_each(|(running, taken)| running.add(taken));
+        }
         self.batches += 1;
         self.histories += histories;
         self.segments += batch.segments;
@@ -123,9 +133,9 @@ impl Totals {
 
     /// Whether they may be totals of the same scene, split alike, as the `other` ones.
     pub fn fits(&self, other: &Self) -> bool {
-        let Ledger { emitted, absorbed, escaped, missed, lost } = &self.ledger;
+        let Ledger { emitted, absorbed, escaped, missed, lost, chance } = &self.ledger;
         let theirs = &other.ledger;
-        let powers = [emitted, absorbed, escaped, missed, lost];
+        let powers = [emitted, absorbed, escaped, missed, lost, chance];
         let mut counts = self.photons.iter().chain(&self.arrived);
         counts.all(|count| *count <= MOST)
             && self.segments.max(self.cut_off) <= MOST
@@ -139,7 +149,9 @@ impl Totals {
             && self.captor_of_channel == other.captor_of_channel
             && [emitted.len(), escaped.len(), lost.len()] == [theirs.emitted.len(); 3]
             && absorbed.len() == theirs.absorbed.len()
-            && [0, theirs.emitted.len()].contains(&missed.len())
+            && [missed, chance].into_iter().all(|l| [0, theirs.emitted.len()].contains(&l.len()))
+            && [0, self.columns].contains(&self.chance.len())
+            && self.chance.iter().all(Running::is_possible)
             && powers.into_iter().flatten().all(|power| is_possible(*power))
             && self.running.iter().all(Running::is_possible)
             && self.parts.len() == other.parts.len()
@@ -167,11 +179,28 @@ impl Totals {
             arrived: self.arrived.clone(),
             weighed: self.weighed.clone(),
             ledger,
+            chance: self.mixed_chance(factors),
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
             parts: Vec::new(),
             ..*self
         }
+    }
+
+    /// What games of chance took of all parts, each times its factors.
+    fn mixed_chance(&self, factors: &[Vec<f64>]) -> Vec<Running> {
+        let mix = |column: usize| {
+            let parts = self.parts.iter().zip(factors);
+            let taken =
+                parts.filter_map(|(part, by)| Some((*part.chance.get(column)?, by[column])));
+            Running::mixed(taken, self.batches)
+        };
+        (0..self.chance.len()).map(mix).collect()
+    }
+
+    /// What games of chance took per band, then per sum, less what they gave; none where there was none.
+    pub fn chance(&self) -> &[Running] {
+        &self.chance
     }
 
     /// Photons counted in a channel.

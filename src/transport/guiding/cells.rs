@@ -1,0 +1,158 @@
+//! Surfaces cut into cells, one for each face, and means over as few of them as hold enough.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use crate::scene::world::{Scene, SurfaceHit};
+
+/// About how many cells there are, beside one for each face of each triangle.
+const CELLS: f32 = 40_000.0;
+/// The most pieces that a side of a triangle is cut into.
+const MOST_PIECES: f32 = 200.0;
+/// A mean is over at least so many arrivals, if there are as many.
+const ENOUGH: u32 = 32;
+/// Neighbours lie in a cube so many times the size of a cell; then in larger ones, each time ...
+const CUBE: f32 = 2.0;
+/// ... so much larger ...
+const GROWTH: f32 = 2.0;
+/// ... so many times.
+const CUBES: i32 = 7;
+
+/// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
+pub struct Cells<'a> {
+    scene: &'a Scene,
+    /// For each triangle its first cell and the pieces of its sides.
+    cuts: Vec<(u32, u32)>,
+    cells: Vec<Cell>,
+    /// Places of cells in a list; some are empty.
+    places: usize,
+    /// About the side of a cell, m.
+    size: f32,
+}
+
+/// A piece of a face.
+struct Cell {
+    place: usize,
+    triangle: usize,
+    middle: Vec3,
+    /// m2
+    area: f64,
+}
+
+/// What has come to some cells, in any unit, and in how many arrivals.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heap {
+    sum: f64,
+    area: f64,
+    arrivals: u32,
+}
+
+impl<'a> Cells<'a> {
+    /// Cuts the surfaces of a scene.
+    pub fn new(scene: &'a Scene) -> Self {
+        let area: f32 = scene.triangles().iter().map(|triangle| triangle.area()).sum();
+        let size = (4.0 * area / CELLS).sqrt().max(f32::MIN_POSITIVE);
+        let (mut places, mut cuts, mut cells) = (0, Vec::new(), Vec::new());
+        for (index, t) in scene.triangles().iter().enumerate() {
+            let edges = [t.a.distance(t.b), t.b.distance(t.c), t.c.distance(t.a)];
+            let longest = edges.into_iter().fold(0.0, f32::max);
+            let pieces = (longest / size).ceil().clamp(1.0, MOST_PIECES) as u32;
+            let half = f64::from(t.area()) / f64::from(pieces * pieces);
+            for (i, j) in (0..pieces).flat_map(|i| (0..pieces - i).map(move |j| (i, j))) {
+                let whole = i + j + 1 < pieces;
+                let middle = if whole { 0.5 } else { 1.0 / 3.0 };
+                let [u, v] = [i, j].map(|n| (n as f32 + middle) / pieces as f32);
+                let area = if whole { 2.0 * half } else { half };
+                let place = places + 2 * (i * pieces + j) as usize;
+                for place in [place, place + 1] {
+                    cells.push(Cell { place, triangle: index, middle: t.point(u, v), area });
+                }
+            }
+            cuts.push((places as u32, pieces));
+            places += 2 * (pieces * pieces) as usize;
+        }
+        Self { scene, cuts, cells, places, size }
+    }
+
+    /// The cell of a face at a point of a triangle.
+    #[inline]
+    pub fn at(&self, hit: &SurfaceHit, front: bool) -> usize {
+        let (first, pieces) = self.cuts[hit.triangle];
+        let place = if pieces == 1 { 0 } else { self.place(hit, pieces) };
+        first as usize + 2 * place + usize::from(front)
+    }
+
+    /// The places of all cells, and the indices of their materials.
+    pub fn materials(&self) -> impl Iterator<Item = (usize, usize)> {
+        let material = |cell: &Cell| self.scene.surface(cell.triangle).material as usize;
+        self.cells.iter().map(move |cell| (cell.place, material(cell)))
+    }
+
+    fn place(&self, hit: &SurfaceHit, pieces: u32) -> usize {
+        let t = &self.scene.triangles()[hit.triangle];
+        let (u, v, p) = (t.b - t.a, t.c - t.a, hit.point - t.a);
+        let normal = u.cross(v);
+        let square = normal.length_squared();
+        let piece = |share: f32| ((share / square * pieces as f32).max(0.0) as u32).min(pieces - 1);
+        let i = piece(p.cross(v).dot(normal));
+        let j = piece(u.cross(p).dot(normal)).min(pieces - 1 - i);
+        (i * pieces + j) as usize
+    }
+
+    /// What has come to each cell per area, from arrivals at places. Where these are few, the mean over cells of the
+    /// same material close by that look the same way; 0 where there is none at all.
+    pub fn densities(&self, arrivals: impl Iterator<Item = (u32, f64)>) -> Vec<f32> {
+        let mut heaps = vec![Heap::default(); self.places];
+        for (place, value) in arrivals {
+            heaps[place as usize].add(Heap { sum: value, area: 0.0, arrivals: 1 });
+        }
+        self.cells.iter().for_each(|cell| heaps[cell.place].area = cell.area);
+        let mut densities = vec![0.0; self.places];
+        let mut poor: Vec<&Cell> = Vec::new();
+        for cell in &self.cells {
+            match heaps[cell.place] {
+                heap if heap.arrivals >= ENOUGH => densities[cell.place] = heap.density(),
+                _ => poor.push(cell),
+            }
+        }
+        for cube in 0..CUBES {
+            let side = self.size * CUBE * GROWTH.powi(cube);
+            let mut cubes: HashMap<_, Heap> = HashMap::new();
+            for cell in &self.cells {
+                cubes.entry(self.cube_of(cell, side)).or_default().add(heaps[cell.place]);
+            }
+            poor.retain(|cell| {
+                let heap = cubes[&self.cube_of(cell, side)];
+                let enough = heap.arrivals >= ENOUGH || cube + 1 == CUBES;
+                if enough {
+                    densities[cell.place] = heap.density();
+                }
+                !enough
+            });
+        }
+        densities
+    }
+
+    /// The cube that holds a cell, with its material and the way that it looks.
+    fn cube_of(&self, cell: &Cell, side: f32) -> (u32, usize, bool, [i32; 3]) {
+        let surface = self.scene.surface(cell.triangle);
+        let is_front = cell.place % 2 == 1;
+        let axis = surface.normal.abs().max_position();
+        let up = (surface.normal[axis] > 0.0) == is_front;
+        let place = (cell.middle / side).floor().to_array().map(|x| x as i32);
+        (surface.material, axis, up, place)
+    }
+}
+
+impl Heap {
+    fn add(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.area += other.area;
+        self.arrivals += other.arrivals;
+    }
+
+    fn density(self) -> f32 {
+        (self.sum / self.area.max(f64::MIN_POSITIVE)) as f32
+    }
+}

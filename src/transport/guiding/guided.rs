@@ -1,0 +1,192 @@
+//! A photon that is guided: aimed flights beside it, and weight windows.
+//!
+//! Of a photon that brings w to a place of importance J, m = w J / R photons go on, on average, each with 1 / m of what
+//! the surface scatters: so the product of power and importance stays about R, the mean of J where photons first come to a diffuse
+//! surface. That is splitting and roulette in one game (weight windows: Booth, "Monte Carlo variance reduction
+//! approaches for non-Boltzmann tallies", LA-12433, 1992), in place of the roulette of absorption. Where that would let
+//! go on nearly as many, the game is left alone: splitting where it gains nothing costs time.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::{Aimed, Importance, Targets, targets::Seen};
+use crate::{
+    math::{
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::{
+        material::{BsdfSample, Transport},
+        world::{Crossing, Scene},
+    },
+    transport::trace::{Arrived, Event, Flight, Guide, leave, scatter},
+};
+
+/// Where the game would let go on less than this many times as many as absorption does, and more than the inverse, it is
+/// left alone.
+const BAND: f32 = 5.0;
+/// No photon that goes on carries more than this many times what it would without the game.
+const MOST_GAIN: f32 = 20.0;
+/// The most that go on from one place.
+const MOST_COPIES: f32 = 3000.0;
+/// Photons of one history from which on none is split.
+const MOST_PHOTONS: u32 = 100_000;
+
+/// What guides the photons of a run.
+pub struct Guidance<'a> {
+    /// Captors to aim at.
+    pub targets: Option<Targets>,
+    /// Where it pays.
+    pub windows: Option<Windows<'a>>,
+}
+
+/// Weight windows.
+#[derive(Clone)]
+pub struct Windows<'a> {
+    /// J.
+    pub importance: Arc<Importance<'a>>,
+    /// R, times W or umol/s.
+    pub mean: f32,
+}
+
+/// Guides one photon.
+pub struct Guided<'a, 'p, L> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Flights beside it, where there are captors to aim at.
+    pub aimed: Option<Aimed<'a>>,
+    /// Importance, and over R what the photon is a fraction of.
+    pub windows: Option<(&'a Importance<'a>, f32)>,
+    /// Copies that are still to be followed, empty at first.
+    pub copies: &'p mut Vec<Copies<'a, L>>,
+    /// The game at the surface where it is.
+    game: Option<Game>,
+    /// How many photons of it there were.
+    photons: u32,
+}
+
+/// Copies of a photon that are still to be followed from where it came to.
+pub struct Copies<'a, L> {
+    arrived: Arrived<'a>,
+    game: Game,
+    seen: Seen,
+    /// What each brings.
+    power: Spectrum<L>,
+    left: u32,
+}
+
+/// How many photons go on from a place.
+#[derive(Clone, Copy)]
+struct Game {
+    /// On average.
+    mean: f32,
+    /// Over how many would without it.
+    gain: f32,
+}
+
+impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
+    /// Guides a photon that leaves a light.
+    pub fn new(
+        scene: &'a Scene,
+        aimed: Option<Aimed<'a>>,
+        windows: Option<(&'a Importance<'a>, f32)>,
+        copies: &'p mut Vec<Copies<'a, L>>,
+    ) -> Self {
+        Self { scene, aimed, windows, copies, game: None, photons: 1 }
+    }
+
+    fn game(&self, at: &Arrived, power: &Spectrum<L>) -> Option<Game> {
+        let (importance, scale) = self.windows.filter(|_| at.material.is_diffuse())?;
+        let kept = importance.kept(at.surface.material);
+        let mean = scale * power.largest() * importance.at(&at.hit, at.interaction.front);
+        let gain = (mean / kept).max(1.0 / MOST_GAIN);
+        // also where it keeps nothing
+        let leave_alone = !(gain >= BAND || gain <= 1.0 / BAND);
+        let too_many = gain > 1.0 && self.photons > MOST_PHOTONS;
+        let mean = (gain * kept).min(MOST_COPIES);
+        (!leave_alone && !too_many && mean > 0.0).then_some(Game { mean, gain: mean / kept })
+    }
+}
+
+impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
+    #[inline]
+    fn cross(
+        &mut self,
+        crossing: Crossing,
+        direction: Vec3,
+        power: &Spectrum<L>,
+        on: &mut impl FnMut(Event<'_, L>),
+    ) {
+        match &mut self.aimed {
+            Some(aimed) => aimed.cross(crossing, direction, power, on),
+            None => on(Event::Crossing { crossing, direction, power, carried: Some(power) }),
+        }
+    }
+
+    #[inline]
+    fn scatter(
+        &mut self,
+        arrived: &Arrived<'a>,
+        power: &Spectrum<L>,
+        rng: &mut Stream,
+    ) -> Option<(BsdfSample<L>, Spectrum<L>)> {
+        self.game = self.game(arrived, power);
+        if self.game.is_none() {
+            return scatter(arrived.material, &arrived.interaction, power, rng);
+        }
+        let sample = arrived.material.sample::<L>(&arrived.interaction, Transport::Light, rng)?;
+        let scattered = sample.weight.clone() * power;
+        Some((sample, scattered))
+    }
+
+    #[inline]
+    fn arrive(
+        &mut self,
+        arrived: &Arrived<'a>,
+        power: &Spectrum<L>,
+        onward: &mut Option<(BsdfSample<L>, Spectrum<L>)>,
+        rng: &mut Stream,
+        on: &mut impl FnMut(Event<'_, L>),
+    ) {
+        let mut seen = Seen::default();
+        let gain = self.game.map_or(1.0, |game| game.gain);
+        if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
+            seen = aimed.arrive(arrived, gain, power, rng, on);
+            aimed.leave(arrived, gain, seen, onward.as_ref().map(|(sample, _)| sample));
+        }
+        let Some(game) = self.game else { return };
+        let number = (game.mean + rng.uniform()) as u32;
+        if let Some((sample, before)) = onward.take() {
+            let after = before.clone().scaled(if number > 0 { 1.0 / game.mean } else { 0.0 });
+            on(Event::Chance { before: &before, after: &after });
+            *onward = (number > 0).then_some((sample, after));
+        }
+        if number > 1 {
+            let power = power.clone().scaled(1.0 / game.mean);
+            self.photons += number - 1;
+            self.copies.push(Copies { arrived: *arrived, game, seen, power, left: number - 1 });
+        }
+    }
+
+    fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
+        loop {
+            let copies = self.copies.last_mut()?;
+            let Copies { arrived, game, seen, .. } = *copies;
+            let Arrived { hit, material, interaction, interactions, .. } = &arrived;
+            let sample = material.sample::<L>(interaction, Transport::Light, rng);
+            let onward = sample.map(|sample| (sample.weight.clone() * &copies.power, sample));
+            copies.left -= 1;
+            if copies.left == 0 {
+                self.copies.pop();
+            }
+            let Some((power, sample)) = onward else { continue };
+            on(Event::Chance { before: &power.zero(), after: &power });
+            if let Some(aimed) = &mut self.aimed {
+                aimed.leave(&arrived, game.gain, seen, Some(&sample));
+            }
+            let ray = leave(self.scene, hit, interaction, &sample);
+            return Some(Flight { ray, power, interactions: interactions + 1 });
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Importons: light's way back, from the captors. Where they come to is where light matters to these.
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::Cells;
+use crate::{
+    math::{
+        geometry::{Frame, Ray, Triangle},
+        rng::{Purpose, Stream, Streams},
+        sampling::{cosine_hemisphere, uniform_triangle, weighted_choice},
+        spectrum::{Lanes, Spectrum, with_lanes},
+    },
+    scene::{
+        captor::Channel,
+        material::{BsdfSample, Interaction, Transport},
+        world::Scene,
+    },
+    transport::trace::{leave, roulette},
+};
+
+/// Importons of a round.
+const IMPORTONS: u64 = 100_000;
+/// They are traced so many at a time ...
+const BLOCK: u64 = 512;
+/// ... with about this number of flights each, at most.
+const FLIGHTS: u64 = 40;
+/// Split importons come where few do: within this factor of the usual number they are left alone.
+const BAND: f32 = 5.0;
+/// The most that one is split in.
+const MOST_COPIES: f32 = 30.0;
+
+/// The faces of all captors, from which importons start.
+pub struct Sources<'a> {
+    scene: &'a Scene,
+    faces: Vec<Source<'a>>,
+}
+
+struct Source<'a> {
+    triangles: &'a [Triangle],
+    areas: Vec<f64>,
+    /// Above the surface, m.
+    lift: f32,
+    face: Channel,
+    /// What its importons carry, per band.
+    weights: Vec<f32>,
+}
+
+impl<'a> Sources<'a> {
+    /// The faces of a scene's captors, of which `expected` says the light per face and band, in any unit, above 0.
+    pub fn new(scene: &'a Scene, expected: &[Vec<f64>]) -> Self {
+        let mut expected = expected.iter();
+        let mut faces = Vec::new();
+        for (c, captor) in scene.captors.iter().enumerate() {
+            for &face in captor.kind.faces() {
+                let triangles = scene.triangles_of(captor);
+                let mut area = 0.0;
+                let areas = triangles.iter().map(|triangle| {
+                    area += f64::from(triangle.area());
+                    area
+                });
+                let areas = areas.collect();
+                let light = expected.next().into_iter().flatten();
+                let weights = light.map(|light| (1.0 / light) as f32).collect();
+                let lift = scene.lift(c) + scene.ray_offset();
+                faces.push(Source { triangles, areas, lift, face, weights });
+            }
+        }
+        Self { scene, faces }
+    }
+}
+
+impl Source<'_> {
+    fn start(&self, rng: &mut Stream) -> Ray {
+        let chosen = weighted_choice(&self.areas, rng.uniform_fine());
+        let triangle = &self.triangles[chosen.index];
+        let at = uniform_triangle(Vec2::new(chosen.rest, rng.uniform()));
+        let normal = triangle.normal();
+        let normal = if self.face == Channel::Back { -normal } else { normal };
+        let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
+        Ray { origin: triangle.point(at.x, at.y) + self.lift * normal, direction }
+    }
+}
+
+/// The importance that arrives at each place of `cells` per area, from importons of a `round`. Where few came in the
+/// round `before` they are split (as weight windows from the flux itself, MAGIC: Davis and Turner, Fusion Engineering and
+/// Design 86, 2011), so that some come through several openings.
+pub fn learn(
+    sources: &Sources,
+    cells: &Cells,
+    seed: u64,
+    round: u64,
+    before: Option<&[f32]>,
+) -> Vec<f32> {
+    let scene = sources.scene;
+    let streams = Streams::new(seed, Purpose::Importons, round);
+    let usual = before.map(|density| (density, usual(sources, cells, density, streams)));
+    let trace = |block: u64| with_lanes!(scene.lanes(), L => trace_block::<L>(sources, cells, streams, block, usual));
+    // in the order of the blocks, whichever thread was first
+    let blocks: Vec<Vec<(u32, f32)>> =
+        (0..IMPORTONS.div_ceil(BLOCK)).into_par_iter().map(trace).collect();
+    cells.densities(blocks.into_iter().flatten().map(|(place, value)| (place, value.into())))
+}
+
+/// The mean of the density where importons come first.
+fn usual(sources: &Sources, cells: &Cells, density: &[f32], streams: Streams) -> f32 {
+    let first = |index: u64| {
+        let mut rng = streams.history(u64::MAX - index);
+        let source = &sources.faces[(index % sources.faces.len() as u64) as usize];
+        let ray = source.start(&mut rng);
+        let hit = sources.scene.closest(&ray)?;
+        let front = ray.direction.dot(sources.scene.surface(hit.triangle).normal) < 0.0;
+        Some(density[cells.at(&hit, front)])
+    };
+    let found: Vec<f32> = (0..4096).filter_map(first).collect();
+    found.iter().sum::<f32>() / found.len().max(1) as f32
+}
+
+/// Where the importons of a block come to, and what they bring.
+fn trace_block<L: Lanes>(
+    sources: &Sources,
+    cells: &Cells,
+    streams: Streams,
+    block: u64,
+    usual: Option<(&[f32], f32)>,
+) -> Vec<(u32, f32)> {
+    let mut walk =
+        Walk { scene: sources.scene, cells, usual, waiting: Vec::new(), found: Vec::new() };
+    let (mut flights, mut done) = (0, 0);
+    while done < BLOCK && flights < BLOCK * FLIGHTS {
+        let index = block * BLOCK + done;
+        let mut rng = streams.history(index);
+        let source = &sources.faces[(index % sources.faces.len() as u64) as usize];
+        let lanes = sources.scene.lanes();
+        let weight = |b: usize| source.weights.get(b).copied().unwrap_or(0.0);
+        let carried = Spectrum::<L>::from_fn(lanes, weight);
+        let first = sum(&carried);
+        walk.waiting.push((source.start(&mut rng), carried));
+        flights += walk.go(first, 50 * FLIGHTS, &mut rng);
+        done += 1;
+    }
+    let scale = BLOCK as f32 / done.max(1) as f32;
+    walk.found.iter_mut().for_each(|(_, value)| *value *= scale);
+    walk.found
+}
+
+/// An importon and its copies.
+struct Walk<'a, 's, L> {
+    scene: &'a Scene,
+    cells: &'a Cells<'s>,
+    /// The density found before, and its mean where importons come first.
+    usual: Option<(&'a [f32], f32)>,
+    waiting: Vec<(Ray, Spectrum<L>)>,
+    found: Vec<(u32, f32)>,
+}
+
+impl<L: Lanes> Walk<'_, '_, L> {
+    /// Follows all that wait, which started with the weight `first`, for at most so many flights. Returns how many there
+    /// were.
+    fn go(&mut self, first: f32, most: u64, rng: &mut Stream) -> u64 {
+        let mut flights = 0;
+        while let Some((mut ray, mut carried)) = self.waiting.pop() {
+            while let Some((next, onward)) = self.step(&ray, carried, first, rng) {
+                flights += 1;
+                (ray, carried) = (next, onward);
+                if flights >= most {
+                    self.waiting.clear();
+                    return flights;
+                }
+            }
+            flights += 1;
+        }
+        flights
+    }
+
+    fn step(
+        &mut self,
+        ray: &Ray,
+        carried: Spectrum<L>,
+        first: f32,
+        rng: &mut Stream,
+    ) -> Option<(Ray, Spectrum<L>)> {
+        let scene = self.scene;
+        let hit = scene.closest(ray)?;
+        let surface = scene.surface(hit.triangle);
+        let material = scene.material(surface);
+        let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
+        let mut copies = 1.0;
+        if material.is_diffuse() {
+            let place = self.cells.at(&hit, interaction.front);
+            let weight = sum(&carried);
+            self.found.push((place as u32, weight));
+            if let Some((density, usual)) = self.usual {
+                let wanted = weight / first * usual / density[place].max(1e-6 * usual);
+                if !(1.0 / BAND..BAND).contains(&wanted) {
+                    copies = wanted.clamp(1.0 / MOST_COPIES, MOST_COPIES);
+                }
+            }
+        }
+        let number = match copies {
+            1.0 => 1,
+            _ => (copies + rng.uniform()) as u32,
+        };
+        let mut onward = || {
+            let sample: BsdfSample<L> =
+                material.sample(&interaction, Transport::Importance, rng)?;
+            let scattered = sample.weight.clone() * &carried;
+            let survival = sample.weight.largest_within(&carried);
+            let scattered = roulette(scattered, survival, rng)?.scaled(1.0 / copies);
+            Some((leave(scene, &hit, &interaction, &sample), scattered))
+        };
+        self.waiting.extend((1..number).filter_map(|_| onward()));
+        if number > 0 { onward() } else { None }
+    }
+}
+
+fn sum<L: Lanes>(carried: &Spectrum<L>) -> f32 {
+    carried.values().iter().sum()
+}
