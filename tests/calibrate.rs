@@ -222,9 +222,9 @@ fn what_cannot_be_calibrated_is_refused() {
 }
 
 /// The growth chamber: from 12 points to 113 others in four bands. With 80 million photons the figures are 5.2 4.4
-/// 4.9 5.4 % without, 6.1 4.7 5.3 6.2 % with the prior; the photons of this test leave an error of 1.4 %, which
-/// moves them by some 0.4. Twelve points say little of how far the model is off: with seeds 1, 2 and 3 the intervals hold
-/// 87.8, 95.6 and 97.1 % of the readings without a prior, and 96.2 % with 5e7 photons.
+/// 4.9 5.4 % without, 6.1 4.7 5.3 6.2 % with the prior; the photons of this test leave an error of 2.5 %, which
+/// moves them by some 0.6. Twelve points say little of how far the model is off: with seeds 1 and 3 the intervals hold
+/// 96.7 and 86.1 % of the readings without a prior, and 96.2 % with 5e7 photons.
 #[test]
 #[ignore]
 fn needs_shared_chamber_is_calibrated() {
@@ -241,11 +241,11 @@ fn needs_shared_chamber_is_calibrated() {
     let scene = data.join("chamber-empty.json").display().to_string();
     let traced = command(
         &folder,
-        &format!("run {scene} --by-light --guiding aim --photons 1.6e7 --seed 3 --k 0 -o all.json"),
+        &format!("run {scene} --by-light --guiding aim --photons 5e6 --seed 1 --k 0 -o all.json"),
     );
     assert_eq!(traced.0, Some(0), "{}", traced.2);
     for (arguments, most) in
-        [("--model lamps --prior none", [6.0, 5.1, 5.6, 6.1]), ("", [6.8, 5.4, 6.0, 6.9])]
+        [("--model lamps --prior none", [6.4, 5.4, 5.9, 6.4]), ("", [7.2, 5.8, 6.4, 7.2])]
     {
         let line = format!("calibrate {scene} m.csv --results all.json {arguments}");
         let done = command(&folder, line.trim_end());
@@ -255,6 +255,6 @@ fn needs_shared_chamber_is_calibrated() {
             assert!(100.0 * rmse.expect("tests") <= most, "{:?}", found.test_rmse);
         }
         let inside = found.test_inside.expect("tests");
-        assert!((0.86..=0.98).contains(&inside), "{inside}");
+        assert!((0.86..=0.99).contains(&inside), "{inside}");
     }
 }
