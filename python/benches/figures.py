@@ -28,6 +28,13 @@ def timed(work):
     return time.perf_counter() - start, done
 
 
+def measured(work):
+    """The time by the clock and that of the processor as a text, and what was done."""
+    spent = time.process_time()
+    clock, done = timed(work)
+    return f"{clock:.2f} s ({time.process_time() - spent:.2f} s of processor time)", done
+
+
 def processor(work):
     """Seconds of processor time, those of child processes too."""
     start = sum(os.times()[:4])
@@ -70,21 +77,21 @@ def million(photons=100_000):
     scene = px.Scene("million")
     scene.material("leaf", type="leaf", reflectance=0.1, transmittance=0.1)
     scene.light("lamp", type="point", position=[5, 5, 5], power=100)
-    added, _ = timed(lambda: scene.add("field", (vertices, faces), material="leaf", captor="triangle"))
+    added, _ = measured(lambda: scene.add("field", (vertices, faces), material="leaf", captor="triangle"))
     from phylux import _native, geometry
 
     parts = next(iter(scene._meshes.values())).parts("field")
     # a scene of one small triangle, so that what is timed is the hand-over alone, not the hierarchy for rays
     small = '{"materials": {"grey": {"type": "lambert", "reflectance": 0.5}}, "lights": [{"type": "point", "position": [0, 0, 1], "power": 1}]}'
-    handed, _ = timed(lambda: _native.load(small, "scene", [parts], {}))
-    print(f"{len(faces)} triangles: add {added:.3f} s, handed over {handed:.3f} s")
-    loaded, _ = timed(lambda: scene._load(quiet=True))
-    print(f"  scene of them as captors, with the hierarchy for rays: {loaded:.2f} s")
-    ran, found = timed(lambda: scene.run(photons=photons, k=0))
-    framed, frame = timed(lambda: found.frame)
-    print(f"  run of {photons} photons {ran:.2f} s; DataFrame of {len(frame)} rows {framed:.2f} s")
-    arrays, _ = timed(lambda: px.Result(found._found).irradiance)
-    print(f"  numpy arrays alone {arrays:.2f} s")
+    handed, _ = measured(lambda: _native.load(small, "scene", [parts], {}))
+    print(f"{len(faces)} triangles: add {added}, handed over {handed}")
+    loaded, _ = measured(lambda: scene._load(quiet=True))
+    print(f"  scene of them as captors, with the hierarchy for rays: {loaded}")
+    ran, found = measured(lambda: scene.run(photons=photons, k=0))
+    framed, frame = measured(lambda: found.frame)
+    print(f"  run of {photons} photons {ran}; DataFrame of {len(frame)} rows {framed}")
+    arrays, _ = measured(lambda: px.Result(found._found).irradiance)
+    print(f"  numpy arrays alone {arrays}")
     assert geometry
 
 

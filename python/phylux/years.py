@@ -73,7 +73,8 @@ def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[
         option = re.search(r"'--([\w-]+)", sentence)
         if option is not None and found is None:
             place = option[1].replace("-", "_")
-            sentence = f"{place}: {sentence}"
+            known = re.search(r"\[possible values: (.*)\]", done.stderr)
+            sentence = f"{place}: {sentence}" + (f"; there are {known[1]}" if known is not None else "")
         else:
             place = found[0] if found is not None else sentence.split(": ")[0]
         raise (InputError if done.returncode == 2 else RunError)(sentence, place)

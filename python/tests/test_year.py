@@ -48,6 +48,9 @@ def test_errors_say_where(greenhouse, tmp_path):
     with pytest.raises(px.InputError, match="unexpected argument") as caught:
         greenhouse.year(tmp_path / "year", fotons=1)
     assert caught.value.place == "fotons"
+    with pytest.raises(px.InputError, match="there are 145, 577") as caught:
+        greenhouse.year(tmp_path / "year", patches=7)
+    assert caught.value.place == "patches"
     with pytest.raises(px.InputError) as caught:
         greenhouse.year(tmp_path / "year", control={"lamps": [{"lights": "none"}]})
     assert caught.value.place.startswith("control: /lamps/0"), str(caught.value)

@@ -307,9 +307,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let summary = summary(&result, reason(simulation.end, &result));
     super::terminal::warn(&summary.warnings);
     let speed = format!(
-        "\n{:.1} s on {} threads, {:.2e} {}/s; wrote {}\n",
+        "\n{:.1} s on {} thread{}, {:.2e} {}/s; wrote {}\n",
         trace_seconds,
         stats.threads,
+        if stats.threads == 1 { "" } else { "s" },
         stats.photons_per_second,
         simulation.estimator,
         place_of(&arguments.outputs.output),
