@@ -126,7 +126,7 @@ pub const EXIT_CODES: &[(u8, &str)] = &[
     (0, "done"),
     (
         1,
-        "the run failed; `compare --exit-code`: the results differ; `check --strict`: there is a warning",
+        "the run failed; results differ (`compare --exit-code`); there is a warning (`check --strict`)",
     ),
     (2, "wrong usage or input"),
     (3, "the tolerance was not met; the results are written"),
