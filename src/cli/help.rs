@@ -124,10 +124,7 @@ pub const GROUPS: &[(&str, &[Examples])] = &[
 /// Every exit code, and what it means.
 pub const EXIT_CODES: &[(u8, &str)] = &[
     (0, "done"),
-    (
-        1,
-        "the run failed; results differ (`compare --exit-code`); there is a warning (`check --strict`)",
-    ),
+    (1, "the run failed; results differ (`compare --exit-code`); a warning (`check --strict`)"),
     (2, "wrong usage or input"),
     (3, "the tolerance was not met; the results are written"),
     (130, "interrupted, by Ctrl-C or SIGTERM"),
