@@ -44,6 +44,8 @@ pub enum Purpose {
     Importons,
     /// Photons that find what guided ones are to be guided by.
     Pilot,
+    /// Photons that find which light of the lamps matters.
+    Lamps,
 }
 
 /// The streams of all histories of a batch.

@@ -56,6 +56,9 @@ pub struct RunResult {
     /// What helped photons to virtual captors; absent where nothing did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guiding: Option<Guiding>,
+    /// Whether too few pilot photons found light that matters to say how lamps are to emit, so that they were not guided.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub starved: bool,
     /// Reason of the choice, where the estimator was left to a trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,

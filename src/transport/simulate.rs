@@ -8,6 +8,7 @@ mod accuracy;
 mod batches;
 mod checkpoint;
 mod guided;
+mod lamps;
 mod memory;
 mod mixed;
 mod pilot;
@@ -93,8 +94,10 @@ pub struct Simulation {
     pub estimator: Estimator,
     /// Why, where a trial has chosen it.
     pub choice: Option<Choice>,
-    /// What was sent out beside photons.
+    /// What guided photons.
     pub guiding: Guiding,
+    /// Whether too little was found to say how lamps are to emit.
+    pub starved: bool,
     /// Sums per captor, group and band, and the ledger.
     pub totals: Totals,
     /// Stored arrivals on captors; none for k = 0.
@@ -265,6 +268,14 @@ impl<'a> Run<'a> {
             Guiding::Full if guides => Self::learn(scene, settings, control)?,
             _ => None,
         };
+        let work = match (work, &guidance) {
+            (Work::Photons(strata), Some(Guidance { lamps: Some(lamps), .. })) => {
+                let (lanes, shares) = (scene.lanes(), lamps.shares.as_deref());
+                let histories = strata.histories();
+                Work::Photons(Strata::shared(&scene.lights, histories, lanes, shares))
+            }
+            (work, _) => work,
+        };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
         let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();
         Ok(Self {
@@ -294,14 +305,23 @@ impl<'a> Run<'a> {
     /// What guides photons.
     fn guiding(&self) -> Guiding {
         match &self.guidance {
-            Some(Guidance { windows: Some(_), .. }) => Guiding::Full,
-            Some(_) => Guiding::Aim,
-            None => Guiding::Off,
+            Some(guidance) if guidance.windows.is_some() || guidance.lamps.is_some() => {
+                Guiding::Full
+            }
+            Some(Guidance { targets: Some(_), .. }) => Guiding::Aim,
+            _ => Guiding::Off,
         }
     }
 
     fn totals(&self) -> Totals {
         Totals::new(self.scene, parts(&self.part_of))
+    }
+
+    /// So many histories of photons, shared among the lights.
+    fn strata(&self, histories: u64) -> Strata {
+        let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
+        let shares = lamps.and_then(|lamps| lamps.shares.as_deref());
+        Strata::shared(&self.scene.lights, histories, self.scene.lanes(), shares)
     }
 
     /// Histories of a task of the usual length.
@@ -391,6 +411,7 @@ impl<'a> Run<'a> {
             estimator: self.settings.estimator,
             choice: None,
             guiding: self.guiding(),
+            starved: self.guidance.as_ref().is_some_and(|guidance| guidance.starved),
             totals,
             map,
             unseen,

@@ -75,6 +75,7 @@ impl RunResult {
             batches: totals.batches,
             estimator: simulation.estimator,
             guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
+            starved: simulation.starved,
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
             settings: Some(RunSettings::new(settings, simulation)),

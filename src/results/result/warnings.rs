@@ -75,6 +75,14 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         ),
         _ => {}
     }
+    if result.starved {
+        warn(
+            "lamps are not guided",
+            "too few photons found light that matters to the captors, or guided ones found other light: \
+             lamps emit as without --guiding, and captors that little light reaches may miss some of it"
+                .into(),
+        );
+    }
     let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
     if unseen > 0.0 {
         warn(

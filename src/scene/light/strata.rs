@@ -52,6 +52,11 @@ impl Strata {
     /// Shares `histories` (at least one for each of the [`sources`]) in proportion to the strata's largest
     /// band power, but at least 1 % / number of strata each.
     pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
+        Self::shared(lights, histories, lanes, None)
+    }
+
+    /// The same in proportion to other `shares` of the strata, if they are given.
+    pub fn shared(lights: &[Light], histories: u64, lanes: usize, shares: Option<&[f64]>) -> Self {
         let mut sources: Vec<(usize, usize)> = Vec::with_capacity(lights.len());
         for (l, light) in lights.iter().enumerate() {
             sources.extend((0..light.sources()).map(|source| (l, source)));
@@ -64,7 +69,11 @@ impl Strata {
         }
         let counts = match powers.is_empty() {
             true => vec![histories],
-            false => apportion(&powers, histories),
+            false => {
+                let largest = |power: &&[f64]| power.iter().copied().fold(0.0, f64::max);
+                let powers: Vec<f64> = powers.iter().map(largest).collect();
+                apportion(shares.unwrap_or(&powers), histories)
+            }
         };
         let mut first = vec![0];
         let mut weights = vec![0.0; sources.len() * lanes];
@@ -85,7 +94,7 @@ impl Strata {
     /// The stratum of history `index`. Ranks follow a golden-ratio sequence, so that any run of
     /// neighbouring histories has nearly each stratum's share.
     #[inline]
-    fn source(&self, index: u64) -> usize {
+    pub fn source(&self, index: u64) -> usize {
         // a piece has far fewer than 2^32 histories
         let rank = index * self.stride % self.histories();
         self.first.partition_point(|&first| first <= rank) - 1
@@ -153,12 +162,10 @@ impl Strata {
 }
 
 /// Whole numbers of histories: largest remainders, at least one each.
-fn apportion(powers: &[&[f64]], histories: u64) -> Vec<u64> {
-    let largest: Vec<f64> =
-        powers.iter().map(|power| power.iter().copied().fold(0.0, f64::max)).collect();
-    let total: f64 = largest.iter().sum();
+fn apportion(powers: &[f64], histories: u64) -> Vec<u64> {
+    let total: f64 = powers.iter().sum();
     let least = 0.01 / powers.len() as f64;
-    let shares: Vec<f64> = largest
+    let shares: Vec<f64> = powers
         .iter()
         .map(|power| if total > 0.0 { (power / total).max(least) } else { 1.0 })
         .collect();

@@ -91,22 +91,22 @@ impl Origin<'_> {
 }
 
 impl<'a> Aimed<'a> {
-    /// Beside a photon that leaves `light` from `start`, if that is known, along `ray`; sends the first flight.
+    /// Beside a photon that leaves a light from a place, if that is known, along `ray`; sends the first flight, from the
+    /// place and with the power of a photon that was emitted without a guide, which may be the same.
     pub fn start<L: Lanes>(
         scene: &'a Scene,
         targets: &'a Targets,
         (light, start): (&'a Light, Option<Start>),
-        ray: &Ray,
-        power: &Spectrum<L>,
+        direction: Vec3,
+        (free, power): (Option<Start>, &Spectrum<L>),
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) -> Self {
-        let from = start.map(|start| Origin::Light(light, start));
         let mut aimed = Self { scene, targets, leg: None, share: None };
-        if let Some(from) = from {
-            let seen = aimed.send(&from, power, rng, on);
-            aimed.leg = Some(Leg { from, seen, direction: ray.direction });
-        }
+        let (Some(start), Some(free)) = (start, free) else { return aimed };
+        let seen = aimed.send(&Origin::Light(light, free), power, rng, on);
+        let seen = if free.point == start.point { seen } else { Seen::default() };
+        aimed.leg = Some(Leg { from: Origin::Light(light, start), seen, direction });
         aimed
     }
 

@@ -17,7 +17,7 @@ const CUBE: f32 = 2.0;
 /// ... so much larger ...
 const GROWTH: f32 = 2.0;
 /// ... so many times.
-const CUBES: i32 = 7;
+const CUBES: i32 = 5;
 
 /// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
 pub struct Cells<'a> {
@@ -135,13 +135,14 @@ impl<'a> Cells<'a> {
     }
 
     /// The cube that holds a cell, with its material and the way that it looks.
-    fn cube_of(&self, cell: &Cell, side: f32) -> (u32, usize, bool, [i32; 3]) {
+    fn cube_of(&self, cell: &Cell, side: f32) -> (u32, usize, [bool; 2], [i32; 3]) {
         let surface = self.scene.surface(cell.triangle);
         let is_front = cell.place % 2 == 1;
         let axis = surface.normal.abs().max_position();
         let up = (surface.normal[axis] > 0.0) == is_front;
         let place = (cell.middle / side).floor().to_array().map(|x| x as i32);
-        (surface.material, axis, up, place)
+        // the far side of a roof is not the floor
+        (surface.material, axis, [is_front, up], place)
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::{Aimed, Importance, Targets, targets::Seen};
+use super::{Aimed, Importance, Lamps, Targets, targets::Seen};
 use crate::{
     math::{
         rng::Stream,
@@ -34,11 +34,16 @@ const MOST_COPIES: f32 = 3000.0;
 const MOST_PHOTONS: u32 = 100_000;
 
 /// What guides the photons of a run.
+#[derive(Clone, Default)]
 pub struct Guidance<'a> {
     /// Captors to aim at.
     pub targets: Option<Targets>,
-    /// Where it pays.
+    /// Where they pay.
     pub windows: Option<Windows<'a>>,
+    /// How lamps emit, where that pays.
+    pub lamps: Option<Arc<Lamps>>,
+    /// Whether too little was found to say how lamps are to emit.
+    pub starved: bool,
 }
 
 /// Weight windows.

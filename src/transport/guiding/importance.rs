@@ -44,6 +44,11 @@ impl<'a> Importance<'a> {
         self.values[self.cells.at(hit, front)]
     }
 
+    /// Whether light matters nowhere.
+    pub fn is_zero(&self) -> bool {
+        self.values.iter().all(|value| *value == 0.0)
+    }
+
     /// About the share of light that a material sends on, in [0, 1].
     #[inline]
     pub fn kept(&self, material: u32) -> f32 {

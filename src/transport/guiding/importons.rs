@@ -1,5 +1,7 @@
 //! Importons: light's way back, from the captors. Where they come to is where light matters to these.
 
+use std::f32::consts::PI;
+
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -50,7 +52,7 @@ impl<'a> Sources<'a> {
     /// The faces of a scene's captors, of which `expected` says the light per face and band, in any unit, above 0.
     pub fn new(scene: &'a Scene, expected: &[Vec<f64>]) -> Self {
         let mut expected = expected.iter();
-        let mut faces = Vec::new();
+        let mut faces: Vec<Source> = Vec::new();
         for (c, captor) in scene.captors.iter().enumerate() {
             for &face in captor.kind.faces() {
                 let triangles = scene.triangles_of(captor);
@@ -66,6 +68,9 @@ impl<'a> Sources<'a> {
                 faces.push(Source { triangles, areas, lift, face, weights });
             }
         }
+        // a watt's worth of light at each face, by its share of the importons
+        let share = PI * faces.len() as f32 / IMPORTONS as f32;
+        faces.iter_mut().flat_map(|face| &mut face.weights).for_each(|weight| *weight *= share);
         Self { scene, faces }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Control, Keep, Run};
+use super::{Control, Keep, Run, lamps};
 use crate::{
     error::Result,
     math::{
@@ -12,7 +12,7 @@ use crate::{
     },
     scene::{light::Strata, world::Scene},
     transport::{
-        guiding::{self, Cells, Guidance, Importance, Sources, Targets, Windows},
+        guiding::{self, Cells, Guidance, Importance, Lamps, Sources, Targets, Windows},
         settings::{Estimator, Guiding, Settings},
         tally::Totals,
         trace::{Event, trace},
@@ -23,6 +23,9 @@ use crate::{
 const ROUNDS: u64 = 3;
 /// Photons of a round.
 const PHOTONS: u64 = 1 << 13;
+/// The most photons that find which light of the lamps matters, in a round and in the last one.
+const FEW: u64 = 1 << 17;
+const MANY: u64 = 1 << 21;
 /// No captor counts as darker than this, relative to the brightest.
 const DARKEST: f64 = 1e-6;
 /// Photons that tell the importance where photons arrive, and the most arrivals of them.
@@ -36,7 +39,7 @@ const EXTREMES: f64 = 0.01;
 impl<'a> Run<'a> {
     /// Flights aimed at the virtual captors of a scene, if there are any.
     pub(super) fn aim(scene: &'a Scene) -> Option<Guidance<'a>> {
-        Targets::of(scene).map(|targets| Guidance { targets: Some(targets), windows: None })
+        Targets::of(scene).map(|targets| Guidance { targets: Some(targets), ..Guidance::default() })
     }
 
     /// These, and weight windows where importance varies. Errors: those of a run.
@@ -50,26 +53,31 @@ impl<'a> Run<'a> {
         }
         let pool = machine::pool(settings.threads)?;
         let cells = Arc::new(Cells::new(scene));
+        let seed = settings.seed;
         let mut learned: Option<Vec<f32>> = None;
-        let (mut windows, mut varies) = (None, false);
+        let mut guidance = Guidance { targets: Targets::of(scene), ..Guidance::default() };
+        let mut varies = false;
         for round in 0..ROUNDS {
-            let guidance = Guidance { targets: Targets::of(scene), windows };
-            let totals = photons(scene, settings, guidance, round, control)?;
+            let totals = photons(scene, settings, guidance.clone(), round, control)?;
             let sources = Sources::new(scene, &expected(scene, &totals));
             let before = learned.as_deref();
-            let arriving =
-                pool.install(|| guiding::learn(&sources, &cells, settings.seed, round, before));
-            let importance = Importance::new(scene, cells.clone(), &arriving);
-            let found =
-                with_lanes!(scene.lanes(), L => arrive::<L>(scene, &importance, settings.seed));
-            let Arriving { mean, .. } = found;
-            windows = (mean > 0.0).then(|| Windows { importance: Arc::new(importance), mean });
-            varies = found.varies;
+            let arriving = pool.install(|| guiding::learn(&sources, &cells, seed, round, before));
+            let importance = Arc::new(Importance::new(scene, cells.clone(), &arriving));
             learned = Some(arriving);
+            let most = if round + 1 < ROUNDS { FEW } else { MANY };
+            with_lanes!(scene.lanes(), L => {
+                let lamps = pool.install(|| lamps::learn::<L>(scene, &importance, seed, most));
+                guidance.starved = lamps.is_err();
+                guidance.lamps = lamps.unwrap_or(None).map(Arc::new);
+                let found = arrive::<L>(scene, &importance, guidance.lamps.as_deref(), seed);
+                let mean = found.mean;
+                guidance.windows = (mean > 0.0).then_some(Windows { importance, mean });
+                varies = found.varies;
+            });
         }
-        let guidance =
-            Guidance { targets: Targets::of(scene), windows: windows.filter(|_| varies) };
-        let guides = guidance.targets.is_some() || guidance.windows.is_some();
+        guidance.windows = guidance.windows.filter(|_| varies);
+        let Guidance { targets, windows, lamps, starved } = &guidance;
+        let guides = targets.is_some() || windows.is_some() || lamps.is_some() || *starved;
         Ok(guides.then_some(guidance))
     }
 }
@@ -128,7 +136,12 @@ struct Arriving {
     varies: bool,
 }
 
-fn arrive<L: Lanes>(scene: &Scene, importance: &Importance, seed: u64) -> Arriving {
+fn arrive<L: Lanes>(
+    scene: &Scene,
+    importance: &Importance,
+    lamps: Option<&Lamps>,
+    seed: u64,
+) -> Arriving {
     let photons = ARRIVING.max(scene.sources() as u64);
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Pilot, u64::MAX);
@@ -136,8 +149,12 @@ fn arrive<L: Lanes>(scene: &Scene, importance: &Importance, seed: u64) -> Arrivi
     // neighbouring histories share the lights well, so it can end after any
     while done < photons && all.len() < MOST_ARRIVALS {
         let mut rng = streams.history(done);
-        let photon = scene.emit::<L>(&strata, done, &mut rng);
-        let weight = photon.weights.iter().copied().fold(0.0, f64::max);
+        let (photon, density) = match lamps {
+            Some(lamps) => lamps.emit::<L>(scene, &strata, done, &mut rng),
+            None => (scene.emit(&strata, done, &mut rng), 1.0),
+        };
+        let largest = photon.weights.iter().copied().fold(0.0, f64::max);
+        let weight = largest / f64::from(density);
         let mut first = true;
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             let Event::Arrival { hit, surface, interaction, power, .. } = event else { return };

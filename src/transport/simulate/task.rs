@@ -44,8 +44,7 @@ impl Run<'_> {
                 self.paths::<L>(schedule, key, faces, pilot, tally);
             }
             Work::Photons(strata) => {
-                let own = (strata.histories() != histories)
-                    .then(|| Strata::new(&self.scene.lights, histories, self.scene.lanes()));
+                let own = (strata.histories() != histories).then(|| self.strata(histories));
                 let strata = own.as_ref().unwrap_or(strata);
                 match &self.guidance {
                     None => self.photons::<L, false>(schedule, key, strata, tally, map),
@@ -125,9 +124,19 @@ impl Run<'_> {
                 return;
             }
             let mut rng = streams.history(first + index);
-            let photon = self.scene.emit::<L>(strata, index, &mut rng);
+            let lamps = guidance.and_then(|guidance| guidance.lamps.as_deref());
+            let (photon, density) = match lamps {
+                None => (self.scene.emit::<L>(strata, index, &mut rng), 1.0),
+                Some(lamps) => lamps.emit(self.scene, strata, index, &mut rng),
+            };
             let part = self.part_of.get(photon.light).copied();
-            tally.emitted(part, photon.weights, &photon.power);
+            // light from infinitely far away may be more or less by where it comes from
+            if density == 1.0 || photon.start.is_some() {
+                tally.emitted(part, photon.weights, &photon.power);
+            } else {
+                let emitted = photon.power.clone().scaled(1.0 / density);
+                tally.emitted(part, photon.weights, &emitted);
+            }
             let mut way = Way::default();
             let mut direct =
                 self.without_direct_sun && strata.is_sun(&self.scene.lights, photon.source);
@@ -163,9 +172,19 @@ impl Run<'_> {
                 trace(self.scene, ray, power, (), &mut rng, on);
                 continue;
             };
-            let from = (&self.scene.lights[photon.light], photon.start);
+            let power_of_all = power;
+            let power = power_of_all.clone().scaled(1.0 / density);
+            if photon.start.is_some() && density != 1.0 {
+                on(Event::Chance { before: &power_of_all, after: &power });
+            }
             let aimed = guidance.targets.as_ref().map(|targets| {
-                Aimed::start(self.scene, targets, from, &ray, &power, &mut rng, &mut on)
+                let from = (&self.scene.lights[photon.light], photon.start);
+                let free = match density {
+                    1.0 => photon.start,
+                    _ => self.scene.emit::<L>(strata, index, &mut rng).start,
+                };
+                let free = (free, &power_of_all);
+                Aimed::start(self.scene, targets, from, ray.direction, free, &mut rng, &mut on)
             });
             let windows = guidance.windows.as_ref().map(|windows| {
                 let largest = photon.weights.iter().copied().fold(0.0, f64::max);

@@ -1,0 +1,161 @@
+//! Guided emission: light leaves its lamps more often by the ways that matter to the captors.
+//!
+//! What a lamp emits is decided by the first random numbers of a history: they are the coordinates of a point in a cube. The
+//! cube is halved, over and over, where importance differs between its parts, and a part is chosen in proportion to the
+//! importance that its photons have where they first come to a diffuse surface. A photon counts one over the density of
+//! the choice, which is nowhere below a fifth of that without it.
+
+use crate::{
+    math::{
+        rng::{FIRST, Stream},
+        spectrum::Lanes,
+    },
+    scene::{
+        light::{Emission, Strata},
+        world::Scene,
+    },
+};
+
+/// Share of the photons that leave as they would without a guide.
+const FREE: f64 = 0.2;
+/// Parts into which a side of a box is cut to see whether its halves differ.
+const BINS: usize = 8;
+/// A box is halved where that is seen more clearly than chance shows it so many times.
+const CLEAR: f64 = 4.0;
+/// The most halvings in a row.
+const DEEPEST: u32 = 48;
+
+/// How the lamps of a scene emit.
+#[derive(Clone, Debug)]
+pub struct Lamps {
+    /// Share of the photons for each [stratum](Strata), where it is not that of its power.
+    pub shares: Option<Vec<f64>>,
+    /// For each stratum.
+    pub trees: Vec<Option<EmissionTree>>,
+}
+
+impl Lamps {
+    /// Emits history `index` of some strata: the photon, of its full power, and the density with which it was chosen
+    /// over that without a guide.
+    pub fn emit<'s, L: Lanes>(
+        &self,
+        scene: &Scene,
+        strata: &'s Strata,
+        index: u64,
+        rng: &mut Stream,
+    ) -> (Emission<'s, L>, f32) {
+        match &self.trees[strata.source(index)] {
+            None => (scene.emit(strata, index, rng), 1.0),
+            Some(tree) => {
+                let (numbers, density) = tree.choose(rng);
+                (emit_at(scene, strata, index, numbers, rng), density)
+            }
+        }
+    }
+}
+
+/// Emits history `index` at a point of the cube.
+pub fn emit_at<'s, L: Lanes>(
+    scene: &Scene,
+    strata: &'s Strata,
+    index: u64,
+    numbers: [f32; FIRST],
+    rng: &mut Stream,
+) -> Emission<'s, L> {
+    rng.with_first(numbers);
+    let emission = scene.emit(strata, index, rng);
+    rng.without_first();
+    emission
+}
+
+/// A point of the cube, and what its photon matters over the density with which it was chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Each in [0, 1).
+    pub numbers: [f32; FIRST],
+    /// In any unit, not negative.
+    pub value: f64,
+}
+
+/// Boxes that fill the cube, and the chances to choose them.
+#[derive(Clone, Debug)]
+pub struct EmissionTree {
+    boxes: Vec<Part>,
+    /// Running sums of their chances.
+    chances: Vec<f64>,
+}
+
+/// A box.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    low: [f32; FIRST],
+    sides: [f32; FIRST],
+    /// Chance over volume.
+    density: f32,
+}
+
+impl EmissionTree {
+    /// From points that matter; none where nothing tells the parts of the cube apart.
+    pub fn new(mut samples: Vec<Sample>) -> Option<Self> {
+        samples.retain(|sample| sample.value > 0.0);
+        let all: f64 = samples.iter().map(|sample| sample.value).sum();
+        let mut tree = Self { boxes: Vec::new(), chances: Vec::new() };
+        let whole = Part { low: [0.0; FIRST], sides: [1.0; FIRST], density: 1.0 };
+        tree.cut(whole, &mut samples, all, 0);
+        (tree.boxes.len() > 1).then_some(tree)
+    }
+
+    fn cut(&mut self, part: Part, samples: &mut [Sample], all: f64, depth: u32) {
+        if let Some(axis) = differs(&part, samples).filter(|_| depth < DEEPEST) {
+            let mut halves = [part; 2];
+            halves.iter_mut().for_each(|half| half.sides[axis] *= 0.5);
+            halves[1].low[axis] += halves[1].sides[axis];
+            let middle = halves[1].low[axis];
+            samples.sort_unstable_by(|a, b| a.numbers[axis].total_cmp(&b.numbers[axis]));
+            let first = samples.partition_point(|sample| sample.numbers[axis] < middle);
+            let (low, high) = samples.split_at_mut(first);
+            self.cut(halves[0], low, all, depth + 1);
+            return self.cut(halves[1], high, all, depth + 1);
+        }
+        let volume: f64 = part.sides.iter().map(|side| f64::from(*side)).product();
+        let own: f64 = samples.iter().map(|sample| sample.value).sum();
+        let chance = (1.0 - FREE) * own / all + FREE * volume;
+        let before = self.chances.last().copied().unwrap_or(0.0);
+        self.chances.push(before + chance);
+        self.boxes.push(Part { density: (chance / volume) as f32, ..part });
+    }
+
+    /// A point, and the density with which it is chosen.
+    pub fn choose(&self, rng: &mut Stream) -> ([f32; FIRST], f32) {
+        let last = self.chances.last().copied().unwrap_or(1.0);
+        let u = rng.uniform_fine() * last;
+        let index = self.chances.partition_point(|sum| *sum <= u).min(self.boxes.len() - 1);
+        let Part { low, sides, density } = self.boxes[index];
+        let inside = |i: usize| (low[i] + sides[i] * rng.uniform()).min(1.0 - f32::EPSILON);
+        (std::array::from_fn(inside), density)
+    }
+}
+
+/// The side along which what matters is spread least evenly over a box, if it is so clearly.
+fn differs(part: &Part, samples: &[Sample]) -> Option<usize> {
+    let noise: f64 = samples.iter().map(|sample| sample.value * sample.value).sum();
+    let all: f64 = samples.iter().map(|sample| sample.value).sum();
+    let unevenness = |axis: usize| {
+        let mut bins = [0.0; BINS];
+        for sample in samples {
+            let share = (sample.numbers[axis] - part.low[axis]) / part.sides[axis];
+            bins[((share * BINS as f32) as usize).min(BINS - 1)] += sample.value;
+        }
+        let even = all / BINS as f64;
+        bins.iter().map(|sum| (sum - even).powi(2)).sum::<f64>()
+    };
+    // numbers have 24 bits
+    let wide = |axis: &usize| part.sides[*axis] > 1e-6;
+    let (axis, most) = (0..FIRST)
+        .filter(wide)
+        .map(|axis| (axis, unevenness(axis)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // of independent samples that are spread evenly it is about the noise
+    let flat = most < 0.05 * all * all / BINS as f64;
+    (most > CLEAR * noise && !flat).then_some(axis)
+}

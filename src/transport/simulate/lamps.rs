@@ -1,0 +1,177 @@
+//! Which light of the lamps matters is learned from photons that go no further than their first diffuse surface.
+
+use rayon::prelude::*;
+
+use crate::{
+    math::{
+        rng::{Purpose, Stream, Streams},
+        spectrum::Lanes,
+    },
+    scene::{
+        light::{Emission, Strata, sources},
+        material::Interaction,
+        world::Scene,
+    },
+    transport::{
+        guiding::{EmissionTree, Importance, Lamps, Sample, emit_at},
+        trace::{leave, scatter},
+    },
+};
+
+/// Photons that are sent without a guide first; four times as many as long as their error is too large.
+const FIRST_PHOTONS: u64 = 1 << 15;
+/// Photons of a round that is guided by the one before.
+const GUIDED: u64 = 1 << 16;
+/// Mirrors and glass on the way of a photon, at most.
+const MOST_SMOOTH: u32 = 100;
+/// The relative error of what is found without a guide that is small enough to compare with.
+const SURE: f64 = 0.2;
+/// Errors that what is found with and without a guide may differ by.
+const AGREE: f64 = 3.0;
+/// Lamps are guided where that makes the variance of what matters this many times smaller at least.
+const GAIN: f64 = 2.0;
+/// Share of the photons of each lamp that is in proportion to its power.
+const BY_POWER: f64 = 0.2;
+/// Photons that one thread sends at a time.
+const BLOCK: usize = 4096;
+
+/// Too little was found to say how lamps are to emit.
+pub(super) struct Starved;
+
+/// What a photon matters where it first comes to a diffuse surface.
+#[derive(Clone, Copy)]
+struct Found {
+    source: usize,
+    sample: Sample,
+    /// Over that without a guide.
+    density: f64,
+}
+
+impl Found {
+    /// What it adds to the mean.
+    fn weighted(&self) -> f64 {
+        self.sample.value / self.density
+    }
+}
+
+/// How lamps are to emit; none where it gains little. Error: too few photons found what matters without a guide, or they
+/// do not agree with guided ones; `most` of them are tried.
+pub(super) fn learn<L: Lanes>(
+    scene: &Scene,
+    importance: &Importance,
+    seed: u64,
+    most: u64,
+) -> Result<Option<Lamps>, Starved> {
+    if importance.is_zero() {
+        return Ok(None);
+    }
+    let none = Lamps { shares: None, trees: vec![None; sources(&scene.lights)] };
+    let streams = |round: u64| Streams::new(seed, Purpose::Lamps, round);
+    let mut photons = FIRST_PHOTONS.max(2 * sources(&scene.lights) as u64);
+    let mut free = send::<L>(scene, importance, &none, streams(photons), photons);
+    loop {
+        let (mean, error) = estimate(&free);
+        if error <= SURE * mean {
+            let mut lamps = Lamps { shares: None, trees: trees(&none, &free) };
+            let again = send::<L>(scene, importance, &lamps, streams(0), GUIDED);
+            lamps.trees = trees(&lamps, &again);
+            let guided = send::<L>(scene, importance, &lamps, streams(1), GUIDED);
+            let (own, own_error) = estimate(&guided);
+            if (own - mean).abs() <= AGREE * own_error.hypot(error) {
+                return Ok(worth(&free, &guided, lamps));
+            }
+        }
+        if photons >= most {
+            return Err(Starved);
+        }
+        photons = (4 * photons).min(most);
+        free = send::<L>(scene, importance, &none, streams(photons), photons);
+    }
+}
+
+/// Sends photons to the first diffuse surface that they come to.
+fn send<L: Lanes>(
+    scene: &Scene,
+    importance: &Importance,
+    lamps: &Lamps,
+    streams: Streams,
+    photons: u64,
+) -> Vec<Found> {
+    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let one = |index: u64| {
+        let mut rng = streams.history(index);
+        let source = strata.source(index);
+        let (numbers, density) = match &lamps.trees[source] {
+            Some(tree) => tree.choose(&mut rng),
+            None => (std::array::from_fn(|_| rng.uniform()), 1.0),
+        };
+        let photon = emit_at::<L>(scene, &strata, index, numbers, &mut rng);
+        let value = matters(scene, importance, photon, &mut rng);
+        Found { source, sample: Sample { numbers, value }, density: density.into() }
+    };
+    // in the order of the photons, whichever thread was first
+    (0..photons as usize).into_par_iter().with_min_len(BLOCK).map(|i| one(i as u64)).collect()
+}
+
+/// Importance where a photon first comes to a diffuse surface, times its power.
+fn matters<L: Lanes>(
+    scene: &Scene,
+    importance: &Importance,
+    photon: Emission<'_, L>,
+    rng: &mut Stream,
+) -> f64 {
+    let largest = photon.weights.iter().copied().fold(0.0, f64::max);
+    let (mut ray, mut power) = (photon.ray, photon.power);
+    for _ in 0..MOST_SMOOTH {
+        let Some(hit) = scene.closest(&ray) else { break };
+        let surface = scene.surface(hit.triangle);
+        let material = scene.material(surface);
+        let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
+        if material.is_diffuse() {
+            return largest * f64::from(power.largest() * importance.at(&hit, interaction.front));
+        }
+        let Some((sample, onward)) = scatter(material, &interaction, &power, rng) else { break };
+        power = onward;
+        ray = leave(scene, &hit, &interaction, &sample);
+    }
+    0.0
+}
+
+/// Mean and standard error of what photons matter.
+fn estimate(found: &[Found]) -> (f64, f64) {
+    let n = found.len() as f64;
+    let mean = found.iter().map(Found::weighted).sum::<f64>() / n;
+    (mean, (squares(found) / n - mean * mean).max(0.0).sqrt() / n.sqrt())
+}
+
+fn squares(found: &[Found]) -> f64 {
+    found.iter().map(|one| one.weighted().powi(2)).sum()
+}
+
+/// A tree for each stratum, from photons that were emitted by those of `lamps`.
+fn trees(lamps: &Lamps, found: &[Found]) -> Vec<Option<EmissionTree>> {
+    let mut of_source: Vec<Vec<Sample>> = vec![Vec::new(); lamps.trees.len()];
+    for one in found {
+        of_source[one.source].push(Sample { value: one.weighted(), ..one.sample });
+    }
+    of_source.into_iter().map(EmissionTree::new).collect()
+}
+
+/// What of it gains enough: trees, and shares of the photons for lamps that matter more or less than their power says.
+fn worth(free: &[Found], guided: &[Found], lamps: Lamps) -> Option<Lamps> {
+    let share = free.len() as f64 / guided.len() as f64;
+    let gains = squares(free) > GAIN * share * squares(guided);
+    let trees = if gains { lamps.trees } else { vec![None; lamps.trees.len()] };
+    let found = if gains { guided } else { free };
+    let (mut sums, mut counts) = (vec![0.0; trees.len()], vec![0.0; trees.len()]);
+    for one in found {
+        sums[one.source] += one.weighted();
+        counts[one.source] += 1.0;
+    }
+    let (all, number): (f64, f64) = (sums.iter().sum(), found.len() as f64);
+    let pairs = || sums.iter().zip(&counts).map(|(sum, count)| (sum / all, count / number));
+    let differs = pairs().any(|(own, power)| own > GAIN * power);
+    let mixed = |(own, power): (f64, f64)| (1.0 - BY_POWER) * own + BY_POWER * power;
+    let shares = differs.then(|| pairs().map(mixed).collect());
+    (gains || differs).then_some(Lamps { shares, trees })
+}
