@@ -389,7 +389,7 @@ fn windows_stay_away_where_importance_is_even() {
     assert!(text(&full) == text(&aim));
 }
 
-/// A sphere with a hole in its top, in the beam of a spot far above that is a thousand times wider, and a sensor of 3 cm in
+/// A sphere with a hole in its top, in the beam of a spot far above that is a thousand times wider, and a sensor of 1 cm in
 /// front of the wall where the beam does not come straight.
 fn vent(half_angle_deg: f64) -> (World, f64) {
     let (height, far, power): (f64, f64, f64) = (0.01, 50.0, 1e5);
@@ -404,7 +404,7 @@ fn vent(half_angle_deg: f64) -> (World, f64) {
     let world = World::new()
         .lambert("wall", RHO)
         .surface("sphere", "wall", &ring(0.0, angle, PI))
-        .captor("sensor", &Mesh::disc([0.999, 0.0, 0.0], [-1.0, 0.0, 0.0], 0.03))
+        .captor("sensor", &Mesh::disc([0.998, 0.0, 0.0], [-1.0, 0.0, 0.0], 0.01))
         .light(json!({ "type": "spot", "position": [0, 0, far], "direction": [0, 0, -1],
                        "half_angle_deg": half_angle_deg, "power": power }));
     (world, irradiance)
