@@ -71,7 +71,7 @@ pub(super) fn learn<L: Lanes>(
     let mut free = send::<L>(scene, importance, &none, streams(photons), photons);
     loop {
         let (mean, error) = estimate(&free);
-        if error <= SURE * mean {
+        if mean > 0.0 && error <= SURE * mean {
             let mut lamps = Lamps { shares: None, trees: trees(&none, &free) };
             let again = send::<L>(scene, importance, &lamps, streams(0), GUIDED);
             lamps.trees = trees(&lamps, &again);
