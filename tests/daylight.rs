@@ -276,6 +276,8 @@ fn the_sun_in_two_panes() {
     let mut check = Comparisons::new("two panes", 0.002).rounding(1e-4);
     check.irradiance("down", front(&run, "down"), 0, 400.0 * once);
     check.finish(1);
+    let told = |warning: &phylux::Warning| warning.text.contains("line or sun that comes by way");
+    assert!(run.warnings().iter().any(told), "{:?}", run.warnings());
     // the sensor is virtual: it counts on both sides of the panes, nearly all of it straight
     let unseen = run.unseen.expect("unseen")[0];
     let exact = (all - once) / all;

@@ -18,7 +18,8 @@ use crate::error::Result;
 use file::File;
 
 impl Photometry {
-    /// Reads the `bytes` of the file at `path`; a line that begins with `TILT=` makes it LM-63.
+    /// Reads the `bytes` of the file at `path`; a line that begins with `TILT=` makes it LM-63, and so does the ending
+    /// `.ies`, without which line it is an error.
     ///
     /// # Errors
     /// At the line of the file: neither of both formats, other coordinates than type C, a tilt, numbers that are
@@ -30,6 +31,10 @@ impl Photometry {
         let file = File { path, lines: text.lines().collect() };
         match file.lines.iter().position(|line| line.trim_start().starts_with("TILT=")) {
             Some(tilt) => lm63::read(&file, tilt),
+            None if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("ies")) => {
+                let problem = "has no line that begins with `TILT=`";
+                Err(file.error(file.lines.len().saturating_sub(1), problem).remedy(file::FETCH))
+            }
             None => eulumdat::read(&file),
         }
     }

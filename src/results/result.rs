@@ -79,8 +79,8 @@ pub struct RunResult {
     /// The energy balance.
     pub energy: Energy,
     /// In a run of paths: about which share of the flux on all captors together they cannot find
-    /// (light of points and lines by way of mirrors or refraction), per band, in [0, 1]; absent
-    /// where there can be none.
+    /// (light of points and lines by way of mirrors or refraction, of the sun by way of more than one flat mirror),
+    /// per band, in [0, 1]; absent where there can be none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Vec<f64>>,
     /// In a run of paths: the share of them that the length limits cut off, in [0, 1]; light that

@@ -1,11 +1,15 @@
 //! Random canopies of black leaves.
 
-use std::{f64::consts::TAU, sync::atomic::AtomicBool};
+use std::{
+    f64::consts::{FRAC_1_PI, TAU},
+    sync::{Arc, atomic::AtomicBool},
+};
 
 use glam::DVec3;
 use phylux::{
-    Band, Control, Lambert, LightPart, LightShape, Material, NamedMaterial, RunResult, Scene,
-    SceneParts, Settings, Stream, SurfacePart,
+    Band, CaptorKind, CaptorPart, Control, Estimator, Lambert, LightPart, LightShape, Material,
+    NamedMaterial, RunResult, Scene, SceneParts, Sensor, Settings, Stream, SurfacePart,
+    daylight::{InfiniteLight, InfinitePart, InfiniteShape, RadianceMap},
 };
 
 use crate::{
@@ -49,8 +53,10 @@ fn leaves(width: f64, seed: u64) -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// The canopy of a seed, under photons of a seed of their own too.
-fn run(width: f64, light: LightShape, seed: u64) -> RunResult {
+/// The canopy of a seed and its light, followed from random numbers of a seed of their own: by photons, or by paths from
+/// captors.
+fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> RunResult {
+    let estimator = if captors.is_empty() { Estimator::Photons } else { Estimator::Paths };
     let scene = Scene::new(SceneParts {
         bands: vec![Band { name: "all".into(), from_nm: None, to_nm: None }],
         materials: vec![NamedMaterial {
@@ -64,21 +70,28 @@ fn run(width: f64, light: LightShape, seed: u64) -> RunResult {
             triangles: leaves(width, seed),
         }],
         lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape: light }],
+        captors,
         ..SceneParts::default()
     })
     .unwrap_or_else(|e| panic!("{e}"));
-    let settings = Settings { photons: Some(30_000), seed, k: Some(0), ..Settings::default() };
+    let settings =
+        Settings { photons: Some(30_000), seed, k: Some(0), estimator, ..Settings::default() };
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     let simulation =
         phylux::simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
-    let result = RunResult::new(&scene, &settings, &simulation);
+    RunResult::new(&scene, &settings, &simulation)
+}
+
+/// What leaves catch of the light of a lamp above them.
+fn caught(width: f64, light: LightShape, seed: u64) -> f64 {
+    let result = run(width, light, Vec::new(), seed);
     check_ledger(&result);
-    result
+    result.energy.absorbed[0]
 }
 
 /// Mean intercepted share over the canopies, and its standard error from their spread.
-fn intercepted(canopy: impl Fn(u64) -> RunResult) -> (f64, f64) {
-    let shares: Vec<f64> = (0..CANOPIES).map(|i| canopy(i).energy.absorbed[0]).collect();
+fn intercepted(canopy: impl Fn(u64) -> f64) -> (f64, f64) {
+    let shares: Vec<f64> = (0..CANOPIES).map(canopy).collect();
     let n = CANOPIES as f64;
     let mean = shares.iter().sum::<f64>() / n;
     let squares = shares.iter().map(|s| (s - mean).powi(2)).sum::<f64>();
@@ -87,9 +100,9 @@ fn intercepted(canopy: impl Fn(u64) -> RunResult) -> (f64, f64) {
 
 /// Light straight down (a spot 200 m above that covers a disc of 4 m: its rays lean by up to a
 /// degree, which is in the exact value) and uniform light from above (a Lambertian square in the
-/// middle of a field so wide that what leaves sideways has met 8 m of canopy, exp(-8)).
-/// Seeds 0 to 63 and 1000 to 1063, a canopy and 3e4 photons each, standard errors between canopies at
-/// most 0.2 %; 2 comparisons, odds of a false alarm 3e-4 (63 degrees of freedom).
+/// middle of a field so wide that what leaves sideways has met 8 m of canopy, exp(-8)); and a uniform sky, by
+/// paths from a square below. Seeds 0 to 63, 1000 to 1063 and 2000 to 2063, a canopy and 3e4 photons or paths each,
+/// standard errors between canopies at most 0.2 %; 3 comparisons, odds of a false alarm 5e-4 (63 degrees of freedom).
 #[test]
 fn black_canopy() {
     let mut check = Comparisons::new("canopy", 0.002);
@@ -101,7 +114,7 @@ fn black_canopy() {
         direction: DVec3::NEG_Z,
         half_angle,
     };
-    let (mean, error) = intercepted(|i| run(8.4, above.clone(), i));
+    let (mean, error) = intercepted(|i| caught(8.4, above.clone(), i));
     rounds_to(intercepts(1.0), 0.632_12, 1e-5);
     let edge = half_angle.cos();
     let exact = integral(edge, 1.0, 1, intercepts) / (1.0 - edge);
@@ -110,9 +123,27 @@ fn black_canopy() {
     let corner = |x: f64, y: f64| DVec3::new(x, y, 0.5 * HEIGHT + LEAF);
     let [a, b, c, d] = [corner(-2.0, -2.0), corner(-2.0, 2.0), corner(2.0, 2.0), corner(2.0, -2.0)];
     let square = LightShape::Area { triangles: vec![[a, b, c], [a, c, d]], two_sided: false };
-    let (mean, error) = intercepted(|i| run(20.0, square.clone(), 1000 + i));
+    let (mean, error) = intercepted(|i| caught(20.0, square.clone(), 1000 + i));
     let exact = integral(0.0, 1.0, 20, |cos| 2.0 * cos * intercepts(cos));
     rounds_to(exact, 0.780_62, 1e-5);
     check.add("uniform light from above", mean, error, exact);
-    check.finish(2);
+
+    // a sky of radiance 1 / pi: 1 on an open plane
+    let map = Arc::new(RadianceMap::new(1, 0.0, vec![1.0, 0.0]));
+    let part = InfinitePart::new(InfiniteShape::Map(map), vec![FRAC_1_PI]);
+    let sky = LightShape::Infinite(InfiniteLight::new("sky".into(), 1, vec![part]));
+    let below = |[a, b, c]: [DVec3; 3]| [a, c, b].map(|p| p.with_z(-p.z));
+    let captor = CaptorPart {
+        id: "below".into(),
+        kind: CaptorKind::Virtual { both_sides: false },
+        triangles: [[a, b, c], [a, c, d]].map(below).into(),
+        groups: Vec::new(),
+        sensor: Sensor::default(),
+    };
+    let (mean, error) = intercepted(|i| {
+        let result = run(20.0, sky.clone(), vec![captor.clone()], 2000 + i);
+        1.0 - result.captors[0].front.irradiance[0]
+    });
+    check.add("sky", mean, error, exact);
+    check.finish(3);
 }

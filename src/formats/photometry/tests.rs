@@ -179,9 +179,17 @@ fn bad_files_are_told() {
 
 const WORDS: &[&str] = &["TILT=NONE", "TILT=", "NONE", "360", "180", "90", "7", "IESNA91"];
 
+/// The ending tells what a file was meant to be.
+#[test]
+fn an_ies_file_needs_its_tilt() {
+    let error = Photometry::parse(b"IESNA91\n1 2 3\n", Path::new("a.IES")).unwrap_err();
+    let start = "a.IES:2: has no line that begins with `TILT=`; the file is broken";
+    assert!(error.to_string().starts_with(start), "{error}");
+}
+
 /// Whatever the text, there is an error with its place or a table that shines.
 fn check(text: &[u8]) {
-    let path = Path::new("a.ies");
+    let path = Path::new("lamp");
     match Photometry::parse(text, path) {
         Err(error) => check_error(&error, path),
         Ok(photometry) => assert!(photometry.flux > 0.0 && photometry.flux.is_finite()),

@@ -88,7 +88,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         warn(
             "paths cannot find some of the light",
             format!(
-                "paths cannot find light of a point, spot or line that comes by way of mirrors or \
+                "paths cannot find all light of a point, spot, line or sun that comes by way of mirrors or \
              refraction: about {:.2} % of the flux on the captors is missing; \
              --estimator photons finds it",
                 100.0 * unseen
