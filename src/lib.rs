@@ -133,8 +133,8 @@ pub use transport::photon_map::{
 pub use transport::settings::{Estimator, Guiding, Settings, Target};
 pub use transport::shard::Shard;
 pub use transport::simulate::{
-    Accuracy, Choice, Control, Dark, End, FaceBand, Progress, Simulation, Worst, light_surfaces,
-    simulate,
+    Accuracy, Choice, Control, Dark, End, FaceBand, Progress, Simulation, Worst, found_and_unseen,
+    light_surfaces, simulate,
 };
 pub use transport::tally::{Ledger, Totals};
 pub use transport::{paths::Unseen, surface_light::SurfaceLight};

@@ -31,6 +31,7 @@ mod photometry;
 mod pinned;
 mod plot;
 mod rad;
+mod random_scenes;
 mod render;
 mod rendered;
 mod sensors;

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod captors;
+#[cfg(feature = "exr")]
+mod channels;
 mod light;
 mod photons;
 mod task;
@@ -29,7 +31,7 @@ use arguments::What;
 pub(super) use arguments::{Arguments, range};
 pub(super) use task::{Made, make};
 #[cfg(feature = "exr")]
-use {crate::show::picture::write_exr, light::channels};
+use {crate::show::picture::write_exr, channels::channels};
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;

@@ -40,7 +40,7 @@ pub use joined::Joined;
 pub use joined::radiance;
 use reflectors::Reflectors;
 use spots::Spots;
-pub use unseen::Unseen;
+pub use unseen::{Finding, Unseen};
 use vertex::{Arrival, Vertex};
 
 /// Where surfaces have left less of a path than this, it goes on by Russian roulette, with this much.

@@ -7,6 +7,7 @@
 mod accuracy;
 mod batches;
 mod checkpoint;
+mod found_and_unseen;
 mod guided;
 mod lamps;
 mod memory;
@@ -43,6 +44,7 @@ use crate::{
 
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
+pub use found_and_unseen::found_and_unseen;
 pub use guided::choose_guiding;
 pub use schedule::BATCHES;
 use schedule::Schedule;

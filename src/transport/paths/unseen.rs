@@ -30,25 +30,25 @@ pub struct Unseen {
 }
 
 /// What has happened to a photon on its way, as far as it decides whether a path could find it there.
-struct Finding<'a> {
+pub struct Finding<'a> {
     delta: bool,
     /// The flat mirrors in which paths look for its light.
     images: Option<&'a FlatMirrors>,
     diffused: bool,
     mirrored: bool,
     /// Whether no path could.
-    hidden: bool,
+    pub hidden: bool,
 }
 
 impl<'a> Finding<'a> {
     /// As it leaves a light; `delta`: one that no path meets by chance.
-    fn new(scene: &'a Scene, light: usize, delta: bool) -> Self {
+    pub fn new(scene: &'a Scene, light: usize, delta: bool) -> Self {
         let images = scene.flat_mirrors().filter(|mirrors| mirrors.suns().contains(&light));
         Self { delta, images, diffused: false, mirrored: false, hidden: false }
     }
 
     /// After an arrival at a triangle that sends it on so.
-    fn arrived(&mut self, triangle: usize, lobe: Option<LobeKind>) {
+    pub fn arrived(&mut self, triangle: usize, lobe: Option<LobeKind>) {
         if self.delta && !self.diffused && lobe == Some(LobeKind::Specular) {
             // paths look for the sun by way of one flat mirror
             let shown = |images: &FlatMirrors| images.image_of(triangle).is_some();

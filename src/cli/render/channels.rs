@@ -1,0 +1,39 @@
+//! What an EXR file of a picture holds.
+
+use super::arguments::What;
+use crate::{
+    scene::world::Scene,
+    show::{picture::BandColours, render::Pixels},
+};
+
+/// The channels of an EXR file: each band under its name and what it is, and for eyes R, G, B.
+pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(String, Vec<f32>)> {
+    let count = pixels.covered.len();
+    let what = match show {
+        What::Radiance => "radiance",
+        What::Absorbed => "absorbed",
+        _ => "irradiance",
+    };
+    if show == What::Error {
+        return [("error", &pixels.values), ("A", &pixels.covered)]
+            .map(|(name, values)| (name.into(), values.clone()))
+            .into();
+    }
+    let band = |b: usize| (0..count).map(|i| pixels.pixel(i)[b]).collect::<Vec<f32>>();
+    let mut channels: Vec<(String, Vec<f32>)> = scene
+        .bands
+        .iter()
+        .enumerate()
+        .map(|(b, named)| (format!("{what}.{}", named.name), band(b)))
+        .collect();
+    if show == What::Radiance {
+        let colours = BandColours::new(&scene.bands, scene.quantity);
+        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let value = |i: usize| colours.linear(pixels.pixel(i))[c];
+            channels.push((name.into(), (0..count).map(value).collect()));
+        }
+    } else {
+        channels.push(("A".into(), pixels.covered.clone()));
+    }
+    channels
+}
