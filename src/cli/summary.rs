@@ -58,8 +58,9 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
 
 /// What is farthest from the tolerance, and what was not waited for.
 fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
+    // in percent, without the last digits that the product of a decimal fraction has
+    let asked = (1e12 * found.asked).round() / 1e10;
     if let Some(worst) = &found.worst {
-        let asked = 100.0 * found.asked;
         let _ = writeln!(text, "farthest from the tolerance of {asked} %: {}", far_off(worst));
     }
     let faces: HashSet<(&str, &str)> =
@@ -72,7 +73,7 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
             "{} face{s} dark: below {} {irradiance} with 95 % confidence, less than {} % of the median",
             faces.len(),
             short(below),
-            100.0 * found.asked,
+            asked,
         );
     }
 }
