@@ -290,7 +290,7 @@ fn wrong_tables_are_refused() {
         ),
         (
             r#"{"type": "table", "angles_deg": [0, 9], "direct": [0]}"#,
-            &["direct: 1 entries for 2 angles; give one"],
+            &["direct: 1 entry for 2 angles; give one"],
         ),
         (
             r#"{"type": "table", "angles_deg": [0], "diffuse": [1.5]}"#,

@@ -84,7 +84,8 @@ impl Panorama {
                 let value = channel[texel];
                 if !(value.is_finite() && value >= 0.0) {
                     let (row, column) = (texel / self.width, texel % self.width);
-                    let problem = format!("the texel in row {row}, column {column} is {value}");
+                    let problem =
+                        format!("the texel in row {row}, column {column} (both from 0) is {value}");
                     return Err(
                         error(problem).remedy("radiance must be a finite number, at least 0")
                     );

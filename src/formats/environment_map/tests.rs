@@ -97,8 +97,9 @@ fn what_is_no_radiance_is_refused() {
         let bytes = exr_bytes(vec![("PAR", FlatSamples::F32(values))], (8, 4));
         let picture = Panorama::parse(&bytes, path).unwrap();
         let error = picture.map(path, &["PAR"], 0.0, &[1.0]).unwrap_err().to_string();
-        let start =
-            format!("sky.exr: the texel in row 1, column 5 is {word}; radiance must be a finite");
+        let start = format!(
+            "sky.exr: the texel in row 1, column 5 (both from 0) is {word}; radiance must be"
+        );
         assert!(error.starts_with(&start), "{error}");
     }
     let header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n".to_vec();

@@ -97,7 +97,7 @@ pub(super) fn read(file: &File, tilt: usize) -> Result<Photometry> {
     let symmetry = symmetry(&numbers, &c)?;
     let mut planes = Vec::with_capacity(horizontal);
     for (i, &c) in c.iter().enumerate() {
-        let what = format!("of horizontal angle {} of {horizontal}, intensity", i + 1);
+        let what = format!("horizontal angle {} of {horizontal}: intensity", i + 1);
         let mut values = numbers.list(&what, vertical)?;
         if let Some(bad) = values.iter().find(|&&value| value < 0.0) {
             let problem =

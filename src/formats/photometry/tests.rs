@@ -161,7 +161,7 @@ fn bad_files_are_told() {
         (changed("45 60 75 90\n", "45 60 60 90\n"), "horizontal angle 60 comes after 60"),
         (changed("\n150", "\n-150"), "an intensity of -150 at horizontal angle 0"),
         (changed("\n150", "\n1e999"), "intensity 1 of 7 is `1e999`, not a finite number"),
-        (good[..good.len() - 20].into(), "the file ends before of horizontal angle 7"),
+        (good[..good.len() - 20].into(), "the file ends before horizontal angle 7"),
         (good.clone() + "5\n", "`5` comes after the last intensity"),
         (ldt(7, &[0.0], Symmetry::Axial), "`7`, must be 0 to 4"),
         (eulumdat.replacen("24", "23", 1), "23 C planes do not suit this symmetry"),

@@ -22,6 +22,11 @@ const SURFACES: [&str; 8] =
     ["polygon", "sphere", "bubble", "cylinder", "tube", "cone", "cup", "ring"];
 const MATERIALS: [&str; 8] =
     ["plastic", "metal", "trans", "glass", "dielectric", "mirror", "light", "glow"];
+/// Words of Radiance that are near supported ones, and mean something else.
+const UNSUPPORTED: [&str; 7] =
+    ["source", "illum", "spotlight", "plastic2", "metal2", "trans2", "mist"];
+/// What a file of SEC2 begins with, before a number.
+const SEC2_SCALE: &str = "scale_factor";
 /// Lights of SEC2 that are lines of numbers.
 const SEC2_LINES: [&str; 3] = ["point", "point_light", "spot_light"];
 
@@ -110,7 +115,7 @@ impl<'a> Scan<'a> {
             }
             let Some(modifier) = lexer.word() else { break };
             let place = format!("{}:{}", path.display(), lexer.line);
-            if self.dialect == Dialect::Sec2 && modifier == "scale_factor" {
+            if self.dialect == Dialect::Sec2 && modifier == SEC2_SCALE {
                 self.number(&mut lexer, &place, modifier)?;
                 continue;
             }
@@ -230,9 +235,15 @@ impl<'a> Scan<'a> {
                     numbers,
                 )
             }
+            _ if *modifier == SEC2_SCALE || SEC2_LINES.contains(kind) => {
+                let word = if *modifier == SEC2_SCALE { modifier } else { kind };
+                Err(error(format!("{} is a word of SEC2", quoted(word)))
+                    .remedy("give the object `\"dialect\": \"sec2\"`"))
+            }
             _ => {
                 let all = SURFACES.iter().chain(&MATERIALS).copied();
-                let remedy = match nearest(kind, all) {
+                let near = nearest(kind, all).filter(|_| !UNSUPPORTED.contains(kind));
+                let remedy = match near {
                     Some(near) => format!("did you mean {}?", quoted(near)),
                     None => format!(
                         "there are {}: take it out, or give the scene what it stands for",

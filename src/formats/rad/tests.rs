@@ -136,6 +136,9 @@ fn errors_say_where_and_what() {
             "dir/a.rad:1: void colorpict a: `colorpict` is not supported; there are",
         ),
         ("void mesh a 1 a.rtm 0 0", "dir/a.rad:1: void mesh a: `mesh` is not supported"),
+        ("void trans2 t 0 0 0", "dir/a.rad:1: void trans2 t: `trans2` is not supported; there are"),
+        ("scale_factor 100\nvoid x l", "dir/a.rad:1: `scale_factor` is a word of SEC2; give the"),
+        ("void point_light p 1 2 3", "dir/a.rad:1: `point_light` is a word of SEC2; give the"),
         (
             "p plastic a 0 0 5 1 1 1 0 0",
             "dir/a.rad:1: a material that is modified by `p`; patterns",

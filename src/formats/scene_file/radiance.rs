@@ -265,7 +265,9 @@ impl Loader<'_> {
     pub(super) fn check_lamps(&self) -> Result<()> {
         let Some(dark) = self.room_lamps.iter().find(|lamps| !lamps.lit) else { return Ok(()) };
         let RoomLamps { object, material, pointer, lamps, .. } = dark;
-        let problem = format!("its {} lamps of {} have no light", lamps.len(), quoted(material));
+        let count = if lamps.len() == 1 { "lamp".into() } else { format!("{} lamps", lamps.len()) };
+        let has = if lamps.len() == 1 { "has" } else { "have" };
+        let problem = format!("its {count} of {} {has} no light", quoted(material));
         Err(self.error(format!("{pointer}/rad"), problem).remedy(format!(
             "add {{\"type\": \"rad\", \"object\": {object:?}, \"material\": {material:?}, \"power\": ...}} to /lights"
         )))

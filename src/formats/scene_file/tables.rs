@@ -124,7 +124,8 @@ impl Loader<'_> {
     ) -> Result<Vec<Vec<f32>>> {
         let Some(values) = values else { return Ok(vec![vec![0.0; self.bands]; angles]) };
         if values.len() != angles {
-            let problem = format!("{} entries for {angles} angles", values.len());
+            let s = if values.len() == 1 { "y" } else { "ies" };
+            let problem = format!("{} entr{s} for {angles} angles", values.len());
             return Err(self
                 .error(format!("{pointer}/{key}"), problem)
                 .remedy("give one entry per angle, a number or one number per band"));

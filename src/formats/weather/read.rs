@@ -125,6 +125,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<W
         return Err(Error::input(path.display(), "is empty").remedy(KINDS));
     };
     let epw = first.values[0].eq_ignore_ascii_case("LOCATION");
+    if bytes.contains(&0) {
+        return Err(Error::input(path.display(), "is not text but binary").remedy(KINDS));
+    }
     let tmy3 = lines.get(1).is_some_and(|l| l.values[0].starts_with("Date (MM/DD/YYYY)"));
     let mut weather = match (epw || tmy3, stamp) {
         (true, Some(_)) => {

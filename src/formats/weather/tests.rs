@@ -272,6 +272,7 @@ fn broken_files_get_their_sentence() {
             "x".into(),
             "a.epw: does not say where in its interval the time of a row stands; set `stamp`",
         ),
+        ("\0\u{1}".into(), "a.epw: is not text but binary; weather files are EPW"),
         (head[..8].join("\n"), "a.epw: holds no hour; weather files are"),
         (head[..7].join("\n"), "a.epw: has no line `DATA PERIODS`; fetch"),
         (with(&good[..20]), "a.epw:9: 7 values, global should be number 14; the line is cut off"),
