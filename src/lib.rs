@@ -65,7 +65,9 @@ pub use math::rng::Stream;
 pub use math::spectrum::{Lanes, Spectrum, Wide};
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
-pub use results::calibration::{Calibration, Model, ModelErrors, ReadingResult, SlopeIntercept};
+pub use results::calibration::{
+    Calibration, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
+};
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{

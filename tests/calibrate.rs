@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::{
     bad_input::phylux,
     common::{TestScene, shared},
+    world::{self, Mesh, World, beam},
 };
 
 const LAMPS: [&str; 3] = ["left", "middle", "right"];
@@ -142,6 +143,76 @@ fn noisy_readings_have_honest_intervals() {
     }
     let inside = found.test_inside.expect("tests");
     assert!(inside >= 26.0 / 32.0, "{inside}");
+}
+
+/// A wall's reflectance is found beside the powers of two lamps: sensors below them tell the powers, those aside the
+/// wall. The readings are those of another run, of a reflectance of 0.6 and other powers; 4 standard errors.
+#[test]
+fn a_wall_is_found_beside_the_lamps() {
+    let room = |reflectance: f64, powers: [f64; 2]| {
+        let mut world = World::new()
+            .lambert("wall", reflectance)
+            .surface("room", "wall", &world::room([0.0; 3], [4.0, 3.0, 2.5]))
+            .with("settings", json!({ "photons": 60_000, "k": 0 }));
+        for (x, power) in [1.0, 3.0].into_iter().zip(powers) {
+            let lamp = beam([x, 1.5, 2.4], [x, 1.5, 0.0], 20.0);
+            let named = json!({ "name": format!("at {x}"), "power": power });
+            let lamp = [lamp, named].into_iter().flat_map(|v| v.as_object().expect("keys").clone());
+            world = world.light(lamp.collect::<serde_json::Map<_, _>>().into());
+        }
+        let sensor = |i: usize| {
+            let place = [0.5 + (i % 4) as f64, 0.5 + (i / 4) as f64, 0.05];
+            (format!("{i}"), Mesh::square(place, [0.0, 0.0, 1.0], 0.6))
+        };
+        world.captors("sensors", (0..12).map(sensor)).write()
+    };
+    let truth = room(0.6, [24.0, 16.0]).run(60_000, 7);
+    let mut table = "captor,value,sd\n".to_string();
+    for captor in &truth.captors {
+        let [value, error] =
+            [captor.front.irradiance[0], captor.front.irradiance_se[0].expect("an error")];
+        table += &format!("{},{value},{error}\n", captor.id);
+    }
+    let scene = room(0.5, [20.0, 20.0]);
+    std::fs::write(scene.path("m.csv"), table).expect("a file");
+    let command_line = "calibrate scene.json m.csv --model lamps --prior none --vary";
+    let done = command(&scene, &format!("{command_line} /materials/wall/reflectance=0.4:0.7"));
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    assert!(done.1.contains("/materials/wall/reflectance: 0."), "{}", done.1);
+    let found = calibration(&scene.path(""));
+    let wall = &found.varied[0];
+    let error = wall.standard_error.expect("an error");
+    assert!(error < 0.05 && (wall.value - 0.6).abs() < 4.0 * error, "{wall:?}");
+    assert_eq!((wall.given, wall.from, wall.to), (0.5, 0.4, 0.7));
+    let text = std::fs::read_to_string(scene.path("calibrated.json")).expect("a scene");
+    let written: Value = serde_json::from_str(&text).expect("JSON");
+    let reflectance = written["materials"]["wall"]["reflectance"].as_f64().expect("a number");
+    assert!((reflectance - wall.value).abs() < 1e-12);
+    for (i, power) in [24.0, 16.0].into_iter().enumerate() {
+        let now = written["lights"][i]["power"][0].as_f64().expect("a number");
+        assert!((now / power - 1.0).abs() < 0.1, "{now}");
+    }
+    // with a prior of 0.02 about 0.5 less of the way is gone, and a narrow range ends it
+    let done =
+        command(&scene, "calibrate scene.json m.csv --vary /materials/wall/reflectance=0.4:0.7");
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    let held = calibration(&scene.path("")).varied[0].value;
+    assert!(held > 0.5 && held < wall.value, "{held}");
+    let done = command(&scene, &format!("{command_line} /materials/wall/reflectance=0.45:0.5"));
+    assert!(done.2.contains("`/materials/wall/reflectance` is best at a border"), "{}", done.2);
+    for (vary, sentence) in [
+        (
+            "/materials/wal/reflectance=0.4:0.7",
+            "--vary: scene.json: /materials/wal/reflectance: there is nothing",
+        ),
+        ("/materials/wall=0.4:0.7", "--vary: scene.json: /materials/wall: is neither a number nor"),
+        ("/materials/wall/reflectance=0.4", "must be a place in the scene and a range"),
+        ("/materials/wall/reflectance=1:1.5", "scene.json: /materials/wall/reflectance: 1.25"),
+    ] {
+        let refused = command(&scene, &format!("{command_line} {vary}"));
+        assert_eq!(refused.0, Some(2), "{vary}");
+        assert!(refused.2.contains(sentence), "{}\n{sentence}", refused.2);
+    }
 }
 
 #[test]

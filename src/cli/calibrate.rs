@@ -6,6 +6,7 @@ use std::{
 };
 
 use clap::Args;
+use serde_json::Value;
 
 use super::{
     interrupt::Interrupt,
@@ -18,16 +19,19 @@ use crate::{
     error::{Error, Result},
     formats::{
         input::read_bytes,
-        json, measured_csv,
+        json,
+        measured_csv::{self, MeasuredRow},
         output::{FilesRead, OutputFile, folder_of},
         result_file::{read_json, write_lines},
         scene_file::{self, LoadedScene},
     },
     results::{
-        calibration::{Calibration, Model},
+        calibration::{Calibration, Model, Varied},
         result::RunResult,
     },
-    studies::calibrate::{CalibrationPlan, calibrate, calibrated_scene},
+    studies::calibrate::{
+        CalibrationPlan, Grid, Vary, calibrate, calibrated_scene, warnings_of_varied,
+    },
     transport::{
         settings::{Checked, Estimator, Guiding, Settings},
         simulate::{Control, Progress, simulate},
@@ -47,7 +51,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
     output: PathBuf,
     /// Take these results of `phylux run --by-light` of the scene, and trace nothing
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "guiding", "threads"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "guiding", "threads", "vary"])]
     results: Option<PathBuf>,
     /// How the factors may differ: auto takes the simplest of the others that predicts blocks of readings as well as
     /// the best when they are left out
@@ -59,7 +63,11 @@ pub(super) struct Arguments {
     /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given again
     #[arg(long, value_name = "PATTERN")]
     group: Vec<String>,
-    /// Photons to trace [default: the scene's]
+    /// Also find a number of the scene, by a grid of 5 runs: its place as JSON pointer and its range, as in
+    /// /materials/wall/reflectance=0.7:0.85; can be given twice, for 25 runs
+    #[arg(long, value_name = "PLACE=FROM:TO", value_parser = Vary::parse)]
+    vary: Vec<Vary>,
+    /// Photons to trace, in each run [default: the scene's]
     #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers [default: the scene's]
@@ -130,17 +138,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let bytes = read_bytes(measured).map_err(|why| Error::input(measured.display(), why))?;
     let rows = measured_csv::parse(&bytes, measured)?;
 
-    let result = match &arguments.results {
-        Some(path) => results_of(path, &loaded)?,
-        None => trace(arguments, &loaded, &interrupt)?,
-    };
     let plan = CalibrationPlan {
         model: arguments.model.0,
         prior: arguments.prior.0,
         groups: arguments.group.clone(),
         metres: loaded.unit.metres(),
     };
-    let calibration = calibrate(&result, &rows, measured, &plan)?;
+    let (document, loaded, calibration) = match &arguments.vary[..] {
+        [] => {
+            let result = match &arguments.results {
+                Some(path) => results_of(path, &loaded)?,
+                None => trace(arguments, &loaded, &interrupt)?,
+            };
+            let calibration = calibrate(&result, &rows, measured, &plan)?;
+            (document, loaded, calibration)
+        }
+        _ => search(arguments, &document, &rows, plan, &interrupt)?,
+    };
     let calibrated = calibrated_scene(document, path, &loaded, &calibration, &folder)?;
     interrupt.writing();
     scene_output.write(&read, |writer| {
@@ -198,6 +212,41 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
     Ok(RunResult::new(&loaded.scene, &settings, &simulation))
 }
 
+/// The scene with the values of what varies that explain the readings best, and its calibration.
+fn search(
+    arguments: &Arguments,
+    document: &Value,
+    rows: &[MeasuredRow],
+    plan: CalibrationPlan,
+    interrupt: &Interrupt,
+) -> Result<(Value, LoadedScene, Calibration)> {
+    let path = &arguments.scene;
+    let name = path.display().to_string();
+    let grid = Grid::new(&name, document, &arguments.vary, plan.prior.is_some())?;
+    let fitted = |values: &[f64], plan: &CalibrationPlan| -> Result<_> {
+        let document = grid.document(values);
+        let loaded = scene_file::load_value(document.clone(), path, &read_bytes, None)?;
+        let result = trace(arguments, &loaded, interrupt)?;
+        let calibration = calibrate(&result, rows, &arguments.measured, plan)?;
+        Ok((document, loaded, calibration))
+    };
+    // one model for all: the one that is chosen in the middle
+    let (_, _, middle) = fitted(&grid.values(grid.middle()), &plan)?;
+    let plan = CalibrationPlan { model: Some(middle.model), ..plan };
+    let deviance = |run: usize| match run == grid.middle() {
+        true => Ok(middle.deviance),
+        false => fitted(&grid.values(run), &plan).map(|(_, _, found)| found.deviance),
+    };
+    let deviances = (0..grid.len()).map(deviance).collect::<Result<Vec<f64>>>()?;
+    let varied = grid.least(&deviances);
+    let values: Vec<f64> = varied.iter().map(|varied| varied.value).collect();
+    let (document, loaded, mut found) = fitted(&values, &plan)?;
+    found.models = middle.models;
+    found.warnings.extend(warnings_of_varied(&varied));
+    found.varied = varied;
+    Ok((document, loaded, found))
+}
+
 /// The factors and how well they predict, as tables.
 fn describe(found: &Calibration) -> String {
     let bands = &found.measured_bands[..found.measured_bands.len().min(SHOWN_BANDS)];
@@ -206,6 +255,16 @@ fn describe(found: &Calibration) -> String {
         Some(prior) => writeln!(text, ", prior {prior}"),
         None => writeln!(text, ", no prior"),
     };
+    for Varied { place, from, to, given, value, standard_error } in &found.varied {
+        let error = standard_error.map_or(String::new(), |error| format!(" ± {error:.4}"));
+        let _ = writeln!(
+            text,
+            "  {place}: {value:.4}{error} (the scene has {}; tried from {} to {})",
+            short(*given),
+            short(*from),
+            short(*to)
+        );
+    }
     let mut line = |title: &str, cells: &mut dyn Iterator<Item = String>| {
         let cells: String = cells.map(|cell| format!(" {cell:>15}")).collect();
         let _ = writeln!(text, "{}", format!("{title:<34}{cells}").trim_end());

@@ -48,6 +48,13 @@ pub struct Calibration {
     pub model: Model,
     /// Relative standard deviation of the factors of lamps about the common one; null where there was no prior.
     pub prior: Option<f64>,
+    /// Numbers of the scene that were found beside the factors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub varied: Vec<Varied>,
+    /// -2 times the logarithm of the likelihood of the fitted readings, with what the prior adds, but for a constant:
+    /// of scenes that are compared by the same readings the one with less explains them better.
+    #[serde(default)]
+    pub deviance: f64,
     /// Names of the bands of the scene: each list of factors has one number for each.
     pub bands: Vec<String>,
     /// Factors on the powers that the lights have in the scene, per band.
@@ -77,6 +84,23 @@ pub struct Calibration {
     pub readings: Vec<ReadingResult>,
     /// What a user should know before trusting the factors.
     pub warnings: Vec<String>,
+}
+
+/// A number of the scene that was found beside the factors on the powers of its lamps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Varied {
+    /// Where it stands in the scene file, as JSON pointer.
+    pub place: String,
+    /// The least value that was tried.
+    pub from: f64,
+    /// The greatest.
+    pub to: f64,
+    /// What the scene has; of a list its mean.
+    pub given: f64,
+    /// What explains the readings best.
+    pub value: f64,
+    /// Its standard error; null where it is held at a border of the range, or the readings do not tell it.
+    pub standard_error: Option<f64>,
 }
 
 /// How well a model predicts readings that it was not fitted to: each block is left out in turn.

@@ -5,6 +5,7 @@ mod choose;
 mod fit;
 mod hull;
 mod powers;
+mod vary;
 
 use std::{collections::HashMap, path::Path};
 
@@ -14,6 +15,7 @@ use choose::{blocked, each_block, line, on_lines, relative_rmse, simplest};
 use fit::{Fit, Point};
 use hull::Hull;
 pub use powers::calibrated_scene;
+pub use vary::{Grid, Vary, warnings as warnings_of_varied};
 
 use crate::{
     error::{Error, Problem, Result, nearest},
@@ -137,6 +139,8 @@ pub fn calibrate(
         scene: result.scene.clone(),
         model,
         prior,
+        varied: Vec::new(),
+        deviance: fit.deviance(&fitted, prior),
         bands: scene_bands.map(|band| band.name.clone()).collect(),
         factors: factors.collect::<ByLight<_>>(),
         factors_se: errors.collect::<ByLight<_>>(),

@@ -64,6 +64,8 @@ struct Solution {
     form: Form,
     lamps: usize,
     theta: Vec<f64>,
+    /// What the prior holds the factors of lamps about.
+    middle: f64,
     /// Of the parameters; zeros where one is held at 0 or unknown.
     covariance: Matrix,
     /// Parameters of which the points say something, and that are not held at 0.
@@ -185,6 +187,16 @@ impl Fit {
         self.parts[self.part(point.band)].simulation(point).sqrt()
     }
 
+    /// -2 times the logarithm of the likelihood of the points that it was fitted to, with what the prior adds, but for
+    /// a constant.
+    pub fn deviance(&self, points: &[&Point], prior: Option<f64>) -> f64 {
+        let of = |(p, part): (usize, &Solution)| {
+            let mine = points.iter().copied().filter(|point| self.part(point.band) == p);
+            part.deviance(&mine.collect::<Vec<_>>(), prior)
+        };
+        self.parts.iter().enumerate().map(of).sum()
+    }
+
     /// Numbers that were fitted.
     pub fn numbers(&self) -> usize {
         let all: usize = self.parts.iter().map(|part| part.theta.len()).sum();
@@ -204,18 +216,18 @@ impl Solution {
             form,
             lamps,
             theta: Vec::new(),
+            middle: 1.0,
             covariance: Vec::new(),
             free: Vec::new(),
             spread: vec![[0.0, f64::INFINITY]; bands],
         };
         let common =
             |points: &[&Point]| Ok(Self::new(Form::One, points, [lamps, bands], prior)?.theta[0]);
-        let mut middle = 1.0;
         start.theta = match form {
             Form::One => vec![1.0],
             Form::Lamps => {
-                middle = common(points)?;
-                vec![middle; lamps]
+                start.middle = common(points)?;
+                vec![start.middle; lamps]
             }
             Form::Product => {
                 let of_band = |band| {
@@ -233,24 +245,20 @@ impl Solution {
                 "check where they are and which way they face, and trace more photons",
             ));
         }
-        start.repeat(points, prior, middle)
+        start.repeat(points, prior)
     }
 
     /// Solves with the variances that the last solution implies, until they no longer change.
-    fn repeat(
-        mut self,
-        points: &[&Point],
-        prior: Option<f64>,
-        middle: f64,
-    ) -> Result<Self, Problem> {
-        let mut at_place: HashMap<usize, f64> = HashMap::new();
-        points.iter().for_each(|point| *at_place.entry(point.place).or_default() += 1.0);
+    fn repeat(mut self, points: &[&Point], prior: Option<f64>) -> Result<Self, Problem> {
+        let shares = shares(points);
         for _ in 0..REPETITIONS {
             let before = (self.theta.clone(), self.spread.clone());
-            let share = |point: &Point| 1.0 / at_place[&point.place];
-            let weights: Vec<f64> =
-                points.iter().map(|point| share(point) / self.variance(point)).collect();
-            self.solve(points, &weights, prior, middle)?;
+            let weights: Vec<f64> = points
+                .iter()
+                .zip(&shares)
+                .map(|(point, share)| share / self.variance(point))
+                .collect();
+            self.solve(points, &weights, prior)?;
             self.find_spread(points);
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-12);
             let same_theta = self.theta.iter().zip(&before.0).all(|(a, b)| near(*a, *b));
@@ -266,7 +274,6 @@ impl Solution {
         points: &[&Point],
         weights: &[f64],
         prior: Option<f64>,
-        middle: f64,
     ) -> Result<(), Problem> {
         let n = self.theta.len();
         let mut normal = vec![vec![0.0; n]; n];
@@ -284,7 +291,7 @@ impl Solution {
             (Form::One, _) | (Form::Lamps, None) => {}
             (_, Some(prior)) => (0..self.lamps).for_each(|lamp| {
                 let mut row = vec![0.0; n];
-                row[lamp] = 1.0 / middle;
+                row[lamp] = 1.0 / self.middle;
                 add(&mut normal, &mut target, &row, 1.0, 1.0 / (prior * prior));
             }),
             // only the products matter: the mean over the lamps is 1
@@ -332,6 +339,24 @@ impl Solution {
         }
     }
 
+    /// See [`Fit::deviance`].
+    fn deviance(&self, points: &[&Point], prior: Option<f64>) -> f64 {
+        let of = |(point, share): (&&Point, f64)| {
+            let (variance, residual) =
+                (self.variance(point), 1.0 - self.value(point) / point.value);
+            share * (variance.ln() + residual * residual / variance)
+        };
+        let of_points: f64 = points.iter().zip(shares(points)).map(of).sum();
+        let of_lamps = match (self.form, prior) {
+            (Form::One, _) | (_, None) => 0.0,
+            (_, Some(prior)) => {
+                let far = |factor: &f64| ((factor / self.middle - 1.0) / prior).powi(2);
+                self.theta[..self.lamps].iter().map(far).sum()
+            }
+        };
+        of_points + of_lamps
+    }
+
     fn factor(&self, lamp: usize, band: usize) -> f64 {
         match self.form {
             Form::One => self.theta[0],
@@ -375,6 +400,13 @@ impl Solution {
     fn variance(&self, point: &Point) -> f64 {
         self.known_variance(point) + self.spread[point.band][0] + LEAST_ERROR * LEAST_ERROR
     }
+}
+
+/// The weight of each point: those at one place share that of one.
+fn shares(points: &[&Point]) -> Vec<f64> {
+    let mut at_place: HashMap<usize, f64> = HashMap::new();
+    points.iter().for_each(|point| *at_place.entry(point.place).or_default() += 1.0);
+    points.iter().map(|point| 1.0 / at_place[&point.place]).collect()
 }
 
 /// Adds an equation `row` θ = `aim` of this weight.
