@@ -120,6 +120,13 @@ pub struct Captor {
     pub sensor: Sensor,
 }
 
+impl Captor {
+    /// The area of a face that light comes to, m2: of a sphere all of it, four times its cross-section.
+    pub fn area_of_face(&self) -> f64 {
+        if self.sensor.is_sphere { 4.0 * self.area } else { self.area }
+    }
+}
+
 /// With the sensor only where it is special: [`Scene::digest`](crate::Scene::digest) of a scene without such ones is
 /// what it was before there were any.
 impl fmt::Debug for Captor {

@@ -6,8 +6,10 @@
 //! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
 //! are aimed at the reflectors of lamps ([`Reflectors`]), and with light that lamps send to what is close to them ([`Spots`]). The sun is looked for in flat panes and mirrors, too. What a
 //! path cannot find is light of a point or a line that comes by way of a mirror or refraction, and the sun by others than
-//! one of those: [`Unseen`] says how much that is.
+//! one of those: [`Unseen`] says how much that is. What paths find by chance alone, as a small lamp in a mirror, may be more
+//! than their errors know: `chance` tells where.
 
+mod chance;
 mod choice;
 mod face;
 mod joined;
@@ -40,7 +42,7 @@ pub use joined::Joined;
 pub use joined::radiance;
 use reflectors::Reflectors;
 use spots::Spots;
-pub use unseen::{Finding, Unseen};
+pub use unseen::{Finding, Told, Unseen};
 use vertex::{Arrival, Vertex};
 
 /// Where surfaces have left less of a path than this, it goes on by Russian roulette, with this much.

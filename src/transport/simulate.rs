@@ -35,7 +35,7 @@ use crate::{
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         guiding::Guidance,
-        paths::{Face, Pilot, Unseen},
+        paths::{Face, Pilot, Told, Unseen},
         photon_map::{Arrival, MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, Settings},
         tally::{Tally, Totals},
@@ -106,6 +106,9 @@ pub struct Simulation {
     pub map: Option<PhotonMap>,
     /// In a run of paths: what they cannot find, where there may be such light.
     pub unseen: Option<Unseen>,
+    /// Per channel of captors and groups, whether photons know of more light there that paths find by chance alone than
+    /// its error does; empty where there is no such light, and in a run of photons.
+    pub too_small: Vec<bool>,
     /// Why it ended.
     pub end: End,
     /// With a tolerance: whether it is met, and what is farthest from it.
@@ -404,10 +407,15 @@ impl<'a> Run<'a> {
             let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
             builder.build(totals.histories, |key| schedule.histories_before(key))
         });
+        let paths = totals.histories;
         totals.histories *= self.unit();
-        let unseen = match self.work {
-            Work::Photons(_) => None,
-            Work::Paths(..) => Unseen::find(self.scene, self.settings.seed),
+        let (unseen, too_small) = match &self.work {
+            Work::Photons(_) => (None, Vec::new()),
+            Work::Paths(_, pilot) => {
+                let Told { unseen, by_chance } = Told::find(self.scene, pilot, self.settings.seed);
+                let too_small = by_chance.map(|found| found.too_small(self.scene, &totals, paths));
+                (unseen, too_small.unwrap_or_default())
+            }
         };
         Ok(Simulation {
             estimator: self.settings.estimator,
@@ -417,6 +425,7 @@ impl<'a> Run<'a> {
             totals,
             map,
             unseen,
+            too_small,
             end,
             accuracy: None,
             threads: self.pool.current_num_threads(),

@@ -344,7 +344,10 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
     let of_paths = simulation.estimator == Estimator::Paths;
     FaceResult {
         few_paths: match of_paths {
-            true => totals.running(channel).iter().any(concentrated),
+            true => {
+                totals.running(channel).iter().any(concentrated)
+                    || simulation.too_small.get(channel).is_some_and(|&too_small| too_small)
+            }
             false => totals.equal_histories(channel).is_some_and(|n| 0.0 < n && n < FEW_HISTORIES),
         },
         by_light: by_light(scene, totals, |_, part| flux(part, channel, area)),

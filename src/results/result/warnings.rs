@@ -123,8 +123,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             "errors that rest on few paths",
             format!(
                 "the errors at {few} of {} faces of captors rest on few paths that found much light, as \
-             by way of a mirror: values and errors may be far too small, and where no \
-             path found any; trace more, or --estimator photons",
+             by way of a mirror, or on none though photons know of such light there: values and errors may \
+             be far too small; trace more, or --estimator photons",
                 faces().count()
             ),
         );

@@ -98,6 +98,21 @@ impl Light {
         }
     }
 
+    /// Power that leaves its surface, per m2 and W of its power, 1/m2: the mean over it; none of a light without a surface.
+    pub fn exitance(&self) -> Option<f32> {
+        match &self.emitter {
+            Emitter::Tube { line, radius, aperture, .. } if *radius > 0.0 => {
+                Some(1.0 / aperture.area(*radius, line.length))
+            }
+            Emitter::Area { surface, two_sided } => {
+                let sides = if *two_sided { 2.0 } else { 1.0 };
+                Some(1.0 / (sides * surface.area() as f32))
+            }
+            Emitter::LuminaireArea { surface, .. } => Some(1.0 / surface.area() as f32),
+            _ => None,
+        }
+    }
+
     /// The triangles that emit, for an area light.
     pub fn triangles(&self) -> &[Triangle] {
         match &self.emitter {

@@ -93,8 +93,7 @@ impl<'a> Face<'a> {
             Place { normal, off, margins }
         };
         let places = triangles.iter().enumerate().map(place).collect();
-        // paths start from all of a sphere, of which the area is a cross-section
-        let area = if of.sensor.is_sphere { 4.0 * of.area } else { of.area } as f32;
+        let area = of.area_of_face() as f32;
         let middle = (of.center - scene.center).as_vec3();
         Self { captor, channel, scene, area, middle, triangles, cumulative_area, places }
     }

@@ -49,7 +49,19 @@ pub(super) struct Origin {
     density: Option<f32>,
 }
 
+impl Origin {
+    /// What it brings to a surface with this normal, 1/m2 per W.
+    pub fn irradiance_on(&self, normal: Vec3) -> f32 {
+        self.irradiance * self.towards.dot(normal).abs()
+    }
+}
+
 impl Spots {
+    /// Whether light is sent from it.
+    pub(super) fn has(&self, light: usize) -> bool {
+        self.lamps.binary_search(&light).is_ok()
+    }
+
     /// Finds them by photons that go to their first surface, and on to the next; none where there are none. Where paths
     /// aim at `reflectors`, they come there often enough.
     pub fn find(scene: &Scene, reflectors: Option<&Reflectors>, seed: u64) -> Option<Self> {
@@ -95,7 +107,7 @@ impl Spots {
     fn chance(&self, scene: &Scene, light: usize, at: Vec3) -> f32 {
         match self.lamps[..] {
             [lamp] => f32::from(u8::from(lamp == light)),
-            _ if self.lamps.binary_search(&light).is_err() => 0.0,
+            _ if !self.has(light) => 0.0,
             _ => self.chance_of(scene, light, at, self.all(scene, at)),
         }
     }

@@ -19,6 +19,7 @@ impl Simulation {
             totals: self.totals.mixed(&columns),
             map: self.map.as_ref().map(|map| map.at_powers(of_light)),
             unseen: None,
+            too_small: Vec::new(),
             accuracy: None,
             ..*self
         }

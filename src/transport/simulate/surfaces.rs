@@ -50,9 +50,14 @@ pub fn light_surfaces<'a>(
         Some(photons) => photons,
         None => {
             let control = Control { progress: &|_| {}, ..*control };
-            let Totals { histories, segments, .. } = trace(Purpose::Trial, FIRST, &control)?.totals;
+            let first = trace(Purpose::Trial, FIRST, &control)?;
+            let Totals { histories, segments, .. } = first.totals;
             let least = (RAYS * histories / segments.max(1)).clamp(FIRST, TRIAL);
-            let trial = trace(Purpose::Trial, least, &control)?;
+            // the same photons again find the same
+            let trial = match least {
+                FIRST => first,
+                least => trace(Purpose::Trial, least, &control)?,
+            };
             let kept = trial.map.map_or(0, |map| map.photons.len()) as f64;
             let wanted = settings.map_photons as u64;
             // a little more, for chance

@@ -5,7 +5,7 @@ use std::sync::{Mutex, atomic::Ordering};
 use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
 use crate::{
     math::{
-        rng::Streams,
+        rng::{Purpose, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
@@ -64,6 +64,11 @@ impl Run<'_> {
         }
     }
 
+    /// Whether nothing but the map of the run is asked for: once that is full there is no more to do.
+    fn keeps_map_alone(&self) -> bool {
+        matches!(self.keep, Keep::OnSurfaces(_)) && self.purpose == Purpose::Run
+    }
+
     /// The random streams of a batch.
     fn streams(&self, round: u64, batch: u64) -> Streams {
         Streams::new(self.settings.seed, self.purpose, round * BATCHES + batch)
@@ -115,6 +120,9 @@ impl Run<'_> {
         let (first, histories) = schedule.range(batch, task);
         let limit = map.map_or(0, |map| lock(map).limit());
         let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
+        if stored.is_none() && self.keeps_map_alone() {
+            return;
+        }
         let bands = self.scene.bands.len();
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| GUIDED);
