@@ -54,6 +54,23 @@ fn furnace_round_aimed_sensors() {
     check.finish(8);
 }
 
+/// A sensor of 1 mm over a white floor of 4 m, in the sun: about 0.003 of 20,000 photons come to it straight, and hundreds of
+/// flights from the floor. These must not make it look sure.
+#[test]
+fn flights_by_day_do_not_hide_that_few_come_straight() {
+    let floor = Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 4.0);
+    let world = World::new()
+        .lambert("white", 0.9)
+        .surface("floor", "white", &floor)
+        .captor("sensor", &Mesh::disc([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0.001))
+        .with("sun_at", json!({ "elevation_deg": 45, "azimuth_deg": 90 }))
+        .light(json!({ "type": "sun", "irradiance": 800, "half_angle_deg": 0 }));
+    let run = guided(&world, "aim", 20_000, 1);
+    let face = front(&run, "sensor");
+    assert!(face.irradiance[0] > 0.0);
+    assert!(face.histories.unwrap_or(face.photons) < 30, "{face:?}");
+}
+
 /// A black room, a lamp of radiance L behind a thin pane, and a black blade that hides a strip of it: at a sensor of 1 cm
 /// E = L integral of tau cos cos' V / d2 over what it sees of the lamp. Few photons come to it of themselves. Seed 1,
 /// 200,000 photons, standard error at most 0.3 %; odds of a false alarm 6e-5.

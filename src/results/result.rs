@@ -315,8 +315,8 @@ pub struct FaceResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dli_se: Option<Vec<Option<f64>>>,
-    /// Whether the error rests on what few paths found, or none of what photons know of, or the value on few photons with aimed flights, so that both
-    /// may be far too small.
+    /// Whether the error rests on what few paths found, or none of what photons know of, or the value on few photons
+    /// with aimed flights, so that both may be far too small.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub few_paths: bool,
     /// Of a group of several: the least irradiance of its captors, per band.

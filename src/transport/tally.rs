@@ -87,7 +87,8 @@ struct Counts {
 /// How much the histories of a channel differ in what they bring, over all bands.
 #[derive(Clone, Copy, Debug, Default)]
 struct Weighed {
-    /// What the last one has brought.
+    /// Number of the last one, and what it has brought.
+    last: u64,
     own: f64,
     /// The sum of what those before it brought, and of its squares.
     before: [f64; 2],
@@ -196,7 +197,11 @@ impl Tally {
     fn score_whole<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         let counted = event.counted(scene);
         if let Some(counted) = &counted {
+            let beside = matches!(event, Event::Crossing { carried: None, .. });
             match &counted.captor.sensor.response {
+                _ if beside && scene.has_daylight() => {
+                    self.add_beside_daylight(counted, weights, event.cosine(scene));
+                }
                 None => self.add(counted.channel(), weights, counted.power),
                 Some(response) => {
                     let factor = response.factor(event.cosine(scene));
@@ -269,15 +274,31 @@ impl Tally {
         power: &Spectrum<L>,
     ) {
         let place = self.place(channel);
-        let is_new = self.counts[place].last != self.history;
         if self.weighed.is_some() {
-            self.weigh(place, is_new, weights.clone(), power);
+            self.weigh(place, weights.clone(), power);
         }
         let counts = &mut self.counts[place];
         counts.photons += 1;
-        counts.histories += u64::from(is_new);
+        counts.histories += u64::from(counts.last != self.history);
         counts.last = self.history;
         accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, power);
+    }
+
+    /// Adds what a flight brings that is sent out beside a photon of daylight, and counts no arrival: none is aimed
+    /// at what comes straight from sun and sky, so how seldom that comes is told by the photons' own arrivals.
+    #[cold]
+    #[inline(never)]
+    fn add_beside_daylight<L: Lanes>(
+        &mut self,
+        counted: &Counted<'_, L>,
+        weights: &[f64],
+        cosine: f32,
+    ) {
+        let response = counted.captor.sensor.response.as_ref();
+        let power = counted.power.clone().scaled(response.map_or(1.0, |of| of.factor(cosine)));
+        let place = self.place(counted.channel());
+        self.weigh(place, weights, &power);
+        accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, &power);
     }
 
     /// Adds what a history brings to what it brought before, if it is not new; out of the way of those that weigh none.
@@ -286,15 +307,15 @@ impl Tally {
     fn weigh<'a, L: Lanes>(
         &mut self,
         place: usize,
-        is_new: bool,
         weights: impl IntoIterator<Item = &'a f64>,
         power: &Spectrum<L>,
     ) {
         let Some(weighed) = self.weighed.as_mut().and_then(|all| all.get_mut(place)) else {
             return;
         };
-        if is_new {
+        if weighed.last != self.history {
             weighed.settle();
+            weighed.last = self.history;
         }
         let powers = weights.into_iter().zip(power.values());
         weighed.own += powers.map(|(weight, power)| weight * f64::from(*power)).sum::<f64>();
