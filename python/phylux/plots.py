@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -19,28 +20,62 @@ def captor_map(
     band: str | None = None,
     face: str = "front",
     captors: str | Sequence[str] | None = None,
-    axes: str = "xy",
+    axes: str | None = None,
+    contours: bool | None = None,
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Captors where they are, in the colour of their irradiance.
+    """Irradiance of captors over the plane that they lie in: colours with contours, linear between the captors over
+    Delaunay's triangles; or, where that is no map, captors as dots where they are.
 
     Args:
         band: a band or sum; the first one if it is not given.
         face: ``"front"`` or ``"back"``.
         captors: ids, or the beginning of ids; all if it is not given.
-        axes: the coordinates across and up, such as ``"xz"``.
+        axes: the coordinates across and up, such as ``"xz"``; if it is not given, those of the plane.
+        contours: whether colours and contours fill what lies between the captors; if it is not given, where they are
+            sensors in one plane.
         ax: where to draw; new axes if it is not given.
-        options: of matplotlib's ``scatter``.
+        options: of matplotlib's ``tricontourf``, or of ``scatter`` for dots.
     """
-    ax = _axes(ax)
     rows, column = _rows(result, captors), _band(result, band)
-    across, up = ("xyz".index(name) for name in axes)
     center, values = result.center[rows], result.irradiance[rows, _face(face), column]
-    drawn = ax.scatter(center[:, across], center[:, up], c=values, **options)
-    ax.figure.colorbar(drawn, ax=ax, label=_label(result, column))
+    extent = np.ptp(center, axis=0)
+    if axes is None:
+        # the plane is across the direction of the least extent
+        axes = "".join("xyz"[axis] for axis in range(3) if axis != 2 - int(np.argmin(extent[::-1])))
+    across, up = ("xyz".index(name) for name in axes)
+    left = 3 - across - up
+    x, y, known = center[:, across], center[:, up], np.isfinite(values)
+    if contours is None:
+        flat = extent[left] <= 1e-3 * max(extent.max(), 1e-9)
+        sensors = not result.is_surface[rows].any()
+        contours = bool(flat and sensors and _spans(x[known], y[known]))
+    elif contours and not _spans(x[known], y[known]):
+        raise wrong("contours", "fewer than three captors that are not in a line", "leave it out: dots show them")
+    ax = _axes(ax)
+    if contours:
+        triangles = (x[known], y[known])
+        drawn = ax.tricontourf(*triangles, values[known], **{"levels": 64, **options})
+        drawn.set_edgecolor("face")
+        lines = ax.tricontour(*triangles, values[known], levels=8, colors="black", linewidths=0.6)
+        ax.clabel(lines, fontsize="small")
+        ax.plot(x, y, "k.", markersize=2)
+        ax.set_title(f"{'xyz'[left]} = {center[:, left].mean():.4g} m")
+    else:
+        drawn = ax.scatter(x, y, c=values, **options)
+    ax.figure.colorbar(drawn, ax=ax, label=_label(result, column), **({"ticks": lines.levels} if contours else {}))
     ax.set(xlabel=f"{axes[0]}, m", ylabel=f"{axes[1]}, m", aspect="equal")
     return ax
+
+
+def _spans(x: Any, y: Any) -> bool:
+    """Whether some three points are not in a line."""
+    if len(x) < 3:
+        return False
+    points = np.stack([x, y], axis=1)
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(sizes[1] > 1e-6 * sizes[0])
 
 
 def profile(
@@ -86,7 +121,9 @@ def profile(
     heights = np.array([(area[part] * height[part]).sum() for part in parts]) / whole
     usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
     ax.errorbar(means, heights, xerr=1.98 * spread, **{**usual, **options})
-    label = f"{quantity}, {result.bands[column]}, {result.unit['irradiance']}"
+    label = _label(result, column)
+    if quantity == "absorbed":
+        label = f"absorbed per area, {result.bands[column]}, {result.unit['irradiance']}"
     ax.set(xlabel=label, ylabel="height z, m")
     return ax
 
@@ -118,6 +155,74 @@ def rank(
     return ax
 
 
+def plants(
+    result: Result,
+    *,
+    band: str | None = None,
+    by: str = "plant",
+    captors: str | Sequence[str] | None = None,
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """What plants absorbed, with error bars of 1.98 standard errors (95 %), which are added in squares as if captors
+    were independent.
+
+    Args:
+        by: ``"plant"``: each plant, in the order of the file; or ``"rank"``: each rank of leaves, the mean over the
+            plants, which are dots.
+        band, captors, ax: as for `captor_map`.
+        options: of matplotlib's ``errorbar``.
+
+    A plant is an instance of an object (``tomato-1/leaf3#10`` is of the plant ``tomato-1#10``); a rank is the number that
+    the name of the OBJ's group ends with (3).
+    """
+    if by not in ("plant", "rank"):
+        raise wrong("by", f"no `{by}`", "there are plant and rank")
+    ax = _axes(ax)
+    rows, column = _rows(result, captors), _band(result, band)
+    values, errors = result.absorbed[:, column], np.nan_to_num(result.absorbed_se[:, column])
+    objects: dict[str, dict[str, dict[int | None, list[float]]]] = {}
+    for row in rows:
+        parts = _ORGAN.fullmatch(result.ids[row])
+        if parts is None or not np.isfinite(values[row]):
+            continue
+        rank = int(parts["rank"]) if parts["rank"] else None
+        plant = objects.setdefault(parts["object"], {}).setdefault(parts["instance"] or "", {})
+        power = plant.setdefault(rank, [0.0, 0.0])
+        power[0] += float(values[row])
+        power[1] += float(errors[row]) ** 2
+    if not objects:
+        raise wrong("captors", "none of them is a surface that absorbs", "let objects of the scene be captors")
+    start = 1
+    for i, (name, instances) in enumerate(objects.items()):
+        usual = {"fmt": "o", "capsize": 3, "color": f"C{i}", "label": name}
+        if by == "plant":
+            sums = np.array([np.sum(list(ranks.values()), axis=0) for ranks in instances.values()])
+            places = np.arange(start, start + len(sums))
+            start += len(sums)
+            means, spread = sums[:, 0], np.sqrt(sums[:, 1])
+        else:
+            numbers = sorted({rank for ranks in instances.values() for rank in ranks if rank is not None})
+            if not numbers:
+                continue
+            of_rank = [np.array([r[n] for r in instances.values() if n in r]) for n in numbers]
+            for number, own in zip(numbers, of_rank, strict=True):
+                ax.plot([number] * len(own), own[:, 0], ".", color=f"C{i}", alpha=0.25)
+            places, usual["fmt"] = np.array(numbers), "o-"
+            means = np.array([own[:, 0].mean() for own in of_rank])
+            spread = np.array([np.sqrt(own[:, 1].sum()) / len(own) for own in of_rank])
+        ax.errorbar(places, means, 1.98 * spread, **{**usual, **options})
+    ax.set(xlabel=by, ylabel=_label(result, column, "absorbed"))
+    ax.set_ylim(bottom=0)
+    if len(objects) > 1:
+        ax.legend()
+    return ax
+
+
+# OBJECT/PART#INSTANCE, behind which a single triangle has its number; a rank is the number that PART ends with
+_ORGAN = re.compile(r"(?P<object>[^/]*)(/.*?(?P<rank>\d*)(#(?P<instance>\d+)(/\d+)?)?)?", re.DOTALL)
+
+
 def spectrum(
     result: Result,
     *,
@@ -145,6 +250,7 @@ def spectrum(
         errors = result.irradiance_se[row, _face(face), columns]
         usual = {"fmt": "o-", "capsize": 3, "label": result.ids[row]}
         ax.errorbar(places, values, 1.98 * errors, **{**usual, **options})
+    ax.legend()
     if not known:
         ax.set_xticks(columns, [result.bands[i] for i in columns])
     ax.set(xlabel="wavelength, nm" if known else "band", ylabel=f"irradiance, {result.unit['irradiance']}")
@@ -230,4 +336,14 @@ def _numbers(result: Result, quantity: str, face: str) -> tuple[Any, Any]:
 
 def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
     unit = result.unit["irradiance" if quantity == "irradiance" else "flux"]
-    return f"{quantity}, {result.bands[column]}, {unit}"
+    name = "PPFD" if quantity == "irradiance" and _is_par(result, column) else quantity
+    return f"{name}, {result.bands[column]}, {unit}"
+
+
+def _is_par(result: Result, column: int) -> bool:
+    """Whether it counts photons of 400 to 700 nm alone."""
+    bands = result.head["bands"]
+    parts = bands[column].get("sum_of", [bands[column]["name"]])
+    parts = [band for band in bands if band["name"] in parts]
+    inside = all(band.get("from_nm", 0) >= 400 and band.get("to_nm", np.inf) <= 700 for band in parts)
+    return bool(result.unit["flux"] == "umol/s" and inside)

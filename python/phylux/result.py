@@ -422,8 +422,9 @@ class Result:
         """Draws with matplotlib, and returns the axes; see `phylux.plots` for the options of each kind.
 
         Args:
-            kind: ``"map"`` (captors where they are, in the colour of their value), ``"profile"`` (means over area at
-                each height, with error bars), ``"rank"`` (values of a group in the order of its captors, with error
+            kind: ``"map"`` (sensors over their plane, in colours with contours), ``"profile"`` (means over area at
+                each height, with error bars), ``"plants"`` (what each plant absorbed, or, with ``by="rank"``, each rank
+                of leaves, with error bars), ``"rank"`` (values of a group in the order of its captors, with error
                 bars), ``"spectrum"`` (over the bands), ``"bars"`` (values with error bars by name).
         """
         from . import plots
@@ -431,6 +432,7 @@ class Result:
         kinds = {
             "map": plots.captor_map,
             "profile": plots.profile,
+            "plants": plots.plants,
             "rank": plots.rank,
             "spectrum": plots.spectrum,
             "bars": plots.bars,

@@ -188,6 +188,8 @@ def test_words(result):
     ("kind", "options"),
     [
         ("map", {"captors": "grid", "band": "red"}),
+        ("map", {"captors": "plant", "axes": "xz", "s": 4}),
+        ("plants", {"captors": "plant", "band": "red"}),
         ("profile", {"captors": "grid", "band": "red"}),
         ("rank", {"captors": "plant", "quantity": "absorbed"}),
         ("spectrum", {"captors": ["grid/0", "grid/1"]}),
@@ -205,6 +207,50 @@ def test_plots_return_axes(result, kind, options):
         result.plot(kind, captors="none", ax=ax)
     with pytest.raises(px.InputError, match="no plot"):
         result.plot("pie")
+
+
+def test_a_map_has_contours_and_says_ppfd():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    scene = px.Scene("rows", quantity="umol/s", bands={"PAR": (400, 700), "far": (700, 800)})
+    scene.light("lamp", type="point", position=[0, 0, 1], power=[100, 10])
+    scene.captor("grid", discs=px.grid([0, 1, 2], [0, 1], z=0.5, radius=0.2))
+    rows = scene.run(photons=100_000)
+    ax = rows.plot("map")
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("x, m", "y, m", "z = 0.5 m")
+    assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, umol/m2/s"
+    # colours and lines; every line lies between the sensors
+    colours, lines = ax.collections[:2]
+    assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())
+    for path in lines.get_paths():
+        assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
+    assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, umol/m2/s"
+    # a row is no plane
+    dots = rows.plot("map", captors=["grid/0", "grid/1"])
+    assert len(dots.collections) == 1
+    with pytest.raises(px.InputError, match="in a line"):
+        rows.plot("map", captors=["grid/0", "grid/1"], contours=True)
+
+
+def test_plants_absorb_what_their_leaves_do():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    leaf = np.array([[[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0]]], float)
+    scene = px.Scene("plants")
+    scene.material("leaf", type="lambert", reflectance=0.2)
+    scene.add("plant", {"leaf1": leaf, "leaf2": leaf + [0, 0.3, 0.1]}, material="leaf", captor=True,
+              instances=[{"translate": [0, 0, 0]}, {"translate": [0.3, 0, 0]}])
+    scene.light("lamp", type="point", position=[0, 0, 0.5], power=100)
+    found = scene.run(photons=100_000)
+    absorbed = dict(zip(found.ids, found.absorbed[:, 0], strict=True))
+    ax = found.plot("plants")
+    expected = [absorbed[f"plant/leaf1#{i}"] + absorbed[f"plant/leaf2#{i}"] for i in range(2)]
+    np.testing.assert_allclose(ax.containers[0].lines[0].get_ydata(), expected)
+    ranks = found.plot("plants", by="rank")
+    expected = [(absorbed[f"plant/leaf{n}#0"] + absorbed[f"plant/leaf{n}#1"]) / 2 for n in (1, 2)]
+    np.testing.assert_allclose(ranks.containers[0].lines[0].get_ydata(), expected)
+    with pytest.raises(px.InputError, match="no `leaf`"):
+        found.plot("plants", by="leaf")
 
 
 def test_a_profile_has_the_means_over_area(result):
