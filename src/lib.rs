@@ -51,6 +51,7 @@ pub mod cli;
 
 pub use error::{Error, ErrorKind, Result};
 pub use formats::control_file::{ControlFile, LampControl};
+pub use formats::hours_file::HoursFile;
 pub use formats::obj::{Mesh, MeshGroup};
 pub use formats::output::{FilesRead, OpenFile, OutputFile};
 pub use formats::result_file::{OutputFolder, parse_json, read_json, write_csv, write_json};
@@ -89,10 +90,10 @@ pub use scene::material::{
     Phong, PhongFractions, Transport,
 };
 pub use scene::patches::Patches;
-pub use scene::tiles::{TilePart, Tiles};
+pub use scene::tiles::{TileCopies, TilePart, Tiles};
 pub use scene::world::{
-    Band, BandSum, CaptorPart, Crossing, FlushLight, LightPart, NamedMaterial, Scene, SceneParts,
-    Surface, SurfaceHit, SurfacePart,
+    Band, BandSum, CaptorPart, CopyPart, Crossing, FlushLight, LightPart, NamedMaterial,
+    ObjectCopy, Scene, SceneParts, Surface, SurfaceHit, SurfacePart,
 };
 #[cfg(feature = "show")]
 pub use show::chart::{Chart, Series, Stroke};

@@ -2,6 +2,8 @@
 //! with `needs_chromium_`).
 
 mod chromium;
+mod copies;
+mod hours;
 
 use std::{fs, path::Path};
 
@@ -326,11 +328,24 @@ fn needs_chromium_find_marks_and_shows() {
     let page = open(&bay(), &["--results", "results.json", "--no-trace"]);
     page.evaluate("element('objects').querySelector('[data-key=\"0\"]').click(); 0");
     let flags = "valueTexture.image.data[4 * parts.find((p) => facts.captors[p.captor] === 'plant/leaf2#1').first + 3]";
-    assert_eq!(number(&page, &format!("{flags} & 9")), 1.0, "hidden, not marked");
+    assert_eq!(number(&page, &format!("{flags} & 1")), 1.0, "hidden");
+    let marked = "mark[0].geometry.getAttribute('position').count";
+    assert_eq!(number(&page, marked), 0.0, "not marked");
     page.evaluate(
         "element('find').value = 'LEAF2#1'; element('find').dispatchEvent(new Event('change')); 0",
     );
-    assert_eq!(number(&page, &format!("{flags} & 9")), 8.0, "shown and marked");
+    assert_eq!(number(&page, &format!("{flags} & 1")), 0.0, "shown");
+    let tiles =
+        "parts.filter((p) => p.captor === state.found).reduce((n, p) => n + p.end - p.first, 0)";
+    assert_eq!(number(&page, marked), 3.0 * number(&page, tiles), "marked");
+    // it is seen, whatever stands before it: the veil is pink in the middle of the picture
+    let middle = "(() => { renderer.render(scene, camera); const g = renderer.getContext(), pixel = new Uint8Array(4);
+        g.readPixels(g.drawingBufferWidth / 2, g.drawingBufferHeight / 2, 1, 1, g.RGBA, g.UNSIGNED_BYTE, pixel);
+        return pixel[0] - pixel[1]; })()";
+    let pink = number(&page, middle);
+    page.evaluate("mark.forEach((object) => (object.visible = false)); 0");
+    assert!(pink > 40.0 + number(&page, middle), "{pink}");
+    page.evaluate("mark.forEach((object) => (object.visible = true)); 0");
     let told = text(&page, "element('found').textContent");
     assert!(
         told.starts_with("plant/leaf2#1") && told.contains('±') && told.contains("absorbed"),
@@ -340,6 +355,7 @@ fn needs_chromium_find_marks_and_shows() {
         "element('find').value = 'nobody'; element('find').dispatchEvent(new Event('change')); 0",
     );
     assert!(text(&page, "element('found').textContent").contains("no captor"));
+    assert_eq!(number(&page, marked), 0.0);
     page.no_complaints();
 }
 

@@ -56,6 +56,14 @@ fn written(world: &World) -> TestScene {
     scene
 }
 
+/// A square in the open over two days.
+pub fn two_days() -> TestScene {
+    let square = Mesh::square([0.0; 3], UP, 1.0);
+    written(
+        &world(first_days()).with("settings", json!({ "photons": 20_000 })).captor("up", &square),
+    )
+}
+
 fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivision) -> Year {
     let loaded = phylux::load_by_hour(&scene.path("scene.json"), fine).expect("a scene");
     let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
@@ -70,7 +78,7 @@ fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivisi
 /// from the sun comes from where it stands. 4 standard errors; 48 hours and 2 bands, odds of a false alarm 6e-3.
 #[test]
 fn hours_in_the_open_are_those_of_the_weather() {
-    let scene = written(&world(first_days()).captor("up", &Mesh::square([0.0; 3], UP, 1.0)));
+    let scene = two_days();
     let year = year(&scene, None, 100_000, SkyDivision::Tregenza);
     assert_eq!((year.slots.len(), year.ids.len()), (48, 1));
     let share = |source, from, to| {

@@ -182,7 +182,7 @@ impl Loaded {
             let rendered =
                 RenderedScene::new(&loaded.scene, &settings, plan, &control, &|_, _| {})?;
             file.write(&FilesRead::new(&loaded.files), |writer| {
-                phylux::write_view(&rendered, writer)
+                phylux::write_view(&rendered, None, writer)
             })
         })
     }

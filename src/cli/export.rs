@@ -59,7 +59,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .remedy("leave it out"));
     }
     let check = |scene: &Scene| check_export(scene, format, &colours);
-    rendered::write(&arguments.source, &arguments.output, photons, &check, |rendered, writer| {
-        write_export(rendered, format, &colours, writer)
-    })
+    rendered::write(
+        &arguments.source,
+        &[],
+        &arguments.output,
+        photons,
+        &check,
+        |rendered, writer| write_export(rendered, format, &colours, writer),
+    )
 }

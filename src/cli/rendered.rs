@@ -52,9 +52,11 @@ impl Source {
     }
 }
 
-/// Checks the scene, makes what is shown, of `photons` alone or of everything, and writes it to `output`.
+/// Checks the scene, makes what is shown, of `photons` alone or of everything, and writes it to `output`;
+/// `others` are files that were read besides.
 pub(super) fn write(
     source: &Source,
+    others: &[PathBuf],
     output: &Path,
     photons: bool,
     check: &dyn Fn(&Scene) -> Result<()>,
@@ -69,7 +71,7 @@ pub(super) fn write(
     let loaded = scene_file::load(&source.scene)?;
     reading.finish_and_clear();
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
-    let read = FilesRead::new(files.iter().chain(&source.results));
+    let read = FilesRead::new(files.iter().chain(&source.results).chain(others));
     check_places(place.as_slice(), &read)?;
     check(&scene)?;
     super::terminal::warn(&warnings);

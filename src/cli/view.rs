@@ -7,6 +7,8 @@ use clap::Args;
 use super::rendered::{self, Source};
 use crate::{
     error::Result,
+    formats::hours_file::HoursFile,
+    scene::world::Scene,
     show::view::{check_view, write_view},
 };
 
@@ -14,13 +16,28 @@ use crate::{
 pub(super) struct Arguments {
     #[command(flatten)]
     source: Source,
+    /// Folder that `phylux year` has written for this scene: captors in the light of any hour, by sliders
+    #[arg(long, value_name = "DIR")]
+    year: Option<PathBuf>,
     /// The page, which opens in a browser and needs no network
     #[arg(short, long, value_name = "FILE", default_value = "view.html")]
     output: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    rendered::write(&arguments.source, &arguments.output, false, &check_view, |rendered, writer| {
-        write_view(rendered, writer)
-    })
+    let hours = arguments.year.as_deref().map(HoursFile::read).transpose()?;
+    let hours = hours.as_ref();
+    let check = |scene: &Scene| {
+        check_view(scene)?;
+        hours.map_or(Ok(()), |hours| hours.check_scene(scene))
+    };
+    let files: Vec<PathBuf> = hours.iter().map(|hours| hours.path.clone()).collect();
+    rendered::write(
+        &arguments.source,
+        &files,
+        &arguments.output,
+        false,
+        &check,
+        |rendered, writer| write_view(rendered, hours, writer),
+    )
 }

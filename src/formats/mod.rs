@@ -11,6 +11,7 @@ pub mod control_file;
 pub mod csv_table;
 pub mod csv_text;
 pub mod environment_map;
+pub mod hours_file;
 pub mod input;
 pub mod iso8601;
 pub mod json;

@@ -358,6 +358,12 @@ impl Transform {
         self.linear * v
     }
 
+    /// What takes it back; not finite where a scale is too small for a number.
+    pub fn inverse(&self) -> Self {
+        let linear = self.linear.inverse();
+        Self { linear, translate: -(linear * self.translate) }
+    }
+
     /// `self` after `first`.
     pub fn after(&self, first: &Self) -> Self {
         Self { linear: self.linear * first.linear, translate: self.point(first.translate) }

@@ -9,7 +9,7 @@ use std::{
 use glam::Vec3;
 
 use crate::{
-    math::geometry::Triangle,
+    math::geometry::{Transform, Triangle},
     scene::{captor::CaptorKind, world::Scene},
 };
 
@@ -17,6 +17,8 @@ use crate::{
 const MORE: usize = 60_000;
 /// Edges shorter than this are not cut, relative to the radius of the scene.
 const SHORT: f32 = 1.0 / 200.0;
+/// Copies of objects of so many triangles are not cut: they are shown as copies.
+const DETAILED: usize = 100;
 
 /// All surfaces, cut, then all virtual captors, whole.
 #[derive(Debug)]
@@ -27,6 +29,21 @@ pub struct Tiles {
     pub triangles: Vec<u32>,
     /// The surfaces and captors that were cut into tiles, in order.
     pub parts: Vec<TilePart>,
+    /// Which tiles are copies of others, in order.
+    pub copies: Vec<TileCopies>,
+}
+
+/// Copies of an object, one after the other.
+#[derive(Clone, Debug)]
+pub struct TileCopies {
+    /// Index of the object, if it has a name.
+    pub object: Option<usize>,
+    /// The first tile of the first copy.
+    pub first: usize,
+    /// Tiles of each copy.
+    pub each: usize,
+    /// Where each copy was put, m from the user's origin; two at least.
+    pub transforms: Vec<Transform>,
 }
 
 /// Tiles of one object, material and captor.
@@ -43,13 +60,24 @@ pub struct TilePart {
 }
 
 impl Tiles {
-    /// Cuts the surfaces of a scene but for its glass: the longest edges are halved, over and over, until there are
-    /// 60,000 more tiles than triangles or all edges are short.
+    /// Cuts the surfaces of a scene but for its glass and copies of detailed objects: the longest edges are halved, over
+    /// and over, until there are 60,000 more tiles than triangles or all edges are short.
     pub fn new(scene: &Scene) -> Self {
         // glass is looked through
         let clear = |triangle: usize| scene.material(scene.surface(triangle)).is_clear();
-        let (corners, triangles) = cut(scene.triangles(), clear, MORE, SHORT * scene.radius);
-        let mut tiles = Self { corners, triangles, parts: Vec::new() };
+        let mut copies = copies(scene);
+        // the last that begins at or before it
+        let is_copy = |triangle: usize| {
+            let after = copies.partition_point(|copies| copies.first <= triangle);
+            let last = copies[..after].last();
+            last.is_some_and(|c| triangle - c.first < c.each * c.transforms.len())
+        };
+        let stays = |triangle: usize| clear(triangle) || is_copy(triangle);
+        let (corners, triangles) = cut(scene.triangles(), stays, MORE, SHORT * scene.radius);
+        for copies in &mut copies {
+            copies.first = triangles.partition_point(|t| (*t as usize) < copies.first);
+        }
+        let mut tiles = Self { corners, triangles, parts: Vec::new(), copies };
         for tile in 0..tiles.triangles.len() {
             let triangle = tiles.triangles[tile] as usize;
             let surface = scene.surface(triangle);
@@ -89,6 +117,26 @@ impl Tiles {
             _ => self.parts.push(part),
         }
     }
+}
+
+/// Copies of detailed objects among the triangles of a scene, in their order.
+fn copies(scene: &Scene) -> Vec<TileCopies> {
+    let mut found: Vec<TileCopies> = Vec::new();
+    for copy in &scene.copies {
+        let (object, first, each) = (copy.object, copy.triangles.start, copy.triangles.len());
+        match found.last_mut() {
+            Some(c)
+                if (c.object, c.each) == (object, each)
+                    && c.first + c.each * c.transforms.len() == first =>
+            {
+                c.transforms.push(copy.transform);
+            }
+            _ => found.push(TileCopies { object, first, each, transforms: vec![copy.transform] }),
+        }
+    }
+    found.retain(|copies| copies.each >= DETAILED && copies.transforms.len() > 1);
+    found.sort_by_key(|copies| copies.first);
+    found
 }
 
 /// The tiles in the order of their triangles, and the triangle of each.

@@ -12,13 +12,13 @@ mod shapes;
 mod sight;
 mod validate;
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use glam::{DVec3, Vec3};
 
 use crate::{
     math::{
-        geometry::{Ray, Triangle},
+        geometry::{Ray, Transform, Triangle},
         spectrum::lanes,
         units::Quantity,
     },
@@ -33,7 +33,9 @@ use shapes::{RAY_OFFSET, Shapes, has_parallel};
 
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
-pub use parts::{Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart};
+pub use parts::{
+    Band, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts, SurfacePart,
+};
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
@@ -67,6 +69,17 @@ impl Surface {
     }
 }
 
+/// One of several copies of an object.
+#[derive(Clone, Debug)]
+pub struct ObjectCopy {
+    /// Index of the object.
+    pub object: Option<usize>,
+    /// Its triangles among those of all surfaces, in the same order in each copy.
+    pub triangles: Range<usize>,
+    /// Where it was put, m from the user's origin.
+    pub transform: Transform,
+}
+
 /// A validated scene.
 #[derive(Debug)]
 pub struct Scene {
@@ -94,6 +107,8 @@ pub struct Scene {
     pub center: DVec3,
     /// Half the diagonal of everything, m.
     pub radius: f32,
+    /// Which surfaces are copies of an object.
+    pub copies: Vec<ObjectCopy>,
     shapes: Arc<Shapes>,
     surfaces: Vec<Surface>,
     /// The object of each part, and the first triangle of it.

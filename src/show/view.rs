@@ -1,20 +1,29 @@
 //! A scene with its light as one HTML page that needs no network: WebGL by three.js, all data in it.
 
+mod hours;
+mod levels;
+mod shapes;
+
 use std::io::{self, Write};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use flate2::{Compression, write::ZlibEncoder};
 use serde_json::{Value, json};
 
 use crate::{
     error::{Error, Result},
+    formats::hours_file::HoursFile,
     math::{geometry::Extent, stats::Estimate},
     results::saved::CaptorValues,
     scene::{captor::CHANNELS, world::Scene},
     show::{picture::Scale, rendered::RenderedScene},
     transport::surface_light::SurfaceLight,
 };
+use hours::Hours;
+use levels::Levels;
+use shapes::{Shape, quantised, shapes};
 
-/// The most triangles in a page, some 150 MB.
+/// The most triangles in a page.
 const MOST_TRIANGLES: usize = 4_000_000;
 /// The most captors.
 const MOST_CAPTORS: usize = 500_000;
@@ -52,8 +61,12 @@ pub fn check_view(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-/// Writes the page.
-pub fn write_view(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Result<()> {
+/// Writes the page, with the hours of a year of this scene if there are any.
+pub fn write_view(
+    rendered: &RenderedScene,
+    hours: Option<&HoursFile>,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
     for piece in PAGE.split_inclusive("-->") {
         let (text, slot) = match piece.rsplit_once("<!--") {
             Some((text, slot)) => (text, slot.trim_end_matches("-->").trim()),
@@ -66,7 +79,7 @@ pub fn write_view(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Resul
             "style" => writer.write_all(STYLE.as_bytes())?,
             "three" => write!(writer, "/*\n{THREE_LICENCE}*/\n{THREE}")?,
             "script" => writer.write_all(SCRIPTS.join("\n").as_bytes())?,
-            "data" => write_data(rendered, writer)?,
+            "data" => write_data(rendered, hours, writer)?,
             _ => return Err(io::Error::other(format!("page.html: no `{slot}` to fill in"))),
         }
     }
@@ -78,26 +91,47 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// The facts as JSON, long lists of numbers as base64.
-fn write_data(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Result<()> {
-    let facts = facts(rendered).to_string();
+/// The facts as JSON, long lists of numbers deflated (zlib), as base64.
+fn write_data(
+    rendered: &RenderedScene,
+    hours: Option<&HoursFile>,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    let hours = hours.map(|file| {
+        let captors = rendered.scene.captors.iter().map(|captor| captor.id.as_str());
+        let groups = rendered.groups.iter().map(|group| group.values.id.as_str());
+        Hours::new(file, captors.chain(groups))
+    });
+    let shapes = shapes(&rendered.tiles, rendered.scene.center);
+    let facts = facts(rendered, &shapes, hours.as_ref()).to_string();
     // in a script element only `<` could end it
     script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
     let mut array = |name: &str, bytes: &[u8]| {
-        script(writer, name, "application/octet-stream", &STANDARD.encode(bytes))
+        let mut deflated = ZlibEncoder::new(Vec::new(), Compression::default());
+        deflated.write_all(bytes)?;
+        let text = STANDARD.encode(deflated.finish()?);
+        script(writer, name, "application/octet-stream", &text)
     };
-    let extent = extent(rendered);
-    let corners = rendered.tiles.corners.iter().flat_map(|t| [t.a, t.b, t.c]);
-    array("corners", &shorts(corners.flat_map(|p| quantised(p, &extent))))?;
+    let floats =
+        |values: Vec<f32>| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    let corners = shapes.iter().flat_map(|shape| {
+        let corners = rendered.tiles.corners[shape.tiles.clone()].iter();
+        corners.flat_map(|t| [t.a, t.b, t.c]).flat_map(move |p| quantised(p, &shape.extent))
+    });
+    array("corners", &shorts(corners))?;
+    let placements = shapes.iter().flat_map(|shape| shape.placements.as_flattened());
+    array("placements", &floats(placements.copied().collect()))?;
     let index = |index: Option<usize>| index.map_or(-1, |i| i as i32);
     let parts = rendered.tiles.parts.iter().flat_map(|part| {
         [index(part.object), index(part.material), index(part.captor), part.tiles.start as i32]
     });
     array("parts", &parts.flat_map(i32::to_le_bytes).collect::<Vec<u8>>())?;
-    let most = most_light(rendered);
-    array("local", &shorts(local(rendered).map(|value| level(value, most))))?;
-    let floats =
-        |values: Vec<f32>| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    let levels = levels(rendered);
+    let local = local(rendered).map(|value| levels.level(value));
+    match levels.is_byte() {
+        true => array("local", &local.map(|level| level as u8).collect::<Vec<u8>>())?,
+        false => array("local", &shorts(local))?,
+    }
     let bands = rendered.scene.band_names().count();
     let groups = rendered.groups.iter().map(|group| &group.values);
     array("captors", &floats(received(&rendered.captors, bands).collect()))?;
@@ -107,17 +141,22 @@ fn write_data(rendered: &RenderedScene, writer: &mut dyn Write) -> io::Result<()
         let both = rendered.captors.iter().chain(groups);
         array("byLight", &floats(received_of_lights(both, lights, bands).collect()))?;
     }
-    array("shares", rendered.shares())?;
+    array("shares", &shares(rendered))?;
+    if let Some(hours) = &hours {
+        let slots = hours.slots.iter().flat_map(|slot| slot.to_le_bytes());
+        array("hourSlots", &slots.collect::<Vec<u8>>())?;
+        array("hourValues", &shorts(hours.value_levels.iter().copied()))?;
+        array("hourErrors", &hours.error_levels)?;
+    }
     if let Some(light) = &rendered.light {
         let shown = shown_photons(light);
         let positions = light.map.positions();
-        let most = most_power(light, &shown);
-        array(
-            "photonPlaces",
-            &shorts(shown.iter().flat_map(|&i| quantised(positions[i], &extent))),
-        )?;
+        let levels = Levels::fine(most_power(light, &shown));
+        let extent = extent(rendered);
+        let places = shown.iter().flat_map(|&i| quantised(positions[i], &extent));
+        array("photonPlaces", &shorts(places))?;
         let powers = shown.iter().flat_map(|&i| light.map.power(i));
-        array("photonPowers", &shorts(powers.map(|power| level(*power, most))))?;
+        array("photonPowers", &shorts(powers.map(|power| levels.level(*power))))?;
         let normals = shown.iter().flat_map(|&i| face_normal(light, i));
         array("photonNormals", &normals.flat_map(i8::to_le_bytes).collect::<Vec<u8>>())?;
         let bounce = |i: &usize| light.map.ways().get(*i).map_or(0, |way| way.bounces);
@@ -130,7 +169,7 @@ fn script(writer: &mut dyn Write, id: &str, kind: &str, text: &str) -> io::Resul
     writeln!(writer, "<script type=\"{kind}\" id=\"{id}\">{text}</script>")
 }
 
-fn facts(rendered: &RenderedScene) -> Value {
+fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> Value {
     let scene = rendered.scene;
     let extent = extent(rendered);
     let unit = scene.quantity.unit_names();
@@ -166,14 +205,18 @@ fn facts(rendered: &RenderedScene) -> Value {
         "lights": lights.collect::<Vec<_>>(),
         "lamps": lamps.collect::<Vec<_>>(),
         "groups": rendered.groups.iter().map(|group| {
-            json!({ "name": group.values.id, "captors": group.captors, "area": group.values.area })
+            json!({ "name": group.values.id, "area": group.values.area })
         }).collect::<Vec<_>>(),
         "min": extent.min.to_array(),
         "size": extent.size().to_array(),
         "tiles": rendered.tiles.count(),
-        "local": rendered.has_local().then(|| json!({ "most": most_light(rendered), "span": SPAN })),
+        "shapes": shapes.iter().map(|shape| {
+            json!({ "tiles": shape.tiles.len(), "copies": shape.placements.len() })
+        }).collect::<Vec<_>>(),
+        "hours": hours.map(Hours::facts),
+        "local": rendered.has_local().then(|| levels(rendered).facts()),
         "photons": shown.map(|(light, shown)| json!({
-            "count": shown.len(), "most": most_power(light, &shown),
+            "count": shown.len(), "levels": Levels::fine(most_power(light, &shown)).facts(),
             "histories": light.map.histories,
         })),
         "colours": STANDARD.encode(colours().as_flattened()),
@@ -194,21 +237,16 @@ fn extent(rendered: &RenderedScene) -> Extent {
     lights.fold(tiles, Extent::join)
 }
 
-/// Coordinates as 16-bit steps of the box.
-fn quantised(p: glam::Vec3, extent: &Extent) -> [u16; 3] {
-    // a side without length has no steps
-    let fraction = (p - extent.min) / extent.size().max(glam::Vec3::splat(f32::MIN_POSITIVE));
-    (fraction * 65535.0).to_array().map(|step| step.round() as u16)
-}
+/// Tiles of which each value takes two bytes; of more it takes one.
+const MOST_FINE: usize = 500_000;
 
-/// Natural logarithm of the ratio of the greatest value to the least that is told apart from 0.
-const SPAN: f32 = 18.0;
-
-/// A value on a logarithmic scale of 16 bits, to 0.02 %: 0 is 0, 65535 is `most`.
-fn level(value: f32, most: f32) -> u16 {
-    let fraction = 1.0 + (value / most).ln() / SPAN;
-    // no number and what is too small become 0
-    if fraction > 0.0 { (1.0 + fraction.min(1.0) * 65534.0).round() as u16 } else { 0 }
+/// Of the light on tiles: one byte, a third of what it errs by, where there are many.
+fn levels(rendered: &RenderedScene) -> Levels {
+    let most = local(rendered).fold(f32::MIN_POSITIVE, f32::max);
+    match rendered.tiles.count() {
+        0..=MOST_FINE => Levels::fine(most),
+        _ => Levels::coarse(most),
+    }
 }
 
 fn shorts(values: impl Iterator<Item = u16>) -> Vec<u8> {
@@ -226,8 +264,15 @@ fn local<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
     })
 }
 
-fn most_light(rendered: &RenderedScene) -> f32 {
-    local(rendered).fold(f32::MIN_POSITIVE, f32::max)
+/// The shares of lights: light after light, face after face, band after band, tile after tile.
+fn shares(rendered: &RenderedScene) -> Vec<u8> {
+    let (lights, bands) = (rendered.scene.lights.len(), rendered.scene.bands.len());
+    let of_tile = rendered.shares();
+    let each = 2 * lights * bands;
+    let order = (0..lights).flat_map(|light| (0..2).map(move |face| (light, face)));
+    let order = order
+        .flat_map(|(light, face)| (0..bands).map(move |b| (face * lights + light) * bands + b));
+    order.flat_map(|place| of_tile.iter().skip(place).step_by(each)).copied().collect()
 }
 
 /// What captors or groups received per area: channel after channel, band after band and sums, value before error;

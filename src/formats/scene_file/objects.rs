@@ -18,7 +18,7 @@ use crate::{
     scene::{
         captor::{CaptorKind, Sensor},
         light::LightShape,
-        world::{CaptorPart, LightPart, SurfacePart},
+        world::{CaptorPart, CopyPart, LightPart, SurfacePart},
     },
 };
 
@@ -84,7 +84,12 @@ impl Loader<'_> {
             self.placements(pointer, file.transform, file.instances.as_deref(), file.up)?;
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
+            let first = self.parts.surfaces.len();
             self.place_object(&mut object, instance, transform)?;
+            let surfaces = first..self.parts.surfaces.len();
+            if placements.len() > 1 && !surfaces.is_empty() {
+                self.parts.copies.push(CopyPart { surfaces, transform: *transform });
+            }
             if let Some(rad) = &rad {
                 self.place_lamps(pointer, &object.name, rad, transform)?;
             }

@@ -1,9 +1,11 @@
 //! From parts to a scene, with all checking.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use super::{
-    NO_CAPTOR, Scene, SceneParts, Surface, SurfacePart, flush,
+    CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
     mirrors::{FlatMirrors, shows_images},
     shapes::{KeptShapes, Outlines, RAY_OFFSET},
 };
@@ -66,6 +68,7 @@ impl Scene {
                 check_rounding(("light", &light.name), triangles, local, radius)?;
             }
         }
+        let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
         let mut surface_parts: Vec<(usize, SurfacePart)> =
             parts.surfaces.into_iter().enumerate().collect();
         // a captor's triangles side by side, whatever the order of the files
@@ -74,6 +77,7 @@ impl Scene {
         let mut surfaces = Vec::new();
         let mut tangents = vec![Vec::new(); parts.materials.len()];
         let mut object_parts = Vec::with_capacity(surface_parts.len());
+        let mut triangles_of_part = vec![0..0; surface_parts.len()];
         let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
             parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
         for (index, part) in &surface_parts {
@@ -98,7 +102,9 @@ impl Scene {
                 });
                 triangles.push(triangle);
             }
+            triangles_of_part[*index] = triangles.len() - part.triangles.len()..triangles.len();
         }
+        let copies = copies(parts.copies, &triangles_of_part, &objects);
 
         for (named, tangents) in parts.materials.iter_mut().zip(tangents) {
             named.material.set_tangents(tangents);
@@ -180,6 +186,7 @@ impl Scene {
             groups: parts.groups,
             center,
             radius,
+            copies,
             shapes,
             surfaces,
             object_parts,
@@ -189,6 +196,24 @@ impl Scene {
             light_of_triangle,
         })
     }
+}
+
+/// The triangles of each copy: those of its parts, which stand side by side, as captors are numbered copy by copy.
+fn copies(
+    parts: Vec<CopyPart>,
+    triangles: &[Range<usize>],
+    objects: &[Option<usize>],
+) -> Vec<ObjectCopy> {
+    let copy = |part: CopyPart| {
+        let ranges = triangles.get(part.surfaces.clone())?;
+        let first = ranges.iter().map(|range| range.start).min()?;
+        let end = ranges.iter().map(|range| range.end).max()?;
+        let count: usize = ranges.iter().map(Range::len).sum();
+        let object = *objects.get(part.surfaces.start)?;
+        let (triangles, transform) = (first..end, part.transform);
+        (count == triangles.len()).then_some(ObjectCopy { object, triangles, transform })
+    };
+    parts.into_iter().filter_map(copy).collect()
 }
 
 /// Refuses a shape so small against the scene that single precision changes its area.

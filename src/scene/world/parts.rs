@@ -1,11 +1,11 @@
 //! What a scene is made of, as files or a program give it.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 use glam::DVec3;
 
 use crate::{
-    math::units::Quantity,
+    math::{geometry::Transform, units::Quantity},
     scene::{
         captor::{CaptorKind, Sensor},
         light::LightShape,
@@ -55,6 +55,15 @@ pub struct SurfacePart {
     pub triangles: Vec<[DVec3; 3]>,
 }
 
+/// Surfaces that are one of several copies of an object.
+#[derive(Clone, Debug)]
+pub struct CopyPart {
+    /// Indices of its surfaces, the same ones in the same order in each copy.
+    pub surfaces: Range<usize>,
+    /// Where it was put.
+    pub transform: Transform,
+}
+
 /// A light to be.
 #[derive(Clone, Debug)]
 pub struct LightPart {
@@ -102,6 +111,8 @@ pub struct SceneParts {
     pub objects: Vec<String>,
     /// The surfaces.
     pub surfaces: Vec<SurfacePart>,
+    /// Which of them are copies, each object's one after the other; for showing them, rays do not know of it.
+    pub copies: Vec<CopyPart>,
     /// Of surfaces (by index) whose material is a table that is turned about the normal: where azimuth 0 is on each of their
     /// triangles.
     pub tangents: BTreeMap<usize, Vec<DVec3>>,

@@ -53,6 +53,13 @@ impl SceneParts {
         for (i, surface) in self.surfaces.iter().enumerate() {
             check(surface.check(self), format_args!("surface {i}"), place)?;
         }
+        for copy in &self.copies {
+            if copy.surfaces.is_empty() || copy.surfaces.end > self.surfaces.len() {
+                let problem =
+                    format!("a copy of surfaces {:?} of {}", copy.surfaces, self.surfaces.len());
+                return Err(Error::input(place, problem).remedy("give indices of its surfaces"));
+            }
+        }
         for captor in &self.captors {
             check(captor.check(self), format_args!("captor `{}`", captor.id), place)?;
         }

@@ -6,36 +6,95 @@
 
 const element = (id) => document.getElementById(id);
 
-function bytes(id) {
-  const text = element(id).textContent;
-  const raw = atob(text);
-  const bytes = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-  element(id).remove(); // the text is no longer needed
-  return bytes;
-}
-
 const facts = JSON.parse(element("facts").textContent);
-const corners = new Uint16Array(bytes("corners").buffer);
-const parts = readParts(new Int32Array(bytes("parts").buffer));
-const local = facts.local && new Uint16Array(bytes("local").buffer);
-const captorValues = new Float32Array(bytes("captors").buffer);
-const groupValues = new Float32Array(bytes("groups").buffer);
-const shares = bytes("shares");
-const byLight = element("byLight") && new Float32Array(bytes("byLight").buffer);
-const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
-const photons = facts.photons && {
-  ...facts.photons,
-  places: new Uint16Array(bytes("photonPlaces").buffer),
-  powers: new Uint16Array(bytes("photonPowers").buffer),
-  normals: new Int8Array(bytes("photonNormals").buffer),
-  bounces: new Uint16Array(bytes("photonBounces").buffer),
-};
-
 const [FRONT, BACK, ABSORBED] = [0, 1, 2];
 const UNKNOWN = -1;
 const traced = facts.bands.filter((band) => !band.sum).length;
-const surfaceTiles = local ? local.length / (3 * traced) : 0;
+const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
+
+/** What `readData` finds: corners of the tiles of each shape, its copies, runs of tiles, light, photons. */
+let corners, shapes, parts, local, localLevels, surfaceTiles, captorValues, groupValues, shares, byLight, photons, hours;
+
+/** Numbers of a script element, which are deflated and in base64; null if it is not there. */
+async function unpack(id, Kind) {
+  const text = element(id)?.textContent;
+  if (text === undefined) return null;
+  element(id).remove(); // no longer needed
+  const raw = atob(text);
+  const bytes = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+  const whole = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Kind(await new Response(whole).arrayBuffer());
+}
+
+async function readData() {
+  const kind = ({ last }) => (last > 255 ? Uint16Array : Uint8Array);
+  const [runs, places] = await Promise.all([unpack("parts", Int32Array), unpack("placements", Float32Array)]);
+  parts = readParts(runs);
+  shapes = readShapes(places);
+  [corners, captorValues, groupValues, shares, byLight] = await Promise.all([
+    unpack("corners", Uint16Array), unpack("captors", Float32Array), unpack("groups", Float32Array),
+    unpack("shares", Uint8Array), unpack("byLight", Float32Array),
+  ]);
+  local = facts.local && await unpack("local", kind(facts.local));
+  localLevels = local && levelValues(facts.local);
+  surfaceTiles = local ? local.length / (3 * traced) : 0;
+  hours = facts.hours && readHours(
+    await unpack("hourSlots", Uint32Array), await unpack("hourValues", Uint16Array), await unpack("hourErrors", Uint8Array),
+  );
+  photons = facts.photons && {
+    ...facts.photons,
+    places: await unpack("photonPlaces", Uint16Array),
+    powers: await unpack("photonPowers", Uint16Array),
+    normals: await unpack("photonNormals", Int8Array),
+    bounces: await unpack("photonBounces", Uint16Array),
+  };
+}
+
+/** Runs of tiles that are drawn as often as there are copies of them: where the tiles of the first copy stand in
+ *  `corners`, and the matrix of each copy, which takes a corner from 0 to 1 to metres. */
+function readShapes(places) {
+  let [corner, first, place] = [0, 0, 0];
+  return facts.shapes.map(({ tiles, copies }) => {
+    const shape = { corner, first, tiles, copies, places: places.subarray(12 * place, 12 * (place + copies)) };
+    [corner, first, place] = [corner + tiles, first + tiles * copies, place + copies];
+    return shape;
+  });
+}
+
+/** The hours of a year, of which those that are dark everywhere are left out. */
+function readHours(slots, values, errors) {
+  const { days, clocks } = facts.hours;
+  const rows = facts.captors.length + facts.groups.length;
+  const each = rows * facts.bands.length;
+  const of = new Map([...slots].map((slot, i) => [slot, i]));
+  return {
+    days, clocks, rows, each, values, errors, of,
+    valueLevels: levelValues(facts.hours.values), errorLevels: levelValues(facts.hours.errors),
+  };
+}
+
+/** The hour with the most light. */
+function brightestHour() {
+  let best = [0, -1];
+  for (const [slot, i] of hours.of) {
+    const sum = hours.values.subarray(i * hours.each, (i + 1) * hours.each).reduce((a, b) => a + b, 0);
+    if (sum > best[1]) best = [slot, sum];
+  }
+  return best[0];
+}
+
+/** The corners of a tile, m. */
+function cornersOf(tile) {
+  const shape = shapes.findLast(({ first }) => first <= tile);
+  const [copy, own] = [Math.floor((tile - shape.first) / shape.tiles), (tile - shape.first) % shape.tiles];
+  const m = shape.places.subarray(12 * copy, 12 * copy + 12);
+  return [0, 1, 2].map((i) => {
+    const at = 9 * (shape.corner + own) + 3 * i;
+    const [x, y, z] = [corners[at] / 65535, corners[at + 1] / 65535, corners[at + 2] / 65535];
+    return [0, 4, 8].map((row) => m[row] * x + m[row + 1] * y + m[row + 2] * z + m[row + 3]);
+  });
+}
 
 /** Runs of tiles of one object, material and captor; -1 is none. */
 function readParts(numbers) {
@@ -59,12 +118,10 @@ function partOf(tile) {
   return parts[low];
 }
 
-/** The values of the 16-bit logarithmic scale that ends at `most`. */
-function levels(most) {
-  const span = 18;
-  return Float32Array.from({ length: 65536 }, (_, i) => i && most * Math.exp(span * ((i - 1) / 65534 - 1)));
+/** The values of a logarithmic scale, level by level. */
+function levelValues({ most, span, last }) {
+  return Float32Array.from({ length: last + 1 }, (_, i) => i && most * Math.exp(span * ((i - 1) / (last - 1) - 1)));
 }
-const localLevels = local && levels(facts.local.most);
 
 /** The light at the place of a tile that arrives on a face in a traced band, with the lamps as they are set. */
 function arriving(tile, face, b) {
@@ -73,7 +130,7 @@ function arriving(tile, face, b) {
   const lamps = facts.lamps.length;
   let [lit, shone] = [0, 0];
   for (let l = 0; l < lamps; l++) {
-    const share = shares[((tile * 2 + face) * lamps + l) * traced + b];
+    const share = shares[((l * 2 + face) * traced + b) * surfaceTiles + tile];
     lit += share;
     shone += share * state.lamps[l];
   }
@@ -82,7 +139,7 @@ function arriving(tile, face, b) {
 
 /** Light at the place of a tile, per area; `UNKNOWN` where it is not known. */
 function localValue(tile, channel, band) {
-  if (tile >= surfaceTiles || (dimmed && !shares.length)) return UNKNOWN;
+  if (tile >= surfaceTiles || state.hour >= 0 || (dimmed && !shares.length)) return UNKNOWN;
   let sum = 0;
   for (const b of facts.bands[band].of) {
     if (channel !== ABSORBED || !dimmed) {
@@ -108,8 +165,19 @@ function groupValue(group, channel, band) {
   return received(groupValues, group, facts.captors.length + group, channel, band);
 }
 
+/** What arrived at the front of a captor or group in the hour that is chosen. */
+function receivedInHour(row, channel, band) {
+  if (channel !== FRONT) return { value: NaN, error: NaN };
+  const i = hours.of.get(state.hour);
+  if (i === undefined) return { value: 0, error: NaN };
+  const at = i * hours.each + band * hours.rows + row;
+  const value = hours.valueLevels[hours.values[at]];
+  return { value, error: value * hours.errorLevels[hours.errors[at]] || NaN };
+}
+
 /** With the lamps as they are set: light is linear in their powers, and each has photons of its own. */
 function received(values, row, rowByLight, channel, band) {
+  if (state.hour >= 0) return receivedInHour(rowByLight, channel, band);
   const at = 2 * ((row * 3 + channel) * facts.bands.length + band);
   if (!dimmed || Number.isNaN(values[at])) return { value: values[at], error: values[at + 1] };
   if (!byLight) return { value: NaN, error: NaN };
@@ -134,11 +202,12 @@ function shownValue(part, tile, channel, band) {
 // --- what the user has chosen ---
 
 const state = {
-  quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: local ? "local" : "captor",
+  quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: facts.local ? "local" : "captor",
   low: 0, high: 1, log: false, cut: 0, dark: true, shade: true,
   photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
   listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),
+  hour: -1, // day * times of day + time of day; -1 is all of the period
 };
 /** Whether some lamp is set to another power than it has in the scene. */
 let dimmed = false;

@@ -3,21 +3,27 @@
 const T = THREE;
 const TEXTURE_WIDTH = 2048;
 const stage = element("stage");
-let renderer, camera, controls, scene, mesh, points, valueTexture, pickTarget, pickMaterial;
+let renderer, camera, controls, scene, points, valueTexture, pickTarget, paintMaterial, pickMaterial;
+const meshes = [];
 
 const VERTEX = `
 precision highp float; precision highp int; precision highp sampler2D;
 uniform mat4 modelViewMatrix, projectionMatrix;
 uniform sampler2D values;
+uniform vec3 boxMin, boxSize;
 in vec3 position;
+in vec4 row0, row1, row2; // of the matrix of the copy
+in float first; // tile of the copy
 flat out vec4 tile;
 flat out int index;
 out vec3 view, inBox;
 void main() {
-  inBox = position;
-  index = gl_VertexID / 3;
+  vec4 own = vec4(position, 1.0);
+  vec3 place = vec3(dot(row0, own), dot(row1, own), dot(row2, own));
+  inBox = (place - boxMin) / boxSize;
+  index = int(first) + gl_VertexID / 3;
   tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
-  vec4 at = modelViewMatrix * vec4(position, 1.0);
+  vec4 at = modelViewMatrix * vec4(place, 1.0);
   view = at.xyz;
   gl_Position = projectionMatrix * at;
   if (mod(tile.w, 2.0) >= 1.0) gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // hidden
@@ -104,8 +110,19 @@ void main() {
   colour = vec4(texture(colours, vec2(f * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb, 1.0);
 }`;
 
+const MARK_VERTEX = `
+uniform mat4 modelViewMatrix, projectionMatrix;
+in vec3 position;
+void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`;
+
+const MARK_COLOUR = `
+precision highp float;
+out vec4 colour;
+void main() { colour = vec4(0.9, 0.1, 0.55, 0.3); }`;
+
 function makeRenderer() {
-  renderer = new T.WebGLRenderer({ antialias: true });
+  // of so many triangles most are smaller than a pixel, and without a graphics card it would take seconds
+  renderer = new T.WebGLRenderer({ antialias: facts.tiles <= 500000 });
   renderer.setPixelRatio(window.devicePixelRatio);
   renderer.domElement.tabIndex = 0;
   renderer.domElement.setAttribute("aria-label", "the scene in the colours of its light");
@@ -159,10 +176,15 @@ function lookAtAll() {
   controls.update();
 }
 
-/** Steps of the 16-bit coordinates are steps of the scene's box. */
+/** The sides of the scene's box, m. */
+function sides() {
+  return new T.Vector3(...facts.size.map((side) => Math.max(side, 1e-30)));
+}
+
+/** Steps of the 16-bit coordinates of photons are steps of the scene's box. */
 function place(object) {
   object.position.set(...facts.min);
-  object.scale.set(...facts.size.map((side) => Math.max(side, 1e-30)));
+  object.scale.copy(sides());
   object.frustumCulled = false;
   scene.add(object);
 }
@@ -174,16 +196,16 @@ function texture(data, width, height, type, format) {
   return texture;
 }
 
-function makeMesh() {
+/** A mesh for each shape, which draws all of its copies at once. */
+function makeMeshes() {
   const rows = Math.max(1, Math.ceil(facts.tiles / TEXTURE_WIDTH));
   valueTexture = texture(new Float32Array(4 * TEXTURE_WIDTH * rows), TEXTURE_WIDTH, rows, T.FloatType, T.RGBAFormat);
   const rgba = new Uint8Array(1024);
   for (let i = 0; i < 256; i++) rgba.set([...colours.subarray(3 * i, 3 * i + 3), 255], 4 * i);
   const colourTexture = texture(rgba, 256, 1, T.UnsignedByteType, T.RGBAFormat);
 
-  const geometry = new T.BufferGeometry();
-  geometry.setAttribute("position", new T.BufferAttribute(corners, 3, true));
   const uniforms = {
+    boxMin: { value: new T.Vector3(...facts.min) }, boxSize: { value: sides() },
     values: { value: valueTexture }, colours: { value: colourTexture },
     low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false }, shaded: { value: true },
     nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
@@ -193,9 +215,22 @@ function makeMesh() {
     glslVersion: T.GLSL3, vertexShader: VERTEX, fragmentShader, uniforms, side: T.DoubleSide,
     polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, // photons and outlines stand out
   });
-  mesh = new T.Mesh(geometry, material(COLOUR));
-  pickMaterial = material(PICK);
-  place(mesh);
+  [paintMaterial, pickMaterial] = [material(COLOUR), material(PICK)];
+  for (const { corner, first, tiles, copies, places } of shapes) {
+    const geometry = new T.InstancedBufferGeometry();
+    geometry.instanceCount = copies;
+    geometry.setAttribute("position", new T.BufferAttribute(corners.subarray(9 * corner, 9 * (corner + tiles)), 3, true));
+    const ofCopies = (name, width, value) => {
+      const array = Float32Array.from({ length: width * copies }, (_, i) => value(Math.floor(i / width), i % width));
+      geometry.setAttribute(name, new T.InstancedBufferAttribute(array, width));
+    };
+    [0, 1, 2].forEach((row) => ofCopies(`row${row}`, 4, (copy, i) => places[12 * copy + 4 * row + i]));
+    ofCopies("first", 1, (copy) => first + copy * tiles);
+    const mesh = new T.Mesh(geometry, paintMaterial);
+    mesh.frustumCulled = false;
+    meshes.push(mesh);
+    scene.add(mesh);
+  }
 }
 
 function makePhotons() {
@@ -207,9 +242,9 @@ function makePhotons() {
   points = new T.Points(geometry, new T.RawShaderMaterial({
     glslVersion: T.GLSL3, vertexShader: POINT_VERTEX, fragmentShader: POINT_COLOUR,
     uniforms: {
-      colours: mesh.material.uniforms.colours, nearest: mesh.material.uniforms.nearest,
-      seeThrough: mesh.material.uniforms.seeThrough,
-      clipLow: mesh.material.uniforms.clipLow, clipHigh: mesh.material.uniforms.clipHigh,
+      colours: paintMaterial.uniforms.colours, nearest: paintMaterial.uniforms.nearest,
+      seeThrough: paintMaterial.uniforms.seeThrough,
+      clipLow: paintMaterial.uniforms.clipLow, clipHigh: paintMaterial.uniforms.clipHigh,
       bounces: { value: new T.Vector2() }, size: { value: 2.5 * window.devicePixelRatio },
     },
   }));
@@ -239,14 +274,42 @@ function makeLights() {
   scene.add(lines);
 }
 
+/** How often tiles were painted: which of them are hidden may have changed. */
+let paints = 0;
+
+let mark = null;
+/** Marks tiles: a veil and an outline that nothing hides. */
+function markTiles(tiles) {
+  mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
+  const triangles = tiles.map(cornersOf);
+  const edges = new Map();
+  for (const corners of triangles) {
+    for (const [p, q] of [[0, 1], [1, 2], [2, 0]]) {
+      const ends = [corners[p], corners[q]].map(String).sort().join(" ");
+      // an edge of two tiles is inside
+      if (!edges.delete(ends)) edges.set(ends, [corners[p], corners[q]]);
+    }
+  }
+  const geometry = (points) => {
+    const geometry = new T.BufferGeometry();
+    return geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(points.flat(2)), 3));
+  };
+  const seen = { depthTest: false, transparent: true };
+  const veil = new T.RawShaderMaterial({ glslVersion: T.GLSL3, vertexShader: MARK_VERTEX, fragmentShader: MARK_COLOUR, side: T.DoubleSide, ...seen });
+  const line = new T.LineBasicMaterial({ color: 0xe6198c, ...seen });
+  mark = [new T.Mesh(geometry(triangles), veil), new T.LineSegments(geometry([...edges.values()]), line)];
+  mark.forEach((object) => { object.frustumCulled = false; scene.add(object); });
+}
+
 /** Fills in the value and the flags of every tile. */
 function paintTiles() {
+  paints++;
   const data = valueTexture.image.data;
   const listed = new Set(state.listed.filter((row) => row.captor >= 0).map((row) => row.captor));
   const channels = state.quantity === "absorbed" ? [ABSORBED, ABSORBED] : [FRONT, BACK];
   for (const part of parts) {
     const hidden = state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
-    const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * (part.captor >= 0 && (listed.has(part.captor) || part.captor === state.found));
+    const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * (part.captor >= 0 && listed.has(part.captor));
     for (let tile = part.first; tile < part.end; tile++) {
       for (const face of [FRONT, BACK]) {
         data[4 * tile + face] = state.quantity === "none" ? UNKNOWN : shownValue(part, tile, channels[face], state.band);
@@ -313,7 +376,7 @@ function draw() {
   waiting = true;
   requestAnimationFrame(() => {
     waiting = false;
-    const uniforms = mesh.material.uniforms;
+    const uniforms = paintMaterial.uniforms;
     uniforms.low.value = state.low;
     uniforms.high.value = state.high;
     uniforms.logarithmic.value = state.log;
@@ -339,31 +402,35 @@ function draw() {
 }
 
 function resize() {
+  const { width, height } = renderer.getSize(new T.Vector2());
+  if (width === stage.clientWidth && height === stage.clientHeight) return;
   renderer.setSize(stage.clientWidth, stage.clientHeight);
   camera.aspect = stage.clientWidth / Math.max(stage.clientHeight, 1);
   draw();
 }
 
-/** The tile at a place of the page, or -1. */
+let picked = "";
+/** The tile at a place of the page, or -1: all of them are drawn as colours whenever something has moved. */
 function tileAt(x, y) {
   const box = renderer.domElement.getBoundingClientRect();
-  camera.setViewOffset(box.width, box.height, x - box.left, y - box.top, 1, 1);
-  camera.updateProjectionMatrix();
-  const painted = mesh.material;
-  const others = scene.children.filter((child) => child !== mesh && child.visible);
-  others.forEach((child) => (child.visible = false));
-  mesh.material = pickMaterial;
-  renderer.setRenderTarget(pickTarget);
-  renderer.setClearColor(0, 0);
-  renderer.clear();
-  renderer.render(scene, camera);
+  const [width, height] = [Math.max(Math.round(box.width), 1), Math.max(Math.round(box.height), 1)];
+  const shown = [width, height, paints, state.cut, state.dark, ...state.clip, ...camera.matrixWorld.elements].join();
+  if (shown !== picked) {
+    picked = shown;
+    pickTarget.setSize(width, height);
+    const others = scene.children.filter((child) => !meshes.includes(child) && child.visible);
+    others.forEach((child) => (child.visible = false));
+    meshes.forEach((mesh) => (mesh.material = pickMaterial));
+    renderer.setRenderTarget(pickTarget);
+    renderer.setClearColor(0, 0);
+    renderer.clear();
+    renderer.render(scene, camera);
+    renderer.setRenderTarget(null);
+    renderer.setClearColor(paper(), 1);
+    meshes.forEach((mesh) => (mesh.material = paintMaterial));
+    others.forEach((child) => (child.visible = true));
+  }
   const pixel = new Uint8Array(4);
-  renderer.readRenderTargetPixels(pickTarget, 0, 0, 1, 1, pixel);
-  renderer.setRenderTarget(null);
-  renderer.setClearColor(paper(), 1);
-  mesh.material = painted;
-  others.forEach((child) => (child.visible = true));
-  camera.clearViewOffset();
-  camera.updateProjectionMatrix();
+  renderer.readRenderTargetPixels(pickTarget, Math.floor(x - box.left), height - 1 - Math.floor(y - box.top), 1, 1, pixel);
   return pixel[0] + 256 * pixel[1] + 65536 * pixel[2] + 16777216 * pixel[3] - 1;
 }

@@ -9,6 +9,7 @@ function linkText() {
     range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clip: list(state.clip),
     unlit: Number(state.dark), shading: Number(state.shade), objects: off("object"), materials: off("material"),
     eye: list(camera.position), at: list(controls.target),
+    ...(hours && { time: timeText() || "all" }),
     ...(dimmed && { lamps: list(state.lamps) }), ...(state.theme && { theme: state.theme }),
     ...(state.found >= 0 && { find: facts.captors[state.found] }),
   }).toString();
@@ -45,6 +46,12 @@ function readLink() {
   dimmed = state.lamps.some((factor) => factor !== 1);
   for (const [key, kind] of [["objects", "object"], ["materials", "material"]]) {
     if (link.has(key)) state.hidden[kind] = new Set(link.get(key).split(",").filter((n) => n).map(Number).filter(Number.isInteger));
+  }
+  if (hours && link.has("time")) {
+    const [day, clock] = link.get("time").split(" ");
+    const [d, c] = [hours.days.indexOf(day), hours.clocks.indexOf(clock)];
+    if (link.get("time") === "all") state.hour = -1;
+    else if (d >= 0 && c >= 0) state.hour = d * hours.clocks.length + c;
   }
   state.found = facts.captors.indexOf(link.get("find"));
   const [eye, at] = [numbers("eye", 3), numbers("at", 3)];

@@ -38,7 +38,7 @@ function showScale() {
   }
   const names = { irradiance: "irradiance", absorbed: "absorbed per area", none: "" };
   element("unit").textContent =
-    state.quantity === "none" ? "" : `${names[state.quantity]}, ${facts.bands[state.band].name}, ${facts.unit.irradiance}`;
+    state.quantity === "none" ? "" : [names[state.quantity], facts.bands[state.band].name, facts.unit.irradiance, timeText()].filter((text) => text).join(", ");
   element("scale").style.opacity = state.quantity === "none" ? 0.35 : 1;
   element("low").value = state.low;
   element("high").value = state.high;
@@ -57,7 +57,7 @@ function repaint(fit) {
 
 function paintPhotons() {
   const fraction = points.geometry.getAttribute("fraction");
-  const scale = levels(1);
+  const scale = levelValues({ ...photons.levels, most: 1 });
   const power = (i) => facts.bands[state.band].of.reduce((sum, b) => sum + scale[photons.powers[i * traced + b]], 0);
   const value = state.photonColour === "bounce" ? (i) => photons.bounces[i] : power;
   const values = Float32Array.from({ length: photons.count }, (_, i) => value(i));
@@ -119,7 +119,8 @@ function find(text) {
   state.found = captor;
   if (captor < 0 || !own.length) {
     element("found").textContent = text.trim() ? "no captor has this in its name" : "";
-    repaint(false);
+    markFound();
+    draw();
     return;
   }
   for (const { object, material } of own) {
@@ -130,13 +131,13 @@ function find(text) {
     }
   }
   showFound();
+  markFound();
   repaint(false);
-  const [middle, normal, corner] = [new T.Vector3(), new T.Vector3(), [0, 1, 2].map(() => new T.Vector3())];
+  const [middle, normal] = [new T.Vector3(), new T.Vector3()];
   let area = 0;
   for (const part of own) {
     for (let tile = part.first; tile < part.end; tile++) {
-      corner.forEach((c, i) => c.fromArray(corners, 9 * tile + 3 * i).divideScalar(65535).multiply(mesh.scale).add(mesh.position));
-      const [a, b, c] = corner;
+      const [a, b, c] = cornersOf(tile).map((corner) => new T.Vector3(...corner));
       const cross = b.clone().sub(a).cross(c.clone().sub(a));
       const centre = a.clone().add(b).add(c).divideScalar(3);
       middle.addScaledVector(centre, cross.length());
@@ -154,6 +155,11 @@ function find(text) {
   draw();
 }
 
+function markFound() {
+  const own = parts.filter((part) => part.captor === state.found && state.found >= 0);
+  markTiles(own.flatMap(({ first, end }) => Array.from({ length: end - first }, (_, i) => first + i)));
+}
+
 /** What is known of the captor that was found. */
 function showFound() {
   const part = parts.find((part) => part.captor === state.found && state.found >= 0);
@@ -168,6 +174,39 @@ function showFound() {
     ...line("absorbed", ABSORBED, facts.areas[part.captor], flux),
   ];
   element("found").textContent = lines.join("\n");
+}
+
+/** The hour that is shown, as text. */
+function timeText() {
+  if (state.hour < 0) return "";
+  const count = hours.clocks.length;
+  return `${hours.days[Math.floor(state.hour / count)]} ${hours.clocks[state.hour % count]}`;
+}
+
+/** Sliders for the day and the time of day. */
+function makeTime() {
+  element("timeSection").hidden = !hours;
+  if (!hours) return;
+  const count = hours.clocks.length;
+  let last = state.hour >= 0 ? state.hour : brightestHour();
+  const show = (fit) => {
+    if (state.hour >= 0) last = state.hour;
+    const [day, clock] = [Math.floor(last / count), last % count];
+    element("byHour").checked = state.hour >= 0;
+    element("timeOptions").hidden = state.hour < 0;
+    element("valuesLabel").hidden = state.hour >= 0 || !local || !facts.captors.length;
+    // lamps are as the year's control has them
+    element("lampSection").hidden = state.hour >= 0 || !facts.lamps.length;
+    [element("day").value, element("clock").value] = [day, clock];
+    [element("dayText").textContent, element("clockText").textContent] = [hours.days[day], hours.clocks[clock]];
+    if (fit !== undefined) repaint(fit);
+  };
+  element("day").max = hours.days.length - 1;
+  element("clock").max = count - 1;
+  on("byHour", "change", (e) => { state.hour = e.target.checked ? last : -1; show(true); });
+  on("day", "input", (e) => { state.hour = Number(e.target.value) * count + (state.hour % count); show(false); });
+  on("clock", "input", (e) => { state.hour += Number(e.target.value) - (state.hour % count); show(false); });
+  show();
 }
 
 /** A slider for the power of each lamp. */
@@ -245,6 +284,7 @@ function makePanel() {
   for (const [id, value] of [["quantity", state.quantity], ["cut", state.cut]]) element(id).value = value;
   for (const [id, value] of [["log", state.log], ["dark", state.dark], ["shade", state.shade]]) element(id).checked = value;
   makeLamps();
+  makeTime();
   makeClip();
   const kinds = ["groups", "plants", "captors"].filter((kind) => rowsOf(kind).length);
   kinds.forEach((kind) => {

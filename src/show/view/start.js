@@ -1,25 +1,30 @@
 // The start.
 
-try {
+function start() {
   makeRenderer();
   resize();
   lookAtAll();
   // glass is in the way
   facts.materials.forEach((material, key) => material.clear && state.hidden.material.add(key));
-  const ranged = readLink();
   findDarkSides();
-  makeMesh();
+  if (hours) state.hour = brightestHour();
+  const ranged = readLink();
+  makeMeshes();
   makeLights();
   if (photons) makePhotons();
   makePanel();
   showTheme();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showTheme);
+  markFound();
   repaint(!ranged);
   watchMouse();
   watchKeys();
   new ResizeObserver(resize).observe(stage);
   document.documentElement.dataset.ready = "yes";
-} catch (error) {
-  element("message").textContent = `This page needs WebGL 2, which this browser does not give: ${error.message}`;
-  console.error(error);
 }
+
+element("message").textContent = "reading the light …";
+readData().then(start).then(() => (element("message").textContent = ""), (error) => {
+  element("message").textContent = `This page needs a browser of 2023 or later with WebGL 2: ${error.message}`;
+  console.error(error);
+});

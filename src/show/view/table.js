@@ -83,8 +83,8 @@ function showTip(tile, x, y) {
   const tip = element("tip");
   const part = tile >= 0 && tile < facts.tiles ? partOf(tile) : null;
   const hovered = part ? part.captor : -1;
-  if (mesh.material.uniforms.hovered.value !== hovered) {
-    mesh.material.uniforms.hovered.value = hovered;
+  if (paintMaterial.uniforms.hovered.value !== hovered) {
+    paintMaterial.uniforms.hovered.value = hovered;
     draw();
   }
   tip.style.display = part ? "block" : "none";

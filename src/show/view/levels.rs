@@ -1,0 +1,64 @@
+//! Values as levels of a logarithmic scale, in one byte or two.
+
+use serde_json::{Value, json};
+
+/// A logarithmic scale: level 0 is 0, level 1 the least value that is told from it, the last the greatest.
+pub struct Levels {
+    most: f32,
+    /// Natural logarithm of the ratio of the greatest value to the least.
+    span: f32,
+    last: u16,
+}
+
+impl Levels {
+    /// Two bytes, to 0.02 %, over eight decades.
+    pub fn fine(most: f32) -> Self {
+        Self { most, span: 18.0, last: u16::MAX }
+    }
+
+    /// One byte, to 2 %, over four decades.
+    pub fn coarse(most: f32) -> Self {
+        Self { most, span: 9.21, last: u8::MAX.into() }
+    }
+
+    /// Whether a level is one byte.
+    pub fn is_byte(&self) -> bool {
+        self.last == u16::from(u8::MAX)
+    }
+
+    pub fn level(&self, value: f32) -> u16 {
+        let fraction = 1.0 + (value / self.most).ln() / self.span;
+        let steps = f32::from(self.last - 1);
+        // no number and what is too small become 0
+        if fraction > 0.0 { (1.0 + fraction.min(1.0) * steps).round() as u16 } else { 0 }
+    }
+
+    pub fn facts(&self) -> Value {
+        json!({ "most": self.most, "span": self.span, "last": self.last })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_as_near_as_they_say() {
+        for (levels, near, least) in
+            [(Levels::fine(50.0), 0.0002, 1e-6), (Levels::coarse(50.0), 0.0185, 0.006)]
+        {
+            // as data.js reads them
+            let value = |level: u16| {
+                let share = f32::from(level - 1) / f32::from(levels.last - 1) - 1.0;
+                50.0 * (levels.span * share).exp()
+            };
+            for value_in in (0..2000).map(|i| 50.0 * 0.99f32.powi(i)).take_while(|v| *v > least) {
+                let out = value(levels.level(value_in));
+                assert!((out / value_in - 1.0).abs() < near, "{value_in} {out}");
+            }
+            assert_eq!(levels.level(50.0), levels.last);
+            assert_eq!(levels.level(60.0), levels.last);
+            assert_eq!([0.0, f32::NAN, 1e-9].map(|v| levels.level(v)), [0; 3]);
+        }
+    }
+}
