@@ -34,7 +34,7 @@ def captor_map(
         captors: ids, or the beginning of ids; all if it is not given.
         axes: the coordinates across and up, such as ``"xz"``; if it is not given, those of the plane.
         contours: whether colours and contours fill what lies between the captors; if it is not given, where they are
-            sensors in one plane.
+            sensors in one plane and no option is one of dots (``s``, ``marker``).
         ax: where to draw; new axes if it is not given.
         options: of matplotlib's ``tricontourf``, or of ``scatter`` for dots.
     """
@@ -50,7 +50,8 @@ def captor_map(
     if contours is None:
         flat = extent[left] <= 1e-3 * max(extent.max(), 1e-9)
         sensors = not result.is_surface[rows].any()
-        contours = bool(flat and sensors and _spans(x[known], y[known]))
+        dots = {"s", "marker"} & options.keys()
+        contours = bool(flat and sensors and not dots and _spans(x[known], y[known]))
     elif contours and not _spans(x[known], y[known]):
         raise wrong("contours", "fewer than three captors that are not in a line", "leave it out: dots show them")
     ax = _axes(ax)

@@ -225,6 +225,8 @@ def test_a_map_has_contours_and_says_ppfd():
     for path in lines.get_paths():
         assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
     assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, umol/m2/s"
+    # an option of dots asks for dots, as before there were contours
+    assert [len(rows.plot("map", **{option: value}).collections) for option, value in (("s", 9), ("marker", "s"))] == [1, 1]
     # a row is no plane
     dots = rows.plot("map", captors=["grid/0", "grid/1"])
     assert len(dots.collections) == 1
