@@ -49,8 +49,8 @@ pub(super) struct Arguments {
     /// Control file (JSON): when lamps are on. Without it all are off
     #[arg(long, value_name = "FILE")]
     control: Option<PathBuf>,
-    /// Patches of the sky: 145 of some 12 degrees, or 577 of 6
-    #[arg(long, value_enum, default_value = "145")]
+    /// Patches of the sky: 577 of some 6 degrees, or 145 of 12
+    #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
     /// Photons to trace, e.g. 5e7, for all hours together [default: the scene's]
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
