@@ -1,7 +1,7 @@
 //! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
 //! [`captor_csv`], [`weather`], [`environment_map`],
 //! [`photometry`], [`spectrum_file`]), sweeps, results, the parts of a run, the control of lamps.
-//! [`input`] and [`output`] are the only doors to
+//! [`input`] and [`output`] are the only ways to
 //! the disk; an error names the file and the place in it.
 
 pub mod calibration_file;

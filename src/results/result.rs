@@ -6,8 +6,8 @@ mod found;
 mod mix;
 mod settings;
 mod spread;
+pub mod validate;
 mod warnings;
-pub mod whole;
 
 use std::borrow::Cow;
 

@@ -6,7 +6,7 @@ use crate::{
     math::stats::is_possible,
     results::result::{
         Absorbed, ByLight, CaptorResult, FaceResult, GroupResult, Uniformity,
-        whole::{are_errors, are_values},
+        validate::{are_errors, are_values},
     },
 };
 
@@ -42,21 +42,21 @@ impl ResultsFile {
 
     /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
     /// sums and squares of such ones are infinite.
-    pub(crate) fn is_whole(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let bands = self.bands.len();
         let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
         let known = [emitted, absorbed, escaped, lost].into_iter().flatten();
         let groups = self.groups.iter().map(|group| &group.values);
         known.chain([power]).all(|values| are_values(values, bands))
-            && self.captors.iter().chain(groups).all(|captor| captor.is_whole(bands))
+            && self.captors.iter().chain(groups).all(|captor| captor.is_valid(bands))
     }
 }
 
 impl CaptorValues {
-    fn is_whole(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize) -> bool {
         let mut numbers = self.center.iter().flatten().chain([&self.area]);
         numbers.all(|number| is_possible(*number))
-            && std::iter::once(&self.front).chain(&self.back).all(|face| face.is_whole(bands))
+            && std::iter::once(&self.front).chain(&self.back).all(|face| face.is_valid(bands))
             && self.absorbed.iter().all(|values| are_values(values, bands))
             && self.absorbed_se.iter().all(|errors| are_errors(errors, bands))
             && self.by_light.iter().flat_map(|lights| lights.values()).all(|light| {
@@ -66,12 +66,12 @@ impl CaptorValues {
 }
 
 impl FaceValues {
-    fn is_whole(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize) -> bool {
         let mut values = [&self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         values.all(|values| are_values(values, bands))
             && are_errors(&self.irradiance_se, bands)
-            && self.uniformity.iter().all(|even| even.is_whole(bands))
-            && self.by_light.iter().flat_map(|lights| lights.values()).all(|l| l.is_whole(bands))
+            && self.uniformity.iter().all(|even| even.is_valid(bands))
+            && self.by_light.iter().flat_map(|lights| lights.values()).all(|l| l.is_valid(bands))
     }
 }
 

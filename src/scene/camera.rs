@@ -63,7 +63,7 @@ impl View {
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     /// Position of the camera, m.
-    pub eye: Vec3,
+    pub position: Vec3,
     /// Pixels across.
     pub width: usize,
     /// Pixels down.
@@ -81,7 +81,7 @@ impl Camera {
         let right = unit_vector(forward.cross(view.up)).unwrap_or(DVec3::X);
         let pixel = 2.0 * (view.fov_deg.to_radians() / 2.0).tan() / view.width as f64;
         Self {
-            eye: (view.position - center).as_vec3(),
+            position: (view.position - center).as_vec3(),
             width: view.width,
             height: view.height,
             forward: forward.as_vec3(),
@@ -94,12 +94,12 @@ impl Camera {
     pub fn ray(&self, x: f32, y: f32) -> Ray {
         let (x, y) = (x - 0.5 * self.width as f32, y - 0.5 * self.height as f32);
         let direction = (self.forward + x * self.right + y * self.down).normalize();
-        Ray { origin: self.eye, direction }
+        Ray { origin: self.position, direction }
     }
 
-    /// Where a point is in the picture, pixels from its upper left corner; none behind the eye.
+    /// Where a point is in the picture, pixels from its upper left corner; none behind the camera.
     pub fn project(&self, point: Vec3) -> Option<[f32; 2]> {
-        let from = point - self.eye;
+        let from = point - self.position;
         let depth = from.dot(self.forward);
         (depth > 0.0).then(|| {
             let along = |axis: Vec3| from.dot(axis) / (depth * axis.length_squared());
@@ -134,11 +134,11 @@ mod tests {
         height: 200,
     };
 
-    /// North of the eye is the middle, east is right, up is up; the angle of view is that across.
+    /// North of the camera is the middle, east is right, up is up; the angle of view is that across.
     #[test]
     fn rays_go_where_the_view_says() {
         let camera = Camera::new(&VIEW, DVec3::new(1.0, 0.0, 0.0));
-        assert_eq!(camera.eye, Vec3::new(0.0, 2.0, 3.0));
+        assert_eq!(camera.position, Vec3::new(0.0, 2.0, 3.0));
         let near = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} {b}");
         near(camera.ray(200.0, 100.0).direction, Vec3::Y);
         near(camera.ray(400.0, 100.0).direction, Vec3::new(1.0, 1.0, 0.0).normalize());

@@ -116,7 +116,7 @@ impl Light {
             LightShape::Infinite(light) => {
                 let entrance = Entrance::new(light.clone(), power.len(), inside, local);
                 for (b, power) in power.iter_mut().enumerate() {
-                    *power = (0..entrance.doors()).map(|door| entrance.power(door)[b]).sum();
+                    *power = (0..entrance.faces()).map(|face| entrance.power(face)[b]).sum();
                 }
                 Emitter::Infinite(Arc::new(entrance))
             }
@@ -220,9 +220,9 @@ impl Light {
         }
     }
 
-    /// How many strata its photons are of: one, or the doors that it enters by.
+    /// How many strata its photons are of: one, or the faces that it enters by.
     pub fn sources(&self) -> usize {
-        self.entrance().map_or(1, Entrance::doors)
+        self.entrance().map_or(1, Entrance::faces)
     }
 
     /// Power of one of them, per band, W or umol/s.

@@ -6,10 +6,10 @@
 mod build;
 mod digest;
 mod flush;
+mod lights_met;
 mod mirrors;
 mod parts;
 mod shapes;
-mod sight;
 mod validate;
 
 use std::{ops::Range, sync::Arc};

@@ -253,7 +253,7 @@ impl Path<'_, '_> {
         };
         let joined = next_event_density(self.scene, &leg.at, &leg.ray, hit);
         let sent = on.map_or(0.0, |on| {
-            self.sent_density(hit.light, &leg.at, leg.ray.direction, on.shine.radiance)
+            self.sent_density(hit.light, &leg.at, leg.ray.direction, on.emitted.radiance)
         });
         light.radiance(&leg.ray, on).scaled(density / (density + joined + sent))
     }

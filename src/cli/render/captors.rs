@@ -36,7 +36,7 @@ impl Task<'_> {
         };
         let all = (0..faces.len()).flat_map(|c| [value(c, true), value(c, false)]).flatten();
         let scale = self.scale(all.collect(), 1.0);
-        let picture = self.pale(Viewpoint::sight, |captor, front| {
+        let picture = self.pale(Viewpoint::first_visible, |captor, front| {
             value(captor, front).map(|v| scale.colour(v))
         })?;
         let unit = self.scene.quantity.unit_names().irradiance;

@@ -14,37 +14,37 @@ use crate::{
 impl ResultsFile {
     /// Reads the results at `path`. Errors: they cannot be read, or are none.
     pub fn read(path: &Path) -> Result<Self> {
-        read(path, Self::is_whole)
+        read(path, Self::is_valid)
     }
 
     /// Reads the `bytes` of results. Errors: they are none.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
-        parse(bytes, IN_MEMORY, Self::is_whole)
+        parse(bytes, IN_MEMORY, Self::is_valid)
     }
 }
 
 /// Reads all of the results at `path`. Errors: they cannot be read, or are none.
 pub fn read_json(path: &Path) -> Result<RunResult> {
-    read(path, RunResult::is_whole)
+    read(path, RunResult::is_valid)
 }
 
 /// Reads all of the results that [`write_json`](super::write_json) has written. Errors: they are none.
 pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
-    parse(bytes, IN_MEMORY, RunResult::is_whole)
+    parse(bytes, IN_MEMORY, RunResult::is_valid)
 }
 
 /// The place of errors in bytes that are of no file.
 const IN_MEMORY: &str = "results";
 
-fn read<T: DeserializeOwned>(path: &Path, is_whole: impl Fn(&T) -> bool) -> Result<T> {
+fn read<T: DeserializeOwned>(path: &Path, is_valid: impl Fn(&T) -> bool) -> Result<T> {
     let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
-    parse(&bytes, path.display(), is_whole)
+    parse(&bytes, path.display(), is_valid)
 }
 
 fn parse<T: DeserializeOwned>(
     bytes: &[u8],
     place: impl Display,
-    is_whole: impl Fn(&T) -> bool,
+    is_valid: impl Fn(&T) -> bool,
 ) -> Result<T> {
     let none = |why: &dyn Display| {
         Error::input(&place, format!("is no results file: {why}"))
@@ -52,7 +52,7 @@ fn parse<T: DeserializeOwned>(
     };
     json::check_memory(bytes).map_err(|why| Error::input(&place, why))?;
     let result = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
-    match is_whole(&result) {
+    match is_valid(&result) {
         true => Ok(result),
         false => Err(none(&format!(
             "a list has not one entry for each band, or a number is above {LARGEST:e}"

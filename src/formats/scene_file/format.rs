@@ -1033,7 +1033,7 @@ pub struct SettingsFile {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {
-    /// Where the eye is.
+    /// Where the camera stands.
     pub position: [f64; 3],
     /// The point in the middle of the picture.
     pub look_at: [f64; 3],

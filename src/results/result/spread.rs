@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FaceResult, whole::are_errors};
+use super::{FaceResult, validate::are_errors};
 use crate::math::stats::least_of_normals;
 
 /// How even the irradiance of a group is, per band; null where nothing arrived, errors where one is not known.
@@ -32,7 +32,7 @@ impl Uniformity {
     }
 
     /// Whether it has so many bands, of possible numbers.
-    pub fn is_whole(&self, bands: usize) -> bool {
+    pub fn is_valid(&self, bands: usize) -> bool {
         self.columns().iter().all(|(_, values)| are_errors(values, bands))
     }
 }

@@ -24,10 +24,10 @@ const LEAST: f64 = 1e-9;
 pub struct Entrance {
     /// The light.
     pub light: InfiniteLight,
-    doors: Vec<Door>,
+    faces: Vec<EntryFace>,
     /// The triangles of the openings that it comes in through alone; none where it comes in everywhere.
     openings: Vec<Triangle>,
-    /// Running sums of the doors' powers, over all bands.
+    /// Running sums of the faces' powers, over all bands.
     running: Vec<f64>,
     /// About its irradiance, W/m2.
     irradiance: f32,
@@ -35,7 +35,7 @@ pub struct Entrance {
 
 /// A face, and a part of the light that enters there.
 #[derive(Debug)]
-struct Door {
+struct EntryFace {
     entry: InfiniteEntry,
     opening: Opening,
     /// Per band, W.
@@ -90,7 +90,7 @@ impl Entrance {
             })
             .collect();
         let size = inside.size();
-        let mut doors: Vec<Door> = Vec::new();
+        let mut faces: Vec<EntryFace> = Vec::new();
         for part in light.parts() {
             for triangles in polygons.iter().filter(|triangles| !triangles.is_empty()) {
                 let Some(entry) = part.entry(triangles[0].normal()) else { continue };
@@ -102,7 +102,7 @@ impl Entrance {
                 let areas = areas.collect();
                 let power = entry.irradiance.iter().map(|e| e * area).collect();
                 let opening = Opening::Polygon { triangles: triangles.clone(), areas };
-                doors.push(Door { entry, opening, power, is_sun: part.is_sun() });
+                faces.push(EntryFace { entry, opening, power, is_sun: part.is_sun() });
             }
             if !light.through.is_empty() {
                 continue;
@@ -117,22 +117,22 @@ impl Entrance {
                     let up = outward.dot(Vec3::ONE) > 0.0;
                     let corner = inside.min + if up { size * Vec3::AXES[axis] } else { Vec3::ZERO };
                     let opening = Opening::Face { corner, sides };
-                    doors.push(Door { entry, opening, power, is_sun: part.is_sun() });
+                    faces.push(EntryFace { entry, opening, power, is_sun: part.is_sun() });
                 }
             }
         }
-        let whole = |door: &Door| door.power.iter().sum::<f64>();
-        let total: f64 = doors.iter().map(whole).sum();
-        doors.retain(|door| whole(door) > LEAST * total);
+        let whole = |face: &EntryFace| face.power.iter().sum::<f64>();
+        let total: f64 = faces.iter().map(whole).sum();
+        faces.retain(|face| whole(face) > LEAST * total);
         let mut sum = 0.0;
-        let running = doors.iter().map(|door| {
-            sum += whole(door);
+        let running = faces.iter().map(|face| {
+            sum += whole(face);
             sum
         });
         let running = running.collect();
         let irradiance = light.parts().iter().map(|part| part.mean_irradiance(bands)).sum::<f64>();
         let openings = polygons.into_iter().flatten().collect();
-        Self { light, doors, openings, running, irradiance: irradiance as f32 }
+        Self { light, faces, openings, running, irradiance: irradiance as f32 }
     }
 
     /// Whether its light comes in through openings alone.
@@ -153,18 +153,18 @@ impl Entrance {
     }
 
     /// Pairs of a face and a part that light enters by.
-    pub fn doors(&self) -> usize {
-        self.doors.len()
+    pub fn faces(&self) -> usize {
+        self.faces.len()
     }
 
-    /// What enters by a door, per band, W or umol/s.
-    pub fn power(&self, door: usize) -> &[f64] {
-        &self.doors[door].power
+    /// What enters by a face, per band, W or umol/s.
+    pub fn power(&self, face: usize) -> &[f64] {
+        &self.faces[face].power
     }
 
-    /// Whether what enters by a door is light of a sun.
-    pub fn is_sun(&self, door: usize) -> bool {
-        self.doors[door].is_sun
+    /// Whether what enters by a face is light of a sun.
+    pub fn is_sun(&self, face: usize) -> bool {
+        self.faces[face].is_sun
     }
 
     /// About its irradiance, W/m2.
@@ -172,19 +172,19 @@ impl Entrance {
         self.irradiance
     }
 
-    /// A photon that enters by a door, and its power over the mean there.
-    pub fn enter<L: Lanes>(&self, door: usize, rng: &mut Stream) -> (Ray, Spectrum<L>) {
-        let Door { entry, opening, .. } = &self.doors[door];
+    /// A photon that enters by a face, and its power over the mean there.
+    pub fn enter<L: Lanes>(&self, face: usize, rng: &mut Stream) -> (Ray, Spectrum<L>) {
+        let EntryFace { entry, opening, .. } = &self.faces[face];
         let origin = opening.choose(rng);
         let entering = entry.sample::<L>(rng);
         (Ray { origin, direction: entering.direction }, entering.factor)
     }
 
-    /// The ray of a photon by any of the doors; none of a dark light.
+    /// The ray of a photon by any of the faces; none of a dark light.
     pub fn enter_anywhere(&self, rng: &mut Stream) -> Option<Ray> {
         self.running.last()?;
-        let door = weighted_choice(&self.running, rng.uniform_fine()).index;
-        Some(self.enter::<[f32; 1]>(door, rng).0)
+        let face = weighted_choice(&self.running, rng.uniform_fine()).index;
+        Some(self.enter::<[f32; 1]>(face, rng).0)
     }
 }
 

@@ -55,14 +55,14 @@ pub struct EmitterHit {
     /// Cosine to the surface's normal, above 0.
     pub cos: f32,
     /// How bright it is there.
-    pub shine: EmittedRadiance,
+    pub emitted: EmittedRadiance,
 }
 
 impl EmitterHit {
     /// Density of its direction as seen from a `point` of the ray's line, 1/sr, where a point of the surface is
     /// chosen uniformly.
     pub fn pdf_toward(&self, point: Vec3, ray: &Ray) -> f32 {
-        ray.at(self.t).distance_squared(point) / (self.shine.area * self.cos)
+        ray.at(self.t).distance_squared(point) / (self.emitted.area * self.cos)
     }
 }
 
@@ -211,7 +211,7 @@ impl Light {
     /// parallel rays not included.
     pub fn radiance<L: Lanes>(&self, ray: &Ray, on: Option<&EmitterHit>) -> Spectrum<L> {
         match (on, self.entrance()) {
-            (Some(hit), _) => self.spectrum().scaled(hit.shine.radiance),
+            (Some(hit), _) => self.spectrum().scaled(hit.emitted.radiance),
             (None, Some(entrance)) => entrance.light.radiance(ray.direction),
             (None, None) => Spectrum::from_fn(self.power.len(), |_| 0.0),
         }
@@ -296,7 +296,7 @@ impl Light {
 
     /// Radiance per W of power, 1/(m2 sr), of an area light's triangle for a ray that meets it along `direction`, with
     /// the cosine `cos` to its front, below zero from behind, and the area that emits, m2; none where it is dark.
-    pub fn shine(&self, direction: Vec3, cos: f32) -> Option<EmittedRadiance> {
+    pub fn emitted_radiance(&self, direction: Vec3, cos: f32) -> Option<EmittedRadiance> {
         match &self.emitter {
             Emitter::LuminaireArea { surface, intensity } => {
                 let (towards, area) = (intensity.towards(-direction), surface.area() as f32);
@@ -341,7 +341,7 @@ impl Light {
         Some(EmitterHit {
             t: t as f32,
             cos,
-            shine: EmittedRadiance { radiance: 1.0 / (PI * area), area },
+            emitted: EmittedRadiance { radiance: 1.0 / (PI * area), area },
         })
     }
 }

@@ -121,12 +121,12 @@ impl Strata {
         offset: f32,
         rng: &mut Stream,
     ) -> Emission<'_, L> {
-        let (light, door) = self.sources[source];
+        let (light, face) = self.sources[source];
         let weights = self.weights(source);
         let power = Spectrum::from_fn(self.lanes, |b| f32::from(weights[b] > 0.0));
         let (start, ray, power) = match lights[light].entrance() {
-            Some(entrance) if entrance.doors() > 0 => {
-                let (ray, factor) = entrance.enter(door, rng);
+            Some(entrance) if entrance.faces() > 0 => {
+                let (ray, factor) = entrance.enter(face, rng);
                 (None, ray, power * factor)
             }
             Some(_) => (None, lights[light].emit(offset, rng), power),
@@ -146,18 +146,18 @@ impl Strata {
 
     /// Whether no path meets by chance the light of stratum `source`: that of a point, a line or the sun.
     pub fn is_delta(&self, lights: &[Light], source: usize) -> bool {
-        let (light, door) = self.sources[source];
+        let (light, face) = self.sources[source];
         match lights[light].entrance() {
-            Some(entrance) => entrance.doors() > 0 && entrance.is_sun(door),
+            Some(entrance) => entrance.faces() > 0 && entrance.is_sun(face),
             None => lights[light].is_delta(),
         }
     }
 
     /// Whether stratum `source` is light of a sun at infinity.
     pub fn is_sun(&self, lights: &[Light], source: usize) -> bool {
-        let (light, door) = self.sources[source];
+        let (light, face) = self.sources[source];
         let entrance = lights.get(light).and_then(Light::entrance);
-        entrance.is_some_and(|entrance| entrance.doors() > 0 && entrance.is_sun(door))
+        entrance.is_some_and(|entrance| entrance.faces() > 0 && entrance.is_sun(face))
     }
 }
 

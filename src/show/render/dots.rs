@@ -45,7 +45,7 @@ pub fn photon_dots(
         let photon = &light.map.photons[index];
         let normal = light.scene.surface(photon.triangle as usize).normal;
         let from_front = photon.direction.unpack().dot(normal) < 0.0;
-        let seen_from_front = (point - viewpoint.camera.eye).dot(normal) < 0.0;
+        let seen_from_front = (point - viewpoint.camera.position).dot(normal) < 0.0;
         dot(viewpoint, point, index)
             .filter(|_| from_front == seen_from_front && viewpoint.sees(point))
     };
@@ -110,7 +110,7 @@ pub fn path_dots(
 
 /// The point at a share of the way from one end to the other, as it is seen in the picture.
 fn along(viewpoint: &Viewpoint, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
-    let depth = |p: Vec3| (p - viewpoint.camera.eye).dot(viewpoint.camera.forward());
+    let depth = |p: Vec3| (p - viewpoint.camera.position).dot(viewpoint.camera.forward());
     let (near, far) = (depth(from), depth(to));
     // equal steps in the picture are equal steps of 1 / depth
     let weight = share * near / (share * near + (1.0 - share) * far);
@@ -120,7 +120,7 @@ fn along(viewpoint: &Viewpoint, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
 /// The part of a leg that is in front of the viewpoint.
 fn in_front(viewpoint: &Viewpoint, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
     let near = 1e-3 * viewpoint.scene.radius;
-    let depth = |p: Vec3| (p - viewpoint.camera.eye).dot(viewpoint.camera.forward()) - near;
+    let depth = |p: Vec3| (p - viewpoint.camera.position).dot(viewpoint.camera.forward()) - near;
     let (a, b) = (depth(from), depth(to));
     let cut = || from.lerp(to, a / (a - b));
     match (a > 0.0, b > 0.0) {
@@ -135,7 +135,7 @@ fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize) -> Option<Dot> {
     let at = viewpoint.camera.project(point)?;
     let inside = |x: f32, size: usize| x >= 0.0 && x < size as f32;
     let seen = inside(at[0], viewpoint.camera.width) && inside(at[1], viewpoint.camera.height);
-    seen.then(|| Dot { at, distance: point.distance(viewpoint.camera.eye), index })
+    seen.then(|| Dot { at, distance: point.distance(viewpoint.camera.position), index })
 }
 
 /// The corners of so many paths of photons, from their lights on.

@@ -289,10 +289,11 @@ fn a_closed_room_is_seen_from_inside() {
         let beyond = middle([2.5, 2.5, 0.5]).as_vec3();
         assert!(!viewpoint.sees(beyond));
         let sampling = Sampling { rays: 1, before: 0, seed: 1, threads: 1 };
-        let seen = painted(&viewpoint, sampling, &CONTROL, |ray| match viewpoint.sight(ray) {
-            FirstVisible::Nothing => glam::Vec3::ZERO,
-            FirstVisible::Thing { .. } => glam::Vec3::ONE,
-        });
+        let seen =
+            painted(&viewpoint, sampling, &CONTROL, |ray| match viewpoint.first_visible(ray) {
+                FirstVisible::Nothing => glam::Vec3::ZERO,
+                FirstVisible::Thing { .. } => glam::Vec3::ONE,
+            });
         let seen = seen.unwrap_or_else(|e| panic!("{e}")).iter().filter(|c| c.x > 0.0).count();
         assert!((200..900).contains(&seen), "{seen} of 1200 pixels");
     }

@@ -74,7 +74,7 @@ impl<'a> Viewpoint<'a> {
         let scene = self.scene;
         let extent = Extent::of_triangles(scene.triangles());
         let patches = Patches::new(scene);
-        let (middle, from) = (extent.center(), self.camera.eye);
+        let (middle, from) = (extent.center(), self.camera.position);
         let radius = f64::from(0.5 * extent.size().length());
         let large = LARGE * std::f64::consts::PI * radius * radius;
         let parts = |triangle: usize| {
@@ -125,10 +125,10 @@ impl<'a> Viewpoint<'a> {
     }
 
     /// What a ray meets first, virtual captors too.
-    pub fn sight(&self, ray: &Ray) -> FirstVisible {
+    pub fn first_visible(&self, ray: &Ray) -> FirstVisible {
         let hit = self.opaque(ray);
         let mut nearest = hit.map_or(f32::INFINITY, |hit| hit.t);
-        let mut sight = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
+        let mut visible = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
         // a captor in a surface is seen before it
         let limit = nearest + 4.0 * self.scene.ray_offset();
         self.scene.crossings(ray, limit, |crossing| {
@@ -138,22 +138,22 @@ impl<'a> Viewpoint<'a> {
                 nearest = t;
                 let normal = self.scene.captor_triangles()[crossing.triangle].normal();
                 let cos = ray.direction.dot(normal).abs();
-                sight = FirstVisible::Thing {
+                visible = FirstVisible::Thing {
                     cos,
                     captor: Some(crossing.captor),
                     front: crossing.front,
                 };
             }
         });
-        sight
+        visible
     }
 
     /// Whether nothing is in the way of a point.
     pub fn sees(&self, point: Vec3) -> bool {
-        let towards = point - self.camera.eye;
+        let towards = point - self.camera.position;
         let distance = towards.length();
         let Some(direction) = towards.try_normalize() else { return false };
-        let hit = self.opaque(&Ray { origin: self.camera.eye, direction });
+        let hit = self.opaque(&Ray { origin: self.camera.position, direction });
         hit.is_none_or(|hit| hit.t >= distance * (1.0 - 1e-4) - 4.0 * self.scene.ray_offset())
     }
 }

@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use super::{
     origin::{Inputs, Origin},
-    sealed::{is_whole, seal},
+    sealed::{is_valid, seal},
     written::{OwnFile, Written},
 };
 use crate::{
@@ -313,11 +313,11 @@ fn read_head(path: &Path) -> std::result::Result<Option<Head>, Damaged> {
     json::check_memory(&bytes).map_err(|_| Damaged)?;
     let head: Head = serde_json::from_slice(&bytes).map_err(|_| Damaged)?;
     let results = || {
-        serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_whole())
-            && serde_json::from_slice(&bytes).is_ok_and(|r: ResultsFile| r.is_whole())
+        serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_valid())
+            && serde_json::from_slice(&bytes).is_ok_and(|r: ResultsFile| r.is_valid())
     };
     let whole = match (&head.sha256, &head.error) {
-        (Some(_), _) => is_whole(&bytes),
+        (Some(_), _) => is_valid(&bytes),
         (None, Some(_)) => true,
         (None, None) => results(),
     };

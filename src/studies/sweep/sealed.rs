@@ -18,7 +18,7 @@ pub fn seal(value: &impl Serialize) -> io::Result<Vec<u8>> {
 }
 
 /// Whether the bytes are as [`seal`] made them.
-pub fn is_whole(bytes: &[u8]) -> bool {
+pub fn is_valid(bytes: &[u8]) -> bool {
     body(bytes).len() < bytes.len()
 }
 
@@ -45,7 +45,7 @@ mod tests {
     fn any_damage_breaks_the_seal() {
         let value = json!({"a": [1, 2.5], "b": {"c": "d"}});
         let bytes = seal(&value).expect("memory");
-        assert!(is_whole(&bytes));
+        assert!(is_valid(&bytes));
         let mut read: Value = serde_json::from_slice(&bytes).expect("JSON");
         assert!(read["sha256"].take().is_string());
         assert_eq!(read["a"], value["a"]);
@@ -53,10 +53,10 @@ mod tests {
             for bit in 0..8 {
                 let mut damaged = bytes.clone();
                 damaged[place] ^= 1 << bit;
-                assert!(!is_whole(&damaged), "bit {bit} of byte {place}");
+                assert!(!is_valid(&damaged), "bit {bit} of byte {place}");
             }
-            assert!(!is_whole(&bytes[..place]), "{place} bytes");
+            assert!(!is_valid(&bytes[..place]), "{place} bytes");
         }
-        assert!(!is_whole(&[&bytes[..], b" "].concat()));
+        assert!(!is_valid(&[&bytes[..], b" "].concat()));
     }
 }

@@ -74,8 +74,8 @@ enum Way {
     /// Straight from its light: by joining.
     Straight,
     /// Scattered once, at this point of a surface with this normal.
-    Once { at: Vec3, normal: Vec3, shine: f32, mirrored: bool },
-    /// At a source that sheds so much per m2 and watt.
+    Once { at: Vec3, normal: Vec3, exitance: f32, mirrored: bool },
+    /// At a source of this exitance per watt, 1/m2.
     Known(f32),
 }
 
@@ -96,11 +96,11 @@ impl<'a> Source<'a> {
             (Way::Straight, Some(LobeKind::Diffuse)) => {
                 let lit = spots::origin(self.scene, self.light, &self.ray, point);
                 let lit = lit.map_or(0.0, |origin| origin.irradiance_on(normal));
-                let shine = lit.min(own.unwrap_or(f32::INFINITY));
-                Way::Once { at: point, normal, shine, mirrored: false }
+                let exitance = lit.min(own.unwrap_or(f32::INFINITY));
+                Way::Once { at: point, normal, exitance, mirrored: false }
             }
-            (Way::Once { at, normal, shine, .. }, Some(LobeKind::Specular)) => {
-                Way::Once { at, normal, shine, mirrored: true }
+            (Way::Once { at, normal, exitance, .. }, Some(LobeKind::Specular)) => {
+                Way::Once { at, normal, exitance, mirrored: true }
             }
             (Way::Once { .. }, Some(LobeKind::Diffuse)) => Way::Known(self.per_watt(point, normal)),
             (way, _) => way,
@@ -112,13 +112,13 @@ impl<'a> Source<'a> {
         match self.way {
             Way::Straight => 0.0,
             Way::Known(g) => g,
-            Way::Once { shine, mirrored: true, .. } => shine,
+            Way::Once { exitance, mirrored: true, .. } => exitance,
             // found from afar by what the light's own photons are joined with, which has no bound close by
-            Way::Once { at, normal: there, shine, .. } if self.sent => {
+            Way::Once { at, normal: there, exitance, .. } if self.sent => {
                 let away = point - at;
                 let d2 = away.length_squared();
                 let cosines = away.dot(there) * away.dot(normal) / d2;
-                shine.min(cosines.abs() / (PI * d2))
+                exitance.min(cosines.abs() / (PI * d2))
             }
             Way::Once { .. } => 0.0,
         }

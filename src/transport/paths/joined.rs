@@ -1,4 +1,4 @@
-//! Points of surfaces that an eye sees, joined with the lamps.
+//! Points of the first visible surfaces, joined with the lamps.
 
 use glam::Vec3;
 
@@ -20,8 +20,8 @@ use crate::{
 /// umol/m2/s/sr.
 #[cfg(test)]
 pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
-    let eye = Vertex { point: ray.origin, step: None, one_sided: None, arrival: None };
-    let leg = super::Leg { at: eye, ray, density: None, aimed: None, unbroken: true };
+    let camera = Vertex { point: ray.origin, step: None, one_sided: None, arrival: None };
+    let leg = super::Leg { at: camera, ray, density: None, aimed: None, unbroken: true };
     Path { scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false }.follow(leg)
 }
 
@@ -35,7 +35,7 @@ pub struct Joined<'a> {
 }
 
 impl<'a> Joined<'a> {
-    /// A `point` of a `surface`, met by a path from an eye.
+    /// A `point` of a `surface`, met by a camera ray.
     pub fn new(
         scene: &'a Scene,
         surface: &'a Surface,

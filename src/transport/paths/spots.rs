@@ -72,7 +72,7 @@ impl Spots {
             let (mut contrast, mut all) = (0.0, 0.0);
             for photon in first..first + photons {
                 let rng = &mut streams.history(photon);
-                with_lanes!(scene.lanes(), L => shine::<L>(scene, reflectors, light, rng, |one, weight| {
+                with_lanes!(scene.lanes(), L => follow::<L>(scene, reflectors, light, rng, |one, weight| {
                     contrast += weight * one;
                     all += weight;
                 }));
@@ -177,7 +177,7 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
     });
     let hit = nearest?;
     let density = hit.pdf_toward(point, &back);
-    let irradiance = hit.shine.radiance / density;
+    let irradiance = hit.emitted.radiance / density;
     Some(Origin { light, towards, irradiance, density: Some(density) })
 }
 
@@ -207,7 +207,7 @@ pub(super) fn straight<L: Lanes>(
 
 /// Follows one photon: for each place where it lands, `on` is told how many times as likely that is as that a path comes
 /// there, from the captor it is or from where the light goes to next; and what of the photon this is.
-fn shine<L: Lanes>(
+fn follow<L: Lanes>(
     scene: &Scene,
     reflectors: Option<&Reflectors>,
     light: usize,

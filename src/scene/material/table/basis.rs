@@ -20,7 +20,7 @@ pub(super) struct Sectors {
 
 impl Sectors {
     /// One sector, all around.
-    pub(super) fn whole() -> Self {
+    pub(super) fn full() -> Self {
         Self { starts: vec![0.0], middles: vec![0.0] }
     }
 

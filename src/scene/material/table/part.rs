@@ -64,7 +64,7 @@ impl Part {
     /// From values per band; there are as many as the bases have pairs.
     pub(super) fn new(given: &PairValues, bands: usize) -> Self {
         let PairValues { rows, columns, turns, values } = given;
-        let sectors = turns.as_ref().map_or(Sectors::whole(), |turns| Sectors::between(turns));
+        let sectors = turns.as_ref().map_or(Sectors::full(), |turns| Sectors::between(turns));
         let largest = values.chunks(bands.max(1)).map(|f| f.iter().copied().fold(0.0, f32::max));
         let largest: Vec<f32> = largest.collect();
         let measures = |basis: &Basis| -> Vec<f64> {

@@ -9,23 +9,23 @@ use crate::math::stats::is_possible;
 impl RunResult {
     /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
     /// sums and squares of such ones are infinite.
-    pub fn is_whole(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let bands = self.bands.len();
         let of_captors = |captor: &CaptorResult| {
             let CaptorResult { area, center, normal, absorbed, absorbed_se, by_light, .. } = captor;
             let mut numbers = center.iter().chain(normal).chain([area]);
             numbers.all(|number| is_possible(*number))
-                && captor.faces().all(|face| face.is_whole(bands))
+                && captor.faces().all(|face| face.is_valid(bands))
                 && fits(absorbed, absorbed_se, by_light, bands)
         };
         let of_groups = |group: &GroupResult| {
             is_possible(group.area)
-                && std::iter::once(&group.front).chain(&group.back).all(|f| f.is_whole(bands))
+                && std::iter::once(&group.front).chain(&group.back).all(|f| f.is_valid(bands))
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
         };
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
         let factors = self.mixed.iter().flat_map(ByLight::values).flat_map(Factor::values);
-        parts.chain([&self.energy]).all(|energy| energy.is_whole(bands))
+        parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
             && factors.chain(&self.cut_off).all(|number| is_possible(*number))
             && self.unseen.iter().flatten().all(|share| is_possible(*share))
             && self.captors.iter().all(of_captors)
@@ -34,7 +34,7 @@ impl RunResult {
 }
 
 impl Energy {
-    fn is_whole(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize) -> bool {
         let Self { power, emitted, absorbed, escaped, missed, lost, absorbed_by, .. } = self;
         let Self { chance, chance_se, .. } = self;
         let by_material = absorbed_by.iter().flat_map(ByLight::values);
@@ -49,21 +49,21 @@ impl Energy {
 }
 
 impl FaceResult {
-    fn is_whole(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize) -> bool {
         let mut values =
             [&self.flux, &self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
         values.all(|values| are_values(values, bands))
             && errors.all(|errors| are_errors(errors, bands))
             && self.dli.iter().chain(&self.dli_se).all(|values| are_errors(values, bands))
-            && self.uniformity.iter().all(|even| even.is_whole(bands))
-            && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_whole(bands))
-            && self.knn.iter().flatten().all(|knn| knn.is_whole(bands))
+            && self.uniformity.iter().all(|even| even.is_valid(bands))
+            && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_valid(bands))
+            && self.knn.iter().flatten().all(|knn| knn.is_valid(bands))
     }
 }
 
 impl NearestResult {
-    fn is_whole(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize) -> bool {
         let Self { radius, coverage, irradiance, irradiance_se, radiance, radiance_se, .. } = self;
         [radius, coverage].into_iter().all(|number| is_possible(*number))
             && radiance.iter().chain([irradiance]).all(|values| are_values(values, bands))

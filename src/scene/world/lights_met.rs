@@ -84,8 +84,8 @@ impl Scene {
             let light = self.light_of_triangle[hit.triangle as usize] as usize;
             let normal = self.light_triangles[hit.triangle as usize].normal();
             let cos = -ray.direction.dot(normal);
-            if let Some(shine) = self.lights[light].shine(ray.direction, cos) {
-                visit(light, EmitterHit { t: hit.t, cos: cos.abs(), shine });
+            if let Some(emitted) = self.lights[light].emitted_radiance(ray.direction, cos) {
+                visit(light, EmitterHit { t: hit.t, cos: cos.abs(), emitted });
             }
         });
     }
