@@ -22,7 +22,7 @@ use crate::{
         geometry::Ray,
         machine,
         rng::{Purpose, Stream, Streams},
-        spectrum::with_lanes,
+        spectrum::{Spectrum, with_lanes},
     },
     transport::{
         simulate::{Control, Progress},
@@ -109,7 +109,8 @@ impl Pixels {
         };
         for i in 0..self.variance.len() {
             let share = share(i / self.bands);
-            self.variance[i] = (1.0 - share).powi(2) * self.variance[i] + share.powi(2) * more.variance[i];
+            self.variance[i] =
+                (1.0 - share).powi(2) * self.variance[i] + share.powi(2) * more.variance[i];
             self.common[i] += share * (more.common[i] - self.common[i]);
         }
         for ((own, other), (covered, and)) in pixels.zip(self.covered.iter_mut().zip(&more.covered))
@@ -161,10 +162,10 @@ pub fn render(
                     let found = match show {
                         Show::Radiance { gather } => {
                             let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
-                            let [radiance, told] = [&found.radiance, &found.told].map(|of| {
-                                of.values().iter().map(|value| f64::from(*value))
-                            });
-                            means.add(radiance, told);
+                            let of_bands = |of: &Spectrum<L>| of.values()[..bands].iter().map(|v| f64::from(*v)).collect::<Vec<_>>();
+                            let [radiance, told, gathered] =
+                                [&found.radiance, &found.told, &found.gathered].map(of_bands);
+                            means.add(&radiance, &told, &gathered);
                             continue;
                         }
                         Show::Irradiance => flat(viewpoint, ray, &mut shared[0], |triangle, front, point| {
@@ -179,7 +180,7 @@ pub fn render(
                         .filter(|error| error[0].is_finite()),
                     };
                     if let Some(found) = found {
-                        means.add(found.iter().copied(), found.iter().copied());
+                        means.add(found, found, &[]);
                     }
                 }
                 let at = x * bands..(x + 1) * bands;
@@ -195,38 +196,39 @@ pub fn render(
 struct Means {
     count: u32,
     sums: Vec<f64>,
-    squares: Vec<f64>,
-    /// What the nearest photons tell of it.
+    /// What of it the nearest photons tell.
     told: Vec<f64>,
+    /// What of it was gathered, and its squares.
+    gathered: Vec<[f64; 2]>,
 }
 
 impl Means {
     fn new(bands: usize) -> Self {
-        let none = || vec![0.0; bands];
-        Self { count: 0, sums: none(), squares: none(), told: none() }
+        let none = vec![0.0; bands];
+        Self { count: 0, sums: none.clone(), told: none, gathered: vec![[0.0; 2]; bands] }
     }
 
-    /// One ray more, and what the nearest photons tell of what it found.
-    fn add(&mut self, found: impl Iterator<Item = f64>, told: impl Iterator<Item = f64>) {
+    /// One ray more: what it found, and what of it the nearest photons tell and was gathered.
+    fn add(&mut self, found: &[f64], told: &[f64], gathered: &[f64]) {
         self.count += 1;
-        let sums = self.sums.iter_mut().zip(&mut self.squares).zip(&mut self.told);
-        for (((sum, square), of), (found, told)) in sums.zip(found.zip(told)) {
-            *sum += found;
-            *square += (found - told).powi(2);
-            *of += told;
+        self.sums.iter_mut().zip(found).for_each(|(sum, value)| *sum += value);
+        self.told.iter_mut().zip(told).for_each(|(sum, value)| *sum += value);
+        for ([sum, square], value) in self.gathered.iter_mut().zip(gathered) {
+            *sum += value;
+            *square += value * value;
         }
     }
 
-    /// Their means, and the variances of these: of one ray as if it were as large as what it found.
+    /// Their means, and the variances of these: of one ray as if it had gathered nothing but noise.
     fn tell(&self, values: &mut [f32], variance: &mut [f32], common: &mut [f32], k: usize) {
         let n = f64::from(self.count.max(1));
         for b in 0..values.len() {
-            let [mean, told] = [self.sums[b], self.told[b]].map(|sum| sum / n);
-            let spread = self.squares[b] / n - (mean - told).powi(2);
-            let variance_of_one = if self.count > 1 { spread / (n - 1.0) } else { self.squares[b] };
-            values[b] = mean as f32;
-            variance[b] = variance_of_one.max(0.0) as f32;
-            common[b] = (told * told / k as f64) as f32;
+            let [sum, square] = self.gathered[b];
+            let of_mean =
+                if self.count > 1 { (square - sum * sum / n) / (n - 1.0) } else { square };
+            values[b] = (self.sums[b] / n) as f32;
+            variance[b] = (of_mean / n).max(0.0) as f32;
+            common[b] = ((self.told[b] / n).powi(2) / k as f64) as f32;
         }
     }
 }

@@ -24,7 +24,7 @@ use crate::{
     transport::photon_map::{Gathered, PhotonMap, Way},
 };
 
-pub use cache::{CachedRadiance, RadianceCache};
+pub use cache::RadianceCache;
 
 /// The light on all surfaces of a scene. Points are in metres from the centre of the scene.
 pub struct SurfaceLight<'a> {

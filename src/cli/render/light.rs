@@ -14,7 +14,7 @@ use crate::{
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
-        let gather = match self.arguments.gather.unwrap_or(1) {
+        let gather = match self.arguments.gather.unwrap_or(0) {
             0 => None,
             directions => Some(Gather::new(&light, directions, self.settings.threads)?),
         };

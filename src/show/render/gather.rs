@@ -85,7 +85,7 @@ impl Whitted<'_> {
         };
         let found = self.follow(start, rng, share, |end, rng| {
             let radiance = self.sent(gather, end, near, rng);
-            Found { told: radiance.zero(), radiance }
+            Found { told: radiance.zero(), gathered: radiance.zero(), radiance }
         });
         from_lamp + scatter.weight * found.radiance
     }

@@ -40,6 +40,8 @@ pub(super) struct Found<L> {
     pub radiance: Spectrum<L>,
     /// What of it the nearest photons tell: its noise is alike in pixels side by side.
     pub told: Spectrum<L>,
+    /// What of it was gathered: its noise is each ray's own.
+    pub gathered: Spectrum<L>,
 }
 
 /// A ray on its way, and what it carries of what it will find.
@@ -98,11 +100,12 @@ impl Whitted<'_> {
             match gather.filter(|_| place.share >= FAINT) {
                 None => {
                     let told: Spectrum<L> = near(shared, self.light);
-                    Found { radiance: told.clone(), told }
+                    Found { radiance: told.clone(), gathered: told.zero(), told }
                 }
                 Some(gather) => {
-                    let told = near(shared_focused, &gather.focused);
-                    Found { radiance: self.gathered(gather, place, rng) + &told, told }
+                    let told: Spectrum<L> = near(shared_focused, &gather.focused);
+                    let gathered = self.gathered(gather, place, rng);
+                    Found { radiance: gathered.clone() + &told, told, gathered }
                 }
             }
         })
@@ -119,7 +122,7 @@ impl Whitted<'_> {
     ) -> Found<L> {
         let scene = self.light.scene;
         let mut radiance = start.throughput.zero();
-        let mut told = start.throughput.zero();
+        let [mut told, mut gathered] = [start.throughput.zero(), start.throughput.zero()];
         let mut ways = vec![start];
         while let Some(way) = ways.pop() {
             let Way { ray, ref throughput, surfaces, length, from_eye, straight, small } = way;
@@ -144,6 +147,7 @@ impl Whitted<'_> {
                 let found = seen(&Place { hit, surface, interaction, length, share }, rng);
                 radiance += found.radiance * throughput;
                 told += found.told * throughput;
+                gathered += found.gathered * throughput;
             }
             if surfaces == MOST_SURFACES {
                 continue;
@@ -167,7 +171,7 @@ impl Whitted<'_> {
                 });
             }
         }
-        Found { radiance, told }
+        Found { radiance, told, gathered }
     }
 }
 

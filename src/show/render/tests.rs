@@ -4,7 +4,7 @@ use std::{path::Path, sync::atomic::AtomicBool};
 
 use serde_json::{Value, json};
 
-use super::{FirstVisible, Pixels, Sampling, Show, Viewpoint, painted, render};
+use super::{FirstVisible, Gather, Pixels, Sampling, Show, Viewpoint, painted, render};
 use crate::{
     formats::scene_file::{LoadedScene, load_value},
     math::rng::Stream,
@@ -70,8 +70,10 @@ fn viewpoint(loaded: &LoadedScene) -> Viewpoint<'_> {
 
 fn picture(loaded: &LoadedScene, light: &SurfaceLight, gather: u32, threads: usize) -> Pixels {
     let sampling = Sampling { rays: 4, before: 0, seed: 1, threads };
-    render(light, &viewpoint(loaded), Show::Radiance { gather }, sampling, &CONTROL)
-        .unwrap_or_else(|e| panic!("{e}"))
+    let gather = (gather > 0).then(|| Gather::new(light, gather, threads));
+    let gather = gather.transpose().unwrap_or_else(|e| panic!("{e}"));
+    let show = Show::Radiance { gather: gather.as_ref() };
+    render(light, &viewpoint(loaded), show, sampling, &CONTROL).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Means over blocks of `side` x `side` pixels.
@@ -206,7 +208,15 @@ fn a_box_looks_as_paths_see_it() {
         ((0..RAYS).map(radiance).sum::<f64>() / RAYS as f64) as f32
     };
     let values: Vec<f32> = (0..64 * 64).map(by_paths).collect();
-    let reference = Pixels { width: 64, bands: 1, covered: vec![1.0; values.len()], values };
+    let none = vec![0.0; values.len()];
+    let reference = Pixels {
+        width: 64,
+        bands: 1,
+        covered: vec![1.0; values.len()],
+        values,
+        variance: none.clone(),
+        common: none,
+    };
     let reference = blocks(&reference, SIDE);
     let plain = without_edges(&light, &viewpoint);
     assert!(plain.iter().filter(|plain| **plain).count() >= 15);

@@ -69,7 +69,8 @@ impl RadianceCache {
             let reach = light.reach(triangle as usize, front, position);
             radiance.into_iter().map(|r| r as f32).chain([reach]).collect::<Vec<f32>>()
         };
-        let found = machine::pool(threads)?.install(|| points.par_iter().flat_map_iter(find).collect());
+        let found =
+            machine::pool(threads)?.install(|| points.par_iter().flat_map_iter(find).collect());
         let arrival = |&Point { position, triangle, front }: &Point| Arrival {
             position,
             bin: patches.bin(triangle as usize, front),
