@@ -2,10 +2,14 @@
 //! other surfaces send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Light that has come
 //! from its lamp by way of mirrors, refraction or gloss alone is left to photons.
 
-use super::radiance::{Found, Place, Way, Whitted, load};
+use super::{
+    radiance::{Found, Place, Way, Whitted, load},
+    shared::{PIXELS, Shared},
+};
 use crate::{
     error::Result,
     math::{
+        geometry::Ray,
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
@@ -20,8 +24,12 @@ use crate::{
     },
 };
 
-/// A way that carries less than this of what its ray gathers goes on by chance.
-const SMALL: f32 = 0.25;
+/// A way from the eye that carries less than this goes on by chance, and counts for more where it does.
+const SMALL: f32 = 0.005;
+/// What is seen by less than this, as in a pane, is seen as the photons there tell it: they are noisy enough for that.
+const FAINT: f32 = 0.25;
+/// The same of a ray that gathers.
+const SMALL_GATHERED: f32 = 0.25;
 /// How often light is gathered anew where a ray ends so near that its photons would reach back to where it started.
 const NEAR: u32 = 3;
 
@@ -45,6 +53,39 @@ impl<'a> Gather<'a> {
 }
 
 impl Whitted<'_> {
+    /// Radiance along a ray from the viewpoint.
+    pub fn radiance<L: Lanes>(
+        &self,
+        ray: Ray,
+        gather: Option<&Gather>,
+        shared: &mut [Shared; 2],
+        rng: &mut Stream,
+    ) -> Found<L> {
+        let start = Way::new(ray, self.light.scene.lanes(), true, SMALL);
+        let [shared, shared_focused] = shared;
+        let all = |_: &Way<L>, _: &LightHit| 1.0;
+        self.follow(start, rng, all, |place, rng| {
+            let Place { hit, interaction, .. } = place;
+            let reach = PIXELS * self.viewpoint.camera.pixel() * place.length;
+            let (triangle, outgoing) = (hit.triangle, -interaction.direction);
+            let near = |shared: &mut Shared, light: &SurfaceLight| {
+                let find = || light.radiance(triangle, hit.point, outgoing);
+                load(shared.value(hit, interaction.front, reach, find))
+            };
+            match gather.filter(|_| place.share >= FAINT) {
+                None => {
+                    let told: Spectrum<L> = near(shared, self.light);
+                    Found { radiance: told.clone(), gathered: told.zero(), told }
+                }
+                Some(gather) => {
+                    let told: Spectrum<L> = near(shared_focused, &gather.focused);
+                    let gathered = self.gathered(gather, place, rng);
+                    Found { radiance: gathered.clone() + &told, told, gathered }
+                }
+            }
+        })
+    }
+
     /// What a place sends towards the eye, but for light that photons tell there.
     pub fn gathered<L: Lanes>(
         &self,
@@ -78,7 +119,7 @@ impl Whitted<'_> {
         };
         let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
         let ray = scene.leave(hit.point, side, scatter.direction);
-        let start = Way::new(ray, scene.lanes(), false, SMALL);
+        let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
         // lamps by way of mirrors are left to photons
         let share = |way: &Way<L>, hit: &LightHit| {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }

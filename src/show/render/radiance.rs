@@ -2,11 +2,7 @@
 //! (Whitted, Communications of the ACM 23 (6), 1980), and see lamps; where a surface scatters, light is gathered, or the
 //! photons there tell how bright it is.
 
-use super::{
-    gather::Gather,
-    shared::{PIXELS, Shared},
-    viewpoint::Viewpoint,
-};
+use super::viewpoint::Viewpoint;
 use crate::{
     math::{
         geometry::Ray,
@@ -23,11 +19,6 @@ use crate::{
 
 /// Surfaces on a ray's way after which it is given up.
 const MOST_SURFACES: u32 = 100;
-/// A way from the eye that carries less than this goes on by chance, and counts for more where it does.
-const SMALL: f32 = 0.005;
-/// What is seen by less than this, as in a pane, is seen as the photons there tell it: they are noisy enough for that.
-const FAINT: f32 = 0.25;
-
 /// Radiance along camera rays.
 pub(super) struct Whitted<'a> {
     pub light: &'a SurfaceLight<'a>,
@@ -74,43 +65,10 @@ pub(super) struct Place<'a> {
     /// Length of the ray's way, m.
     pub length: f32,
     /// The largest share over bands that is seen of it.
-    share: f32,
+    pub share: f32,
 }
 
 impl Whitted<'_> {
-    /// Radiance along a ray from the viewpoint.
-    pub fn radiance<L: Lanes>(
-        &self,
-        ray: Ray,
-        gather: Option<&Gather>,
-        shared: &mut [Shared; 2],
-        rng: &mut Stream,
-    ) -> Found<L> {
-        let start = Way::new(ray, self.light.scene.lanes(), true, SMALL);
-        let [shared, shared_focused] = shared;
-        let all = |_: &Way<L>, _: &LightHit| 1.0;
-        self.follow(start, rng, all, |place, rng| {
-            let Place { hit, interaction, .. } = place;
-            let reach = PIXELS * self.viewpoint.camera.pixel() * place.length;
-            let (triangle, outgoing) = (hit.triangle, -interaction.direction);
-            let near = |shared: &mut Shared, light: &SurfaceLight| {
-                let find = || light.radiance(triangle, hit.point, outgoing);
-                load(shared.value(hit, interaction.front, reach, find))
-            };
-            match gather.filter(|_| place.share >= FAINT) {
-                None => {
-                    let told: Spectrum<L> = near(shared, self.light);
-                    Found { radiance: told.clone(), gathered: told.zero(), told }
-                }
-                Some(gather) => {
-                    let told: Spectrum<L> = near(shared_focused, &gather.focused);
-                    let gathered = self.gathered(gather, place, rng);
-                    Found { radiance: gathered.clone() + &told, told, gathered }
-                }
-            }
-        })
-    }
-
     /// Follows a ray both ways at every smooth surface and sums what is `seen` where it is scattered,
     /// and the lights on its way as much as they count.
     pub fn follow<L: Lanes>(
