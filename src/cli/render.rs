@@ -87,7 +87,7 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
         Err(Error::input(option, format!("has no meaning here: it goes with --show {with}"))
             .remedy("leave it out, or change --show"))
     };
-    if show != What::Radiance && arguments.gather > 0 {
+    if show != What::Radiance && arguments.gather.is_some() {
         return misplaced("--gather", "radiance");
     }
     if matches!(show, What::Captors | What::Photons) && arguments.max_time.is_some() {

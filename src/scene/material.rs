@@ -390,6 +390,17 @@ impl Material {
         }
     }
 
+    /// Radiance that leaves it by other ways than mirrors at an angle of this cosine, as a share of what leaves along the
+    /// normal of the same side; none where that depends on where light comes from.
+    pub fn relative_radiance(&self, cos: f32) -> Option<f32> {
+        match self {
+            Self::Lambert(_) => Some(1.0),
+            Self::Leaf(m) => Some(m.relative_radiance(cos)),
+            Self::Phong(m) if m.glossy() == 0.0 => Some(1.0),
+            _ => None,
+        }
+    }
+
     /// Whether light leaves it by other ways than mirrors, so that it has a radiance to estimate.
     pub fn is_diffuse(&self) -> bool {
         match self {

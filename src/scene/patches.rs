@@ -13,7 +13,7 @@ const SMOOTH: f32 = 0.866;
 
 /// The smooth pieces of all surfaces of a scene. Edges that more than two triangles share part pieces:
 /// something stands there.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Patches {
     of_triangle: Vec<u32>,
     areas: Vec<f64>,

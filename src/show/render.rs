@@ -4,6 +4,7 @@
 
 mod denoise;
 mod dots;
+mod gather;
 mod radiance;
 mod shared;
 #[cfg(test)]
@@ -21,7 +22,7 @@ use crate::{
         geometry::Ray,
         machine,
         rng::{Purpose, Stream, Streams},
-        spectrum::with_lanes,
+        spectrum::{Spectrum, with_lanes},
     },
     transport::{
         simulate::{Control, Progress},
@@ -31,18 +32,18 @@ use crate::{
 
 pub use denoise::{Guide, denoised, guides};
 pub use dots::{Dot, path_dots, photon_dots};
+pub use gather::Gather;
 use radiance::Whitted;
 use shared::{PIXELS, Shared};
 pub use viewpoint::{FirstVisible, Viewpoint};
 
 /// What a picture of light shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub enum Show<'a> {
-    /// What a viewpoint would see; `gather` directions from each surface that scatters, or none to take
-    /// the light there from the photon map alone.
+    /// What a viewpoint would see: with light gathered where surfaces scatter it, or from the photons there alone.
     Radiance {
-        /// Directions.
-        gather: u32,
+        /// What light is gathered from.
+        gather: Option<&'a Gather<'a>>,
     },
     /// What arrives at the side that is seen.
     Irradiance,
@@ -77,9 +78,17 @@ pub struct Pixels {
     pub bands: usize,
     /// Means over the rays that met what is shown, band after band.
     pub values: Vec<f32>,
+    /// Their variances as the rays tell them.
+    pub variance: Vec<f32>,
+    /// Variances of what the nearest photons tell of them, which pixels side by side have in common.
+    pub common: Vec<f32>,
     /// Share of such rays, per pixel.
     pub covered: Vec<f32>,
 }
+
+/// Random numbers of a ray that are spread evenly over those of its pixel: its place there, a point of a lamp, and the
+/// direction of a gathering ray.
+const SPREAD: u32 = 8;
 
 /// The most memory that the values of a picture may take, bytes.
 const MAX_BYTES: usize = 2 << 30;
@@ -94,6 +103,16 @@ impl Pixels {
     pub fn joined(mut self, rays: u32, more: &Self, others: u32) -> Self {
         let (rays, others) = (rays as f32, others as f32);
         let pixels = self.values.chunks_mut(self.bands).zip(more.values.chunks(self.bands));
+        let share = |i: usize| {
+            let (own, other) = (self.covered[i] * rays, more.covered[i] * others);
+            if other > 0.0 { other / (own + other) } else { 0.0 }
+        };
+        for i in 0..self.variance.len() {
+            let share = share(i / self.bands);
+            self.variance[i] =
+                (1.0 - share).powi(2) * self.variance[i] + share.powi(2) * more.variance[i];
+            self.common[i] += share * (more.common[i] - self.common[i]);
+        }
         for ((own, other), (covered, and)) in pixels.zip(self.covered.iter_mut().zip(&more.covered))
         {
             let (met, of_others) = (*covered * rays, and * others);
@@ -120,49 +139,98 @@ pub fn render(
     };
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     check_size(viewpoint, bands)?;
+    let none = || vec![0.0; width * height * bands];
     let mut pixels = Pixels {
         width,
         bands,
-        values: vec![0.0; width * height * bands],
+        values: none(),
+        variance: none(),
+        common: none(),
         covered: vec![0.0; width * height],
     };
-    let rows =
-        pixels.values.par_chunks_mut(width * bands).zip(pixels.covered.par_chunks_mut(width));
+    let Pixels { values, variance, common, covered, .. } = &mut pixels;
+    let [values, variance, common] =
+        [values, variance, common].map(|rows| rows.par_chunks_mut(width * bands));
+    let rows = values.zip(variance).zip(common).zip(covered.par_chunks_mut(width));
     with_lanes!(light.scene.lanes(), L => {
-        each_row(rows, viewpoint, sampling, control, |mut samples, (values, covered)| {
+        each_row(rows, viewpoint, sampling, control, |mut samples, (((values, variance), common), covered)| {
             let whitted = Whitted { light, viewpoint };
-            for (x, value) in values.chunks_mut(bands).enumerate() {
-                let (mut shared, mut sum, mut met) = (Shared::default(), vec![0.0; bands], 0);
+            for (x, covered) in covered.iter_mut().enumerate() {
+                let mut shared: [Shared; 2] = Default::default();
+                let mut means = Means::new(bands);
                 for (ray, mut rng) in samples.pixel(x) {
                     let found = match show {
                         Show::Radiance { gather } => {
                             let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
-                            met += 1;
-                            found.values().iter().zip(&mut sum).for_each(|(f, s)| *s += f64::from(*f));
+                            let of_bands = |of: &Spectrum<L>| of.values()[..bands].iter().map(|v| f64::from(*v)).collect::<Vec<_>>();
+                            let [radiance, told, gathered] =
+                                [&found.radiance, &found.told, &found.gathered].map(of_bands);
+                            means.add(&radiance, &told, &gathered);
                             continue;
                         }
-                        Show::Irradiance => flat(viewpoint, ray, &mut shared, |triangle, front, point| {
+                        Show::Irradiance => flat(viewpoint, ray, &mut shared[0], |triangle, front, point| {
                             light.irradiance(triangle, front, point)
                         }),
-                        Show::Absorbed => flat(viewpoint, ray, &mut shared, |triangle, _, point| {
+                        Show::Absorbed => flat(viewpoint, ray, &mut shared[0], |triangle, _, point| {
                             light.absorbed(triangle, point)
                         }),
-                        Show::Error { bands } => flat(viewpoint, ray, &mut shared, |triangle, front, point| {
+                        Show::Error { bands } => flat(viewpoint, ray, &mut shared[0], |triangle, front, point| {
                             vec![light.relative_error(triangle, front, point, bands).unwrap_or(f64::NAN)]
                         })
                         .filter(|error| error[0].is_finite()),
                     };
                     if let Some(found) = found {
-                        met += 1;
-                        found.iter().zip(&mut sum).for_each(|(f, s)| *s += f);
+                        means.add(found, found, &[]);
                     }
                 }
-                value.iter_mut().zip(sum).for_each(|(v, s)| *v = (s / f64::from(met.max(1))) as f32);
-                covered[x] = met as f32 / sampling.rays as f32;
+                let at = x * bands..(x + 1) * bands;
+                means.tell(&mut values[at.clone()], &mut variance[at.clone()], &mut common[at], light.k);
+                *covered = means.count as f32 / sampling.rays as f32;
             }
         })
     })?;
     Ok(pixels)
+}
+
+/// What the rays of a pixel have found, per band.
+struct Means {
+    count: u32,
+    sums: Vec<f64>,
+    /// What of it the nearest photons tell.
+    told: Vec<f64>,
+    /// What of it was gathered, and its squares.
+    gathered: Vec<[f64; 2]>,
+}
+
+impl Means {
+    fn new(bands: usize) -> Self {
+        let none = vec![0.0; bands];
+        Self { count: 0, sums: none.clone(), told: none, gathered: vec![[0.0; 2]; bands] }
+    }
+
+    /// One ray more: what it found, and what of it the nearest photons tell and was gathered.
+    fn add(&mut self, found: &[f64], told: &[f64], gathered: &[f64]) {
+        self.count += 1;
+        self.sums.iter_mut().zip(found).for_each(|(sum, value)| *sum += value);
+        self.told.iter_mut().zip(told).for_each(|(sum, value)| *sum += value);
+        for ([sum, square], value) in self.gathered.iter_mut().zip(gathered) {
+            *sum += value;
+            *square += value * value;
+        }
+    }
+
+    /// Their means, and the variances of these: of one ray as if it had gathered nothing but noise.
+    fn tell(&self, values: &mut [f32], variance: &mut [f32], common: &mut [f32], k: usize) {
+        let n = f64::from(self.count.max(1));
+        for b in 0..values.len() {
+            let [sum, square] = self.gathered[b];
+            let of_mean =
+                if self.count > 1 { (square - sum * sum / n) / (n - 1.0) } else { square };
+            values[b] = (self.sums[b] / n) as f32;
+            variance[b] = (of_mean / n).max(0.0) as f32;
+            common[b] = ((self.told[b] / n).powi(2) / k as f64) as f32;
+        }
+    }
 }
 
 /// The mean colour of each pixel's rays. Errors: as [`render()`].
@@ -229,7 +297,7 @@ impl Samples<'_> {
             let streams = |batch| Streams::new(seed, Purpose::Picture, batch);
             let sequence = streams(0).sequence(pixel);
             let stream = streams(ray.into()).history(pixel);
-            let mut rng = stream.with_sobol(sequence, u64::from(ray), 2);
+            let mut rng = stream.with_sobol(sequence, u64::from(ray), SPREAD);
             let within = rng.square();
             (viewpoint.camera.ray(x as f32 + within.x, y as f32 + within.y), rng)
         })
@@ -253,7 +321,7 @@ fn flat<'s>(
 pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     // the values, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
-    let bytes = width * height * (bands + 6) * size_of::<f32>();
+    let bytes = width * height * (3 * bands + 6) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());
     }

@@ -44,6 +44,16 @@ pub struct Way {
     pub bounces: u16,
     /// Whether it was mirrored or refracted, too.
     pub mirrored: bool,
+    /// Whether one of those bounces was at a surface without a glossy lobe.
+    pub diffused: bool,
+}
+
+impl Way {
+    /// Whether it came by way of mirrors, refraction or gloss alone: light that no path from an eye should look for, as
+    /// it would find it seldom, and much of it then.
+    pub fn is_focused(self) -> bool {
+        !self.diffused && (self.mirrored || self.bounces > 0)
+    }
 }
 
 /// Stored photons, bin by bin, with a tree over each large bin.
@@ -143,6 +153,25 @@ impl PhotonMap {
             bins: self.bins.clone(),
             ..*self
         }
+    }
+
+    /// The photons that came in some ways, of a map that keeps them.
+    pub fn part(&self, wanted: impl Fn(Way) -> bool) -> Self {
+        let (mut arrivals, mut power, mut ways) = (Vec::new(), Vec::new(), Vec::new());
+        let positions = self.positions();
+        for (&bin, Bin { range, .. }) in self.bins.iter() {
+            for i in range.clone().filter(|&i| wanted(self.ways[i])) {
+                arrivals.push(Arrival { position: positions[i], bin, photon: self.photons[i] });
+                power.extend(self.power(i));
+                ways.push(self.ways[i]);
+            }
+        }
+        Self::file(arrivals, power, ways, self.bands, self.histories)
+    }
+
+    /// The bins that have photons, and the indices of these.
+    pub fn bins(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
+        self.bins.iter().map(|(bin, Bin { range, .. })| (*bin, range.clone()))
     }
 
     /// How each photon came, in the order of `photons`; empty in a map that does not keep it.

@@ -5,6 +5,8 @@
 //! ball that they span, so no edge is dark. Biased by the size of that ball as every k-nearest
 //! estimate: a shadow is blurred over it, also where the piece goes on under what stands on it.
 
+mod cache;
+
 use std::f64::consts::PI;
 
 use glam::Vec3;
@@ -21,6 +23,8 @@ use crate::{
     },
     transport::photon_map::{Gathered, PhotonMap, Way},
 };
+
+pub use cache::RadianceCache;
 
 /// The light on all surfaces of a scene. Points are in metres from the centre of the scene.
 pub struct SurfaceLight<'a> {
@@ -111,6 +115,22 @@ impl<'a> SurfaceLight<'a> {
     /// light through, transmitted from those of the other.
     pub fn radiance(&self, triangle: usize, point: Vec3, outgoing: Vec3) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
+        let Material::Lambert(lambert) = self.scene.material(surface) else {
+            return self.radiance_of(triangle, point, outgoing, |_| true);
+        };
+        let irradiance = self.irradiance(triangle, outgoing.dot(surface.normal) > 0.0, point);
+        irradiance.iter().zip(lambert.reflectance()).map(|(e, r)| e * f64::from(r) / PI).collect()
+    }
+
+    /// The same of the photons that came in some ways.
+    pub fn radiance_of(
+        &self,
+        triangle: usize,
+        point: Vec3,
+        outgoing: Vec3,
+        wanted: impl Fn(Way) -> bool,
+    ) -> Vec<f64> {
+        let surface = self.scene.surface(triangle);
         let front = outgoing.dot(surface.normal) > 0.0;
         let material = self.scene.material(surface);
         if !material.is_diffuse() {
@@ -118,33 +138,30 @@ impl<'a> SurfaceLight<'a> {
         }
         let through = material.transmits_diffusely();
         let faces = [front || through, !front || through];
-        if let Material::Lambert(lambert) = material {
-            let albedo = lambert.reflectance();
-            let irradiance = self.irradiance(triangle, front, point);
-            return irradiance.iter().zip(albedo).map(|(e, r)| e * f64::from(r) / PI).collect();
-        }
         with_lanes!(self.scene.lanes(), L => {
-            self.sum::<L>(triangle, point, faces, |material, at, _| {
-                material.evaluate(at, outgoing)
+            self.sum::<L>(triangle, point, faces, |material, at, photon| {
+                match self.map.ways().get(photon).is_none_or(|way| wanted(*way)) {
+                    true => material.evaluate(at, outgoing),
+                    false => Spectrum::splat(self.scene.lanes(), 0.0),
+                }
             })
         })
     }
 
-    /// What of [`radiance`](Self::radiance) is light that came from its lamp by way of mirrors or
-    /// refraction alone, which no point of a lamp can be joined with.
-    pub fn caustic_radiance(&self, triangle: usize, point: Vec3, outgoing: Vec3) -> Vec<f64> {
-        let surface = self.scene.surface(triangle);
-        let front = outgoing.dot(surface.normal) > 0.0;
-        let through = self.scene.material(surface).transmits_diffusely();
-        let faces = [front || through, !front || through];
-        with_lanes!(self.scene.lanes(), L => {
-            self.sum::<L>(triangle, point, faces, |material, at, photon| {
-                match self.map.ways()[photon] {
-                    Way { bounces: 0, mirrored: true } => material.evaluate(at, outgoing),
-                    _ => Spectrum::splat(self.scene.lanes(), 0.0),
-                }
-            })
-        })
+    /// The photons that came in some ways alone, `k` of them for an estimate.
+    pub fn part(&self, k: usize, wanted: impl Fn(Way) -> bool) -> SurfaceLight<'a> {
+        let Self { scene, ref patches, ref map, .. } = *self;
+        SurfaceLight { scene, patches: patches.clone(), map: map.part(wanted), k }
+    }
+
+    /// How far the photons reach that tell the light on a face near `point`, m: as far as the k-th or, where there are
+    /// fewer, as far as a disc does that is as large as the piece.
+    fn reach(&self, triangle: usize, front: bool, point: Vec3) -> f32 {
+        let nearest = self.map.nearest(self.patches.bin(triangle, front), point, self.k);
+        match nearest.last() {
+            Some(last) if nearest.len() == self.k => last.distance2.sqrt(),
+            _ => (self.patches.area(self.patches.of(triangle)) / PI).sqrt() as f32,
+        }
     }
 
     /// Sum over the photons on some `faces` (front, back) of their power times what `score` makes of

@@ -31,10 +31,11 @@ pub struct Arguments {
     /// taken; give a large --rays. Four are taken in any case
     #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_negative_numbers = true)]
     pub max_time: Option<Duration>,
-    /// With --show radiance: look into so many directions from every point that scatters, and join it with
-    /// the lamps: sharp shadows and smooth walls, for a longer time
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
-    pub gather: u32,
+    /// With --show radiance: look into so many directions where a ray meets a surface that scatters, and join it with
+    /// the lamps: sharp shadows and true corners. 1 is enough with --rays 8 or more; 0 takes the light there from the photons
+    /// alone [default: 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub gather: Option<u32>,
     /// Whether the light on each piece of surface is evened out in PNG pictures; numbers (EXR) never are
     /// [default: on]
     #[arg(long, value_enum, value_name = "ON")]

@@ -7,15 +7,19 @@ use crate::{
     error::Result,
     show::{
         picture::{BandColours, Exposure, PAPER, Picture},
-        render::{Pixels, Show},
+        render::{Gather, Pixels, Show},
     },
 };
 
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
-        let gather = self.arguments.gather;
-        let (pixels, rays) = self.pixels(&light, Show::Radiance { gather })?;
+        let gather = match self.arguments.gather.unwrap_or(0) {
+            0 => None,
+            directions => Some(Gather::new(&light, directions, self.settings.threads)?),
+        };
+        let show = Show::Radiance { gather: gather.as_ref() };
+        let (pixels, rays) = self.pixels(&light, show)?;
         let colours = self.colours();
         let (count, shown) = (pixels.covered.len(), self.shown(&light, &pixels)?);
         let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();

@@ -106,6 +106,11 @@ impl Leaf {
         if front { &self.front } else { &self.back }
     }
 
+    /// What leaves the sheet at an angle, as a share of what leaves along the normal.
+    pub(super) fn relative_radiance(&self, cos: f32) -> f32 {
+        (1.0 - self.cuticle(cos)) / (1.0 - self.cuticle(1.0))
+    }
+
     /// The lobe of light that crosses the sheet, for a path at `at`: it belongs to the face that
     /// the light enters, which for importance is the other one.
     #[inline]

@@ -15,9 +15,11 @@ use crate::{error::Result, math::machine, scene::patches::Patches};
 const PASSES: u32 = 4;
 /// The B3 spline from the middle on.
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
-/// Relative difference from which on two pixels keep what they have: some four standard errors of the difference
-/// of two estimates from 200 photons.
-const EDGE: f32 = 0.4;
+/// Standard errors of the difference of two pixels from which on they keep what they have.
+const EDGE: f32 = 4.0;
+/// Pixels to each side over which variances are pooled: those of few rays know little, and those of a pixel that light has
+/// found by chance nothing of its neighbours'.
+const POOL: isize = 3;
 
 /// What a pixel shows. Only pixels that show the same face of one smooth piece in one material exchange light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,61 +72,88 @@ impl Guide {
 /// The same picture with less noise. Error: no threads to be had.
 pub fn denoised(pixels: &Pixels, guides: &[Option<Guide>], threads: usize) -> Result<Pixels> {
     let pool = machine::pool(threads)?;
+    let each = |work: &(dyn Fn(usize) -> Vec<[f32; 2]> + Sync)| -> Vec<[f32; 2]> {
+        pool.install(|| (0..guides.len()).into_par_iter().flat_map_iter(work).collect())
+    };
     let mut picture = pixels.clone();
+    picture.variance = each(&|i| pooled(pixels, guides, i)).into_iter().map(|[v, _]| v).collect();
     for pass in 0..PASSES {
-        let step = 1 << pass;
-        let values = pool.install(|| {
-            let all = (0..guides.len()).into_par_iter();
-            all.flat_map_iter(|i| exchanged(&picture, guides, i, step)).collect()
-        });
-        picture.values = values;
+        let found = each(&|i| exchanged(&picture, guides, i, 1 << pass));
+        for (i, [value, variance]) in found.into_iter().enumerate() {
+            (picture.values[i], picture.variance[i]) = (value, variance);
+        }
     }
     Ok(picture)
 }
 
-/// The values of a pixel after it has exchanged light with those that are `step` and twice that away.
+/// Pixels beside one that show something of the same surface, and how much they have to do with it.
+fn beside(
+    picture: &Pixels,
+    guides: &[Option<Guide>],
+    index: usize,
+    reach: isize,
+    step: isize,
+) -> impl Iterator<Item = (isize, isize, usize, f32)> {
+    let (width, height) = (picture.width as isize, (guides.len() / picture.width) as isize);
+    let (x, y) = (index as isize % width, index as isize / width);
+    let side = 2 * reach + 1;
+    let taps = (0..side * side).map(move |i| (i % side - reach, i / side - reach));
+    taps.filter(|tap| *tap != (0, 0)).filter_map(move |(dx, dy)| {
+        let (tap_x, tap_y) = (x + step * dx, y + step * dy);
+        let inside = (0..width).contains(&tap_x) && (0..height).contains(&tap_y);
+        let tap = inside.then(|| (tap_y * width + tap_x) as usize)?;
+        let weight = guides[index]?.weight(guides[tap].as_ref()?);
+        (weight > 0.0).then_some((dx, dy, tap, weight))
+    })
+}
+
+/// The variances of a pixel, or those of the pixels about it where they are larger.
+fn pooled(picture: &Pixels, guides: &[Option<Guide>], index: usize) -> Vec<[f32; 2]> {
+    let bands = picture.bands;
+    let own = &picture.variance[index * bands..][..bands];
+    let mut sums: Vec<[f32; 2]> = own.iter().map(|own| [*own, 1.0]).collect();
+    for (.., tap, weight) in beside(picture, guides, index, POOL, 1) {
+        for (sum, there) in sums.iter_mut().zip(&picture.variance[tap * bands..]) {
+            *sum = [sum[0] + weight * there, sum[1] + weight];
+        }
+    }
+    sums.iter().zip(own).map(|([sum, weights], own)| [own.max(sum / weights), 0.0]).collect()
+}
+
+/// The values of a pixel after it has exchanged light with those that are `step` and twice that away, and their variances.
 fn exchanged(
     picture: &Pixels,
     guides: &[Option<Guide>],
     index: usize,
     step: isize,
-) -> impl Iterator<Item = f32> {
-    let (width, height) = (picture.width as isize, (guides.len() / picture.width) as isize);
-    let own = picture.pixel(index);
-    let mut values = own.to_vec();
-    if let Some(guide) = &guides[index] {
-        let (x, y) = (index as isize % width, index as isize / width);
-        for (dx, dy) in (0..25).map(|i| (i % 5 - 2, i / 5 - 2)).filter(|tap| *tap != (0, 0)) {
-            let (tap_x, tap_y) = (x + step * dx, y + step * dy);
-            if !(0..width).contains(&tap_x) || !(0..height).contains(&tap_y) {
-                continue;
-            }
-            let tap = (tap_y * width + tap_x) as usize;
-            let Some(other) = &guides[tap] else { continue };
-            let spline = KERNEL[dx.unsigned_abs()] * KERNEL[dy.unsigned_abs()];
-            let weight = spline * guide.weight(other);
-            if weight == 0.0 {
-                continue;
-            }
-            for ((value, own), there) in values.iter_mut().zip(own).zip(picture.pixel(tap)) {
-                let alike = alike(*own, *there);
-                if alike > 0.0 {
-                    *value += weight * alike * (there - own);
-                }
+) -> Vec<[f32; 2]> {
+    let Pixels { bands, ref values, ref variance, ref common, .. } = *picture;
+    let own = index * bands;
+    // values, variances, and what of its own the pixel keeps
+    let mut sums: Vec<[f32; 3]> = (own..own + bands).map(|i| [values[i], 0.0, 1.0]).collect();
+    for (dx, dy, tap, weight) in beside(picture, guides, index, 2, step) {
+        let spline = KERNEL[dx.unsigned_abs()] * KERNEL[dy.unsigned_abs()];
+        for (b, [value, of_others, kept]) in sums.iter_mut().enumerate() {
+            let (i, j) = (own + b, tap * bands + b);
+            let known = variance[i] + variance[j] + common[i] + common[j];
+            let share = weight * spline * alike(values[i], values[j], known);
+            if share > 0.0 {
+                *value += share * (values[j] - values[i]);
+                *of_others += share * share * variance[j];
+                *kept -= share;
             }
         }
     }
-    values.into_iter()
+    let variances = sums.iter().zip(&variance[own..]);
+    variances.map(|([value, of_others, kept], v)| [*value, kept * kept * v + of_others]).collect()
 }
 
-/// How alike two values are: 1 for the same, 0 from a relative difference of [`EDGE`] on (Tukey's biweight).
-fn alike(a: f32, b: f32) -> f32 {
-    let sum = a + b;
-    if sum.is_nan() || sum <= 0.0 {
-        return 0.0;
-    }
-    let difference = 2.0 * (a - b) / sum / EDGE;
-    (1.0 - difference * difference).max(0.0).powi(2)
+/// How alike two values are, whose difference has this variance: 1 for the same, 0 from [`EDGE`] standard errors on
+/// (Tukey's biweight).
+fn alike(a: f32, b: f32, variance: f32) -> f32 {
+    let difference = (a - b) / EDGE;
+    let share = difference * difference / variance;
+    if share.is_nan() { 0.0 } else { (1.0 - share).max(0.0).powi(2) }
 }
 
 #[cfg(test)]
@@ -140,6 +169,13 @@ mod tests {
         (1.0 - 0.1 * x / SIDE as f32) * if y < SIDE / 2 { 1.0 } else { 0.5 }
     }
 
+    /// What 200 photons tell.
+    fn told(values: Vec<f32>) -> Pixels {
+        let common = values.iter().map(|v| v * v / 200.0).collect();
+        let variance = vec![0.0; values.len()];
+        Pixels { width: SIDE, bands: 1, covered: vec![1.0; values.len()], values, variance, common }
+    }
+
     /// The truth with blotches of 4 x 4 pixels, 7 % strong, as of 200 photons.
     fn blotchy(picture: u64) -> Pixels {
         let streams = Streams::new(7, Purpose::Picture, 0);
@@ -149,7 +185,7 @@ mod tests {
             1.0 + 0.07 * 12f32.sqrt() * (rng.uniform() - 0.5)
         };
         let values = (0..SIDE * SIDE).map(|i| truth(i) * blotch(i)).collect();
-        Pixels { width: SIDE, bands: 1, values, covered: vec![1.0; SIDE * SIDE] }
+        told(values)
     }
 
     fn one_surface() -> Vec<Option<Guide>> {
@@ -220,7 +256,7 @@ mod tests {
         };
         let mut values: Vec<f32> = (0..SIDE * SIDE).map(value).collect();
         values[5] = f32::NAN;
-        let before = Pixels { width: SIDE, bands: 1, values, covered: vec![1.0; SIDE * SIDE] };
+        let before = told(values);
         let after = denoised(&before, &guides, 2).expect("threads");
         for (i, (a, b)) in after.values.iter().zip(&before.values).enumerate() {
             assert!(a == b || (i == 5 && a.is_nan()), "{i}: {a} {b}");

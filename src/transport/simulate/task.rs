@@ -171,8 +171,8 @@ impl Run<'_> {
                         task.came(way);
                     }
                 }
-                if let Event::Arrival { lobe, .. } = event {
-                    way = way.then(lobe);
+                if let Event::Arrival { surface, lobe, .. } = event {
+                    way = way.then(lobe, || self.scene.material(surface).glossy() > 0.0);
                 }
             };
             let Emission { ray, power, .. } = photon;
@@ -209,11 +209,15 @@ impl Run<'_> {
 }
 
 impl Way {
-    /// After one more surface.
+    /// After one more surface, which may have a glossy lobe.
     #[inline]
-    fn then(self, lobe: Option<LobeKind>) -> Self {
+    fn then(self, lobe: Option<LobeKind>, is_glossy: impl Fn() -> bool) -> Self {
         match lobe {
-            Some(LobeKind::Diffuse) => Self { bounces: self.bounces.saturating_add(1), ..self },
+            Some(LobeKind::Diffuse) => Self {
+                bounces: self.bounces.saturating_add(1),
+                diffused: self.diffused || !is_glossy(),
+                ..self
+            },
             Some(LobeKind::Specular) => Self { mirrored: true, ..self },
             Some(LobeKind::Straight) | None => self,
         }

@@ -1,0 +1,162 @@
+//! Final gathering: where a surface scatters light to the eye, it is joined with the lamps, and rays from there find what
+//! other surfaces send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Light that has come
+//! from its lamp by way of mirrors, refraction or gloss alone is left to photons.
+
+use super::{
+    radiance::{Found, Place, Way, Whitted, load},
+    shared::{PIXELS, Shared},
+};
+use crate::{
+    error::Result,
+    math::{
+        geometry::Ray,
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::{
+        light::LightHit,
+        material::{LobeKind, Transport},
+    },
+    transport::{
+        paths::Joined,
+        photon_map::Way as Came,
+        surface_light::{RadianceCache, SurfaceLight},
+    },
+};
+
+/// A way from the eye that carries less than this goes on by chance, and counts for more where it does.
+const SMALL: f32 = 0.005;
+/// What is seen by less than this, as in a pane, is seen as the photons there tell it: they are noisy enough for that.
+const FAINT: f32 = 0.25;
+/// The same of a ray that gathers.
+const SMALL_GATHERED: f32 = 0.25;
+/// How often light is gathered anew where a ray ends so near that its photons would reach back to where it started.
+const NEAR: u32 = 3;
+
+/// What light is gathered from.
+pub struct Gather<'a> {
+    /// Rays from every point that scatters, at least 1.
+    directions: u32,
+    /// What surfaces send.
+    cache: RadianceCache,
+    /// Photons that came by mirrors, refraction or gloss alone.
+    pub(super) focused: SurfaceLight<'a>,
+}
+
+impl<'a> Gather<'a> {
+    /// From the light on all surfaces, by so many rays from every point. Error: no threads to be had.
+    pub fn new(light: &SurfaceLight<'a>, directions: u32, threads: usize) -> Result<Self> {
+        let cache = RadianceCache::new(light, threads)?;
+        let focused = light.part(light.k, Came::is_focused);
+        Ok(Self { directions, cache, focused })
+    }
+}
+
+impl Whitted<'_> {
+    /// Radiance along a ray from the viewpoint.
+    pub fn radiance<L: Lanes>(
+        &self,
+        ray: Ray,
+        gather: Option<&Gather>,
+        shared: &mut [Shared; 2],
+        rng: &mut Stream,
+    ) -> Found<L> {
+        let start = Way::new(ray, self.light.scene.lanes(), true, SMALL);
+        let [shared, shared_focused] = shared;
+        let all = |_: &Way<L>, _: &LightHit| 1.0;
+        self.follow(start, rng, all, |place, rng| {
+            let Place { hit, interaction, .. } = place;
+            let reach = PIXELS * self.viewpoint.camera.pixel() * place.length;
+            let (triangle, outgoing) = (hit.triangle, -interaction.direction);
+            let near = |shared: &mut Shared, light: &SurfaceLight| {
+                let find = || light.radiance(triangle, hit.point, outgoing);
+                load(shared.value(hit, interaction.front, reach, find))
+            };
+            match gather.filter(|_| place.share >= FAINT) {
+                None => {
+                    let told: Spectrum<L> = near(shared, self.light);
+                    Found { radiance: told.clone(), gathered: told.zero(), told }
+                }
+                Some(gather) => {
+                    let told: Spectrum<L> = near(shared_focused, &gather.focused);
+                    let gathered = self.gathered(gather, place, rng);
+                    Found { radiance: gathered.clone() + &told, told, gathered }
+                }
+            }
+        })
+    }
+
+    /// What a place sends towards the eye, but for light that photons tell there.
+    pub fn gathered<L: Lanes>(
+        &self,
+        gather: &Gather,
+        place: &Place,
+        rng: &mut Stream,
+    ) -> Spectrum<L> {
+        let mut sum = self.gather(gather, place, NEAR, rng);
+        for _ in 1..gather.directions {
+            sum += self.gather(gather, place, NEAR, rng);
+        }
+        sum.scaled(1.0 / gather.directions as f32)
+    }
+
+    /// One lamp's light and what one ray finds.
+    fn gather<L: Lanes>(
+        &self,
+        gather: &Gather,
+        place: &Place,
+        near: u32,
+        rng: &mut Stream,
+    ) -> Spectrum<L> {
+        let scene = self.light.scene;
+        let Place { hit, surface, interaction, .. } = place;
+        let joined = Joined::new(scene, surface, *interaction, hit.point);
+        let from_lamp = joined.radiance(rng);
+        let material = scene.material(surface);
+        let scatter = material.sample::<L>(interaction, Transport::Importance, rng);
+        let Some(scatter) = scatter.filter(|s| s.lobe == LobeKind::Diffuse) else {
+            return from_lamp;
+        };
+        let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
+        let ray = scene.leave(hit.point, side, scatter.direction);
+        let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
+        // lamps by way of mirrors are left to photons
+        let share = |way: &Way<L>, hit: &LightHit| {
+            if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
+        };
+        let found = self.follow(start, rng, share, |end, rng| {
+            let radiance = self.sent(gather, end, near, rng);
+            Found { told: radiance.zero(), gathered: radiance.zero(), radiance }
+        });
+        from_lamp + scatter.weight * found.radiance
+    }
+
+    /// What is sent from where a gathering ray ends.
+    fn sent<L: Lanes>(
+        &self,
+        gather: &Gather,
+        end: &Place,
+        near: u32,
+        rng: &mut Stream,
+    ) -> Spectrum<L> {
+        let (light, Place { hit, surface, interaction, .. }) = (self.light, end);
+        let (triangle, outgoing) = (hit.triangle, -interaction.direction);
+        let material = light.scene.material(surface);
+        let Some(relative) = material.relative_radiance(interaction.cos) else {
+            // what came to a glossy surface straight or by gloss is told by photons where it goes on to
+            let is_glossy = material.glossy() > 0.0;
+            let wanted = |came: Came| came.diffused || !is_glossy;
+            return load(&light.radiance_of(triangle, hit.point, outgoing, wanted));
+        };
+        let bin = light.patches.bin(triangle, interaction.front);
+        let Some(cached) = gather.cache.near(bin, hit.point) else {
+            return Spectrum::splat(light.scene.lanes(), 0.0);
+        };
+        if near > 0 && end.length < cached.reach {
+            let focused = load::<L>(&gather.focused.radiance(triangle, hit.point, outgoing));
+            return focused + self.gather(gather, end, near - 1, rng);
+        }
+        let sent = cached.along_normal;
+        Spectrum::from_fn(sent.len(), |b| sent.get(b).map_or(0.0, |v| v * relative))
+    }
+}
