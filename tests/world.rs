@@ -181,6 +181,14 @@ impl World {
         self.material(name, json!({ "type": "lambert", "reflectance": reflectance }))
     }
 
+    /// Another file of the scene; once is enough.
+    pub fn with_file(mut self, name: &str, text: &str) -> Self {
+        if !self.files.iter().any(|(file, _)| file == name) {
+            self.files.push((name.into(), text.into()));
+        }
+        self
+    }
+
     fn file(&mut self, name: &str, mesh: &Mesh) -> String {
         let name = format!("{name}.obj");
         self.files.push((name.clone(), mesh.obj_after(0, self.per_metre)));
