@@ -59,7 +59,7 @@ fn around(light: &Value, files: &[(&str, &str)]) -> TestScene {
 
 /// By photons and by paths.
 fn both(scene: &TestScene, seed: u64) -> [(&'static str, RunResult); 2] {
-    [("photons", scene.run(24_000_000, seed)), ("paths", scene.run_paths(400_000, seed))]
+    [("photons", scene.run(24_000_000, seed)), ("paths", scene.run_paths(600_000, seed))]
 }
 
 /// Compares the irradiance around with that of an intensity at the origin, given the cosine to straight down, and the turn
@@ -91,7 +91,7 @@ fn compare(
 
 /// An isotropic file is a `point`; one of steps in C and V, cosine lobes, and a file's own power. C = 0 is +x, C = 90
 /// is +y, V = 0 is down.
-/// Seed 1, 2.4e7 photons or 4e5 paths, standard errors at most 0.2 %, quadrature to 0.05 % (kinks); 38 comparisons, odds of
+/// Seed 1, 2.4e7 photons or 6e5 paths, standard errors at most 0.2 %, quadrature to 0.05 % (kinks); 38 comparisons, odds of
 /// a false alarm 4e-3.
 #[test]
 fn points_have_their_intensity() {
@@ -133,7 +133,7 @@ fn points_have_their_intensity() {
 
 /// An area light with a Lambertian file is an `area` without; one of an isotropic file lights what is behind it too. Both
 /// against I cos / d2 over all of a tilted square.
-/// Seed 1, 2.4e7 photons or 4e5 paths, standard errors at most 0.2 %, quadrature to 0.1 %; 14 comparisons, odds of a false
+/// Seed 1, 2.4e7 photons or 6e5 paths, standard errors at most 0.2 %, quadrature to 0.1 %; 14 comparisons, odds of a false
 /// alarm 2e-3.
 #[test]
 fn areas_have_their_intensity() {
@@ -184,7 +184,7 @@ fn areas_have_their_intensity() {
 
 /// A tube that shines within 100 degrees, as a light and as an obstacle of 64 sides, against the integral of its radiance over
 /// the part of its surface that a captor sees.
-/// Seed 1, 2.4e7 photons or 4e5 paths, standard errors at most 0.2 %, quadrature and sides to 0.3 %; 16 comparisons, odds of
+/// Seed 1, 2.4e7 photons or 6e5 paths, standard errors at most 0.2 %, quadrature and sides to 0.3 %; 16 comparisons, odds of
 /// a false alarm 2e-3.
 #[test]
 fn tubes_shine_within_their_aperture() {

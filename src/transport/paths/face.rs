@@ -170,10 +170,12 @@ impl<'a> Face<'a> {
             if (crossing.captor, channel) != (self.captor, self.channel) {
                 return;
             }
-            let Some(origin) = spots::origin(scene, light, &ray, crossing.point) else { return };
             let triangle = crossing.triangle - captor.triangles.start;
-            let normal = self.places[triangle].normal;
-            let share = spots.share(scene, &self.vertex(crossing.point, normal), &origin, |d| {
+            let Place { normal, off, .. } = self.places[triangle];
+            // as paths start, so that both weigh the lights alike: one may lie in the plane of the face
+            let point = crossing.point + off;
+            let Some(origin) = spots::origin(scene, light, &ray, point) else { return };
+            let share = spots.share(scene, &self.vertex(point, normal), &origin, |d| {
                 free * cosine_hemisphere_density(d.dot(normal))
             });
             let flux = (power.clone() * through).scaled(share / chance);
