@@ -246,7 +246,7 @@ class Scene:
         Args:
             output: a folder for the tables, which is made; docs/year.md lists them.
             control: when lamps are on: the keys of a control file, or its path; without it they are off.
-            patches: of the sky: 145 or 577.
+            patches: of the sky: 577, which is the default, or 145.
             photons: how many to trace, for all hours together.
             seed: of the random numbers.
             guiding: as for `run`.

@@ -320,7 +320,7 @@ fn flat<'s>(
 /// Refuses a picture that would not fit into memory.
 pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
-    // the values, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
+    // the values with two variances, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
     let bytes = width * height * (3 * bands + 6) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());

@@ -49,8 +49,8 @@ pub struct Way {
 }
 
 impl Way {
-    /// Whether it came by way of mirrors, refraction or gloss alone: light that no path from an eye should look for, as
-    /// it would find it seldom, and much of it then.
+    /// Whether it came by way of mirrors, refraction or gloss alone: light that no path from a camera should look for,
+    /// as it would find it seldom, and much of it then.
     pub fn is_focused(self) -> bool {
         !self.diffused && (self.mirrored || self.bounces > 0)
     }

@@ -1,4 +1,4 @@
-//! Final gathering: where a surface scatters light to the eye, it is joined with the lamps, and rays from there find what
+//! Final gathering: where a surface scatters light to the camera, it is joined with the lamps, and rays from there find what
 //! other surfaces send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Light that has come
 //! from its lamp by way of mirrors, refraction or gloss alone is left to photons.
 
@@ -24,7 +24,7 @@ use crate::{
     },
 };
 
-/// A way from the eye that carries less than this goes on by chance, and counts for more where it does.
+/// A way from the camera that carries less than this goes on by chance, and counts for more where it does.
 const SMALL: f32 = 0.005;
 /// What is seen by less than this, as in a pane, is seen as the photons there tell it: they are noisy enough for that.
 const FAINT: f32 = 0.25;
@@ -86,7 +86,7 @@ impl Whitted<'_> {
         })
     }
 
-    /// What a place sends towards the eye, but for light that photons tell there.
+    /// What a place sends towards the camera, but for light that photons tell there.
     pub fn gathered<L: Lanes>(
         &self,
         gather: &Gather,
