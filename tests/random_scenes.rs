@@ -4,7 +4,8 @@
 //!
 //! Photons are compared without the light that paths cannot find, which is told history by history. So no room
 //! is left out; of the values, those that fewer than 100 photons found, about, and those that the paths
-//! themselves call uncertain (`few_paths`): they are counted, and there must be few.
+//! themselves call uncertain (`few_paths`): they are counted, and there must be few. So are those that are beyond the
+//! limit in the first run and left out in its repeat, which are named too.
 
 mod compare;
 mod dice;
@@ -12,20 +13,21 @@ mod lamp;
 mod room;
 mod tried;
 
-use std::sync::{
-    Mutex,
-    atomic::{AtomicU64, Ordering},
+use std::{
+    path::Path,
+    sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use phylux::{Running, Scene};
 
 use crate::{common::TestScene, world::World};
-use compare::{BATCHES, Compared, LeftOut, Length, compare, z};
+use compare::{BATCHES, Compared, LeftOut, Length, beyond, compare, z};
 use room::room;
 use tried::Tried;
 
-/// Errors that two estimates of the same may differ by, in two runs of different seeds.
-const LIMIT: f64 = 4.0;
 /// The largest share of values left out.
 const MOST_LEFT_OUT: f64 = 0.05;
 /// The share of the values of a room, left out because photons or paths are few, above which it is done once
@@ -50,36 +52,36 @@ fn longer(all: &[Compared], length: Length) -> Option<Length> {
 /// Compares one scene, in as long runs as it needs; what is beyond the limit once more, with another seed and
 /// four times the histories.
 fn try_scene(name: &str, scene: &Scene, of_paths: &Scene) -> Tried {
+    let verbose = std::env::var_os("PHYLUX_RANDOM_VERBOSE").is_some();
     let mut length = Length { photons: 1, paths: 1 };
     let mut first = compare(scene, of_paths, 1, length);
     if let Some(next) = longer(&first, length) {
         length = next;
         first = compare(scene, of_paths, 3, length);
     }
-    let beyond = |c: &Compared| c.z.ok().filter(|z| z.abs() > LIMIT);
-    let mut wrong = Vec::new();
-    if first.iter().any(|c| beyond(c).is_some()) {
+    let mut tried = Tried::default();
+    if first.iter().filter_map(Compared::errors).any(beyond) {
         let again = compare(scene, of_paths, 2, length.times(4));
-        for (before, z) in first.iter().filter_map(|c| Some((c, beyond(c)?))) {
-            let after = again.iter().find(|c| c.what == before.what).and_then(beyond);
-            if std::env::var_os("PHYLUX_RANDOM_VERBOSE").is_some() {
-                println!("{name}: {}: z {z:.1}, then {after:?}", before.what);
-            }
-            if let Some(after) = after.filter(|after| after.signum() == z.signum()) {
-                wrong.push(format!("{name}: {}: z {z:.1}, then {after:.1}", before.what));
-            }
-        }
+        tried.repeated(name, &mut first, &again);
     }
-    let tried = Tried::new(scene, &first, wrong);
-    if std::env::var_os("PHYLUX_RANDOM_VERBOSE").is_some() {
+    tried.add(scene, &first);
+    if verbose {
         let share = 100.0 * tried.share_left_out();
         println!("{name}: {} values, {share:.1} % left out, {length:?}", first.len());
     }
     tried
 }
 
-/// The scene as it is loaded.
+/// The scene as it is loaded. Its files are kept in the folder that `PHYLUX_RANDOM_KEEP` names, if any.
 fn load(scene: &TestScene, name: &str) -> Scene {
+    if let Some(folder) = std::env::var_os("PHYLUX_RANDOM_KEEP") {
+        let folder = Path::new(&folder).join(name);
+        std::fs::create_dir_all(&folder).expect("a folder");
+        for file in std::fs::read_dir(scene.path("")).expect("the scene's folder") {
+            let file = file.expect("a file");
+            std::fs::copy(file.path(), folder.join(file.file_name())).expect("a copy");
+        }
+    }
     phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{name}: {e}")).scene
 }
 
@@ -108,8 +110,8 @@ fn try_rooms(numbers: std::ops::Range<u64>, other: impl Fn(World) -> World + Syn
 
 /// Fails where something is wrong, or too much was left out.
 fn judge(mut tried: Tried) {
+    [&mut tried.wrong, &mut tried.open, &mut tried.chance].into_iter().for_each(|list| list.sort());
     println!("{tried}");
-    tried.wrong.sort();
     let (wrong, compared) = (&tried.wrong, tried.compared());
     assert!(wrong.is_empty(), "{} of {compared} values:\n{}", wrong.len(), wrong.join("\n"));
     let share = tried.share_left_out();
@@ -154,6 +156,25 @@ fn a_bias_is_found() {
     let rough = running(1.0, 0.2 * (BATCHES as f64).sqrt());
     assert_eq!(errors(&rough, &y), Err(LeftOut::FewPhotons));
     assert!(z(&Running::default(), &Running::default()).is_none());
+}
+
+/// Of values beyond the limit a repeat that is beyond it the same way makes wrong ones, and one that leaves them
+/// out open ones, which count as left out; others are chance.
+#[test]
+fn a_repeat_decides_or_is_told() {
+    let value = |what: &str, z| Compared { captor: "c".into(), what: what.into(), z };
+    let all = |z: [_; 5]| ["a", "b", "c", "d", "e"].into_iter().zip(z).map(|(w, z)| value(w, z));
+    let mut first: Vec<_> = all([Ok(4.1), Ok(-5.0), Ok(4.5), Ok(-3.9), Ok(6.0)]).collect();
+    let few = Err(LeftOut::FewPaths);
+    let again: Vec<_> = all([Ok(8.0), Ok(5.0), few, few, Ok(3.0)]).collect();
+    let mut tried = Tried::default();
+    tried.repeated("room", &mut first, &again);
+    assert_eq!(tried.wrong, ["room: a: z 4.1, then 8.0"]);
+    assert_eq!(tried.open, ["room: c: z 4.5, then FewPaths"]);
+    assert_eq!(tried.chance, ["room: b: z -5.0, then 5.0", "room: e: z 6.0, then 3.0"]);
+    assert_eq!(first[2].z, Err(LeftOut::InRepeat(4.5)));
+    assert!(first.iter().all(|value| value.errors().is_some()));
+    assert_eq!(first.iter().filter(|value| value.z.is_err()).count(), 1);
 }
 
 /// A fault would be found as well: paths in rooms whose walls reflect something else do not agree.

@@ -11,6 +11,8 @@ const PHOTONS: u64 = 800;
 const PATHS: u64 = 48;
 /// Relative error of photons above which a value is not compared: that of 100 histories.
 const ROUGH: f64 = 0.1;
+/// Errors that two estimates of the same may differ by, in two runs of different seeds.
+const LIMIT: f64 = 4.0;
 /// As in the results: what few batches have found.
 const CONCENTRATED: f64 = 0.25;
 
@@ -27,7 +29,7 @@ impl Length {
     }
 }
 
-/// Why a value is left out. The reasons know nothing of what the difference is.
+/// Why a value is left out. All reasons but the last know nothing of what the difference is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LeftOut {
     /// Fewer than 100 photons found it, about.
@@ -36,6 +38,8 @@ pub enum LeftOut {
     FewPaths,
     /// ... or they know of more light that they find by chance alone than their error does.
     ByChance,
+    /// So many errors off, but in the repeat photons or paths are few: this one knows what the difference is.
+    InRepeat(f64),
 }
 
 /// One value of a scene as both estimators find it.
@@ -46,6 +50,21 @@ pub struct Compared {
     pub what: String,
     /// Errors between them.
     pub z: Result<f64, LeftOut>,
+}
+
+impl Compared {
+    /// Errors between them in the first run, if they could be compared in it.
+    pub fn errors(&self) -> Option<f64> {
+        match self.z {
+            Ok(z) | Err(LeftOut::InRepeat(z)) => Some(z),
+            Err(_) => None,
+        }
+    }
+}
+
+/// Whether a value so many errors off is beyond the limit.
+pub fn beyond(z: f64) -> bool {
+    z.abs() > LIMIT
 }
 
 /// All values that are not zero to both: of photons in a scene, and of paths in another, which is the same.

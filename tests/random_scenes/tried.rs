@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use phylux::Scene;
 
-use super::compare::{Compared, LeftOut};
+use super::compare::{Compared, LeftOut, beyond};
 
 /// Values of one kind.
 #[derive(Clone, Copy, Default)]
@@ -13,11 +13,12 @@ struct Counts {
     few_photons: usize,
     few_paths: usize,
     by_chance: usize,
+    in_repeat: usize,
 }
 
 impl Counts {
     fn left_out(&self) -> usize {
-        self.few_photons + self.few_paths + self.by_chance
+        self.few_photons + self.few_paths + self.by_chance + self.in_repeat
     }
 
     fn share(&self) -> f64 {
@@ -30,6 +31,7 @@ impl Counts {
             Err(LeftOut::FewPhotons) => &mut self.few_photons,
             Err(LeftOut::FewPaths) => &mut self.few_paths,
             Err(LeftOut::ByChance) => &mut self.by_chance,
+            Err(LeftOut::InRepeat(_)) => &mut self.in_repeat,
         } += 1;
     }
 
@@ -38,6 +40,7 @@ impl Counts {
         self.few_photons += other.few_photons;
         self.few_paths += other.few_paths;
         self.by_chance += other.by_chance;
+        self.in_repeat += other.in_repeat;
     }
 }
 
@@ -52,12 +55,15 @@ pub struct Tried {
     beyond: [usize; 3],
     /// What is wrong.
     pub wrong: Vec<String>,
+    /// What is beyond the limit, and left out in its repeat: neither wrong nor right.
+    pub open: Vec<String>,
+    /// What is beyond the limit once, but not in its repeat.
+    pub chance: Vec<String>,
 }
 
 impl Tried {
-    /// One room.
-    pub fn new(scene: &Scene, values: &[Compared], wrong: Vec<String>) -> Self {
-        let mut tried = Self { wrong, ..Self::default() };
+    /// Values of one room.
+    pub fn add(&mut self, scene: &Scene, values: &[Compared]) {
         let mut inside: Vec<String> = scene
             .materials
             .iter()
@@ -67,18 +73,37 @@ impl Tried {
         inside.sort();
         inside.dedup();
         for value in values {
-            tried.all.add(value);
+            self.all.add(value);
             let own = format!("value of {}", kind(&value.captor));
             for kind in inside.iter().chain([&own]) {
-                tried.kinds.entry(kind.clone()).or_default().add(value);
+                self.kinds.entry(kind.clone()).or_default().add(value);
             }
         }
-        for z in values.iter().filter_map(|value| value.z.ok()) {
-            tried.squares += z * z;
-            let beyond = tried.beyond.iter_mut().zip([2.0, 3.0, 4.0]);
+        for z in values.iter().filter_map(Compared::errors) {
+            self.squares += z * z;
+            let beyond = self.beyond.iter_mut().zip([2.0, 3.0, 4.0]);
             beyond.for_each(|(count, limit)| *count += usize::from(z.abs() > limit));
         }
-        tried
+    }
+
+    /// Judges the values of a room beyond the limit by its second run: those that are beyond it there, too, the
+    /// same way, are wrong; those that it leaves out are open, and left out of the first as well.
+    pub fn repeated(&mut self, name: &str, first: &mut [Compared], again: &[Compared]) {
+        for value in first {
+            let Some(z) = value.errors().filter(|&z| beyond(z)) else { continue };
+            // what is not there is zero to both
+            let after = again.iter().find(|c| c.what == value.what).map_or(Ok(0.0), |c| c.z);
+            let then = after.map_or_else(|why| format!("{why:?}"), |z| format!("{z:.1}"));
+            let list = match after {
+                Ok(after) if beyond(after) && after.signum() == z.signum() => &mut self.wrong,
+                Ok(_) => &mut self.chance,
+                Err(_) => {
+                    value.z = Err(LeftOut::InRepeat(z));
+                    &mut self.open
+                }
+            };
+            list.push(format!("{name}: {}: z {z:.1}, then {then}", value.what));
+        }
     }
 
     pub fn join(&mut self, other: Self) {
@@ -89,6 +114,8 @@ impl Tried {
         self.squares += other.squares;
         self.beyond.iter_mut().zip(other.beyond).for_each(|(count, more)| *count += more);
         self.wrong.extend(other.wrong);
+        self.open.extend(other.open);
+        self.chance.extend(other.chance);
     }
 
     pub fn compared(&self) -> usize {
@@ -110,22 +137,20 @@ fn kind(name: &str) -> &str {
 
 impl fmt::Display for Tried {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        writeln!(f, "{:>8} {:>8} {:>7} {:>6} {:>7}", "", "left out", "few", "few", "by")?;
-        writeln!(
-            f,
-            "{:>8} {:>8} {:>7} {:>6} {:>7}",
-            "compared", "%", "photons", "paths", "chance"
-        )?;
+        writeln!(f, "         left out     few    few      by     in")?;
+        writeln!(f, "compared        % photons  paths  chance repeat")?;
         for (kind, counts) in self.kinds.iter().chain([(&"all".to_string(), &self.all)]) {
-            let Counts { compared, few_photons, few_paths, by_chance } = counts;
+            let Counts { compared, few_photons, few_paths, by_chance, in_repeat } = counts;
             let share = 100.0 * counts.share();
-            let reasons = format!("{few_photons:7} {few_paths:6} {by_chance:7}");
+            let reasons = format!("{few_photons:7} {few_paths:6} {by_chance:7} {in_repeat:6}");
             writeln!(f, "{compared:8} {share:8.1} {reasons}  {kind}")?;
         }
-        let compared = self.all.compared as f64;
+        let compared = (self.all.compared + self.all.in_repeat) as f64;
         let beyond =
             self.beyond.map(|count| format!("{count} ({:.3} %)", 100.0 * count as f64 / compared));
         let rms = (self.squares / compared).sqrt();
-        write!(f, "z: RMS {rms:.3}; beyond 2, 3, 4: {}", beyond.join(", "))
+        write!(f, "z: RMS {rms:.3}; beyond 2, 3, 4: {}", beyond.join(", "))?;
+        self.open.iter().try_for_each(|open| write!(f, "\nneither wrong nor right: {open}"))?;
+        self.chance.iter().try_for_each(|chance| write!(f, "\nchance: {chance}"))
     }
 }
