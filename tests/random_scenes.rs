@@ -8,6 +8,7 @@
 //! limit in the first run and left out in its repeat, which are named too.
 
 mod compare;
+mod daylight;
 mod dice;
 mod lamp;
 mod room;

@@ -260,6 +260,13 @@ impl World {
         self.push("captors", json!({ "name": name, "obj": obj, "sides": "both" }))
     }
 
+    /// Has the last captor entry weigh arrivals by their angle.
+    pub fn response(mut self, response: Value) -> Self {
+        let captors = self.scene["captors"].as_array_mut().expect("a list");
+        captors.last_mut().expect("a captor")["response"] = response;
+        self
+    }
+
     /// Puts a captor entry into one more group.
     pub fn grouped(mut self, captor: usize, group: &str) -> Self {
         self.scene["captors"][captor]["group"] = json!(group);

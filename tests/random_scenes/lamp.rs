@@ -82,7 +82,7 @@ impl Room {
             false => &ALL,
         };
         match self.dice.below(5) {
-            0 if self.walls.len() < 6 => self.daylight(),
+            0 | 1 if self.walls.len() < 6 => self.daylight(),
             2 => {
                 let (middle, radius) = self.take();
                 let half = DVec3::splat(0.9 * radius);
@@ -115,30 +115,6 @@ impl Room {
                 self.light("free", middle, axis, radius * large, kinds);
             }
         }
-    }
-
-    /// The sky, with the sun as often as not; a scene has one of each at most.
-    fn daylight(&mut self) {
-        if std::mem::replace(&mut self.by_day, true) {
-            return;
-        }
-        let irradiance = self.dice.magnitude(3.0, 30.0);
-        let mut sky = json!({ "type": "sky", "irradiance": irradiance,
-            "model": self.dice.one_of(&["uniform", "overcast", "cie"]),
-            "ground": self.dice.one_of(&[0.0, 0.3]) });
-        if sky["model"] == "cie" {
-            sky["cie_type"] = json!(1 + self.dice.below(15));
-        }
-        let mut world = self.world.clone().light(sky);
-        if self.dice.chance(0.5) {
-            let half_angle = self.dice.one_of(&[0.0, 0.2666, 3.0]);
-            let irradiance = self.dice.magnitude(1.0, 100.0);
-            world = world.light(json!({ "type": "sun", "irradiance": irradiance,
-                                        "half_angle_deg": half_angle }));
-        }
-        let [up, around] = [self.dice.between(5.0, 85.0), self.dice.between(0.0, 360.0)];
-        world = world.with("sun_at", json!({ "elevation_deg": up, "azimuth_deg": around }));
-        self.world = world;
     }
 
     /// A light of one of these kinds, of about so many metres, across `axis` or, as a spot, about it.

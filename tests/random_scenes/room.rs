@@ -74,7 +74,7 @@ pub fn room(number: u64) -> World {
 }
 
 impl Room {
-    fn per_band(&mut self, low: f64, high: f64) -> Value {
+    pub(super) fn per_band(&mut self, low: f64, high: f64) -> Value {
         (0..self.bands).map(|_| self.dice.between(low, high)).collect()
     }
 
@@ -180,7 +180,7 @@ impl Room {
         };
     }
 
-    /// The point of a wall at fractions of its sides, and its normal into the room.
+    /// The point of a side of the room at fractions of it, and its normal into the room.
     pub(super) fn on_wall(&self, (axis, high): (usize, bool), s: f64, t: f64) -> (DVec3, DVec3) {
         let mut at = self.size * DVec3::splat(s);
         at[(axis + 1) % 3] = self.size[(axis + 1) % 3] * t;
@@ -232,7 +232,7 @@ impl Room {
         }
     }
 
-    /// A sensor that lies in a wall, or floats: tilted, or as a wall faces.
+    /// A sensor that lies in a wall, or floats: tilted, or as a wall faces. Some weigh light by its angle.
     fn captor(&mut self) {
         let size = self.size.min_element() * self.dice.between(0.4, 0.8);
         let at: [f64; 3] = [(); 3].map(|()| self.dice.between(0.25, 0.75));
@@ -245,10 +245,24 @@ impl Room {
             _ => ("tilted", inside, self.dice.direction()),
         };
         let mesh = self.placed(&Mesh::square(middle.to_array(), normal.to_array(), size));
-        let (name, world) = (self.name(&format!("{what} sensor")), self.world.clone());
-        self.world = match self.dice.chance(if what == "flush" { 0.2 } else { 0.5 }) {
+        let response = self.dice.chance(0.25).then(|| self.response());
+        let sensor = if response.is_some() { "sensor with a response" } else { "sensor" };
+        let (name, world) = (self.name(&format!("{what} {sensor}")), self.world.clone());
+        let world = match self.dice.chance(if what == "flush" { 0.2 } else { 0.5 }) {
             true => world.captor_of_both_sides(&name, &mesh),
             false => world.captor(&name, &mesh),
         };
+        self.world = match response {
+            Some(response) => world.response(response),
+            None => world,
+        };
+    }
+
+    /// What a sensor makes of light by its angle: between 1 and 4 factors.
+    fn response(&mut self) -> Value {
+        let angles = [15.0, 40.0, 65.0, 90.0].into_iter().take(1 + self.dice.below(4));
+        angles
+            .map(|angle| [angle * self.dice.between(0.8, 1.0), self.dice.between(0.0, 1.2)])
+            .collect()
     }
 }
