@@ -29,7 +29,7 @@ impl Length {
     }
 }
 
-/// Why a value is left out. All reasons but the last know nothing of what the difference is.
+/// Why a value is left out. All reasons but the last know nothing of the difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LeftOut {
     /// Fewer than 100 photons found it, about.
@@ -38,8 +38,8 @@ pub enum LeftOut {
     FewPaths,
     /// ... or they know of more light that they find by chance alone than their error does.
     ByChance,
-    /// So many errors off, but in the repeat photons or paths are few: this one knows what the difference is.
-    InRepeat(f64),
+    /// It is beyond the limit, and left out in the repeat: of no use to tell wrong from chance.
+    InRepeat,
 }
 
 /// One value of a scene as both estimators find it.
@@ -50,16 +50,6 @@ pub struct Compared {
     pub what: String,
     /// Errors between them.
     pub z: Result<f64, LeftOut>,
-}
-
-impl Compared {
-    /// Errors between them in the first run, if they could be compared in it.
-    pub fn errors(&self) -> Option<f64> {
-        match self.z {
-            Ok(z) | Err(LeftOut::InRepeat(z)) => Some(z),
-            Err(_) => None,
-        }
-    }
 }
 
 /// Whether a value so many errors off is beyond the limit.

@@ -31,7 +31,7 @@ impl Counts {
             Err(LeftOut::FewPhotons) => &mut self.few_photons,
             Err(LeftOut::FewPaths) => &mut self.few_paths,
             Err(LeftOut::ByChance) => &mut self.by_chance,
-            Err(LeftOut::InRepeat(_)) => &mut self.in_repeat,
+            Err(LeftOut::InRepeat) => &mut self.in_repeat,
         } += 1;
     }
 
@@ -79,7 +79,7 @@ impl Tried {
                 self.kinds.entry(kind.clone()).or_default().add(value);
             }
         }
-        for z in values.iter().filter_map(Compared::errors) {
+        for z in values.iter().filter_map(|value| value.z.ok()) {
             self.squares += z * z;
             let beyond = self.beyond.iter_mut().zip([2.0, 3.0, 4.0]);
             beyond.for_each(|(count, limit)| *count += usize::from(z.abs() > limit));
@@ -90,7 +90,7 @@ impl Tried {
     /// same way, are wrong; those that it leaves out are open, and left out of the first as well.
     pub fn repeated(&mut self, name: &str, first: &mut [Compared], again: &[Compared]) {
         for value in first {
-            let Some(z) = value.errors().filter(|&z| beyond(z)) else { continue };
+            let Some(z) = value.z.ok().filter(|&z| beyond(z)) else { continue };
             // what is not there is zero to both
             let after = again.iter().find(|c| c.what == value.what).map_or(Ok(0.0), |c| c.z);
             let then = after.map_or_else(|why| format!("{why:?}"), |z| format!("{z:.1}"));
@@ -98,7 +98,7 @@ impl Tried {
                 Ok(after) if beyond(after) && after.signum() == z.signum() => &mut self.wrong,
                 Ok(_) => &mut self.chance,
                 Err(_) => {
-                    value.z = Err(LeftOut::InRepeat(z));
+                    value.z = Err(LeftOut::InRepeat);
                     &mut self.open
                 }
             };
@@ -145,7 +145,7 @@ impl fmt::Display for Tried {
             let reasons = format!("{few_photons:7} {few_paths:6} {by_chance:7} {in_repeat:6}");
             writeln!(f, "{compared:8} {share:8.1} {reasons}  {kind}")?;
         }
-        let compared = (self.all.compared + self.all.in_repeat) as f64;
+        let compared = self.all.compared as f64;
         let beyond =
             self.beyond.map(|count| format!("{count} ({:.3} %)", 100.0 * count as f64 / compared));
         let rms = (self.squares / compared).sqrt();
