@@ -228,8 +228,8 @@ impl<'a> Solids<'a> {
                 *owner = p;
             }
         }
-        // the edges of each triangle, moved out by the reach, must cross no other piece, nor
-        // must the way out of its middle
+        // the way out of the middle of each triangle must cross no other piece, nor must its edges, moved out
+        // by the reach; in this order, as these pass copies at the same place and find none of them
         let others = |i: usize| {
             let t = &self.triangles[i];
             let out = reach * t.normal();
@@ -237,7 +237,7 @@ impl<'a> Solids<'a> {
             let own = self.owners[i] as usize;
             let mut found = Vec::new();
             let crowded =
-                [(a, b), (b, c), (c, a), (m - out, m + out)].into_iter().any(|(from, to)| {
+                [(m - out, m + out), (a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
                     let way = to - from;
                     let ray = Ray { origin: from, direction: way.normalize_or_zero() };
                     way != Vec3::ZERO
