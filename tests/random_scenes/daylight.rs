@@ -20,11 +20,11 @@ impl Room {
             true => self.map(),
             false => self.sky(),
         };
-        self.from_afar(around);
+        self.infinite_light(around);
         if self.dice.chance(0.5) {
             let half_angle = self.dice.one_of(&[0.0, 0.2666, 3.0]);
             let irradiance = self.dice.magnitude(1.0, 100.0);
-            self.from_afar(json!({ "type": "sun", "irradiance": irradiance,
+            self.infinite_light(json!({ "type": "sun", "irradiance": irradiance,
                                    "half_angle_deg": half_angle }));
         }
         let [up, around] = [self.dice.between(5.0, 85.0), self.dice.between(0.0, 360.0)];
@@ -65,7 +65,7 @@ impl Room {
     }
 
     /// A light that is infinitely far away.
-    fn from_afar(&mut self, mut light: Value) {
+    fn infinite_light(&mut self, mut light: Value) {
         if self.dice.chance(0.4) {
             light["name"] = json!(format!("{} through", light["type"].as_str().expect("a type")));
             light["through"] = self.openings();
