@@ -239,7 +239,7 @@ impl Light {
     }
 
     /// The ray of one photon, and the place of the light that it starts from.
-    #[inline]
+    #[inline(always)]
     fn emit_from(&self, offset: f32, rng: &mut Stream) -> (Start, Ray) {
         match &self.emitter {
             Emitter::Cone { position, frame, versine } => {

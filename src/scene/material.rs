@@ -108,29 +108,29 @@ pub struct BsdfSample<L> {
     /// What each band is multiplied with: f |cos| over the density of the choice. At most 1, but where bands have
     /// their largest fractions in different lobes, or a Phong lobe's cosine is above its mean.
     pub weight: Spectrum<L>,
-    /// Whether the path goes on at the other side of the surface.
-    pub crosses: bool,
-    /// What its direction has to do with the old one.
+    /// By which of the surface's lobes it goes on.
     pub lobe: LobeKind,
-    /// Whether this was a total internal reflection.
-    pub total_reflection: bool,
 }
 
 impl<L: Lanes> BsdfSample<L> {
+    /// By a diffuse lobe, on the side where the path came from or on the other.
     #[inline]
-    fn new(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
-        Self { direction, weight, crosses, lobe: LobeKind::Diffuse, total_reflection: false }
+    fn diffuse(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
+        let lobe =
+            if crosses { LobeKind::DiffuseTransmission } else { LobeKind::DiffuseReflection };
+        Self { direction, weight, lobe }
     }
 
+    /// In the mirror direction.
     #[inline]
-    fn specular(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
-        Self { lobe: LobeKind::Specular, ..Self::new(direction, weight, crosses) }
+    fn mirrored(at: &Interaction, weight: Spectrum<L>) -> Self {
+        Self { direction: at.mirrored(), weight, lobe: LobeKind::MirrorReflection }
     }
 
     /// On through a thin sheet as if it were not there.
     #[inline]
     fn straight(at: &Interaction, weight: Spectrum<L>) -> Self {
-        Self { lobe: LobeKind::Straight, ..Self::new(at.direction, weight, true) }
+        Self { direction: at.direction, weight, lobe: LobeKind::Straight }
     }
 }
 
@@ -142,10 +142,36 @@ impl<L: Lanes> BsdfSample<L> {
 pub enum LobeKind {
     /// Straight on, through a thin pane or cover.
     Straight,
-    /// Mirrored or refracted: the new direction follows from the old one.
-    Specular,
-    /// In a random direction, with a density.
-    Diffuse,
+    /// In the mirror direction, while a part may go through.
+    MirrorReflection,
+    /// In the mirror direction inside a solid, out of which nothing comes at this angle.
+    TotalReflection,
+    /// Refracted at the surface of a solid.
+    Refraction,
+    /// In a random direction, with a density, on the side where the path came from.
+    DiffuseReflection,
+    /// In a random direction, with a density, on the other side.
+    DiffuseTransmission,
+}
+
+impl LobeKind {
+    /// Whether the path goes on at the other side of the surface.
+    #[inline]
+    pub fn crosses(self) -> bool {
+        matches!(self, Self::Straight | Self::Refraction | Self::DiffuseTransmission)
+    }
+
+    /// Whether the new direction is random, with a density.
+    #[inline]
+    pub fn is_diffuse(self) -> bool {
+        matches!(self, Self::DiffuseReflection | Self::DiffuseTransmission)
+    }
+
+    /// Whether the new direction follows from the old one, and is another.
+    #[inline]
+    pub fn is_specular(self) -> bool {
+        matches!(self, Self::MirrorReflection | Self::TotalReflection | Self::Refraction)
+    }
 }
 
 /// One way to scatter: the fraction of the incident power per band, as its largest value and
@@ -337,7 +363,7 @@ impl Material {
     ) -> [Option<BsdfSample<L>>; 2] {
         let mirrored = |fraction: Spectrum<L>| {
             let some = !fraction.is_zero();
-            [some.then(|| BsdfSample::specular(interaction.mirrored(), fraction, false)), None]
+            [some.then(|| BsdfSample::mirrored(interaction, fraction)), None]
         };
         match self {
             Self::Lambert(_) => [None, None],
@@ -477,7 +503,8 @@ impl Lambert {
 
     #[inline]
     fn sample<L: Lanes>(&self, at: &Interaction, rng: &mut Stream) -> Option<BsdfSample<L>> {
-        let reflected = || BsdfSample::new(diffuse(at.normal, rng), self.lobe.fraction(), false);
+        let reflected =
+            || BsdfSample::diffuse(diffuse(at.normal, rng), self.lobe.fraction(), false);
         (self.lobe.largest > 0.0).then(reflected)
     }
 
@@ -509,7 +536,7 @@ impl Mirror {
 
     #[inline]
     fn sample<L: Lanes>(&self, at: &Interaction) -> Option<BsdfSample<L>> {
-        let mirrored = || BsdfSample::specular(at.mirrored(), self.lobe.fraction(), false);
+        let mirrored = || BsdfSample::mirrored(at, self.lobe.fraction());
         (self.lobe.largest > 0.0).then(mirrored)
     }
 }

@@ -290,7 +290,9 @@ impl Scene {
         let triangle = hit.triangle as usize;
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         if weights.cmplt(self.surfaces[triangle].margins).any() {
-            return self.hit_near_edge(ray, hit, weights);
+            // part by part: the hits of the usual way stay in registers then
+            let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit, weights);
+            return SurfaceHit { t, triangle, point };
         }
         SurfaceHit { t: hit.t, triangle, point: hit.point }
     }

@@ -31,7 +31,7 @@ use crate::{
     scene::{
         light::{LightHit, Toward},
         material::{Interaction, LobeKind, Transport},
-        world::{ChosenImage, Scene, SurfaceHit},
+        world::{ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
 };
@@ -147,12 +147,25 @@ impl Path<'_, '_> {
 
     /// Light that a lamp sends to what it lights from close by, joined from there with a point: the direction to where it landed, and
     /// its irradiance across that direction, weighted against what paths would find that come there along directions of the density `along`.
+    #[inline]
     fn sent<L: Lanes>(
         &mut self,
         at: &Vertex,
         along: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
-        let (scene, spots) = (self.scene, self.pilot.spots.as_ref()?);
+        let spots = self.pilot.spots.as_ref()?;
+        self.sent_to(spots, at, along)
+    }
+
+    /// Out of the way of paths in scenes without such lamps.
+    #[inline(never)]
+    fn sent_to<L: Lanes>(
+        &mut self,
+        spots: &Spots,
+        at: &Vertex,
+        along: impl Fn(Vec3) -> f32,
+    ) -> Option<(Vec3, Spectrum<L>)> {
+        let scene = self.scene;
         let (light, chance) = spots.choose(scene, at.point, self.rng);
         let ray = scene.lights[light].emit(scene.ray_offset(), self.rng);
         self.rays += 1;
@@ -190,9 +203,20 @@ impl Path<'_, '_> {
     /// Light of the sun by way of one flat pane or mirror: the direction towards an image of it, and its irradiance
     /// across that direction over the density of the choice. A path that is mirrored by chance does not look for
     /// the sun, so that it counts once.
+    #[inline]
     fn mirrored_sun<L: Lanes>(&mut self, at: &Vertex) -> Option<(Vec3, Spectrum<L>)> {
+        let mirrors = self.scene.flat_mirrors()?;
+        self.sun_by_way_of(mirrors, at)
+    }
+
+    /// Out of the way of paths in scenes without.
+    #[inline(never)]
+    fn sun_by_way_of<L: Lanes>(
+        &mut self,
+        mirrors: &FlatMirrors,
+        at: &Vertex,
+    ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let mirrors = scene.flat_mirrors()?;
         let number = self.rng.uniform() / MIRRORS_TRIED;
         if number >= 1.0 {
             return None;
@@ -355,7 +379,7 @@ impl Path<'_, '_> {
                     let before = throughput.largest();
                     throughput = throughput * &scatter.weight;
                     // what a solid takes from radiance on entry it gives back on exit
-                    if !(scatter.crosses && scatter.lobe == LobeKind::Specular) {
+                    if scatter.lobe != LobeKind::Refraction {
                         kept *= throughput.largest() / before;
                     }
                     if kept < LEAST {
@@ -364,19 +388,27 @@ impl Path<'_, '_> {
                         (throughput, kept) = (onward, LEAST);
                     }
                     throughput = throughput.scaled(1.0 / free);
-                    total_reflections =
-                        if scatter.total_reflection { total_reflections + 1 } else { 0 };
+                    total_reflections = if scatter.lobe == LobeKind::TotalReflection {
+                        total_reflections + 1
+                    } else {
+                        0
+                    };
                     if total_reflections == MAX_TOTAL_REFLECTIONS {
                         break;
                     }
-                    let side =
-                        if scatter.crosses { -interaction.normal } else { interaction.normal };
+                    let side = if scatter.lobe.crosses() {
+                        -interaction.normal
+                    } else {
+                        interaction.normal
+                    };
                     let ray = scene.leave(hit.point, side, scatter.direction);
                     leg = match scatter.lobe {
                         // what is beyond a pane can be joined with the vertex before it
                         LobeKind::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
-                        LobeKind::Specular => Leg { ray, density: None, aimed: None, ..leg },
-                        LobeKind::Diffuse => {
+                        lobe if lobe.is_specular() => {
+                            Leg { ray, density: None, aimed: None, ..leg }
+                        }
+                        _ => {
                             let density = Some(along(scatter.direction));
                             Leg { at: here, ray, density, aimed: None, unbroken: true }
                         }

@@ -131,20 +131,21 @@ pub trait Guide<'s, L> {
         on: &mut impl FnMut(Event<'_, L>),
     );
 
-    /// How the photon goes on from a surface, and with what, as far as the surface decides.
+    /// How the photon goes on from a surface, as far as the surface decides; what it carries then is `scattered`.
     fn scatter(
         &mut self,
-        arrived: &Arrived<'s>,
+        arrived: &Arrived<'_, 's>,
         power: &Spectrum<L>,
+        scattered: &mut Spectrum<L>,
         rng: &mut Stream,
-    ) -> Option<(BsdfSample<L>, Spectrum<L>)>;
+    ) -> Option<BsdfSample<L>>;
 
-    /// The photon has brought `power` to a surface; what goes `onward` may be changed.
+    /// The photon has brought `power` to a surface; how it goes `onward`, and with what, may be changed.
     fn arrive(
         &mut self,
-        arrived: &Arrived<'s>,
+        arrived: &Arrived<'_, 's>,
         power: &Spectrum<L>,
-        onward: &mut Option<(BsdfSample<L>, Spectrum<L>)>,
+        onward: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     );
@@ -168,19 +169,20 @@ impl<'s, L: Lanes> Guide<'s, L> for () {
     #[inline(always)]
     fn scatter(
         &mut self,
-        arrived: &Arrived<'s>,
+        arrived: &Arrived<'_, 's>,
         power: &Spectrum<L>,
+        scattered: &mut Spectrum<L>,
         rng: &mut Stream,
-    ) -> Option<(BsdfSample<L>, Spectrum<L>)> {
-        scatter(arrived.material, &arrived.interaction, power, rng)
+    ) -> Option<BsdfSample<L>> {
+        scatter(arrived.material, arrived.interaction, power, scattered, rng)
     }
 
     #[inline(always)]
     fn arrive(
         &mut self,
-        _: &Arrived<'s>,
+        _: &Arrived<'_, 's>,
         _: &Spectrum<L>,
-        _: &mut Option<(BsdfSample<L>, Spectrum<L>)>,
+        _: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
         _: &mut Stream,
         _: &mut impl FnMut(Event<'_, L>),
     ) {
@@ -204,15 +206,15 @@ pub struct Flight<L> {
 
 /// Where a photon has arrived.
 #[derive(Clone, Copy)]
-pub struct Arrived<'s> {
+pub struct Arrived<'h, 's> {
     /// Where, and which triangle.
-    pub hit: SurfaceHit,
+    pub hit: &'h SurfaceHit,
     /// That triangle.
     pub surface: &'s Surface,
     /// The material there.
     pub material: &'s Material,
     /// How it comes.
-    pub interaction: Interaction,
+    pub interaction: &'h Interaction,
     /// Its interactions before.
     pub interactions: u32,
 }
@@ -257,19 +259,25 @@ fn follow<'s, L: Lanes>(
         let surface = scene.surface(hit.triangle);
         let material = scene.material(surface);
         let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
+        let (hit, interaction) = (&hit, &interaction);
         let arrived = Arrived { hit, surface, material, interaction, interactions };
-        let mut onward = guide.scatter(&arrived, &power, rng);
-        let (lobe, scattered) = match &onward {
-            Some((sample, scattered)) => (Some(sample.lobe), scattered),
-            None => (None, &power.zero()),
-        };
-        let (hit, interaction, power_in) = (&arrived.hit, &arrived.interaction, &power);
-        on(Event::Arrival { hit, surface, interaction, power: power_in, scattered, lobe });
+        let mut scattered = power.zero();
+        let mut onward = guide.scatter(&arrived, &power, &mut scattered, rng);
+        let lobe = onward.as_ref().map(|sample| sample.lobe);
+        on(Event::Arrival {
+            hit,
+            surface,
+            interaction,
+            power: &power,
+            scattered: &scattered,
+            lobe,
+        });
 
-        guide.arrive(&arrived, &power, &mut onward, rng, &mut on);
-        let Some((sample, scattered)) = onward else { return };
+        guide.arrive(&arrived, &power, (&mut onward, &mut scattered), rng, &mut on);
+        let Some(sample) = onward else { return };
         power = scattered;
-        total_reflections = if sample.total_reflection { total_reflections + 1 } else { 0 };
+        let total = sample.lobe == LobeKind::TotalReflection;
+        total_reflections = if total { total_reflections + 1 } else { 0 };
         if total_reflections == MAX_TOTAL_REFLECTIONS {
             break;
         }
@@ -278,19 +286,26 @@ fn follow<'s, L: Lanes>(
     on(Event::Lost(&power));
 }
 
-/// How a photon goes on from a surface, and with what. The largest weight among the bands that it still carries is
-/// its chance to go on: a band without power keeps no photon alive, and none grows but by a weight above 1.
+/// How a photon goes on from a surface; what it carries then is `scattered`, as it was where it ends here. The largest
+/// weight among the bands that it still carries is its chance to go on: a band without power keeps no photon alive,
+/// and none grows but by a weight above 1.
 #[inline(always)]
 pub fn scatter<L: Lanes>(
     material: &Material,
     interaction: &Interaction,
     power: &Spectrum<L>,
+    scattered: &mut Spectrum<L>,
     rng: &mut Stream,
-) -> Option<(BsdfSample<L>, Spectrum<L>)> {
-    let sample = material.sample::<L>(interaction, Transport::Light, rng)?;
-    let survival = sample.weight.largest_within(power);
-    let scattered = roulette(sample.weight.clone() * power, survival, rng)?;
-    Some((sample, scattered))
+) -> Option<BsdfSample<L>> {
+    let mut onward = material.sample::<L>(interaction, Transport::Light, rng);
+    if let Some(sample) = &onward {
+        let survival = sample.weight.largest_within(power);
+        match roulette(sample.weight.clone() * power, survival, rng) {
+            Some(carried) => *scattered = carried,
+            None => onward = None,
+        }
+    }
+    onward
 }
 
 /// Russian roulette (Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990): with the chance
@@ -315,6 +330,6 @@ pub fn leave<L: Lanes>(
     interaction: &Interaction,
     sample: &BsdfSample<L>,
 ) -> Ray {
-    let side = if sample.crosses { -interaction.normal } else { interaction.normal };
+    let side = if sample.lobe.crosses() { -interaction.normal } else { interaction.normal };
     scene.leave(hit.point, side, sample.direction)
 }

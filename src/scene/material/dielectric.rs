@@ -1,7 +1,8 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
 use super::{
-    BsdfSample, Checked, Fresnel, Interaction, Lobe, Transport, check_ior, choose, complement,
+    BsdfSample, Checked, Fresnel, Interaction, Lobe, LobeKind, Transport, check_ior, choose,
+    complement,
 };
 use crate::math::{
     rng::Stream,
@@ -80,8 +81,12 @@ impl Dielectric {
         fresnel: &Fresnel,
         fraction: f32,
     ) -> BsdfSample<L> {
-        let scatter = BsdfSample::specular(at.mirrored(), self.tint.all(fraction), false);
-        BsdfSample { total_reflection: fresnel.is_total(), ..scatter }
+        let mirrored = BsdfSample::mirrored(at, self.tint.all(fraction));
+        let total = fresnel.is_total();
+        BsdfSample {
+            lobe: if total { LobeKind::TotalReflection } else { mirrored.lobe },
+            ..mirrored
+        }
     }
 
     #[inline]
@@ -100,7 +105,7 @@ impl Dielectric {
             Transport::Light => 1.0,
             Transport::Importance => 1.0 / (eta * eta),
         };
-        BsdfSample::specular(direction, fraction.scaled(scale), true)
+        BsdfSample { direction, weight: fraction.scaled(scale), lobe: LobeKind::Refraction }
     }
 
     #[inline]
@@ -188,7 +193,7 @@ impl Pane {
         let relative =
             |share: Spectrum<L>| share.map(|share| share / largest[choice.lobe] * choice.weight);
         Some(match choice.lobe {
-            0 => BsdfSample::specular(at.mirrored(), relative(mirrored), false),
+            0 => BsdfSample::mirrored(at, relative(mirrored)),
             _ => BsdfSample::straight(at, relative(passed)),
         })
     }
@@ -207,7 +212,7 @@ impl Pane {
     pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
         let mirrored = self.per_band(at, |shares| shares.mirrored);
         [
-            (self.ior > 1.0).then(|| BsdfSample::specular(at.mirrored(), mirrored, false)),
+            (self.ior > 1.0).then(|| BsdfSample::mirrored(at, mirrored)),
             Some(BsdfSample::straight(at, self.transmittance(at))),
         ]
     }

@@ -133,9 +133,15 @@ impl Leaf {
         let choice = choose(fractions, rng)?;
         let scale = |s: Spectrum<L>| s.scaled(choice.weight);
         Some(match choice.lobe {
-            0 => BsdfSample::specular(at.mirrored(), reflected.all(choice.weight), false),
-            1 => BsdfSample::new(self.leave(at.normal, rng), scale(reflected.relative()), false),
-            _ => BsdfSample::new(self.leave(-at.normal, rng), scale(transmitted.relative()), true),
+            0 => BsdfSample::mirrored(at, reflected.all(choice.weight)),
+            1 => {
+                BsdfSample::diffuse(self.leave(at.normal, rng), scale(reflected.relative()), false)
+            }
+            _ => BsdfSample::diffuse(
+                self.leave(-at.normal, rng),
+                scale(transmitted.relative()),
+                true,
+            ),
         })
     }
 

@@ -105,12 +105,12 @@ impl Phong {
         let choice = choose(self.fractions(), rng)?;
         let scale = |s: Spectrum<L>| s.scaled(choice.weight);
         Some(match (choice.lobe, self.exponent) {
-            (0, _) => {
-                BsdfSample::new(diffuse(at.normal, rng), scale(self.reflected.relative()), false)
-            }
-            (1, None) => {
-                BsdfSample::specular(at.mirrored(), scale(self.specular.relative()), false)
-            }
+            (0, _) => BsdfSample::diffuse(
+                diffuse(at.normal, rng),
+                scale(self.reflected.relative()),
+                false,
+            ),
+            (1, None) => BsdfSample::mirrored(at, scale(self.specular.relative())),
             (1, Some(n)) => {
                 let around_mirror = cosine_power(n, rng.square());
                 let direction = Frame::new(at.mirrored()).to_world(around_mirror);
@@ -119,11 +119,17 @@ impl Phong {
                     return None;
                 }
                 let weight = (n + 2.0) / (n + 1.0) * cos;
-                BsdfSample::new(direction, scale(self.specular.relative()).scaled(weight), false)
+                BsdfSample::diffuse(
+                    direction,
+                    scale(self.specular.relative()).scaled(weight),
+                    false,
+                )
             }
-            _ => {
-                BsdfSample::new(diffuse(-at.normal, rng), scale(self.transmitted.relative()), true)
-            }
+            _ => BsdfSample::diffuse(
+                diffuse(-at.normal, rng),
+                scale(self.transmitted.relative()),
+                true,
+            ),
         })
     }
 

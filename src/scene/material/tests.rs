@@ -365,10 +365,10 @@ fn leaf_faces_belong_to_the_light() {
                 let Some(scatter) = leaf.sample::<Lanes4>(&at, transport, &mut rng) else {
                     continue;
                 };
-                let band = if scatter.crosses { through } else { reflected };
+                let band = if scatter.lobe.crosses() { through } else { reflected };
                 let expected = std::array::from_fn(|b| if b == band { weight } else { 0.0 });
                 assert_near("weight", wide(scatter.weight), expected, 1e-6);
-                seen[usize::from(scatter.crosses)] += 1;
+                seen[usize::from(scatter.lobe.crosses())] += 1;
             }
             assert!(seen.iter().all(|&n| n > 100));
         }
@@ -484,11 +484,11 @@ fn weight_times_density_is_f_cos() {
             let mut compared = 0;
             for _ in 0..20_000 {
                 let sample = material.sample::<Lanes4>(&at, transport, &mut rng);
-                let Some(BsdfSample { direction, weight, crosses, .. }) = sample else { continue };
+                let Some(BsdfSample { direction, weight, lobe: kind }) = sample else { continue };
                 let is_mirror = matches!(material, Material::Leaf(_)) && direction == at.mirrored();
                 // a glossy surface's two lobes overlap above it
                 let overlaps =
-                    matches!(material, Material::Phong(_)) && *material != lobe && !crosses;
+                    matches!(material, Material::Phong(_)) && *material != lobe && !kind.crosses();
                 if is_mirror || overlaps {
                     continue;
                 }
@@ -630,12 +630,12 @@ fn dielectrics_share_by_fresnel() {
                     let Some(scatter) = material.sample::<Lanes4>(&at, transport, &mut rng) else {
                         continue;
                     };
-                    let (way, scale) = if scatter.crosses { (1, scale) } else { (0, 1.0) };
+                    let (way, scale) = if scatter.lobe.crosses() { (1, scale) } else { (0, 1.0) };
                     *[&mut mirrors, &mut passes][way] += 1;
                     let expected = shares.map(|s| s[way] / largest[way] * weight * scale);
                     assert_near("weight", wide(scatter.weight), expected, 2e-6 * scale.max(1.0));
                     let total = !thin && interface == 1.0;
-                    assert_eq!(scatter.total_reflection, total, "{ior} {degrees}");
+                    assert_eq!(scatter.lobe == LobeKind::TotalReflection, total, "{ior} {degrees}");
                 }
                 let what = format!("ior {ior}, {degrees} degrees, thin {thin}, front {front}");
                 assert_shard(&what, mirrors, SAMPLES, largest[0] / weight);
@@ -655,7 +655,7 @@ fn mirror_reflects_its_share() {
     for transport in TRANSPORTS {
         let sample = material.sample::<Lanes4>(&at, transport, &mut Stream::new(6, 0, 0)).unwrap();
         assert_near("mirror", wide(sample.weight), [0.5, 0.9, 0.0, 0.45], 1e-6);
-        assert_eq!((sample.direction, sample.crosses), (at.mirrored(), false));
+        assert_eq!((sample.direction, sample.lobe.crosses()), (at.mirrored(), false));
     }
 }
 
@@ -677,7 +677,7 @@ fn mirrors_and_refractions_go_where_they_should() {
                 panic!("a lossless interface absorbs")
             };
             let out = scatter.direction.as_dvec3();
-            let (expected, tolerance) = if scatter.crosses {
+            let (expected, tolerance) = if scatter.lobe.crosses() {
                 let refracted = across / eta;
                 let down = (1.0 - refracted.length_squared()).max(0.0).sqrt();
                 // near the critical angle the cosine is the root of a small difference
@@ -697,7 +697,7 @@ fn mirrors_and_refractions_go_where_they_should() {
     for _ in 0..1_000 {
         let pane = pane(1.52, [1.0; BANDS]);
         let scatter = pane.sample::<Lanes4>(&at, Transport::Light, &mut rng).unwrap();
-        let expected = if scatter.crosses { at.direction } else { at.mirrored() };
+        let expected = if scatter.lobe.crosses() { at.direction } else { at.mirrored() };
         assert_eq!(scatter.direction, expected);
     }
 }
@@ -730,7 +730,7 @@ fn assert_sound(what: &str, material: &Material) {
         let sound = scatter.weight.0.iter().all(|f| f.is_finite() && *f >= 0.0);
         assert!(sound, "{what}: {at:?} {scatter:?}");
         let up = scatter.direction.as_dvec3().dot(at.normal.as_dvec3());
-        let up = if scatter.crosses { -up } else { up };
+        let up = if scatter.lobe.crosses() { -up } else { up };
         assert!(up > -2e-7, "{what}: {at:?} {scatter:?} {up}");
         if i % 16 == 0 {
             let density = material.pdf(&at, transport, scatter.direction);
@@ -828,7 +828,7 @@ fn smooth_ways_carry_what_is_sampled() {
                 let mut means = [[0.0; BANDS]; 2];
                 for _ in 0..SAMPLES {
                     let sampled = material.sample::<Lanes4>(&at, transport, &mut rng);
-                    let Some(s) = sampled.filter(|s| s.lobe != LobeKind::Diffuse) else { continue };
+                    let Some(s) = sampled.filter(|s| !s.lobe.is_diffuse()) else { continue };
                     let same = |way: &Option<BsdfSample<Lanes4>>| {
                         way.is_some_and(|w| w.direction == s.direction && w.lobe == s.lobe)
                     };

@@ -13,10 +13,7 @@ use crate::{
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
-    scene::{
-        light::LightHit,
-        material::{LobeKind, Transport},
-    },
+    scene::{light::LightHit, material::Transport},
     transport::{
         paths::Joined,
         photon_map::Way as Came,
@@ -114,10 +111,10 @@ impl Whitted<'_> {
         let from_lamp = joined.radiance(rng);
         let material = scene.material(surface);
         let scatter = material.sample::<L>(interaction, Transport::Importance, rng);
-        let Some(scatter) = scatter.filter(|s| s.lobe == LobeKind::Diffuse) else {
+        let Some(scatter) = scatter.filter(|s| s.lobe.is_diffuse()) else {
             return from_lamp;
         };
-        let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
+        let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
         let ray = scene.leave(hit.point, side, scatter.direction);
         let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
         // lamps by way of mirrors are left to photons

@@ -117,7 +117,8 @@ impl Whitted<'_> {
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
                 }
-                let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
+                let side =
+                    if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
                 ways.push(Way {
                     ray: scene.leave(hit.point, side, scatter.direction),
                     throughput: throughput.scaled(1.0 / chance),

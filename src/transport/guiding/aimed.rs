@@ -18,7 +18,7 @@ use crate::{
     },
     scene::{
         light::{Light, Start},
-        material::{BsdfSample, Interaction, LobeKind},
+        material::{BsdfSample, Interaction, LobeKind, Material},
         world::{Crossing, Scene},
     },
     transport::trace::{Arrived, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, leave, scatter},
@@ -47,15 +47,21 @@ struct Leg<'a> {
 enum Origin<'a> {
     /// A place on a light.
     Light(&'a Light, Start),
-    /// A point of a surface that scatters it diffusely, where so many go on for one without a guide.
-    Surface(Arrived<'a>, f32),
+    /// A point of a surface that scatters it diffusely.
+    Surface { point: Vec3, material: &'a Material, interaction: Interaction, photons: f32 },
 }
 
-impl Origin<'_> {
+impl<'a> Origin<'a> {
+    /// Where a photon has arrived, and so many go on for one without a guide.
+    fn surface(arrived: &Arrived<'_, 'a>, photons: f32) -> Self {
+        let Arrived { hit, material, interaction, .. } = *arrived;
+        Self::Surface { point: hit.point, material, interaction: *interaction, photons }
+    }
+
     fn point(&self) -> Vec3 {
         match self {
             Self::Light(_, start) => start.point,
-            Self::Surface(arrived, _) => arrived.hit.point,
+            Self::Surface { point, .. } => *point,
         }
     }
 
@@ -63,9 +69,9 @@ impl Origin<'_> {
         match self {
             Self::Light(_, start) if start.both_sides => Facing::Anywhere,
             Self::Light(_, start) => Facing::Front(start.normal),
-            Self::Surface(at, _) => match at.material.transmits_diffusely() {
-                true => Facing::Both(at.interaction.normal),
-                false => Facing::Front(at.interaction.normal),
+            Self::Surface { material, interaction, .. } => match material.transmits_diffusely() {
+                true => Facing::Both(interaction.normal),
+                false => Facing::Front(interaction.normal),
             },
         }
     }
@@ -74,9 +80,9 @@ impl Origin<'_> {
     fn leaves<L: Lanes>(&self, lanes: usize, direction: Vec3) -> Spectrum<L> {
         match self {
             Self::Light(light, start) => Spectrum::splat(lanes, light.density(start, direction)),
-            Self::Surface(at, _) => {
-                let f: Spectrum<L> = at.material.evaluate(&at.interaction, direction);
-                f.scaled(direction.dot(at.interaction.normal).abs())
+            Self::Surface { material, interaction, .. } => {
+                let f: Spectrum<L> = material.evaluate(interaction, direction);
+                f.scaled(direction.dot(interaction.normal).abs())
             }
         }
     }
@@ -85,7 +91,7 @@ impl Origin<'_> {
     fn own<L: Lanes>(&self, leaves: &Spectrum<L>) -> f32 {
         match self {
             Self::Light(..) => leaves.largest(),
-            Self::Surface(_, photons) => photons * leaves.largest(),
+            Self::Surface { photons, .. } => photons * leaves.largest(),
         }
     }
 }
@@ -131,7 +137,7 @@ impl<'a> Aimed<'a> {
         let density = self.targets.density(point, facing, direction, seen);
         let side = match from {
             Origin::Light(_, start) => start.normal,
-            Origin::Surface(at, _) => at.interaction.normal,
+            Origin::Surface { interaction, .. } => interaction.normal,
         };
         let side = if direction.dot(side) < 0.0 { -side } else { side };
         let ray = self.scene.leave(point, side, direction);
@@ -169,11 +175,12 @@ impl<'a> Aimed<'a> {
                 return;
             }
             let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
-            let Some((sample, onward)) = scatter(material, &interaction, &power, rng) else {
-                return;
-            };
-            power = onward;
-            total_reflections = if sample.total_reflection { total_reflections + 1 } else { 0 };
+            let mut scattered = power.zero();
+            let sample = scatter(material, &interaction, &power, &mut scattered, rng);
+            let Some(sample) = sample else { return };
+            power = scattered;
+            total_reflections =
+                if sample.lobe == LobeKind::TotalReflection { total_reflections + 1 } else { 0 };
             if total_reflections == MAX_TOTAL_REFLECTIONS {
                 return;
             }
@@ -214,28 +221,28 @@ impl<'a> Aimed<'a> {
     #[inline]
     pub fn arrive<L: Lanes>(
         &mut self,
-        arrived: &Arrived<'a>,
+        arrived: &Arrived<'_, 'a>,
         photons: f32,
         power: &Spectrum<L>,
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) -> Seen {
-        self.send(&Origin::Surface(*arrived, photons), power, rng, on)
+        self.send(&Origin::surface(arrived, photons), power, rng, on)
     }
 
     /// From now on the photon is the one that leaves such a surface as `sample` says, if it does.
     #[inline]
     pub fn leave<L: Lanes>(
         &mut self,
-        arrived: &Arrived<'a>,
+        arrived: &Arrived<'_, 'a>,
         photons: f32,
         seen: Seen,
         sample: Option<&BsdfSample<L>>,
     ) {
         self.share = None;
         // a mirrored one of such a surface no aimed flight follows
-        let drawn = sample.filter(|sample| sample.lobe == LobeKind::Diffuse);
-        let from = Origin::Surface(*arrived, photons);
+        let drawn = sample.filter(|sample| sample.lobe.is_diffuse());
+        let from = Origin::surface(arrived, photons);
         self.leg = drawn.map(|sample| Leg { from, seen, direction: sample.direction });
     }
 }

@@ -17,8 +17,8 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        material::{BsdfSample, Transport},
-        world::{Crossing, Scene},
+        material::{BsdfSample, Interaction, Material, Transport},
+        world::{Crossing, Scene, SurfaceHit},
     },
     transport::trace::{Arrived, Event, Flight, Guide, leave, scatter},
 };
@@ -73,7 +73,11 @@ pub struct Guided<'a, 'p, L> {
 
 /// Copies of a photon that are still to be followed from where it came to.
 pub struct Copies<'a, L> {
-    arrived: Arrived<'a>,
+    hit: SurfaceHit,
+    material: &'a Material,
+    interaction: Interaction,
+    /// The photon's interactions before.
+    interactions: u32,
     game: Game,
     seen: Seen,
     /// What each brings.
@@ -104,7 +108,7 @@ impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
     fn game(&self, at: &Arrived, power: &Spectrum<L>) -> Option<Game> {
         let (importance, scale) = self.windows.filter(|_| at.material.is_diffuse())?;
         let kept = importance.kept(at.surface.material);
-        let mean = scale * power.largest() * importance.at(&at.hit, at.interaction.front);
+        let mean = scale * power.largest() * importance.at(at.hit, at.interaction.front);
         let gain = (mean / kept).max(1.0 / MOST_GAIN);
         // also where it keeps nothing
         let leave_alone = !(gain >= BAND || gain <= 1.0 / BAND);
@@ -132,25 +136,26 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
     #[inline]
     fn scatter(
         &mut self,
-        arrived: &Arrived<'a>,
+        arrived: &Arrived<'_, 'a>,
         power: &Spectrum<L>,
+        scattered: &mut Spectrum<L>,
         rng: &mut Stream,
-    ) -> Option<(BsdfSample<L>, Spectrum<L>)> {
+    ) -> Option<BsdfSample<L>> {
         self.game = self.game(arrived, power);
         if self.game.is_none() {
-            return scatter(arrived.material, &arrived.interaction, power, rng);
+            return scatter(arrived.material, arrived.interaction, power, scattered, rng);
         }
-        let sample = arrived.material.sample::<L>(&arrived.interaction, Transport::Light, rng)?;
-        let scattered = sample.weight.clone() * power;
-        Some((sample, scattered))
+        let sample = arrived.material.sample::<L>(arrived.interaction, Transport::Light, rng)?;
+        *scattered = sample.weight.clone() * power;
+        Some(sample)
     }
 
     #[inline]
     fn arrive(
         &mut self,
-        arrived: &Arrived<'a>,
+        arrived: &Arrived<'_, 'a>,
         power: &Spectrum<L>,
-        onward: &mut Option<(BsdfSample<L>, Spectrum<L>)>,
+        (onward, scattered): (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) {
@@ -158,28 +163,34 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         let gain = self.game.map_or(1.0, |game| game.gain);
         if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
             seen = aimed.arrive(arrived, gain, power, rng, on);
-            aimed.leave(arrived, gain, seen, onward.as_ref().map(|(sample, _)| sample));
+            aimed.leave(arrived, gain, seen, onward.as_ref());
         }
         let Some(game) = self.game else { return };
         let number = (game.mean + rng.uniform()) as u32;
-        if let Some((sample, before)) = onward.take() {
-            let after = before.clone().scaled(if number > 0 { 1.0 / game.mean } else { 0.0 });
-            on(Event::Chance { before: &before, after: &after });
-            *onward = (number > 0).then_some((sample, after));
+        if onward.is_some() {
+            let after = scattered.clone().scaled(if number > 0 { 1.0 / game.mean } else { 0.0 });
+            on(Event::Chance { before: scattered, after: &after });
+            *scattered = after;
+        }
+        if number == 0 {
+            *onward = None;
         }
         if number > 1 {
             let power = power.clone().scaled(1.0 / game.mean);
             self.photons += number - 1;
-            self.copies.push(Copies { arrived: *arrived, game, seen, power, left: number - 1 });
+            let Arrived { hit, material, interaction, interactions, .. } = *arrived;
+            let (hit, interaction, left) = (*hit, *interaction, number - 1);
+            let copies =
+                Copies { hit, material, interaction, interactions, game, seen, power, left };
+            self.copies.push(copies);
         }
     }
 
     fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
         loop {
             let copies = self.copies.last_mut()?;
-            let Copies { arrived, game, seen, .. } = *copies;
-            let Arrived { hit, material, interaction, interactions, .. } = &arrived;
-            let sample = material.sample::<L>(interaction, Transport::Light, rng);
+            let Copies { hit, material, interaction, interactions, game, seen, .. } = *copies;
+            let sample = material.sample::<L>(&interaction, Transport::Light, rng);
             let onward = sample.map(|sample| (sample.weight.clone() * &copies.power, sample));
             copies.left -= 1;
             if copies.left == 0 {
@@ -188,9 +199,12 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             let Some((power, sample)) = onward else { continue };
             on(Event::Chance { before: &power.zero(), after: &power });
             if let Some(aimed) = &mut self.aimed {
+                let surface = self.scene.surface(hit.triangle);
+                let (hit, interaction) = (&hit, &interaction);
+                let arrived = Arrived { hit, surface, material, interaction, interactions };
                 aimed.leave(&arrived, game.gain, seen, Some(&sample));
             }
-            let ray = leave(self.scene, hit, interaction, &sample);
+            let ray = leave(self.scene, &hit, &interaction, &sample);
             return Some(Flight { ray, power, interactions: interactions + 1 });
         }
     }

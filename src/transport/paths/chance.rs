@@ -92,17 +92,19 @@ impl<'a> Source<'a> {
     pub fn arrived(&mut self, point: Vec3, normal: Vec3, lobe: Option<LobeKind>) {
         let own = self.scene.lights[self.light].exitance();
         self.way = match (self.way, lobe) {
-            (Way::Straight, Some(LobeKind::Specular)) => Way::Known(own.unwrap_or(0.0)),
-            (Way::Straight, Some(LobeKind::Diffuse)) => {
+            (Way::Straight, Some(lobe)) if lobe.is_specular() => Way::Known(own.unwrap_or(0.0)),
+            (Way::Straight, Some(lobe)) if lobe.is_diffuse() => {
                 let lit = spots::origin(self.scene, self.light, &self.ray, point);
                 let lit = lit.map_or(0.0, |origin| origin.irradiance_on(normal));
                 let exitance = lit.min(own.unwrap_or(f32::INFINITY));
                 Way::Once { at: point, normal, exitance, mirrored: false }
             }
-            (Way::Once { at, normal, exitance, .. }, Some(LobeKind::Specular)) => {
+            (Way::Once { at, normal, exitance, .. }, Some(lobe)) if lobe.is_specular() => {
                 Way::Once { at, normal, exitance, mirrored: true }
             }
-            (Way::Once { .. }, Some(LobeKind::Diffuse)) => Way::Known(self.per_watt(point, normal)),
+            (Way::Once { .. }, Some(lobe)) if lobe.is_diffuse() => {
+                Way::Known(self.per_watt(point, normal))
+            }
             (way, _) => way,
         };
     }

@@ -17,7 +17,7 @@ use crate::{
     },
     scene::{
         light::{EmitterHit, Light},
-        material::{Interaction, LobeKind, Transport},
+        material::{Interaction, Transport},
         world::{Crossing, Scene, SurfaceHit},
     },
     transport::trace::MAX_INTERACTIONS,
@@ -235,8 +235,8 @@ fn follow<L: Lanes>(
     let surface = scene.surface(hit.triangle);
     let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
     let scatter = scene.material(surface).sample::<L>(&interaction, Transport::Light, rng);
-    let Some(scatter) = scatter.filter(|scatter| scatter.lobe == LobeKind::Diffuse) else { return };
-    let side = if scatter.crosses { -interaction.normal } else { interaction.normal };
+    let Some(scatter) = scatter.filter(|scatter| scatter.lobe.is_diffuse()) else { return };
+    let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
     let onward = scene.leave(hit.point, side, scatter.direction);
     let mut next: Option<(Vec3, f32)> = None;
     let wall = scene.meet(&onward, |crossing| {

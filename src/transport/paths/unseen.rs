@@ -61,13 +61,13 @@ impl<'a> Finding<'a> {
 
     /// After an arrival at a triangle that sends it on so.
     pub fn arrived(&mut self, triangle: usize, lobe: Option<LobeKind>) {
-        if self.delta && !self.diffused && lobe == Some(LobeKind::Specular) {
+        if self.delta && !self.diffused && lobe.is_some_and(LobeKind::is_specular) {
             // paths look for the sun by way of one flat mirror
             let shown = |images: &FlatMirrors| images.image_of(triangle).is_some();
             self.hidden |= self.mirrored || !self.images.is_some_and(shown);
             self.mirrored = true;
         }
-        self.diffused |= lobe == Some(LobeKind::Diffuse);
+        self.diffused |= lobe.is_some_and(LobeKind::is_diffuse);
     }
 }
 

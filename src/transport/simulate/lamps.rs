@@ -130,8 +130,10 @@ fn matters<L: Lanes>(
         if material.is_diffuse() {
             return largest * f64::from(power.largest() * importance.at(&hit, interaction.front));
         }
-        let Some((sample, onward)) = scatter(material, &interaction, &power, rng) else { break };
-        power = onward;
+        let mut scattered = power.zero();
+        let sample = scatter(material, &interaction, &power, &mut scattered, rng);
+        let Some(sample) = sample else { break };
+        power = scattered;
         ray = leave(scene, &hit, &interaction, &sample);
     }
     0.0

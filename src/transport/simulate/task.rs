@@ -137,17 +137,16 @@ impl Run<'_> {
                 None => (self.scene.emit::<L>(strata, index, &mut rng), 1.0),
                 Some(lamps) => lamps.emit(self.scene, strata, index, &mut rng),
             };
-            let part = self.part_of.get(photon.light).copied();
+            let Emission { light, source, weights, ray, start, power } = photon;
+            let part = self.part_of.get(light).copied();
             // light from infinitely far away may be more or less by where it comes from
-            if density == 1.0 || photon.start.is_some() {
-                tally.emitted(part, photon.weights, &photon.power);
+            if density == 1.0 || start.is_some() {
+                tally.emitted(part, weights, &power);
             } else {
-                let emitted = photon.power.clone().scaled(1.0 / density);
-                tally.emitted(part, photon.weights, &emitted);
+                tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
             }
             let mut way = Way::default();
-            let mut direct =
-                self.without_direct_sun && strata.is_sun(&self.scene.lights, photon.source);
+            let mut direct = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
             let mut on = |event: Event<'_, L>| {
                 // a flight beside it carries what was scattered
                 let beside =
@@ -158,14 +157,13 @@ impl Run<'_> {
                     }
                     return;
                 }
-                tally.score(self.scene, part, photon.weights, &event);
+                tally.score(self.scene, part, weights, &event);
                 let Some(task) = &mut stored else { return };
                 if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
-                    arrival.photon.light = photon.light as u32;
+                    arrival.photon.light = light as u32;
                     arrival.photon.history = index as u32;
                     let power = power.values();
-                    let power =
-                        (0..bands).map(|b| (f64::from(power[b]) * photon.weights[b]) as f32);
+                    let power = (0..bands).map(|b| (f64::from(power[b]) * weights[b]) as f32);
                     task.push(limit, arrival, power);
                     if let Keep::OnSurfaces(_) = self.keep {
                         task.came(way);
@@ -175,27 +173,26 @@ impl Run<'_> {
                     way = way.then(lobe, || self.scene.material(surface).glossy() > 0.0);
                 }
             };
-            let Emission { ray, power, .. } = photon;
             let Some(guidance) = guidance else {
                 trace(self.scene, ray, power, (), &mut rng, on);
                 continue;
             };
             let power_of_all = power;
             let power = power_of_all.clone().scaled(1.0 / density);
-            if photon.start.is_some() && density != 1.0 {
+            if start.is_some() && density != 1.0 {
                 on(Event::Chance { before: &power_of_all, after: &power });
             }
             let aimed = guidance.targets.as_ref().map(|targets| {
-                let from = (&self.scene.lights[photon.light], photon.start);
+                let from = (&self.scene.lights[light], start);
                 let free = match density {
-                    1.0 => photon.start,
+                    1.0 => start,
                     _ => self.scene.emit::<L>(strata, index, &mut rng).start,
                 };
                 let free = (free, &power_of_all);
                 Aimed::start(self.scene, targets, from, ray.direction, free, &mut rng, &mut on)
             });
             let windows = guidance.windows.as_ref().map(|windows| {
-                let largest = photon.weights.iter().copied().fold(0.0, f64::max);
+                let largest = weights.iter().copied().fold(0.0, f64::max);
                 (&*windows.importance, largest as f32 / windows.mean)
             });
             copies.clear();
@@ -213,13 +210,13 @@ impl Way {
     #[inline]
     fn then(self, lobe: Option<LobeKind>, is_glossy: impl Fn() -> bool) -> Self {
         match lobe {
-            Some(LobeKind::Diffuse) => Self {
+            Some(lobe) if lobe.is_diffuse() => Self {
                 bounces: self.bounces.saturating_add(1),
                 diffused: self.diffused || !is_glossy(),
                 ..self
             },
-            Some(LobeKind::Specular) => Self { mirrored: true, ..self },
-            Some(LobeKind::Straight) | None => self,
+            Some(lobe) if lobe.is_specular() => Self { mirrored: true, ..self },
+            _ => self,
         }
     }
 }

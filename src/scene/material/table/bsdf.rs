@@ -335,7 +335,7 @@ impl Bsdf {
         let across = far.phi.cos() * frame.tangent + far.phi.sin() * frame.bitangent;
         let direction = (far.cos * side + sin * across).normalize();
         let weight = way.value::<L>(near, far).scaled(choice.weight / largest);
-        Some(BsdfSample::new(direction, weight, crosses))
+        Some(BsdfSample::diffuse(direction, weight, crosses))
     }
 
     pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {

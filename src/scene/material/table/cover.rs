@@ -199,9 +199,7 @@ impl Cover {
         let scale = choice.weight / chances[choice.lobe];
         let scaled = |part: Spectrum<L>| part.scaled(scale);
         Some(match choice.lobe {
-            MIRRORED => {
-                BsdfSample::specular(at.mirrored(), scaled(Self::part(&place, MIRRORED)), false)
-            }
+            MIRRORED => BsdfSample::mirrored(at, scaled(Self::part(&place, MIRRORED))),
             STRAIGHT => BsdfSample::straight(at, scaled(Self::part(&place, STRAIGHT))),
             _ => {
                 let direction = diffuse(-at.normal, rng);
@@ -212,7 +210,7 @@ impl Cover {
                         Self::part(&self.place(cos), DIFFUSE)
                     }
                 };
-                BsdfSample::new(direction, scaled(scattered), true)
+                BsdfSample::diffuse(direction, scaled(scattered), true)
             }
         })
     }
@@ -240,7 +238,7 @@ impl Cover {
     pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
         let [mirrored, straight, _] = self.parts::<L>(at);
         [
-            (!mirrored.is_zero()).then(|| BsdfSample::specular(at.mirrored(), mirrored, false)),
+            (!mirrored.is_zero()).then(|| BsdfSample::mirrored(at, mirrored)),
             (!straight.is_zero()).then(|| BsdfSample::straight(at, straight)),
         ]
     }
