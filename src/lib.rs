@@ -107,8 +107,8 @@ pub use show::picture::{BandColours, Exposure, Legend, Picture, Scale};
 pub use show::plot::{Plot, PlotKind, PlotRequest};
 #[cfg(feature = "show")]
 pub use show::render::{
-    Dot, FirstVisible, Guide, Pixels, Sampling, Show, Viewpoint, denoised, guides, painted,
-    path_dots, photon_dots, render,
+    Dot, FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, painted, path_dots,
+    photon_dots, render,
 };
 #[cfg(feature = "show")]
 pub use show::rendered::{RenderPlan, RenderStage, RenderedScene};

@@ -49,6 +49,7 @@ fn every_kind_is_drawn() {
     let scene = small_room().write();
     for (show, more, bar) in [
         ("radiance", vec![], false),
+        ("radiance", vec!["--gather", "0"], false),
         ("radiance", vec!["--gather", "8", "--exposure", "1.5", "--band", "b1"], false),
         ("irradiance", vec!["--log", "--band", "both"], true),
         ("absorbed", vec!["--range", "0:2", "--rays", "1"], true),

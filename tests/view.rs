@@ -318,6 +318,8 @@ fn needs_chromium_sensors_do_not_share_a_colour() {
     page.evaluate("captorValues.forEach((v, i) => { if (!(i % 2)) captorValues[i] = 100 + i % 97 / 97; }); repaint(true); 0");
     let (low, high) = (number(&page, "state.low"), number(&page, "state.high"));
     assert!(low > 95.0 && high < 106.0, "{low} to {high}");
+    // in round numbers
+    assert!(low.to_string().len() <= 5 && high.to_string().len() <= 6, "{low} to {high}");
     page.no_complaints();
 }
 

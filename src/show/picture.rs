@@ -4,6 +4,7 @@ mod bar;
 mod canvas;
 #[cfg(feature = "exr")]
 mod exr_file;
+mod glow;
 mod scale;
 mod spectral;
 
@@ -16,6 +17,7 @@ pub use bar::Legend;
 pub(super) use canvas::Canvas;
 #[cfg(feature = "exr")]
 pub use exr_file::write_exr;
+pub use glow::with_glow;
 pub use scale::Scale;
 pub(super) use scale::label;
 pub use spectral::{BandColours, Exposure};

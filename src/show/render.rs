@@ -4,6 +4,7 @@
 
 mod denoise;
 mod dots;
+mod fragments;
 mod gather;
 mod radiance;
 mod shared;
@@ -24,14 +25,16 @@ use crate::{
         rng::{Purpose, Stream, Streams},
         spectrum::{Spectrum, with_lanes},
     },
+    scene::world::SurfaceHit,
     transport::{
         simulate::{Control, Progress},
         surface_light::SurfaceLight,
     },
 };
 
-pub use denoise::{Guide, denoised, guides};
 pub use dots::{Dot, path_dots, photon_dots};
+pub use fragments::Fragments;
+use fragments::Guide;
 pub use gather::Gather;
 use radiance::Whitted;
 use shared::{PIXELS, Shared};
@@ -78,10 +81,6 @@ pub struct Pixels {
     pub bands: usize,
     /// Means over the rays that met what is shown, band after band.
     pub values: Vec<f32>,
-    /// Their variances as the rays tell them.
-    pub variance: Vec<f32>,
-    /// Variances of what the nearest photons tell of them, which pixels side by side have in common.
-    pub common: Vec<f32>,
     /// Share of such rays, per pixel.
     pub covered: Vec<f32>,
 }
@@ -90,37 +89,13 @@ pub struct Pixels {
 /// direction of a gathering ray.
 const SPREAD: u32 = 8;
 
-/// The most memory that the values of a picture may take, bytes.
-const MAX_BYTES: usize = 2 << 30;
+/// The most memory that the values of a picture may take where its pixels show two surfaces each, bytes.
+const MAX_BYTES: usize = 4 << 30;
 
 impl Pixels {
     /// The values of a pixel.
     pub fn pixel(&self, index: usize) -> &[f32] {
         &self.values[index * self.bands..][..self.bands]
-    }
-
-    /// The means over these and `more` rays of the same picture, where each pixel had `rays` and `others` of them.
-    pub fn joined(mut self, rays: u32, more: &Self, others: u32) -> Self {
-        let (rays, others) = (rays as f32, others as f32);
-        let pixels = self.values.chunks_mut(self.bands).zip(more.values.chunks(self.bands));
-        let share = |i: usize| {
-            let (own, other) = (self.covered[i] * rays, more.covered[i] * others);
-            if other > 0.0 { other / (own + other) } else { 0.0 }
-        };
-        for i in 0..self.variance.len() {
-            let share = share(i / self.bands);
-            self.variance[i] =
-                (1.0 - share).powi(2) * self.variance[i] + share.powi(2) * more.variance[i];
-            self.common[i] += share * (more.common[i] - self.common[i]);
-        }
-        for ((own, other), (covered, and)) in pixels.zip(self.covered.iter_mut().zip(&more.covered))
-        {
-            let (met, of_others) = (*covered * rays, and * others);
-            let share = if of_others > 0.0 { of_others / (met + of_others) } else { 0.0 };
-            own.iter_mut().zip(other).for_each(|(own, other)| *own += share * (other - *own));
-            *covered = (met + of_others) / (rays + others);
-        }
-        self
     }
 }
 
@@ -132,104 +107,69 @@ pub fn render(
     show: Show,
     sampling: Sampling,
     control: &Control,
-) -> Result<Pixels> {
+) -> Result<Fragments> {
     let bands = match show {
         Show::Error { .. } => 1,
         _ => light.scene.bands.len(),
     };
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     check_size(viewpoint, bands)?;
-    let none = || vec![0.0; width * height * bands];
-    let mut pixels = Pixels {
-        width,
-        bands,
-        values: none(),
-        variance: none(),
-        common: none(),
-        covered: vec![0.0; width * height],
-    };
-    let Pixels { values, variance, common, covered, .. } = &mut pixels;
-    let [values, variance, common] =
-        [values, variance, common].map(|rows| rows.par_chunks_mut(width * bands));
-    let rows = values.zip(variance).zip(common).zip(covered.par_chunks_mut(width));
+    let none = || Fragments::new(width, bands, sampling.rays, light.k);
+    let mut rows: Vec<Fragments> = (0..height).map(|_| none()).collect();
     with_lanes!(light.scene.lanes(), L => {
-        each_row(rows, viewpoint, sampling, control, |mut samples, (((values, variance), common), covered)| {
+        each_row(rows.par_iter_mut(), viewpoint, sampling, control, |mut samples, row| {
             let whitted = Whitted { light, viewpoint };
-            for (x, covered) in covered.iter_mut().enumerate() {
+            for x in 0..width {
                 let mut shared: [Shared; 2] = Default::default();
-                let mut means = Means::new(bands);
                 for (ray, mut rng) in samples.pixel(x) {
-                    let found = match show {
-                        Show::Radiance { gather } => {
-                            let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
-                            let of_bands = |of: &Spectrum<L>| of.values()[..bands].iter().map(|v| f64::from(*v)).collect::<Vec<_>>();
-                            let [radiance, told, gathered] =
-                                [&found.radiance, &found.told, &found.gathered].map(of_bands);
-                            means.add(&radiance, &told, &gathered);
-                            continue;
-                        }
-                        Show::Irradiance => flat(viewpoint, ray, &mut shared[0], |triangle, front, point| {
-                            light.irradiance(triangle, front, point)
-                        }),
-                        Show::Absorbed => flat(viewpoint, ray, &mut shared[0], |triangle, _, point| {
-                            light.absorbed(triangle, point)
-                        }),
-                        Show::Error { bands } => flat(viewpoint, ray, &mut shared[0], |triangle, front, point| {
+                    let first = First::of(light, viewpoint, &ray);
+                    let guide = first.as_ref().map(|first| first.guide);
+                    if let Show::Radiance { gather } = show {
+                        let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
+                        let of = |spectrum: &Spectrum<L>, b: usize| spectrum.values()[b];
+                        row.add(guide, (0..bands).map(|b| {
+                            [&found.radiance, &found.told, &found.gathered].map(|found| of(found, b))
+                        }));
+                        continue;
+                    }
+                    let Some(First { hit, front, .. }) = first else { continue };
+                    let (triangle, point) = (hit.triangle, hit.point);
+                    let reach = PIXELS * viewpoint.camera.pixel() * hit.t;
+                    let found = shared[0].value(&hit, front, reach, || match show {
+                        Show::Absorbed => light.absorbed(triangle, point),
+                        Show::Error { bands } => {
                             vec![light.relative_error(triangle, front, point, bands).unwrap_or(f64::NAN)]
-                        })
-                        .filter(|error| error[0].is_finite()),
-                    };
-                    if let Some(found) = found {
-                        means.add(found, found, &[]);
+                        }
+                        _ => light.irradiance(triangle, front, point),
+                    });
+                    if found.iter().all(|value| value.is_finite()) {
+                        row.add(guide, found.iter().map(|value| [*value as f32, *value as f32, 0.0]));
                     }
                 }
-                let at = x * bands..(x + 1) * bands;
-                means.tell(&mut values[at.clone()], &mut variance[at.clone()], &mut common[at], light.k);
-                *covered = means.count as f32 / sampling.rays as f32;
+                row.close();
             }
         })
     })?;
-    Ok(pixels)
+    let mut all = none();
+    rows.into_iter().for_each(|row| all.append(row));
+    Ok(all)
 }
 
-/// What the rays of a pixel have found, per band.
-struct Means {
-    count: u32,
-    sums: Vec<f64>,
-    /// What of it the nearest photons tell.
-    told: Vec<f64>,
-    /// What of it was gathered, and its squares.
-    gathered: Vec<[f64; 2]>,
+/// The first surface in a ray's way that cannot be seen through.
+struct First {
+    hit: SurfaceHit,
+    front: bool,
+    guide: Guide,
 }
 
-impl Means {
-    fn new(bands: usize) -> Self {
-        let none = vec![0.0; bands];
-        Self { count: 0, sums: none.clone(), told: none, gathered: vec![[0.0; 2]; bands] }
-    }
-
-    /// One ray more: what it found, and what of it the nearest photons tell and was gathered.
-    fn add(&mut self, found: &[f64], told: &[f64], gathered: &[f64]) {
-        self.count += 1;
-        self.sums.iter_mut().zip(found).for_each(|(sum, value)| *sum += value);
-        self.told.iter_mut().zip(told).for_each(|(sum, value)| *sum += value);
-        for ([sum, square], value) in self.gathered.iter_mut().zip(gathered) {
-            *sum += value;
-            *square += value * value;
-        }
-    }
-
-    /// Their means, and the variances of these: of one ray as if it had gathered nothing but noise.
-    fn tell(&self, values: &mut [f32], variance: &mut [f32], common: &mut [f32], k: usize) {
-        let n = f64::from(self.count.max(1));
-        for b in 0..values.len() {
-            let [sum, square] = self.gathered[b];
-            let of_mean =
-                if self.count > 1 { (square - sum * sum / n) / (n - 1.0) } else { square };
-            values[b] = (self.sums[b] / n) as f32;
-            variance[b] = (of_mean / n).max(0.0) as f32;
-            common[b] = ((self.told[b] / n).powi(2) / k as f64) as f32;
-        }
+impl First {
+    fn of(light: &SurfaceLight, viewpoint: &Viewpoint, ray: &Ray) -> Option<Self> {
+        let hit = viewpoint.opaque(ray)?;
+        let surface = viewpoint.scene.surface(hit.triangle);
+        let front = ray.direction.dot(surface.normal) < 0.0;
+        let face = light.patches.bin(hit.triangle, front);
+        let guide = Guide { face, material: surface.material, normal: surface.normal };
+        Some(Self { hit, front, guide })
     }
 }
 
@@ -304,24 +244,11 @@ impl Samples<'_> {
     }
 }
 
-/// A value of the first surface that cannot be seen through.
-fn flat<'s>(
-    viewpoint: &Viewpoint,
-    ray: Ray,
-    shared: &'s mut Shared,
-    find: impl FnOnce(usize, bool, Vec3) -> Vec<f64>,
-) -> Option<&'s [f64]> {
-    let hit = viewpoint.opaque(&ray)?;
-    let front = ray.direction.dot(viewpoint.scene.surface(hit.triangle).normal) < 0.0;
-    let reach = PIXELS * viewpoint.camera.pixel() * hit.t;
-    Some(shared.value(&hit, front, reach, || find(hit.triangle, front, hit.point)))
-}
-
 /// Refuses a picture that would not fit into memory.
 pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
-    // the values with two variances, and two colours made of them; 65536^2 x 4096 x 4 is below 2^64
-    let bytes = width * height * (3 * bands + 6) * size_of::<f32>();
+    // four sums, a value and its variances for each of two surfaces, and colours; 65536^2 x 4096 x 64 is below 2^64
+    let bytes = width * height * (2 * 7 * bands + 32) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());
     }

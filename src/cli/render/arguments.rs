@@ -25,15 +25,15 @@ pub struct Arguments {
     #[command(flatten)]
     pub view: view::ViewArguments,
     /// Rays of each pixel
-    #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub rays: u32,
     /// End soon after this time: rays are taken four by four for each pixel until it would be over, or --rays are
     /// taken; give a large --rays. Four are taken in any case
     #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_negative_numbers = true)]
     pub max_time: Option<Duration>,
     /// With --show radiance: look into so many directions where a ray meets a surface that scatters, and join it with
-    /// the lamps: sharp shadows and true corners. 1 is enough with --rays 8 or more; 0 takes the light there from the photons
-    /// alone [default: 0]
+    /// the lamps: sharp shadows and true corners. 0 takes the light there from the photons alone: sooner, and blurred
+    /// [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub gather: Option<u32>,
     /// Whether the light on each piece of surface is evened out in PNG pictures; numbers (EXR) never are

@@ -6,7 +6,7 @@ use super::task::{Made, Task, photons_and_rays};
 use crate::{
     error::Result,
     show::{
-        picture::{BandColours, Exposure, PAPER, Picture},
+        picture::{BandColours, Exposure, PAPER, Picture, with_glow},
         render::{Gather, Pixels, Show},
     },
 };
@@ -14,20 +14,22 @@ use crate::{
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
-        let gather = match self.arguments.gather.unwrap_or(0) {
+        let gather = match self.arguments.gather.unwrap_or(1) {
             0 => None,
             directions => Some(Gather::new(&light, directions, self.settings.threads)?),
         };
         let show = Show::Radiance { gather: gather.as_ref() };
-        let (pixels, rays) = self.pixels(&light, show)?;
+        let fragments = self.fragments(&light, show)?;
+        let (pixels, shown) = (fragments.pixels(), self.shown(&fragments)?);
         let colours = self.colours();
-        let (count, shown) = (pixels.covered.len(), self.shown(&light, &pixels)?);
+        let count = pixels.covered.len();
         let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
         let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
         let exposure = chosen.unwrap_or_else(|| Exposure::of(&linear));
-        let picture = Picture::new(pixels.width, linear.iter().map(|c| exposure.srgb(*c)));
+        let glowing = with_glow(&linear, pixels.width);
+        let picture = Picture::new(pixels.width, glowing.into_iter().map(|c| exposure.srgb(c)));
         let what = if colours.coloured { "bands by their wavelengths" } else { "grey" };
-        let photons = photons_and_rays(&light, rays);
+        let photons = photons_and_rays(&light, &fragments);
         let words = format!("{photons}, exposure {} stops, {what}\n", exposure.stops);
         Ok(Made { picture, pixels: Some(pixels), words })
     }
@@ -41,8 +43,8 @@ impl Task<'_> {
 
     pub fn false_colour(&self, show: Show) -> Result<Made> {
         let light = self.light()?;
-        let (pixels, rays) = self.pixels(&light, show)?;
-        let shown = self.shown(&light, &pixels)?;
+        let fragments = self.fragments(&light, show)?;
+        let (pixels, shown) = (fragments.pixels(), self.shown(&fragments)?);
         let value = |i: usize| {
             let values = shown.pixel(i);
             self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>()
@@ -53,16 +55,25 @@ impl Task<'_> {
         };
         let unit = self.scene.quantity.unit_names().irradiance;
         let picture = self.in_colours(&pixels, value, what, &unit);
-        Ok(Made { picture, pixels: Some(pixels), words: photons_and_rays(&light, rays) + "\n" })
+        Ok(Made {
+            picture,
+            pixels: Some(pixels),
+            words: photons_and_rays(&light, &fragments) + "\n",
+        })
     }
 
     /// The relative standard error of the irradiance that the photons tell, in per cent.
     pub fn error(&self) -> Result<Made> {
         let light = self.light()?;
-        let (pixels, rays) = self.pixels(&light, Show::Error { bands: &self.band.bands })?;
+        let fragments = self.fragments(&light, Show::Error { bands: &self.band.bands })?;
+        let pixels = fragments.pixels();
         let value = |i: usize| 100.0 * f64::from(pixels.pixel(i)[0]);
         let picture = self.in_colours(&pixels, value, "error", "%");
-        Ok(Made { picture, pixels: Some(pixels), words: photons_and_rays(&light, rays) + "\n" })
+        Ok(Made {
+            picture,
+            pixels: Some(pixels),
+            words: photons_and_rays(&light, &fragments) + "\n",
+        })
     }
 
     /// Values of pixels in false colour, with a bar.

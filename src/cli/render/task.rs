@@ -1,6 +1,6 @@
 //! A picture to make, and what all kinds of pictures need.
 
-use std::{borrow::Cow, sync::atomic::AtomicBool, time::Instant};
+use std::{sync::atomic::AtomicBool, time::Instant};
 
 use glam::Vec3;
 
@@ -14,8 +14,7 @@ use crate::{
     show::{
         picture::{Legend, PAPER, Picture, Scale},
         render::{
-            FirstVisible, Pixels, Sampling, Show, Viewpoint, check_size, denoised, guides, painted,
-            render,
+            FirstVisible, Fragments, Pixels, Sampling, Show, Viewpoint, check_size, painted, render,
         },
     },
     transport::{
@@ -141,8 +140,8 @@ impl<'a> Task<'a> {
         self.watched("photons", |control| light_surfaces(self.scene, &self.settings, control))
     }
 
-    /// The pixels, and how many rays each has: all that are asked for, or as many as there is time for.
-    pub fn pixels(&self, light: &SurfaceLight, show: Show) -> Result<(Pixels, u32)> {
+    /// What the rays of all pixels find: all that are asked for, or as many as there is time for.
+    pub fn fragments(&self, light: &SurfaceLight, show: Show) -> Result<Fragments> {
         let Sampling { rays, .. } = self.sampling;
         let round = |before: u32, rays: u32| {
             let sampling = Sampling { rays, before, ..self.sampling };
@@ -150,27 +149,23 @@ impl<'a> Task<'a> {
                 render(light, &self.viewpoint, show, sampling, control)
             })
         };
-        let Some(most) = self.arguments.max_time else { return Ok((round(0, rays)?, rays)) };
-        let mut taken = rays.min(ROUND);
+        let Some(most) = self.arguments.max_time else { return round(0, rays) };
         let mut from = Instant::now();
-        let mut pixels = round(0, taken)?;
+        let mut all = round(0, rays.min(ROUND))?;
         // as long as another round will end in time
-        while taken < rays && self.started.elapsed() + from.elapsed() <= most {
-            let more = (rays - taken).min(ROUND);
+        while all.rays() < rays && self.started.elapsed() + from.elapsed() <= most {
             from = Instant::now();
-            pixels = pixels.joined(taken, &round(taken, more)?, more);
-            taken += more;
+            all = all.joined(&round(all.rays(), (rays - all.rays()).min(ROUND))?);
         }
-        Ok((pixels, taken))
+        Ok(all)
     }
 
-    /// What of these pixels the picture shows: without their noise, unless the user wants it.
-    pub fn shown<'p>(&self, light: &SurfaceLight, pixels: &'p Pixels) -> Result<Cow<'p, Pixels>> {
+    /// What of it the picture shows: without noise, unless the user wants it.
+    pub fn shown(&self, fragments: &Fragments) -> Result<Pixels> {
         if self.arguments.denoise == Some(Denoise::Off) {
-            return Ok(Cow::Borrowed(pixels));
+            return Ok(fragments.pixels());
         }
-        let guides = guides(&self.viewpoint, &light.patches, self.sampling)?;
-        denoised(pixels, &guides, self.sampling.threads).map(Cow::Owned)
+        fragments.denoised(self.sampling.threads)
     }
 
     /// The user's, or one that a share of the values is inside.
@@ -207,6 +202,6 @@ pub(super) fn photons(light: &SurfaceLight) -> String {
 }
 
 /// The same, and the rays of each pixel.
-pub(super) fn photons_and_rays(light: &SurfaceLight, rays: u32) -> String {
-    format!("{}, {rays} rays a pixel", photons(light))
+pub(super) fn photons_and_rays(light: &SurfaceLight, found: &Fragments) -> String {
+    format!("{}, {} rays a pixel", photons(light), found.rays())
 }

@@ -4,148 +4,152 @@
 //! À-Trous Wavelet Transform for fast Global Illumination Filtering, HPG 2010). Here two pixels *exchange* light:
 //! what one gains the other loses, so the sum over a picture stays what it was to rounding.
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Pixels, Sampling, Viewpoint};
-use crate::{error::Result, math::machine, scene::patches::Patches};
+use super::{
+    Pixels,
+    fragments::{Fragments, Guide, Sums},
+};
+use crate::{error::Result, math::machine};
 
-/// Passes; the steps between taps are 1, 2, 4 and 8 pixels, and all together reach 9 pixels far (root mean
-/// square): farther ones would even out the slope of light near edges.
-const PASSES: u32 = 4;
+/// How alike the noise of a pass's taps is on average, as passes before it have mixed it: that of a full kernel. The
+/// steps between taps are 1, 2, 4 and 8 pixels, and all together reach 9 pixels far (root mean square): farther ones
+/// would even out the slope of light near edges.
+const ALIKE: [f32; 4] = [0.0, 0.15, 0.18, 0.19];
 /// The B3 spline from the middle on.
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
-/// Standard errors of the difference of two pixels from which on they keep what they have.
+/// Standard errors of the difference of two fragments from which on they keep what they have.
 const EDGE: f32 = 4.0;
 /// Pixels to each side over which variances are pooled: those of few rays know little, and those of a pixel that light has
 /// found by chance nothing of its neighbours'.
 const POOL: isize = 3;
 
-/// What a pixel shows. Only pixels that show the same face of one smooth piece in one material exchange light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guide {
-    /// The smooth piece and its face.
-    face: u32,
-    material: u32,
-    normal: Vec3,
-}
-
-/// What the pixels of a viewpoint show; none where there are several things, or nothing. Error: no threads to be had.
-pub fn guides(
-    viewpoint: &Viewpoint,
-    patches: &Patches,
-    sampling: Sampling,
-) -> Result<Vec<Option<Guide>>> {
-    let width = viewpoint.camera.width;
-    let guide = |x: f32, y: f32| {
-        let ray = viewpoint.camera.ray(x, y);
-        let hit = viewpoint.opaque(&ray)?;
-        let surface = viewpoint.scene.surface(hit.triangle);
-        let front = ray.direction.dot(surface.normal) < 0.0;
-        let face = patches.bin(hit.triangle, front);
-        Some(Guide { face, material: surface.material, normal: surface.normal })
-    };
-    // near the corners of the pixel
-    let places = [(0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9)];
-    let pixel = |i: usize| {
-        let (x, y) = ((i % width) as f32, (i / width) as f32);
-        let mut seen = places.into_iter().map(|(dx, dy)| guide(x + dx, y + dy));
-        let first = seen.next()??;
-        let same = |other: Option<Guide>| other.is_some_and(|other| first.weight(&other) > 0.0);
-        seen.all(same).then_some(first)
-    };
-    let count = width * viewpoint.camera.height;
-    let pool = machine::pool(sampling.threads)?;
-    Ok(pool.install(|| (0..count).into_par_iter().map(pixel).collect()))
-}
-
 impl Guide {
-    /// How much two pixels have to do with each other, in [0, 1]; the same both ways.
+    /// How much what is seen of a surface here and there has in common, in [0, 1]; the same both ways.
     fn weight(&self, other: &Self) -> f32 {
-        match self.face == other.face && self.material == other.material {
-            true => self.normal.dot(other.normal).max(0.0).powi(8),
-            false => 0.0,
-        }
+        self.normal.dot(other.normal).max(0.0).powi(8)
     }
 }
 
-/// The same picture with less noise. Error: no threads to be had.
-pub fn denoised(pixels: &Pixels, guides: &[Option<Guide>], threads: usize) -> Result<Pixels> {
-    let pool = machine::pool(threads)?;
-    let each = |work: &(dyn Fn(usize) -> Vec<[f32; 2]> + Sync)| -> Vec<[f32; 2]> {
-        pool.install(|| (0..guides.len()).into_par_iter().flat_map_iter(work).collect())
-    };
-    let mut picture = pixels.clone();
-    picture.variance = each(&|i| pooled(pixels, guides, i)).into_iter().map(|[v, _]| v).collect();
-    for pass in 0..PASSES {
-        let found = each(&|i| exchanged(&picture, guides, i, 1 << pass));
-        for (i, [value, variance]) in found.into_iter().enumerate() {
-            (picture.values[i], picture.variance[i]) = (value, variance);
+/// A value in a band, and its variances.
+#[derive(Clone, Copy)]
+struct Noisy {
+    value: f32,
+    /// As its rays tell it.
+    own: f32,
+    /// Of what the nearest photons tell, which pixels side by side have in common.
+    common: f32,
+}
+
+impl Fragments {
+    /// The means over the rays of each pixel, with less noise. Error: no threads to be had.
+    pub fn denoised(&self, threads: usize) -> Result<Pixels> {
+        let pool = machine::pool(threads)?;
+        let each = |work: &(dyn Fn(usize, usize) -> Vec<Noisy> + Sync)| -> Vec<Noisy> {
+            let of_pixel = |pixel| self.of(pixel).flat_map(move |of| work(pixel, of));
+            let pixels = (0..self.pixel_count()).into_par_iter();
+            pool.install(|| pixels.flat_map_iter(of_pixel).collect())
+        };
+        let mut noisy = each(&|pixel, fragment| self.noisy(pixel, fragment));
+        for (pass, alike) in ALIKE.into_iter().enumerate() {
+            noisy =
+                each(&|pixel, fragment| self.exchanged(&noisy, pixel, fragment, 1 << pass, alike));
         }
+        Ok(self.mixed(|fragment, band| noisy[fragment * self.bands + band].value))
     }
-    Ok(picture)
-}
 
-/// Pixels beside one that show something of the same surface, and how much they have to do with it.
-fn beside(
-    picture: &Pixels,
-    guides: &[Option<Guide>],
-    index: usize,
-    reach: isize,
-    step: isize,
-) -> impl Iterator<Item = (isize, isize, usize, f32)> {
-    let (width, height) = (picture.width as isize, (guides.len() / picture.width) as isize);
-    let (x, y) = (index as isize % width, index as isize / width);
-    let side = 2 * reach + 1;
-    let taps = (0..side * side).map(move |i| (i % side - reach, i / side - reach));
-    taps.filter(|tap| *tap != (0, 0)).filter_map(move |(dx, dy)| {
-        let (tap_x, tap_y) = (x + step * dx, y + step * dy);
-        let inside = (0..width).contains(&tap_x) && (0..height).contains(&tap_y);
-        let tap = inside.then(|| (tap_y * width + tap_x) as usize)?;
-        let weight = guides[index]?.weight(guides[tap].as_ref()?);
-        (weight > 0.0).then_some((dx, dy, tap, weight))
-    })
-}
-
-/// The variances of a pixel, or those of the pixels about it where they are larger.
-fn pooled(picture: &Pixels, guides: &[Option<Guide>], index: usize) -> Vec<[f32; 2]> {
-    let bands = picture.bands;
-    let own = &picture.variance[index * bands..][..bands];
-    let mut sums: Vec<[f32; 2]> = own.iter().map(|own| [*own, 1.0]).collect();
-    for (.., tap, weight) in beside(picture, guides, index, POOL, 1) {
-        for (sum, there) in sums.iter_mut().zip(&picture.variance[tap * bands..]) {
-            *sum = [sum[0] + weight * there, sum[1] + weight];
-        }
+    /// Fragments of pixels beside one that show something of the same surface, and how much they have to do with it.
+    fn beside(
+        &self,
+        pixel: usize,
+        fragment: usize,
+        reach: isize,
+        step: isize,
+    ) -> impl Iterator<Item = (isize, isize, usize, f32)> {
+        let (width, height) = (self.width as isize, (self.pixel_count() / self.width) as isize);
+        let (x, y) = (pixel as isize % width, pixel as isize / width);
+        let side = 2 * reach + 1;
+        let guide = self.all[fragment].guide;
+        let taps = (0..side * side).map(move |i| (i % side - reach, i / side - reach));
+        taps.filter(|tap| *tap != (0, 0)).filter_map(move |(dx, dy)| {
+            let (tap_x, tap_y) = (x + step * dx, y + step * dy);
+            let inside = (0..width).contains(&tap_x) && (0..height).contains(&tap_y);
+            let mut there = self.of(inside.then(|| (tap_y * width + tap_x) as usize)?);
+            let own = guide?;
+            let tap =
+                there.find(|tap| self.all[*tap].guide.is_some_and(|other| own.is_of(&other)))?;
+            let weight = own.weight(&self.all[tap].guide?);
+            (weight > 0.0).then_some((dx, dy, tap, weight))
+        })
     }
-    sums.iter().zip(own).map(|([sum, weights], own)| [own.max(sum / weights), 0.0]).collect()
-}
 
-/// The values of a pixel after it has exchanged light with those that are `step` and twice that away, and their variances.
-fn exchanged(
-    picture: &Pixels,
-    guides: &[Option<Guide>],
-    index: usize,
-    step: isize,
-) -> Vec<[f32; 2]> {
-    let Pixels { bands, ref values, ref variance, ref common, .. } = *picture;
-    let own = index * bands;
-    // values, variances, and what of its own the pixel keeps
-    let mut sums: Vec<[f32; 3]> = (own..own + bands).map(|i| [values[i], 0.0, 1.0]).collect();
-    for (dx, dy, tap, weight) in beside(picture, guides, index, 2, step) {
-        let spline = KERNEL[dx.unsigned_abs()] * KERNEL[dy.unsigned_abs()];
-        for (b, [value, of_others, kept]) in sums.iter_mut().enumerate() {
-            let (i, j) = (own + b, tap * bands + b);
-            let known = variance[i] + variance[j] + common[i] + common[j];
-            let share = weight * spline * alike(values[i], values[j], known);
-            if share > 0.0 {
-                *value += share * (values[j] - values[i]);
-                *of_others += share * share * variance[j];
-                *kept -= share;
+    /// What the rays of a fragment tell of its values. The variance of one of them is their own or that of those about it,
+    /// where it is larger.
+    fn noisy(&self, pixel: usize, fragment: usize) -> Vec<Noisy> {
+        let bands = self.bands;
+        let rays = |of: usize| self.all[of].rays as f32;
+        // the sum of squares about the mean of a ray
+        let about = |of: usize, b: usize| {
+            let Sums { gathered, squares, .. } = self.sums[of * bands + b];
+            (squares - gathered * gathered / rays(of)).max(0.0)
+        };
+        let mut pooled: Vec<[f32; 2]> = vec![[0.0; 2]; bands];
+        for (.., tap, weight) in self.beside(pixel, fragment, POOL, 1) {
+            for (b, [sum, free]) in pooled.iter_mut().enumerate() {
+                *sum += weight * about(tap, b);
+                *free += weight * (rays(tap) - 1.0);
             }
         }
+        let n = rays(fragment);
+        let noisy = |(b, [sum, free]): (usize, [f32; 2])| {
+            let Sums { found, told, squares, .. } = self.sums[fragment * bands + b];
+            // one ray may have found nothing but noise
+            let own = if n > 1.0 { about(fragment, b) / (n - 1.0) } else { squares };
+            let pooled = if free > 0.0 { sum / free } else { 0.0 };
+            let common = (told / n).powi(2) / self.k as f32;
+            Noisy { value: found / n, own: own.max(pooled) / n, common }
+        };
+        pooled.into_iter().enumerate().map(noisy).collect()
     }
-    let variances = sums.iter().zip(&variance[own..]);
-    variances.map(|([value, of_others, kept], v)| [*value, kept * kept * v + of_others]).collect()
+
+    /// A fragment after it has exchanged light with those that are `step` and twice that away. Of what one gains the
+    /// other loses as many rays' worth.
+    fn exchanged(
+        &self,
+        noisy: &[Noisy],
+        pixel: usize,
+        fragment: usize,
+        step: isize,
+        correlation: f32,
+    ) -> Vec<Noisy> {
+        let bands = self.bands;
+        let own = &noisy[fragment * bands..][..bands];
+        let rays = self.all[fragment].rays as f32;
+        // what it becomes, what of its own it keeps, the sum of the others' deviations and of their squares
+        let mut sums: Vec<[f32; 4]> = own.iter().map(|own| [own.value, 1.0, 0.0, 0.0]).collect();
+        for (dx, dy, tap, weight) in self.beside(pixel, fragment, 2, step) {
+            let spline = KERNEL[dx.unsigned_abs()] * KERNEL[dy.unsigned_abs()];
+            let most = weight * spline * (self.all[tap].rays as f32 / rays).min(1.0);
+            for (b, [value, kept, deviation, squares]) in sums.iter_mut().enumerate() {
+                let (a, other) = (&own[b], &noisy[tap * bands + b]);
+                let known = a.own + other.own + a.common + other.common;
+                let share = most * alike(a.value, other.value, known);
+                if share > 0.0 {
+                    *value += share * (other.value - a.value);
+                    *kept -= share;
+                    *deviation += share * other.own.sqrt();
+                    *squares += share * share * other.own;
+                }
+            }
+        }
+        let noisy = |([value, kept, deviation, squares], old): ([f32; 4], &Noisy)| {
+            let deviation = deviation + kept * old.own.sqrt();
+            let squares = squares + kept * kept * old.own;
+            let own = squares + correlation * (deviation * deviation - squares).max(0.0);
+            Noisy { value, own, ..*old }
+        };
+        sums.into_iter().zip(own).map(noisy).collect()
+    }
 }
 
 /// How alike two values are, whose difference has this variance: 1 for the same, 0 from [`EDGE`] standard errors on
@@ -158,10 +162,15 @@ fn alike(a: f32, b: f32, variance: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::Vec3;
+
+    use super::{super::fragments::Fragment, *};
     use crate::math::rng::{Purpose, Streams};
 
     const SIDE: usize = 64;
+
+    /// The light of a pixel.
+    type Truth = fn(usize) -> f32;
 
     /// Light that falls off to the right by a tenth, and half as much below a shadow's edge.
     fn truth(i: usize) -> f32 {
@@ -169,27 +178,45 @@ mod tests {
         (1.0 - 0.1 * x / SIDE as f32) * if y < SIDE / 2 { 1.0 } else { 0.5 }
     }
 
-    /// What 200 photons tell.
-    fn told(values: Vec<f32>) -> Pixels {
-        let common = values.iter().map(|v| v * v / 200.0).collect();
-        let variance = vec![0.0; values.len()];
-        Pixels { width: SIDE, bands: 1, covered: vec![1.0; values.len()], values, variance, common }
+    const FLAT: Guide = Guide { face: 0, material: 0, normal: Vec3::Z };
+
+    /// What 200 photons tell, of these surfaces.
+    fn told(values: impl Iterator<Item = f32>, guide: impl Fn(usize) -> Guide) -> Fragments {
+        let mut all = Fragments::new(SIDE, 1, 1, 200);
+        for (i, value) in values.enumerate() {
+            all.add(Some(guide(i)), [[value, value, 0.0]].into_iter());
+            all.close();
+        }
+        all
     }
 
     /// The truth with blotches of 4 x 4 pixels, 7 % strong, as of 200 photons.
-    fn blotchy(picture: u64) -> Pixels {
+    fn blotchy(picture: u64) -> Fragments {
         let streams = Streams::new(7, Purpose::Picture, 0);
         let blotch = |i: usize| {
             let cell = (i % SIDE) / 4 + SIDE / 4 * (i / SIDE / 4);
             let mut rng = streams.history(picture * 1000 + cell as u64);
             1.0 + 0.07 * 12f32.sqrt() * (rng.uniform() - 0.5)
         };
-        let values = (0..SIDE * SIDE).map(|i| truth(i) * blotch(i)).collect();
-        told(values)
+        told((0..SIDE * SIDE).map(|i| truth(i) * blotch(i)), |_| FLAT)
     }
 
-    fn one_surface() -> Vec<Option<Guide>> {
-        vec![Some(Guide { face: 0, material: 0, normal: Vec3::Z }); SIDE * SIDE]
+    /// The truth as it is gathered by 8 rays a pixel: each finds nothing or, four times in five, 1.25 times the truth.
+    /// Pixels of every tenth column show something else to all of their rays but two.
+    fn grainy(picture: u64, truth: impl Fn(usize) -> f32) -> Fragments {
+        let streams = Streams::new(8, Purpose::Picture, picture);
+        let mut all = Fragments::new(SIDE, 1, 8, 200);
+        for i in 0..SIDE * SIDE {
+            let mut rng = streams.history(i as u64);
+            for ray in 0..8 {
+                let other = i % SIDE % 10 == 5 && ray >= 2;
+                let value = if rng.uniform() < 0.8 { 1.25 * truth(i) } else { 0.0 };
+                let guide = Guide { face: u32::from(other), ..FLAT };
+                all.add(Some(guide), [[value, 0.0, value]].into_iter());
+            }
+            all.close();
+        }
+        all
     }
 
     /// Relative noise about the truth, root of the mean square.
@@ -203,8 +230,9 @@ mod tests {
     /// edge.
     #[test]
     fn blotches_go_and_edges_stay() {
-        let before = blotchy(0);
-        let after = denoised(&before, &one_surface(), 1).expect("threads");
+        let blotchy = blotchy(0);
+        let before = blotchy.pixels();
+        let after = blotchy.denoised(1).expect("threads");
         assert!(
             noise(&before) > 0.06 && noise(&after) < 0.02,
             "{} {}",
@@ -231,7 +259,7 @@ mod tests {
         const PICTURES: u64 = 100;
         let mut ratios = [0.0f64; 4];
         for picture in 0..PICTURES {
-            let after = denoised(&blotchy(picture), &one_surface(), 1).expect("threads");
+            let after = blotchy(picture).denoised(1).expect("threads");
             for (i, value) in after.values.iter().enumerate() {
                 let block = (i % SIDE) / 32 + 2 * (i / SIDE / 32);
                 ratios[block] += f64::from(value / truth(i)) / (1024 * PICTURES) as f64;
@@ -240,26 +268,43 @@ mod tests {
         assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.005), "{ratios:?}");
     }
 
-    /// Nothing goes from one surface to another, nor where a pixel shows several, nor to no number.
+    /// Gathered light: of a noise of 18 % a pixel, 35 % where it shows two surfaces, less than 5 % is left away from the
+    /// shadow's edge. Means over the pixels to each side of the edge have no bias above 0.6 %, which is light that the filter
+    /// takes across it; without a shadow none above 0.2 %. The standard error of such a mean over 100 pictures is
+    /// 50 % / sqrt(8 x 2048 x 100) = 0.04 %, 5 of which make 0.2 %: odds below 1e-5.
+    #[test]
+    fn gathered_light_is_even_and_unbiased() {
+        const PICTURES: u64 = 100;
+        let truths: [(Truth, f64); 2] = [(truth, 0.006), (|_| 1.0, 0.002)];
+        for (truth, limit) in truths {
+            let (mut ratios, mut square) = ([0.0f64; 2], 0.0);
+            for picture in 0..PICTURES {
+                let after = grainy(picture, truth).denoised(1).expect("threads");
+                for (i, value) in after.values.iter().enumerate() {
+                    let y = i / SIDE;
+                    let ratio = f64::from(value / truth(i));
+                    ratios[y / 32] += ratio / (2048 * PICTURES) as f64;
+                    if y.abs_diff(32) > 15 {
+                        square += (ratio - 1.0).powi(2) / (33 * 64 * PICTURES) as f64;
+                    }
+                }
+            }
+            println!("{ratios:?}, noise {}", square.sqrt());
+            assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < limit), "{ratios:?}");
+            assert!(square.sqrt() < 0.05, "{}", square.sqrt());
+        }
+    }
+
+    /// Nothing goes from one surface to another, nor to no number, nor where a pixel shows nothing.
     #[test]
     fn surfaces_do_not_mix() {
-        let mut guides = one_surface();
-        for (i, guide) in guides.iter_mut().enumerate() {
-            *guide = guide
-                .filter(|_| i % SIDE != 20)
-                .map(|g| Guide { face: u32::from(i % SIDE > 20), ..g });
-        }
-        let value = |i: usize| match i % SIDE {
-            0..20 => 1.0,
-            20 => 1.05,
-            _ => 1.1,
-        };
-        let mut values: Vec<f32> = (0..SIDE * SIDE).map(value).collect();
-        values[5] = f32::NAN;
-        let before = told(values);
-        let after = denoised(&before, &guides, 2).expect("threads");
-        for (i, (a, b)) in after.values.iter().zip(&before.values).enumerate() {
-            assert!(a == b || (i == 5 && a.is_nan()), "{i}: {a} {b}");
+        let guide = |i: usize| Guide { face: (i % SIDE).min(21) as u32 / 10, ..FLAT };
+        let value = |i: usize| if i == 5 { f32::NAN } else { 1.0 + 0.05 * guide(i).face as f32 };
+        let mut before = told((0..SIDE * SIDE).map(value), guide);
+        before.all[70] = Fragment { guide: None, ..before.all[70] };
+        let after = before.denoised(2).expect("threads");
+        for (i, (a, b)) in after.values.iter().zip(before.pixels().values).enumerate() {
+            assert!(*a == b || (i == 5 && a.is_nan()), "{i}: {a} {b}");
         }
     }
 }

@@ -30,6 +30,10 @@ const SMALL_GATHERED: f32 = 0.25;
 /// How often light is gathered anew where a ray ends so near that its photons would reach back to where it started.
 const NEAR: u32 = 3;
 
+/// Photons of an estimate of focused light, over those of any other: it is told at the place itself, where its blotches are
+/// seen.
+const FOCUSED: usize = 4;
+
 /// What light is gathered from.
 pub struct Gather<'a> {
     /// Rays from every point that scatters, at least 1.
@@ -37,15 +41,33 @@ pub struct Gather<'a> {
     /// What surfaces send.
     cache: RadianceCache,
     /// Photons that came by mirrors, refraction or gloss alone.
-    pub(super) focused: SurfaceLight<'a>,
+    focused: SurfaceLight<'a>,
+    /// What surfaces send of them.
+    focused_cache: RadianceCache,
 }
 
 impl<'a> Gather<'a> {
     /// From the light on all surfaces, by so many rays from every point. Error: no threads to be had.
     pub fn new(light: &SurfaceLight<'a>, directions: u32, threads: usize) -> Result<Self> {
         let cache = RadianceCache::new(light, threads)?;
-        let focused = light.part(light.k, Came::is_focused);
-        Ok(Self { directions, cache, focused })
+        let focused = light.part(FOCUSED * light.k, Came::is_focused);
+        let focused_cache = RadianceCache::new(&focused, threads)?;
+        Ok(Self { directions, cache, focused, focused_cache })
+    }
+
+    /// Radiance of the light that is left to photons.
+    fn focused(&self, Place { hit, surface, interaction, .. }: &Place) -> Vec<f64> {
+        let Self { focused, focused_cache, .. } = self;
+        let triangle = hit.triangle;
+        match focused.scene.material(surface).relative_radiance(interaction.cos) {
+            None => focused.radiance(triangle, hit.point, -interaction.direction),
+            Some(relative) => {
+                let bin = focused.patches.bin(triangle, interaction.front);
+                let cached = focused_cache.near(bin, hit.point);
+                let sent = cached.map_or_else(Default::default, |cached| cached.along_normal);
+                sent.iter().map(|v| f64::from(v * relative)).collect()
+            }
+        }
     }
 }
 
@@ -65,17 +87,17 @@ impl Whitted<'_> {
             let Place { hit, interaction, .. } = place;
             let reach = PIXELS * self.viewpoint.camera.pixel() * place.length;
             let (triangle, outgoing) = (hit.triangle, -interaction.direction);
-            let near = |shared: &mut Shared, light: &SurfaceLight| {
-                let find = || light.radiance(triangle, hit.point, outgoing);
+            let near = |shared: &mut Shared, find: &dyn Fn() -> Vec<f64>| {
                 load(shared.value(hit, interaction.front, reach, find))
             };
             match gather.filter(|_| place.share >= FAINT) {
                 None => {
-                    let told: Spectrum<L> = near(shared, self.light);
+                    let told: Spectrum<L> =
+                        near(shared, &|| self.light.radiance(triangle, hit.point, outgoing));
                     Found { radiance: told.clone(), gathered: told.zero(), told }
                 }
                 Some(gather) => {
-                    let told: Spectrum<L> = near(shared_focused, &gather.focused);
+                    let told: Spectrum<L> = near(shared_focused, &|| gather.focused(place));
                     let gathered = self.gathered(gather, place, rng);
                     Found { radiance: gathered.clone() + &told, told, gathered }
                 }
@@ -150,7 +172,7 @@ impl Whitted<'_> {
             return Spectrum::splat(light.scene.lanes(), 0.0);
         };
         if near > 0 && end.length < cached.reach {
-            let focused = load::<L>(&gather.focused.radiance(triangle, hit.point, outgoing));
+            let focused = load::<L>(&gather.focused(end));
             return focused + self.gather(gather, end, near - 1, rng);
         }
         let sent = cached.along_normal;

@@ -73,7 +73,8 @@ fn picture(loaded: &LoadedScene, light: &SurfaceLight, gather: u32, threads: usi
     let gather = (gather > 0).then(|| Gather::new(light, gather, threads));
     let gather = gather.transpose().unwrap_or_else(|e| panic!("{e}"));
     let show = Show::Radiance { gather: gather.as_ref() };
-    render(light, &viewpoint(loaded), show, sampling, &CONTROL).unwrap_or_else(|e| panic!("{e}"))
+    let found = render(light, &viewpoint(loaded), show, sampling, &CONTROL);
+    found.unwrap_or_else(|e| panic!("{e}")).pixels()
 }
 
 /// Means over blocks of `side` x `side` pixels.
@@ -208,15 +209,8 @@ fn a_box_looks_as_paths_see_it() {
         ((0..RAYS).map(radiance).sum::<f64>() / RAYS as f64) as f32
     };
     let values: Vec<f32> = (0..64 * 64).map(by_paths).collect();
-    let none = vec![0.0; values.len()];
-    let reference = Pixels {
-        width: 64,
-        bands: 1,
-        covered: vec![1.0; values.len()],
-        values,
-        variance: none.clone(),
-        common: none,
-    };
+    let covered = vec![1.0; values.len()];
+    let reference = Pixels { width: 64, bands: 1, covered, values };
     let reference = blocks(&reference, SIDE);
     let plain = without_edges(&light, &viewpoint);
     assert!(plain.iter().filter(|plain| **plain).count() >= 15);
@@ -248,7 +242,7 @@ fn errors_are_those_of_k_photons_and_rounds_join() {
         render(&light, &viewpoint(&loaded), show, sampling, &CONTROL)
             .unwrap_or_else(|e| panic!("{e}"))
     };
-    let error = rendered(Show::Error { bands: &[0] }, 1, 0);
+    let error = rendered(Show::Error { bands: &[0] }, 1, 0).pixels();
     assert_eq!((error.bands, error.values.len()), (1, 64 * 64));
     let exact = 1.0 / 199f32.sqrt();
     let exactly = error.values.iter().filter(|error| (**error / exact - 1.0).abs() < 1e-3).count();
@@ -258,7 +252,8 @@ fn errors_are_those_of_k_photons_and_rounds_join() {
 
     let show = Show::Irradiance;
     let (first, second) = (rendered(show, 1, 0), rendered(show, 3, 1));
-    let joined = first.clone().joined(1, &second, 3);
+    let joined = first.joined(&second).pixels();
+    let (first, second) = (first.pixels(), second.pixels());
     for (i, joined) in joined.values.iter().enumerate() {
         let mean = 0.25 * first.values[i] + 0.75 * second.values[i];
         assert!((joined / mean - 1.0).abs() < 1e-5, "{i}: {joined} {mean}");

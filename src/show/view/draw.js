@@ -354,7 +354,10 @@ function chooseRange() {
     const tight = () => most > quarter && most - quarter < 0.2 * (high - low);
     if (tight()) high = roundUp(at(sensors, 0.98), at(sensors, 0.98));
     if (tight()) low = Math.max(0, -roundUp(-at(sensors, 0.02), high - at(sensors, 0.02)));
-    if (tight()) [low, high] = [Math.max(0, quarter - 1.9 * (most - quarter)), most + 1.9 * (most - quarter)];
+    if (tight()) {
+      const reach = 1.7 * (most - quarter);
+      [low, high] = [Math.max(0, -roundUp(reach - quarter, reach)), roundUp(most + reach, reach)];
+    }
   }
   [state.low, state.high] = [low, high];
 }
