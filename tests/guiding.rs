@@ -203,8 +203,8 @@ fn many_sensors_are_aimed_at() {
     assert!(sum < 300.0, "{sum}");
 }
 
-/// A trial aims at small sensors, and leaves alone what photons find as well without. What it chooses is that run,
-/// byte for byte, and depends on no number of photons.
+/// A trial aims at small sensors, learns what matters where these are not enough, and leaves alone what photons find as
+/// well without. What it chooses is that run, byte for byte, and depends on no number of photons.
 #[test]
 fn a_trial_says_what_pays() {
     let small = World::new()
@@ -218,12 +218,58 @@ fn a_trial_says_what_pays() {
         .captor("sheet", &Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 1.98))
         .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": 1 }));
     let text = |run: &RunResult| serde_json::to_string(run).expect("text");
-    for (world, chosen, name) in [(small, Some(Guiding::Aim), "aim"), (large, None, "off")] {
+    let cases = [
+        (small, Some(Guiding::Aim), "aim"),
+        (large, None, "off"),
+        (vent(10.0).0, Some(Guiding::Full), "full"),
+    ];
+    for (world, chosen, name) in cases {
         for photons in [1000, 5000] {
             let run = guided(&world, "auto", photons, 1);
             assert_eq!(run.guiding, chosen);
             assert!(text(&run) == text(&guided(&world, name, photons, 1)));
         }
+    }
+}
+
+/// A trial of both estimators says how many photons or paths find 1 % at the median captor: right within 1.5, as runs of
+/// both say that have errors of a few percent. Six sensors alike in a room. Seed 1; the errors of a few hundred batches
+/// decide, so that the odds of a false alarm are below 1e-6.
+#[test]
+fn a_trial_says_how_many_find_an_error() {
+    let world = room_with_leaf(6, 0.3).lamp(
+        "panel",
+        &Mesh::square([-0.6, -0.6, 0.8], [0.0, 0.0, -1.0], 0.3),
+        1.0,
+    );
+    let run = |settings: serde_json::Value| {
+        world.clone().with("settings", settings).write().run(200_000, 1)
+    };
+    let auto = run(json!({ "estimator": "auto", "guiding": "off" }));
+    let said = auto.chosen.expect("a reason");
+    for estimator in ["photons", "paths"] {
+        let words: Vec<&str> = said.split([' ', ',', ';']).collect();
+        let at = words.iter().position(|word| *word == estimator).expect("both are named");
+        assert_eq!(words[at - 2], "about", "{said}");
+        let forecast: f64 = words[at - 1].parse().expect("a number");
+        let found = run(json!({ "estimator": estimator, "guiding": "off" }));
+        let errors = |face: &FaceResult| {
+            let pairs = face.flux.clone().into_iter().zip(face.flux_se.clone());
+            // there is no light on the back of the walls
+            let lit = pairs.filter(|(flux, _)| *flux > 0.0);
+            lit.map(|(flux, error)| error.expect("an error") / flux).collect::<Vec<f64>>()
+        };
+        let mut errors: Vec<f64> = found
+            .captors
+            .iter()
+            .flat_map(|c| [Some(&c.front), c.back.as_ref()])
+            .flatten()
+            .flat_map(errors)
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        let needed = found.photons as f64 * (errors[errors.len() / 2] / 0.01).powi(2);
+        let times = forecast / needed;
+        assert!((1.0 / 1.5..1.5).contains(&times), "{estimator}: {said}, {needed:.1e}");
     }
 }
 

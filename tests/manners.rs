@@ -274,7 +274,7 @@ fn results_say_what_they_are_of() {
     assert_eq!(
         result["settings"],
         serde_json::json!({
-            "estimator": "photons", "photons": 2000, "seed": 1, "k": 0
+            "estimator": "photons", "photons": 2000, "seed": 1, "k": 0, "guiding": "off"
         })
     );
     assert_eq!(result["warnings"], serde_json::json!([]));

@@ -52,6 +52,7 @@ fn parts_join_to_the_same_bytes() {
         ("--photons 50003 --by-light --seed 4", 2),
         ("--photons 50003 --guiding aim", 3),
         ("--photons 20003 --guiding auto", 2),
+        ("--photons 20003 --estimator auto", 3),
         ("--photons 5003 --guiding full", 2),
         ("--photons 50003 --estimator paths", 3),
         ("--photons 100 --k 2", 50),
@@ -81,7 +82,7 @@ fn what_does_not_belong_together_is_refused() {
     fs::write(folder.path("cut.json"), &part[..part.len() - 100]).expect("a file");
     fs::write(folder.path("old.json"), part.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
         .expect("a file");
-    let before = part.replacen("\"format\":4,", "", 1);
+    let before = part.replacen("\"format\":5,", "", 1);
     assert_ne!(before, part);
     fs::write(folder.path("before.json"), before).expect("a file");
     let spoiled = part.replacen("\"segments\":", "\"segments\":1", 1);
@@ -171,10 +172,6 @@ fn what_does_not_belong_together_is_refused() {
         (
             "run scene.json --shard 1/2 --max-time 1 -o m.json",
             "--shard: a time limit means another number of photons",
-        ),
-        (
-            "run scene.json --shard 1/2 --estimator auto -o m.json",
-            "--shard: what a trial chooses is not kept",
         ),
         ("run scene.json --shard 3/2 -o m.json", "invalid value '3/2' for '--shard <I/N>'"),
         (

@@ -127,7 +127,7 @@ fn a_trial_picks_the_cheaper_estimator() {
     assert_eq!(found.estimator, Estimator::Paths);
     let numbers: Vec<f64> =
         found.why.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
-    let [_, photons, paths] = numbers[..] else { panic!("{}", found.why) };
+    let [_, photons, paths, _] = numbers[..] else { panic!("{}", found.why) };
     assert!(photons > 10.0 * paths, "{}", found.why);
 
     let behind_glass = World::new()

@@ -170,7 +170,8 @@ fn a_tolerance_that_is_not_met_is_said() {
         (["--photons", "6e5"], "seed 1, tolerance not met"),
         (["--max-time", "0.3"], "time is up, tolerance not met"),
     ] {
-        let (code, said, result) = ended(&scene, &[&["--tolerance", "0.01"], &limit[..]].concat());
+        let plain = ["--guiding", "off", "--tolerance", "0.01"];
+        let (code, said, result) = ended(&scene, &[&plain[..], &limit[..]].concat());
         assert_eq!(code, Some(3), "{said}");
         assert!(said.contains(ended_by), "{said}");
         let worst = &result["tolerance"]["worst"];

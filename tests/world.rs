@@ -273,11 +273,16 @@ impl World {
         self
     }
 
-    /// Writes it to a folder.
+    /// Writes it to a folder. Where its settings do not say what guides photons, nothing does.
     pub fn write(&self) -> TestScene {
+        let mut scene = self.scene.clone();
+        let guiding = &mut scene["settings"]["guiding"];
+        if guiding.is_null() {
+            *guiding = json!("off");
+        }
         let files: Vec<(&str, &str)> =
             self.files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
-        TestScene::new(&self.scene.to_string(), &files)
+        TestScene::new(&scene.to_string(), &files)
     }
 
     /// Runs it backwards, with so many paths in all.

@@ -188,7 +188,7 @@ class Scene:
             k: photons of a k-nearest estimate; 0 makes none and takes less time and memory.
             map_photons: the most arrivals to store for these estimates.
             guiding: ``"off"``, ``"aim"`` (flights aimed at sensors, beside photons), ``"full"`` (and photons
-                split and ended by their importance) or ``"auto"``.
+                split and ended by their importance) or ``"auto"``, what a short trial finds cheapest.
             by_light: also say what each light brings, for `Result.mix`.
             checkpoint: a file that keeps what is done; the same run goes on from there after a kill or Ctrl-C, and
                 finds the same. It goes once the result is there.

@@ -32,8 +32,8 @@ use crate::{
         settings::{Checked, Estimator, Guiding, Settings, Target},
         shard::Shard,
         simulate::{
-            Control, End, Keeper, KeptArrivals, Progress, RunState, ShardSums, Simulation,
-            check_shardable, choose_guiding, simulate, simulate_kept, simulate_shard,
+            Control, End, Keeper, KeptArrivals, Plan, Progress, RunState, ShardSums, Simulation,
+            check_shardable, other_estimator, simulate, simulate_kept, simulate_shard,
         },
     },
 };
@@ -74,7 +74,7 @@ pub(super) struct Arguments {
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
-    /// What helps photons to sensors that light hardly reaches [default: the scene's]
+    /// What helps photons to captors that light hardly reaches [default: the scene's, or what a trial finds cheapest]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding takes its place
@@ -242,20 +242,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     if let Some(shard) = arguments.shard {
         // what the trial chooses stands in the part
         let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
-        let settings = interrupt.listening(|| choose_guiding(&scene, &settings, &quiet))?;
+        check_shardable(&settings)?;
+        let plan = interrupt.listening(|| Plan::make(&scene, &settings, &quiet))?;
         let head = ShardHead {
             phylux_part: shard.to_string(),
             format: shard_file::FORMAT,
             phylux: shard_file::VERSION.into(),
             scene: arguments.scene.display().to_string(),
             inputs: digest,
-            settings: ShardSettings::new(&settings),
+            settings: ShardSettings::new(&plan.settings, plan.choice.as_ref()),
         };
         let write = |shard_sums| {
             interrupt.writing();
             outputs.write_part(&read, |writer| write_shard(&head, shard_sums, writer))
         };
-        run_shard(&scene, &settings, shard, &interrupt, write)?;
+        run_shard(&scene, &plan, shard, &interrupt, write)?;
         return Ok(0);
     }
     let bar = progress_bar(&settings);
@@ -315,7 +316,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         simulation.estimator,
         place_of(&arguments.outputs.output),
     );
-    super::terminal::print(&(summary.text + &speed))?;
+    let other = match terminal::is_quiet() {
+        true => None,
+        false => other_estimator(&scene, &settings, &simulation, &control)?,
+    };
+    let other = other.map_or(String::new(), |said| format!("{said}\n"));
+    super::terminal::print(&(summary.text + &speed + &other))?;
     Ok(match result.tolerance {
         Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
         _ => 0,
@@ -353,16 +359,15 @@ fn kept(
 /// Traces a part of the run, and writes it with `write`.
 fn run_shard(
     scene: &Scene,
-    settings: &Settings,
+    plan: &Plan,
     shard: Shard,
     interrupt: &Interrupt,
     write: impl FnOnce(ShardSums) -> Result<()>,
 ) -> Result<()> {
-    check_shardable(settings)?;
-    let bar = progress_bar(settings);
+    let bar = progress_bar(&plan.settings);
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let shard_sums = interrupt.listening(|| simulate_shard(scene, settings, shard, &control));
+    let shard_sums = interrupt.listening(|| simulate_shard(scene, plan, shard, &control));
     bar.finish_and_clear();
     let shard_sums = shard_sums?;
     let text = format!("part {shard} of {}: {} batches\n", scene.name, shard_sums.batches.len());

@@ -18,7 +18,7 @@ use crate::{
         photon_map::TaskKey,
         settings::{Estimator, Guiding, Settings},
         shard::Shard,
-        simulate::ShardSums,
+        simulate::{Choice, ShardSums},
         tally::Sums,
     },
 };
@@ -29,7 +29,7 @@ const LONGEST: u64 = 1 << 30;
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Goes up by one where random numbers or sums change, so that no shards of before and after are joined.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 /// What a shard is a shard of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,20 +59,24 @@ pub struct ShardSettings {
     map_photons: usize,
     guiding: Guiding,
     by_light: bool,
+    /// Why this estimator was chosen, if a trial did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    chosen: Option<String>,
 }
 
 impl ShardSettings {
-    /// Those of a run.
-    pub fn new(settings: &Settings) -> Self {
+    /// Those of a run, whose estimator was chosen for a reason if it was.
+    pub fn new(settings: &Settings, choice: Option<&Choice>) -> Self {
         let Settings { estimator, photons, seed, k, map_photons, guiding, by_light, .. } =
             *settings;
         let photons = photons.unwrap_or(Settings::DEFAULT_PHOTONS);
-        Self { estimator, photons, seed, k, map_photons, guiding, by_light }
+        let chosen = choice.map(|choice| choice.why.clone());
+        Self { estimator, photons, seed, k, map_photons, guiding, by_light, chosen }
     }
 
     /// A run with them, on so many threads; none where a number is none that a run may have.
     pub fn settings(&self, threads: usize) -> Option<Settings> {
-        let Self { estimator, photons, seed, k, map_photons, guiding, by_light } = *self;
+        let Self { estimator, photons, seed, k, map_photons, guiding, by_light, .. } = *self;
         if estimator == Estimator::Auto || guiding == Guiding::Auto {
             return None;
         }
@@ -91,6 +95,12 @@ impl ShardSettings {
             ..Settings::default()
         };
         Some(own)
+    }
+
+    /// Why its estimator was chosen, if it was.
+    pub fn choice(&self) -> Option<Choice> {
+        let why = self.chosen.clone()?;
+        Some(Choice { estimator: self.estimator, why })
     }
 }
 

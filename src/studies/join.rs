@@ -15,7 +15,7 @@ use crate::{
     scene::world::Scene,
     transport::{
         settings::Settings,
-        simulate::{Control, Joined, Progress},
+        simulate::{Choice, Control, Joined, Progress},
     },
 };
 
@@ -31,6 +31,7 @@ pub struct Parts {
     readers: Vec<ShardReader>,
     scene: Scene,
     settings: Settings,
+    choice: Option<Choice>,
     /// All files that are read: the parts, the scene, and what it names.
     pub files: Vec<PathBuf>,
 }
@@ -49,15 +50,16 @@ impl Parts {
         let (head, of, place) = (first.head.clone(), first.shard.of(), first.path().to_path_buf());
         readers.sort_by_key(|part| part.shard.index());
         check_complete(&readers, of)?;
+        let choice = head.settings.choice();
         let (loaded, settings) = scene_of(&head, &place, scene)?;
         let files = parts.iter().chain(&loaded.files).cloned().collect();
-        Ok(Self { readers, scene: loaded.scene, settings, files })
+        Ok(Self { readers, scene: loaded.scene, settings, choice, files })
     }
 
     /// Adds them up.
     pub fn join(self, control: &Control) -> Result<RunResult> {
-        let Self { mut readers, scene, settings, .. } = self;
-        let mut joined = Joined::new(&scene, &settings, control)?;
+        let Self { mut readers, scene, settings, choice, .. } = self;
+        let mut joined = Joined::new(&scene, &settings, choice, control)?;
         let mut batches = 0;
         for part in &mut readers {
             let mut left = joined.range(part.shard);
@@ -182,7 +184,10 @@ mod tests {
             spoil::{LEAF, SCENE, check_error, check_finite, spoiled},
             sweep_file::hash,
         },
-        transport::{shard::Shard, simulate::simulate_shard},
+        transport::{
+            shard::Shard,
+            simulate::{Plan, simulate_shard},
+        },
     };
 
     #[rustfmt::skip]
@@ -211,14 +216,15 @@ mod tests {
             ..loaded.settings
         };
         let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
-        let shard_sums = simulate_shard(&loaded.scene, &settings, Shard::WHOLE, &control);
+        let plan = Plan::make(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
+        let shard_sums = simulate_shard(&loaded.scene, &plan, Shard::WHOLE, &control);
         let head = ShardHead {
             phylux_part: "1/1".into(),
             format: FORMAT,
             phylux: VERSION.into(),
             scene: scene.display().to_string(),
             inputs,
-            settings: ShardSettings::new(&settings),
+            settings: ShardSettings::new(&plan.settings, None),
         };
         let mut bytes = Vec::new();
         write_shard(&head, shard_sums.unwrap_or_else(|e| panic!("{e}")), &mut bytes)

@@ -89,13 +89,13 @@ impl fmt::Display for Target {
 #[serde(rename_all = "lowercase")]
 pub enum Guiding {
     /// Nothing: photons alone.
-    #[default]
     Off,
     /// Flights aimed at virtual captors, from wherever a photon starts or is scattered diffusely.
     Aim,
     /// These, and photons split and ended by how much light at a place matters to the captors.
     Full,
-    /// Off or aim, as a short trial finds cheaper.
+    /// Off, aim or full, as a short trial finds cheaper.
+    #[default]
     Auto,
 }
 
@@ -137,7 +137,7 @@ impl Default for Settings {
             seed: 1,
             k: None,
             map_photons: 2_000_000,
-            guiding: Guiding::Off,
+            guiding: Guiding::Auto,
             tolerance: None,
             tolerance_limit: None,
             of: Vec::new(),

@@ -8,16 +8,17 @@ mod accuracy;
 mod batches;
 mod checkpoint;
 mod found_and_unseen;
-mod guided;
 mod lamps;
 mod memory;
 mod mixed;
 mod pilot;
+mod plan;
 mod schedule;
 mod shard;
 mod surfaces;
 mod task;
 mod trial;
+mod tried;
 mod until;
 mod watched;
 
@@ -45,12 +46,12 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
-pub use guided::choose_guiding;
+pub use plan::Plan;
 pub use schedule::BATCHES;
 use schedule::Schedule;
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
 pub use surfaces::light_surfaces;
-pub use trial::Choice;
+pub use trial::{Choice, other_estimator};
 
 /// Histories of a task, unless there are more lights than that.
 const TASK: u64 = 1024;
@@ -138,19 +139,12 @@ pub fn simulate_kept(
             "leave the time limit out: whenever the run is killed, the same command goes on",
         ));
     }
-    if settings.estimator == Estimator::Auto {
-        let settings = &choose_guiding(scene, settings, control)?;
-        let choice = catch_panic("run", || Choice::make(scene, settings, control))?;
-        let settings = Settings { estimator: choice.estimator, ..settings.clone() };
-        let simulation = simulate_kept(scene, &settings, control, keeper)?;
-        return Ok(Simulation { choice: Some(choice), ..simulation });
-    }
-    let settings = &choose_guiding(scene, settings, control)?;
     catch_panic("run", || {
+        let Plan { settings, choice, guidance } = &Plan::make(scene, settings, control)?;
         let part_of = part_of(scene, settings);
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-        let run = Run { keeper, ..run };
-        run.go()
+        let run = Run { keeper, ..run.guided_by(guidance.clone()) };
+        Ok(Simulation { choice: choice.clone(), ..run.go()? })
     })
 }
 
@@ -163,15 +157,13 @@ pub fn simulate_without_direct_sun(
 ) -> Result<Simulation> {
     let settings =
         Settings { estimator: Estimator::Photons, by_light: true, k: Some(0), ..settings.clone() };
-    let mut settings = choose_guiding(scene, &settings, control)?;
-    if settings.guiding == Guiding::Full {
-        // copies of a photon do not know whether it comes straight
-        settings.guiding = Guiding::Aim;
-    }
     catch_panic("run", || {
-        let part_of = part_of(scene, &settings);
-        let mut run = Run::new(scene, &settings, part_of, Keep::OnCaptors, control)?;
-        run.without_direct_sun = true;
+        let Plan { settings, guidance, .. } = &Plan::make(scene, &settings, control)?;
+        // copies of a photon do not know whether it comes straight
+        let guidance = guidance.as_ref().and_then(|_| Guidance::aim(scene));
+        let part_of = part_of(scene, settings);
+        let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
+        let run = Run { without_direct_sun: true, ..run.guided_by(guidance) };
         run.go()
     })
 }
@@ -189,10 +181,10 @@ pub fn simulate_split(
     part_of: Vec<usize>,
     control: &Control,
 ) -> Result<Simulation> {
-    let settings = &choose_guiding(scene, settings, control)?;
     catch_panic("run", || {
+        let Plan { settings, guidance, .. } = &Plan::make(scene, settings, control)?;
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-        run.go()
+        run.guided_by(guidance.clone()).go()
     })
 }
 
@@ -267,20 +259,6 @@ impl<'a> Run<'a> {
             }
             Estimator::Paths => Work::Paths(faces(scene), Pilot::run(scene, settings.seed)),
         };
-        let guides = matches!((&work, keep), (Work::Photons(_), Keep::OnCaptors));
-        let guidance = match settings.guiding {
-            Guiding::Aim if guides => Self::aim(scene),
-            Guiding::Full if guides => Self::learn(scene, settings, control)?,
-            _ => None,
-        };
-        let work = match (work, &guidance) {
-            (Work::Photons(strata), Some(Guidance { lamps: Some(lamps), .. })) => {
-                let (lanes, shares) = (scene.lanes(), lamps.shares.as_deref());
-                let histories = strata.histories();
-                Work::Photons(Strata::shared(&scene.lights, histories, lanes, shares))
-            }
-            (work, _) => work,
-        };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
         let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();
         Ok(Self {
@@ -292,7 +270,7 @@ impl<'a> Run<'a> {
             pool,
             started,
             work,
-            guidance,
+            guidance: None,
             part_of,
             keeper: None,
             without_direct_sun: false,
@@ -302,20 +280,18 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// The same with photons that are guided so.
+    fn guided_by(mut self, guidance: Option<Guidance<'a>>) -> Self {
+        self.guidance = guidance;
+        if let Work::Photons(strata) = &self.work {
+            self.work = Work::Photons(self.strata(strata.histories()));
+        }
+        self
+    }
+
     fn tally(&self) -> Tally {
         let tally = Tally::new(self.scene, parts(&self.part_of));
         if self.guidance.is_some() { tally.weighing() } else { tally }
-    }
-
-    /// What guides photons.
-    fn guiding(&self) -> Guiding {
-        match &self.guidance {
-            Some(guidance) if guidance.windows.is_some() || guidance.lamps.is_some() => {
-                Guiding::Full
-            }
-            Some(Guidance { targets: Some(_), .. }) => Guiding::Aim,
-            _ => Guiding::Off,
-        }
     }
 
     fn totals(&self) -> Totals {
@@ -420,7 +396,7 @@ impl<'a> Run<'a> {
         Ok(Simulation {
             estimator: self.settings.estimator,
             choice: None,
-            guiding: self.guiding(),
+            guiding: self.guidance.as_ref().map_or(Guiding::Off, Guidance::guiding),
             starved: self.guidance.as_ref().is_some_and(|guidance| guidance.starved),
             totals,
             map,

@@ -1010,7 +1010,7 @@ pub struct SettingsFile {
     pub k: Option<Count>,
     /// The most arrivals in the photon map (default 2e6).
     pub map_photons: Option<Count>,
-    /// What helps photons to virtual captors that light hardly reaches (default: off).
+    /// What helps photons to captors that light hardly reaches (default: what a trial finds cheapest).
     #[serde(default)]
     pub guiding: Guiding,
     /// No longer a setting: `guiding` takes its place.

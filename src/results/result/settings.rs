@@ -31,7 +31,7 @@ pub struct RunSettings {
     /// The most arrivals to store, where any were stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map_photons: Option<usize>,
-    /// Of photons: what helped them to virtual captors; absent where nothing did.
+    /// Of photons: what helped them to captors that light hardly reaches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guiding: Option<Guiding>,
     /// Whether results are split by light; absent where they are not.
@@ -53,7 +53,7 @@ impl RunSettings {
             of: settings.of.iter().map(Target::to_string).collect(),
             k: settings.k.filter(|_| of_photons),
             map_photons: map.as_ref().map(|_| settings.map_photons),
-            guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
+            guiding: of_photons.then_some(simulation.guiding),
             by_light: settings.by_light,
         }
     }

@@ -1,8 +1,7 @@
 //! Surfaces cut into cells, one for each face, and means over as few of them as hold enough.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
+use indexmap::IndexMap;
 
 use crate::scene::world::{Scene, SurfaceHit};
 
@@ -12,12 +11,10 @@ const CELLS: f32 = 40_000.0;
 const MOST_PIECES: f32 = 200.0;
 /// A mean is over at least so many arrivals, if there are as many.
 const ENOUGH: u32 = 32;
-/// Neighbours lie in a cube so many times the size of a cell; then in larger ones, each time ...
+/// Neighbours lie in a cube so many times the size of a cell; then in others, each twice as large, ...
 const CUBE: f32 = 2.0;
-/// ... so much larger ...
-const GROWTH: f32 = 2.0;
-/// ... so many times.
-const CUBES: i32 = 5;
+/// ... of so many sizes.
+const CUBES: u32 = 5;
 
 /// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
 pub struct Cells<'a> {
@@ -38,6 +35,15 @@ struct Cell {
     middle: Vec3,
     /// m2
     area: f64,
+}
+
+/// A cube, and in it the faces of a material that look one way.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Cube {
+    material: u32,
+    axis: usize,
+    looks: [bool; 2],
+    place: [i32; 3],
 }
 
 /// What has come to some cells, in any unit, and in how many arrivals.
@@ -116,33 +122,46 @@ impl<'a> Cells<'a> {
                 _ => poor.push(cell),
             }
         }
-        for cube in 0..CUBES {
-            let side = self.size * CUBE * GROWTH.powi(cube);
-            let mut cubes: HashMap<_, Heap> = HashMap::new();
-            for cell in &self.cells {
-                cubes.entry(self.cube_of(cell, side)).or_default().add(heaps[cell.place]);
-            }
-            poor.retain(|cell| {
-                let heap = cubes[&self.cube_of(cell, side)];
-                let enough = heap.arrivals >= ENOUGH || cube + 1 == CUBES;
+        // in the order of the cells, so that sums are always the same
+        let mut cubes: IndexMap<Cube, Heap> = IndexMap::new();
+        for cell in &self.cells {
+            cubes.entry(self.cube_of(cell)).or_default().add(heaps[cell.place]);
+        }
+        let mut poor: Vec<(&Cell, Cube)> =
+            poor.into_iter().map(|cell| (cell, self.cube_of(cell))).collect();
+        for last in (0..CUBES).rev() {
+            poor.retain_mut(|(cell, cube)| {
+                let heap = cubes[&*cube];
+                let enough = heap.arrivals >= ENOUGH || last == 0;
                 if enough {
                     densities[cell.place] = heap.density();
                 }
+                *cube = cube.larger();
                 !enough
             });
+            for (cube, heap) in std::mem::take(&mut cubes) {
+                cubes.entry(cube.larger()).or_default().add(heap);
+            }
         }
         densities
     }
 
-    /// The cube that holds a cell, with its material and the way that it looks.
-    fn cube_of(&self, cell: &Cell, side: f32) -> (u32, usize, [bool; 2], [i32; 3]) {
+    /// The smallest cube that holds a cell.
+    fn cube_of(&self, cell: &Cell) -> Cube {
         let surface = self.scene.surface(cell.triangle);
         let is_front = cell.place % 2 == 1;
         let axis = surface.normal.abs().max_position();
         let up = (surface.normal[axis] > 0.0) == is_front;
-        let place = (cell.middle / side).floor().to_array().map(|x| x as i32);
+        let place = (cell.middle / (CUBE * self.size)).floor().to_array().map(|x| x as i32);
         // the far side of a roof is not the floor
-        (surface.material, axis, [is_front, up], place)
+        Cube { material: surface.material, axis, looks: [is_front, up], place }
+    }
+}
+
+impl Cube {
+    /// The one that is twice as large.
+    fn larger(self) -> Self {
+        Self { place: self.place.map(|x| x >> 1), ..self }
     }
 }
 

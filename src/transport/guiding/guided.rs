@@ -20,7 +20,10 @@ use crate::{
         material::{BsdfSample, Interaction, Material, Transport},
         world::{Crossing, Scene, SurfaceHit},
     },
-    transport::trace::{Arrived, Event, Flight, Guide, leave, scatter},
+    transport::{
+        settings::Guiding,
+        trace::{Arrived, Event, Flight, Guide, leave, scatter},
+    },
 };
 
 /// Where the game would let go on less than this many times as many as absorption does, and more than the inverse, it is
@@ -44,6 +47,27 @@ pub struct Guidance<'a> {
     pub lamps: Option<Arc<Lamps>>,
     /// Whether too little was found to say how lamps are to emit.
     pub starved: bool,
+}
+
+impl<'a> Guidance<'a> {
+    /// Flights aimed at the virtual captors of a scene, if there are any.
+    pub fn aim(scene: &Scene) -> Option<Self> {
+        Targets::of(scene).map(|targets| Self { targets: Some(targets), ..Self::default() })
+    }
+
+    /// What it does to photons.
+    pub fn guiding(&self) -> Guiding {
+        match self {
+            Self { windows: None, lamps: None, targets: None, .. } => Guiding::Off,
+            Self { windows: None, lamps: None, .. } => Guiding::Aim,
+            _ => Guiding::Full,
+        }
+    }
+
+    /// Whether there is anything in it, or to be said about it.
+    pub fn guides(&self) -> bool {
+        self.guiding() != Guiding::Off || self.starved
+    }
 }
 
 /// Weight windows.

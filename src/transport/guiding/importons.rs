@@ -21,9 +21,7 @@ use crate::{
     transport::trace::{leave, roulette},
 };
 
-/// Importons of a round.
-const IMPORTONS: u64 = 100_000;
-/// They are traced so many at a time ...
+/// Importons are traced so many at a time ...
 const BLOCK: u64 = 512;
 /// ... with about this number of flights each, at most.
 const FLIGHTS: u64 = 40;
@@ -68,8 +66,8 @@ impl<'a> Sources<'a> {
                 faces.push(Source { triangles, areas, lift, face, weights });
             }
         }
-        // a watt's worth of light at each face, by its share of the importons
-        let share = PI * faces.len() as f32 / IMPORTONS as f32;
+        // a watt's worth of light at each face, which is one in so many that importons start from
+        let share = PI * faces.len() as f32;
         faces.iter_mut().flat_map(|face| &mut face.weights).for_each(|weight| *weight *= share);
         Self { scene, faces }
     }
@@ -87,23 +85,24 @@ impl Source<'_> {
     }
 }
 
-/// The importance that arrives at each place of `cells` per area, from importons of a `round`. Where few came in the
+/// The importance that arrives at each place of `cells` per area, from so many importons of a `round`. Where few came in the
 /// round `before` they are split (as weight windows from the flux itself, MAGIC: Davis and Turner, Fusion Engineering and
 /// Design 86, 2011), so that some come through several openings.
 pub fn learn(
     sources: &Sources,
     cells: &Cells,
     seed: u64,
-    round: u64,
+    (round, importons): (u64, u64),
     before: Option<&[f32]>,
 ) -> Vec<f32> {
     let scene = sources.scene;
     let streams = Streams::new(seed, Purpose::Importons, round);
     let usual = before.map(|density| (density, usual(sources, cells, density, streams)));
-    let trace = |block: u64| with_lanes!(scene.lanes(), L => trace_block::<L>(sources, cells, streams, block, usual));
+    let one = 1.0 / importons as f32;
+    let trace = |block: u64| with_lanes!(scene.lanes(), L => trace_block::<L>(sources, cells, streams, (block, one), usual));
     // in the order of the blocks, whichever thread was first
     let blocks: Vec<Vec<(u32, f32)>> =
-        (0..IMPORTONS.div_ceil(BLOCK)).into_par_iter().map(trace).collect();
+        (0..importons.div_ceil(BLOCK)).into_par_iter().map(trace).collect();
     cells.densities(blocks.into_iter().flatten().map(|(place, value)| (place, value.into())))
 }
 
@@ -121,12 +120,12 @@ fn usual(sources: &Sources, cells: &Cells, density: &[f32], streams: Streams) ->
     found.iter().sum::<f32>() / found.len().max(1) as f32
 }
 
-/// Where the importons of a block come to, and what they bring.
+/// Where the importons of a block come to, and what they bring; each is this share of all.
 fn trace_block<L: Lanes>(
     sources: &Sources,
     cells: &Cells,
     streams: Streams,
-    block: u64,
+    (block, one): (u64, f32),
     usual: Option<(&[f32], f32)>,
 ) -> Vec<(u32, f32)> {
     let mut walk =
@@ -144,7 +143,7 @@ fn trace_block<L: Lanes>(
         flights += walk.go(first, 50 * FLIGHTS, &mut rng);
         done += 1;
     }
-    let scale = BLOCK as f32 / done.max(1) as f32;
+    let scale = one * BLOCK as f32 / done.max(1) as f32;
     walk.found.iter_mut().for_each(|(_, value)| *value *= scale);
     walk.found
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Control, Keep, Run, lamps};
+use super::{Control, Keep, Run, lamps, tried::of_a_trial};
 use crate::{
     error::Result,
     math::{
@@ -12,8 +12,8 @@ use crate::{
     },
     scene::{light::Strata, world::Scene},
     transport::{
-        guiding::{self, Cells, Guidance, Importance, Lamps, Sources, Targets, Windows},
-        settings::{Estimator, Guiding, Settings},
+        guiding::{self, Cells, Guidance, Importance, Lamps, Sources, Windows},
+        settings::Settings,
         tally::Totals,
         trace::{Event, trace},
     },
@@ -21,6 +21,9 @@ use crate::{
 
 /// Importons are sent so many times, each time by what photons guided by those before have found on the captors.
 const ROUNDS: u64 = 3;
+/// Importons of the first round, which shows the others where few come, and of each other one.
+const FIRST_IMPORTONS: u64 = 25_000;
+const IMPORTONS: u64 = 100_000;
 /// Photons of a round.
 const PHOTONS: u64 = 1 << 13;
 /// The most photons that find which light of the lamps matters, in a round and in the last one.
@@ -36,75 +39,95 @@ const VARIES: f32 = 5.0;
 /// ... among the places where photons arrive, but for so many of the most and of the least important.
 const EXTREMES: f64 = 0.01;
 
-impl<'a> Run<'a> {
-    /// Flights aimed at the virtual captors of a scene, if there are any.
-    pub(super) fn aim(scene: &'a Scene) -> Option<Guidance<'a>> {
-        Targets::of(scene).map(|targets| Guidance { targets: Some(targets), ..Guidance::default() })
-    }
-
-    /// These, and weight windows where importance varies. Errors: those of a run.
-    pub(super) fn learn(
-        scene: &'a Scene,
-        settings: &Settings,
-        control: &Control,
-    ) -> Result<Option<Guidance<'a>>> {
-        if scene.captors.is_empty() || scene.lights.is_empty() {
-            return Ok(None);
-        }
-        let pool = machine::pool(settings.threads)?;
-        let cells = Arc::new(Cells::new(scene));
-        let seed = settings.seed;
-        let mut learned: Option<Vec<f32>> = None;
-        let mut guidance = Guidance { targets: Targets::of(scene), ..Guidance::default() };
-        let mut varies = false;
-        for round in 0..ROUNDS {
-            let totals = photons(scene, settings, guidance.clone(), round, control)?;
-            let sources = Sources::new(scene, &expected(scene, &totals));
-            let before = learned.as_deref();
-            let arriving = pool.install(|| guiding::learn(&sources, &cells, seed, round, before));
-            let importance = Arc::new(Importance::new(scene, cells.clone(), &arriving));
-            learned = Some(arriving);
-            let most = if round + 1 < ROUNDS { FEW } else { MANY };
-            with_lanes!(scene.lanes(), L => {
-                let lamps = pool.install(|| lamps::learn::<L>(scene, &importance, seed, most));
-                guidance.starved = lamps.is_err();
-                guidance.lamps = lamps.unwrap_or(None).map(Arc::new);
-                let found = arrive::<L>(scene, &importance, guidance.lamps.as_deref(), seed);
-                let mean = found.mean;
-                guidance.windows = (mean > 0.0).then_some(Windows { importance, mean });
-                varies = found.varies;
-            });
-        }
-        guidance.windows = guidance.windows.filter(|_| varies);
-        let Guidance { targets, windows, lamps, starved } = &guidance;
-        let guides = targets.is_some() || windows.is_some() || lamps.is_some() || *starved;
-        Ok(guides.then_some(guidance))
-    }
+/// What is learned, round by round.
+pub(super) struct Pilot<'a, 'c> {
+    scene: &'a Scene,
+    settings: Settings,
+    control: &'c Control<'c>,
+    pool: rayon::ThreadPool,
+    cells: Arc<Cells<'a>>,
+    /// Rounds so far.
+    round: u64,
+    /// The importance that arrived at each cell in the last one.
+    arriving: Option<Vec<f32>>,
+    guidance: Guidance<'a>,
+    /// Whether importance varies enough for windows.
+    varies: bool,
 }
 
-/// What photons find that are guided so.
-fn photons(
-    scene: &Scene,
-    settings: &Settings,
-    guidance: Guidance,
-    round: u64,
-    control: &Control,
-) -> Result<Totals> {
-    let settings = Settings {
-        estimator: Estimator::Photons,
-        guiding: Guiding::Off,
-        k: Some(0),
-        seed: settings.seed,
-        threads: settings.threads,
-        ..Settings::default()
-    };
-    let control = Control { progress: &|_| {}, ..*control };
-    let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, &control)?;
-    let run = Run { purpose: Purpose::Pilot, guidance: Some(guidance), ..run };
-    let mut totals = run.totals();
-    let schedule = run.schedule(PHOTONS.max(scene.sources() as u64))?;
-    run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
-    Ok(totals)
+impl<'a, 'c> Pilot<'a, 'c> {
+    /// Nothing yet. Error: there are no threads to be had.
+    pub fn new(scene: &'a Scene, settings: &Settings, control: &'c Control<'c>) -> Result<Self> {
+        Ok(Self {
+            scene,
+            settings: of_a_trial(settings),
+            control,
+            pool: machine::pool(settings.threads)?,
+            cells: Arc::new(Cells::new(scene)),
+            round: 0,
+            arriving: None,
+            guidance: Guidance::aim(scene).unwrap_or_default(),
+            varies: false,
+        })
+    }
+
+    /// One more round. Errors: those of a run.
+    pub fn round(&mut self) -> Result<()> {
+        let (scene, cells) = (self.scene, self.cells.clone());
+        let seed = self.settings.seed;
+        let (round, last) = (self.round, self.round + 1 == ROUNDS);
+        let totals = self.photons()?;
+        let sources = Sources::new(scene, &expected(scene, &totals));
+        let before = self.arriving.as_deref();
+        let importons = if round == 0 { FIRST_IMPORTONS } else { IMPORTONS };
+        let learn = || guiding::learn(&sources, &cells, seed, (round, importons), before);
+        let arriving = self.pool.install(learn);
+        let importance = Arc::new(Importance::new(scene, cells.clone(), &arriving));
+        let most = if last { MANY } else { FEW };
+        with_lanes!(scene.lanes(), L => {
+            let lamps = self.pool.install(|| lamps::learn::<L>(scene, &importance, seed, most));
+            self.guidance.starved = lamps.is_err();
+            self.guidance.lamps = lamps.unwrap_or(None).map(Arc::new);
+            let lamps = self.guidance.lamps.as_deref();
+            let Arriving { mean, varies } = arrive::<L>(scene, &importance, lamps, seed);
+            self.guidance.windows = (mean > 0.0).then_some(Windows { importance, mean });
+            self.varies = varies;
+        });
+        self.arriving = Some(arriving);
+        self.round += 1;
+        Ok(())
+    }
+
+    /// What has been learned: weight windows only where importance varies.
+    pub fn guidance(&self) -> Guidance<'a> {
+        let windows = self.guidance.windows.clone().filter(|_| self.varies);
+        Guidance { windows, ..self.guidance.clone() }
+    }
+
+    /// All of it, if it guides anything. Errors: those of a run.
+    pub fn learn(mut self) -> Result<Option<Guidance<'a>>> {
+        if self.scene.captors.is_empty() || self.scene.lights.is_empty() {
+            return Ok(None);
+        }
+        while self.round < ROUNDS {
+            self.round()?;
+        }
+        let guidance = self.guidance();
+        Ok(guidance.guides().then_some(guidance))
+    }
+
+    /// What photons find that are guided by the last round.
+    fn photons(&self) -> Result<Totals> {
+        let control = Control { progress: &|_| {}, ..*self.control };
+        let (scene, round) = (self.scene, self.round);
+        let run = Run::new(scene, &self.settings, Vec::new(), Keep::OnCaptors, &control)?;
+        let guidance = Some(self.guidance.clone());
+        let run = Run { purpose: Purpose::Pilot, ..run.guided_by(guidance) };
+        let mut totals = run.totals();
+        let schedule = run.schedule(PHOTONS.max(scene.sources() as u64))?;
+        run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
+        Ok(totals)
+    }
 }
 
 /// The light on each face of the captors, per band, W/m2. Of faces that none has reached it is that of the darkest other

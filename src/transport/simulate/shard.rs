@@ -7,15 +7,15 @@ use std::{
 };
 
 use super::{
-    Control, End, Keep, Run, Simulation, batches::Turn, memory::most_open, part_of, parts,
-    schedule::Schedule,
+    Choice, Control, End, Keep, Plan, Run, Simulation, batches::Turn, memory::most_open, part_of,
+    parts, schedule::Schedule,
 };
 use crate::{
     error::{Error, Result, catch_panic},
     scene::{captor::CaptorKind, world::Scene},
     transport::{
         photon_map::{MapBuilder, TaskArrivals, TaskKey},
-        settings::{Estimator, Settings},
+        settings::Settings,
         shard::Shard,
         tally::{Sums, Tally, Totals},
     },
@@ -43,9 +43,6 @@ pub fn check_shardable(settings: &Settings) -> Result<()> {
             "a time limit means another number of photons on each machine",
             "take it out, and give --photons",
         ),
-        Settings { estimator: Estimator::Auto, .. } => {
-            ("what a trial chooses is not kept in the parts", "say --estimator photons, or paths")
-        }
         _ => return Ok(()),
     };
     Err(Error::input("--shard", problem).remedy(remedy))
@@ -55,14 +52,14 @@ pub fn check_shardable(settings: &Settings) -> Result<()> {
 /// [shardable](check_shardable).
 pub fn simulate_shard(
     scene: &Scene,
-    settings: &Settings,
+    Plan { settings, guidance, .. }: &Plan,
     shard: Shard,
     control: &Control,
 ) -> Result<ShardSums> {
     check_shardable(settings)?;
     catch_panic("run", || {
         let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
-        run.shard_sums(shard)
+        run.guided_by(guidance.clone()).shard_sums(shard)
     })
 }
 
@@ -110,17 +107,26 @@ pub struct Joined<'a> {
     /// The batch that comes next.
     next: u64,
     map: Option<MapBuilder>,
+    /// Why its estimator was chosen, if it was.
+    choice: Option<Choice>,
 }
 
 impl<'a> Joined<'a> {
-    /// Nothing yet, of the run of `scene` with these settings.
-    pub fn new(scene: &'a Scene, settings: &'a Settings, control: &'a Control<'a>) -> Result<Self> {
+    /// Nothing yet, of the run of `scene` with these settings, which leave nothing to a trial.
+    pub fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        choice: Option<Choice>,
+        control: &'a Control<'a>,
+    ) -> Result<Self> {
         check_shardable(settings)?;
+        let Plan { guidance, .. } = Plan::make(scene, settings, control)?;
         let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
+        let run = run.guided_by(guidance);
         let (schedule, totals, tally) = (run.shard_schedule()?, run.totals(), run.tally());
         let map = run.map_builder();
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
-        Ok(Self { run, schedule, totals, tally, next: 0, map })
+        Ok(Self { run, schedule, totals, tally, next: 0, map, choice })
     }
 
     /// The batches of a shard.
@@ -156,12 +162,13 @@ impl<'a> Joined<'a> {
 
     /// What the whole run found. Error: batches are missing.
     pub fn finish(self) -> Result<Simulation> {
-        let Self { run, schedule, totals, next, map, .. } = self;
+        let Self { run, schedule, totals, next, map, choice, .. } = self;
         if next != schedule.batches {
             return Err(Error::input("merge", "not all batches are there").remedy("name all parts"));
         }
         let map = map.map(Mutex::new);
-        run.finish(totals, map, &schedule, End::Photons)
+        let found = run.finish(totals, map, &schedule, End::Photons)?;
+        Ok(Simulation { choice, ..found })
     }
 }
 
