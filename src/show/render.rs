@@ -164,11 +164,23 @@ struct First {
 
 impl First {
     fn of(light: &SurfaceLight, viewpoint: &Viewpoint, ray: &Ray) -> Option<Self> {
+        let scene = viewpoint.scene;
+        let facing = |hit: &SurfaceHit| {
+            let surface = scene.surface(hit.triangle);
+            let front = ray.direction.dot(surface.normal) < 0.0;
+            (surface, front, light.patches.bin(hit.triangle, front))
+        };
+        let first = viewpoint.closest(ray)?;
+        let (surface, front, face) = facing(&first);
+        if !scene.material(surface).is_clear() {
+            let guide =
+                Guide { face, through: None, material: surface.material, normal: surface.normal };
+            return Some(Self { hit: first, front, guide });
+        }
+        let (normal, through) = (surface.normal, Some(face));
         let hit = viewpoint.opaque(ray)?;
-        let surface = viewpoint.scene.surface(hit.triangle);
-        let front = ray.direction.dot(surface.normal) < 0.0;
-        let face = light.patches.bin(hit.triangle, front);
-        let guide = Guide { face, material: surface.material, normal: surface.normal };
+        let (surface, front, face) = facing(&hit);
+        let guide = Guide { face, through, material: surface.material, normal };
         Some(Self { hit, front, guide })
     }
 }

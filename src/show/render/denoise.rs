@@ -178,7 +178,7 @@ mod tests {
         (1.0 - 0.1 * x / SIDE as f32) * if y < SIDE / 2 { 1.0 } else { 0.5 }
     }
 
-    const FLAT: Guide = Guide { face: 0, material: 0, normal: Vec3::Z };
+    const FLAT: Guide = Guide { face: 0, through: None, material: 0, normal: Vec3::Z };
 
     /// What 200 photons tell, of these surfaces.
     fn told(values: impl Iterator<Item = f32>, guide: impl Fn(usize) -> Guide) -> Fragments {

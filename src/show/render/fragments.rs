@@ -7,20 +7,23 @@ use super::Pixels;
 /// Surfaces that are told apart in a pixel; what others send is kept together.
 const MOST: usize = 8;
 
-/// What rays met. Only what they found on the same face of one smooth piece in one material belongs together.
+/// What rays met. Only what they found on the same face of one smooth piece in one material, and through the same glass,
+/// belongs together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Guide {
     /// The smooth piece and its face.
     pub face: u32,
+    /// The same of the glass or water before it, of which light is bent.
+    pub through: Option<u32>,
     /// The index of its material.
     pub material: u32,
-    /// Its normal where it was first met.
+    /// The normal where a surface was first met, that of glass too.
     pub normal: Vec3,
 }
 
 impl Guide {
     pub fn is_of(&self, other: &Self) -> bool {
-        self.face == other.face && self.material == other.material
+        (self.face, self.through, self.material) == (other.face, other.through, other.material)
     }
 }
 

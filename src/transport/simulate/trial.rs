@@ -34,7 +34,7 @@ const SURE: f64 = 100.0;
 /// The other estimator is named where it would take less than this share of the work.
 const MUCH_LESS: f64 = 0.25;
 /// The share of the rays of a run that may be spent on finding that out, and the least number that tells something.
-const SPENT: u64 = 16;
+const SPENT: u64 = 64;
 const TELLING: u64 = 1 << 16;
 
 /// An estimator and why it was chosen.
