@@ -33,8 +33,8 @@ use crate::{
 };
 
 pub use dots::{Dot, path_dots, photon_dots};
-pub use fragments::Fragments;
 use fragments::Guide;
+pub use fragments::{Fragments, Pixels};
 pub use gather::Gather;
 use radiance::Whitted;
 use shared::{PIXELS, Shared};
@@ -72,32 +72,12 @@ pub struct Sampling {
     pub threads: usize,
 }
 
-/// A value per band and pixel, row by row from the upper left.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pixels {
-    /// Pixels across.
-    pub width: usize,
-    /// Bands of a pixel.
-    pub bands: usize,
-    /// Means over the rays that met what is shown, band after band.
-    pub values: Vec<f32>,
-    /// Share of such rays, per pixel.
-    pub covered: Vec<f32>,
-}
-
 /// Random numbers of a ray that are spread evenly over those of its pixel: its place there, a point of a lamp, and the
 /// direction of a gathering ray.
 const SPREAD: u32 = 8;
 
 /// The most memory that the values of a picture may take where its pixels show two surfaces each, bytes.
 const MAX_BYTES: usize = 4 << 30;
-
-impl Pixels {
-    /// The values of a pixel.
-    pub fn pixel(&self, index: usize) -> &[f32] {
-        &self.values[index * self.bands..][..self.bands]
-    }
-}
 
 /// Renders a picture of light. Errors: it would not fit into memory, stopped by `control` (whose
 /// progress counts pixels), no threads to be had.

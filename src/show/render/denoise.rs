@@ -6,10 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::{
-    Pixels,
-    fragments::{Fragments, Guide, Sums},
-};
+use super::fragments::{Fragments, Guide, Pixels, Sums};
 use crate::{error::Result, math::machine};
 
 /// How alike the noise of a pass's taps is on average, as passes before it have mixed it: that of a full kernel. The

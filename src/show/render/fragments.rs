@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use super::Pixels;
-
 /// Surfaces that are told apart in a pixel; what others send is kept together.
 const MOST: usize = 8;
 
@@ -47,6 +45,26 @@ pub(super) struct Sums {
     pub gathered: f32,
     /// The same squared.
     pub squares: f32,
+}
+
+/// A value per band and pixel, row by row from the upper left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pixels {
+    /// Pixels across.
+    pub width: usize,
+    /// Bands of a pixel.
+    pub bands: usize,
+    /// Means over the rays that met what is shown, band after band.
+    pub values: Vec<f32>,
+    /// Share of such rays, per pixel.
+    pub covered: Vec<f32>,
+}
+
+impl Pixels {
+    /// The values of a pixel.
+    pub fn pixel(&self, index: usize) -> &[f32] {
+        &self.values[index * self.bands..][..self.bands]
+    }
 }
 
 /// What the rays of every pixel found, row by row from the upper left.
