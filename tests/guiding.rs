@@ -6,6 +6,7 @@ use phylux::{FaceResult, Guiding, RunResult};
 use serde_json::json;
 
 use crate::{
+    bad_input::phylux,
     closed_forms::glass::two_faces,
     common::run_file,
     exact::{Comparisons, mean_over},
@@ -229,6 +230,27 @@ fn a_trial_says_what_pays() {
             assert_eq!(run.guiding, chosen);
             assert!(text(&run) == text(&guided(&world, name, photons, 1)));
         }
+    }
+}
+
+/// Where paths take a twentieth of the work for the same errors, a run of photons that is long enough for a trial of them ends
+/// with a line that says so; a run of paths does not name photons there, nor does a short one.
+#[test]
+fn a_run_names_an_estimator_that_takes_much_less() {
+    let scene = format!("{}/scenes/box.json", env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let last_line = |settings: &str| {
+        let arguments = format!("run {scene} -o results.json {settings}");
+        let output = phylux(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        said.lines().last().expect("a line").to_owned()
+    };
+    let said = last_line("--guiding off --photons 2.5e6");
+    assert!(said.starts_with("--estimator paths would take about "), "{said}");
+    for quiet in ["--estimator paths --photons 2e6", "--guiding off --photons 1e5"] {
+        let said = last_line(quiet);
+        assert!(said.ends_with("wrote results.json"), "{quiet}: {said}");
     }
 }
 
