@@ -290,7 +290,7 @@ impl Scene {
         let triangle = hit.triangle as usize;
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         if weights.cmplt(self.surfaces[triangle].margins).any() {
-            // part by part: the hits of the usual way stay in registers then
+            // Taken apart, so that for the sake of this rare call the usual hit need not lie in memory.
             let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit, weights);
             return SurfaceHit { t, triangle, point };
         }
