@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Control, Keep, Run, lamps, tried::of_a_trial};
+use super::{
+    Control, Keep, Run, lamps,
+    tried::{affordable, of_a_trial},
+};
 use crate::{
     error::Result,
     math::{
@@ -124,7 +127,9 @@ impl<'a, 'c> Pilot<'a, 'c> {
         let guidance = Some(self.guidance.clone());
         let run = Run { purpose: Purpose::Pilot, ..run.guided_by(guidance) };
         let mut totals = run.totals();
-        let schedule = run.schedule(PHOTONS.max(scene.sources() as u64))?;
+        let photons = PHOTONS.max(scene.sources() as u64);
+        let photons = affordable(scene, &self.settings, &control, photons)?;
+        let schedule = run.schedule(photons)?;
         run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
         Ok(totals)
     }
@@ -168,9 +173,9 @@ fn arrive<L: Lanes>(
     let photons = ARRIVING.max(scene.sources() as u64);
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Pilot, u64::MAX);
-    let (mut sum, mut all, mut done) = (0.0, Vec::new(), 0);
+    let (mut sum, mut all, mut arrivals, mut done) = (0.0, Vec::new(), 0, 0);
     // neighbouring histories share the lights well, so it can end after any
-    while done < photons && all.len() < MOST_ARRIVALS {
+    while done < photons && arrivals < MOST_ARRIVALS {
         let mut rng = streams.history(done);
         let (photon, density) = match lamps {
             Some(lamps) => lamps.emit::<L>(scene, &strata, done, &mut rng),
@@ -181,6 +186,7 @@ fn arrive<L: Lanes>(
         let mut first = true;
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             let Event::Arrival { hit, surface, interaction, power, .. } = event else { return };
+            arrivals += 1;
             if !scene.material(surface).is_diffuse() {
                 return;
             }

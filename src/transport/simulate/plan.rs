@@ -6,7 +6,7 @@
 use super::{
     Choice, Control, Keep, Run,
     pilot::Pilot,
-    tried::{Found, of_a_trial},
+    tried::{Found, RAYS, affordable, of_a_trial},
 };
 use crate::{
     error::Result,
@@ -22,14 +22,13 @@ use crate::{
     },
 };
 
-/// Photons that each way is tried with first; four times as many as long as they see too little, up to ...
+/// Photons that each way is tried with first; four times as many as long as they see too little and trace few rays, up
+/// to ...
 const FIRST: u64 = 1 << 12;
 /// ... this number, or where plain photons leave most faces dark ...
 const MOST: u64 = 1 << 14;
 /// ... this one.
 const MOST_IN_THE_DARK: u64 = 1 << 16;
-/// Or until so many rays were traced: where paths are long.
-const RAYS: u64 = 1 << 20;
 /// Histories that must have come to a face for its variance to say something.
 const SEEN: u64 = 30;
 /// A way must be so much cheaper to be chosen: a trial is rough.
@@ -80,7 +79,8 @@ fn decide<'a>(
     control: &Control,
 ) -> Result<Option<Guidance<'a>>> {
     let aim = Guidance::aim(scene);
-    let (mut photons, mut rays) = (FIRST.max(scene.sources() as u64), 0);
+    let first = FIRST.max(scene.sources() as u64);
+    let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
     let (plain, aimed) = loop {
         let plain = tried(scene, settings, None, photons, control)?;
         let aimed = match &aim {

@@ -1,6 +1,6 @@
 //! Photons for pictures: kept on all surfaces, and no more than that takes.
 
-use super::{Control, Keep, Run, Simulation};
+use super::{Control, Keep, Run, Simulation, tried::RAYS};
 use crate::{
     error::{Result, catch_panic},
     math::rng::Purpose,
@@ -17,8 +17,6 @@ use crate::{
 const TRIAL: u64 = 10_000;
 /// Photons that tell how many rays one takes.
 const FIRST: u64 = 128;
-/// Rays of a trial, about: between walls that absorb nothing a photon takes 10,000.
-const RAYS: u64 = 1 << 20;
 /// The most photons that are traced for one that is to be kept: where nearly all escape.
 const MOST: u64 = 4;
 

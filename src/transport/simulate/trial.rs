@@ -5,7 +5,7 @@
 
 use super::{
     BATCHES, Control, Keep, Run, Simulation, Work, faces,
-    tried::{Found, of_a_trial},
+    tried::{Found, RAYS, of_a_trial},
 };
 use crate::{
     error::Result,
@@ -19,10 +19,8 @@ use crate::{
     },
 };
 
-/// Photons, and paths from all faces together, of a trial.
+/// Photons, and paths from all faces together, of a trial; fewer where they would take more than [`RAYS`].
 const TRIAL: u64 = 1 << 16;
-/// It ends sooner where paths are so long that they take more rays.
-const RAYS: u64 = 1 << 20;
 /// The most faces that are tried, spread over all captors.
 const FACES: usize = 64;
 /// Share of the light on captors that paths may miss; where they would miss more, photons do it.

@@ -1,14 +1,35 @@
 //! What a trial of a way to find the light says of it.
 
+use super::{BATCHES, Control, Keep, Run};
 use crate::{
-    math::stats::Estimate,
+    error::Result,
+    math::{rng::Purpose, stats::Estimate},
     scene::world::Scene,
     transport::{settings::Settings, tally::Totals},
 };
 
+/// The most rays that the photons of one trial are meant to trace: between walls that absorb nothing one takes 10,000.
+pub(super) const RAYS: u64 = 1 << 20;
+
 /// Photons of this seed, counted and not kept.
 pub(super) fn of_a_trial(settings: &Settings) -> Settings {
     Settings { k: Some(0), seed: settings.seed, threads: settings.threads, ..Settings::default() }
+}
+
+/// So many photons or, where paths are long, only as many as trace about [`RAYS`], but one for each batch: so many tell
+/// how long paths are. Errors: those of a run.
+pub(super) fn affordable(
+    scene: &Scene,
+    settings: &Settings,
+    control: &Control,
+    photons: u64,
+) -> Result<u64> {
+    let settings = of_a_trial(settings);
+    let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let run = Run { purpose: Purpose::Guiding, ..run };
+    let mut totals = run.totals();
+    run.rounds(&run.schedule(BATCHES)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
+    Ok(photons.min((RAYS * BATCHES / totals.segments.max(1)).max(BATCHES)))
 }
 
 /// What was found by so many histories.
@@ -59,5 +80,48 @@ impl Found {
     pub(super) fn mean(&self, other: &Self) -> f64 {
         let all = self.variances(other);
         all.iter().sum::<f64>() / all.len() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::{
+        light::LightShape,
+        material::{Lambert, Material},
+        world::{Band, LightPart, NamedMaterial, SceneParts, SurfacePart},
+    };
+
+    /// A tetrahedron with a lamp within. Each photon ends at a wall that absorbs all, and is traced as asked; where none
+    /// absorbs anything it takes 10,000 rays, and one for each batch is traced. No chance in it.
+    #[test]
+    fn fewer_photons_are_tried_where_paths_are_long() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let photons = |reflectance: f32| {
+            let wall = Material::Lambert(Lambert::new(&[reflectance]));
+            let shape = LightShape::Point { position: DVec3::splat(0.1) };
+            let scene = Scene::new(SceneParts {
+                bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
+                lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+                materials: vec![NamedMaterial { name: "wall".into(), material: wall }],
+                surfaces: vec![SurfacePart {
+                    object: None,
+                    material: 0,
+                    captor: None,
+                    triangles: [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+                        .map(|face| face.map(|corner: usize| corners[corner]))
+                        .to_vec(),
+                }],
+                ..SceneParts::default()
+            });
+            let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+            affordable(&scene.unwrap(), &Settings::default(), &control, 4096).unwrap()
+        };
+        assert_eq!(photons(0.0), 4096);
+        assert_eq!(photons(1.0), BATCHES);
     }
 }
