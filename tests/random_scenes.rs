@@ -34,7 +34,7 @@ const MOST_LEFT_OUT: f64 = 0.05;
 /// The share of the values of a room, left out because photons or paths are few, above which it is done once
 /// more with so many times as many of them.
 const MANY_LEFT_OUT: f64 = 0.03;
-const LONGER: u64 = 6;
+const LONGER: u64 = 8;
 
 /// The length of the next run of a room, if it needs one, after one of this length.
 fn longer(all: &[Compared], length: Length) -> Option<Length> {
