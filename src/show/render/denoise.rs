@@ -20,6 +20,9 @@ const ALIKE: [f32; 4] = [0.0, 0.15, 0.18, 0.19];
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 /// Standard errors of the difference of two fragments from which on they keep what they have.
 const EDGE: f32 = 5.0;
+/// Share of the variance of what is evened out that is added to that of what tells how alike it is: lone bright pixels,
+/// which a round leaves in part, would else remain whole in the second.
+const DOUBT: f32 = 0.05;
 /// Pixels to each side over which variances are pooled: those of few rays know little, and those of a pixel that light has
 /// found by chance nothing of its neighbours'.
 const POOL: isize = 3;
@@ -180,7 +183,8 @@ impl Fragments {
             let most = weight * spline * (self.all[tap].rays as f32 / rays).min(1.0);
             for (b, [value, kept, deviation, squares]) in sums.iter_mut().enumerate() {
                 let other = &from[tap * bands + b];
-                let share = most * alike(&by[fragment * bands + b], &by[tap * bands + b]);
+                let doubt = DOUBT * (own[b].own + other.own);
+                let share = most * alike(&by[fragment * bands + b], &by[tap * bands + b], doubt);
                 if share > 0.0 {
                     *value += share * (other.value - own[b].value);
                     *kept -= share;
@@ -199,10 +203,11 @@ impl Fragments {
     }
 }
 
-/// How alike two values are: 1 for the same, 0 where they differ by [`EDGE`] standard errors or more (Tukey's biweight).
-fn alike(a: &Noisy, b: &Noisy) -> f32 {
+/// How alike two values are: 1 for the same, 0 where they differ by [`EDGE`] standard errors or more (Tukey's biweight);
+/// `doubt` is added to their variances.
+fn alike(a: &Noisy, b: &Noisy, doubt: f32) -> f32 {
     let difference = (a.value - b.value) / EDGE;
-    let share = difference * difference / (a.own + b.own + a.common + b.common);
+    let share = difference * difference / (a.own + b.own + a.common + b.common + doubt);
     if share.is_nan() { 0.0 } else { (1.0 - share).max(0.0).powi(2) }
 }
 
@@ -314,15 +319,15 @@ mod tests {
         assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.005), "{ratios:?}");
     }
 
-    /// Gathered light: of a noise of 18 % a pixel, 35 % where it shows two surfaces, less than 3.5 % is left away from the
-    /// shadow's edge; less than 2.2 % in the columns that show one, whose errors say so within a tenth. Means over 32 x 32
-    /// pixels beside the edge have no bias above 0.3 %, which is light that the filter takes across it; without a shadow
+    /// Gathered light: of a noise of 18 % a pixel, 35 % where it shows two surfaces, less than 3.2 % is left away from the
+    /// shadow's edge; less than 1.9 % in the columns that show one, whose errors say so within a tenth. Means over 32 x 32
+    /// pixels beside the edge have no bias above 0.4 %, which is light that the filter takes across it; without a shadow
     /// none above 0.2 %. The standard error of such a mean over 100 pictures is 50 % / sqrt(8 x 1024 x 100) = 0.055 %, 3.6
     /// of which make 0.2 %: odds below 2e-3 for four of them.
     #[test]
     fn gathered_light_is_even_and_unbiased() {
         const PICTURES: u64 = 100;
-        let truths: [(Truth, f64); 2] = [(truth, 0.003), (|_| 1.0, 0.002)];
+        let truths: [(Truth, f64); 2] = [(truth, 0.004), (|_| 1.0, 0.002)];
         for (truth, limit) in truths {
             let (mut ratios, mut square, mut plain, mut said) = ([0.0f64; 4], 0.0, 0.0, 0.0);
             let (mut pixels, mut plain_pixels) = (0.0, 0.0);
@@ -350,7 +355,7 @@ mod tests {
                 [square / pixels, plain / plain_pixels, said / plain_pixels].map(f64::sqrt);
             println!("{ratios:?}, noise {all}, of one surface {plain}, which is said to be {said}");
             assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < limit), "{ratios:?}");
-            assert!(all < 0.035 && plain < 0.022, "{all} {plain}");
+            assert!(all < 0.032 && plain < 0.019, "{all} {plain}");
             assert!((said / plain - 1.0).abs() < 0.1, "{said} {plain}");
         }
     }
