@@ -169,11 +169,11 @@ fn refusals_are_sentences() {
         (&["--show", "irradiance", "--range", "0:1", "--log"], &["range: 0 has no logarithm"]),
         (&["--range", "1"], &["must be two numbers with a colon"]),
         (&["--range", "0:1"], &["--range: has no meaning here", "--exposure"]),
-        (&["--show", "absorbed", "--gather", "4"], &["--gather: has no meaning here"]),
+        (&["--show", "captors", "--gather", "4"], &["--gather: has no meaning here"]),
         (&["--results", "none.json"], &["--results: has no meaning here"]),
         (&["--max-time", "0"], &["--max-time", "must be above 0"]),
         (&["--show", "captors", "--max-time", "1"], &["--max-time: has no meaning here", "error"]),
-        (&["--show", "error", "--denoise", "on"], &["--denoise: has no meaning here"]),
+        (&["--show", "photons", "--denoise", "on"], &["--denoise: has no meaning here"]),
         (&["--show", "captors", "--results", "none.json"], &["none.json: is no results file"]),
         (
             &["--position", "0,0,1", "--look-at", "0,0,1"],

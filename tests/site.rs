@@ -3,6 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    process::Command,
 };
 
 fn docs() -> PathBuf {
@@ -70,6 +71,51 @@ fn links_lead_somewhere() {
         }
     }
     assert!(followed > 60, "{followed}");
+}
+
+/// The files of a folder and of those in it whose names end so.
+fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry"));
+    let of_entry = |path: PathBuf| match path.is_dir() {
+        true => files(&path, ending),
+        false => vec![path],
+    };
+    let all = entries.flat_map(|entry| of_entry(entry.path()));
+    all.filter(|path| path.extension().is_some_and(|e| e == ending)).collect()
+}
+
+/// mdBook builds the site, with search, and each of its links and pictures is there.
+#[test]
+#[ignore = "needs mdBook"]
+fn needs_mdbook_the_site_is_whole() {
+    let site = tempfile::tempdir().expect("a folder");
+    let mut mdbook = Command::new("mdbook");
+    mdbook.args(["build", "--dest-dir"]).arg(site.path()).arg(docs());
+    let output = mdbook.output().expect("install mdBook: none is on the PATH");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut followed = 0;
+    for path in files(site.path(), "html") {
+        // of the whole book on one page, which repeats the others, and of what a server may show anywhere
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        if ["print.html", "404.html", "toc.html"].contains(&name) {
+            continue;
+        }
+        let page = fs::read_to_string(&path).expect("a page");
+        let after = |mark: &'static str| page.split(mark).skip(1);
+        for target in after(" href=\"").chain(after(" src=\"")) {
+            let target = target.split(['"', '#']).next().unwrap_or_default();
+            if target.is_empty() || target.contains(':') {
+                continue;
+            }
+            let file = path.parent().expect("a folder").join(target);
+            assert!(file.exists(), "{}: {target} leads nowhere", path.display());
+            followed += 1;
+        }
+    }
+    assert!(followed > 500, "{followed}");
+    assert!(
+        files(site.path(), "js").iter().any(|path| path.to_string_lossy().contains("searchindex"))
+    );
 }
 
 /// Whether a pattern of `include` in Cargo.toml takes this file: a file, a folder, or a name with one `*`.

@@ -4,6 +4,7 @@
 mod chromium;
 mod copies;
 mod hours;
+mod weight;
 
 use std::{fs, path::Path};
 

@@ -87,14 +87,14 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
         Err(Error::input(option, format!("has no meaning here: it goes with --show {with}"))
             .remedy("leave it out, or change --show"))
     };
-    if show != What::Radiance && arguments.gather.is_some() {
-        return misplaced("--gather", "radiance");
-    }
-    if matches!(show, What::Captors | What::Photons) && arguments.max_time.is_some() {
-        return misplaced("--max-time", "radiance, irradiance, absorbed or error");
-    }
-    if matches!(show, What::Error | What::Captors | What::Photons) && arguments.denoise.is_some() {
-        return misplaced("--denoise", "radiance, irradiance or absorbed");
+    let of_light = [
+        ("--gather", arguments.gather.is_some()),
+        ("--max-time", arguments.max_time.is_some()),
+        ("--denoise", arguments.denoise.is_some()),
+    ];
+    let misplaced_option = of_light.into_iter().find(|(_, given)| *given);
+    if let (What::Captors | What::Photons, Some((option, _))) = (show, misplaced_option) {
+        return misplaced(option, "radiance, irradiance, absorbed or error");
     }
     if show != What::Radiance && arguments.exposure.is_some() {
         return misplaced("--exposure", "radiance");

@@ -37,22 +37,19 @@ use fragments::Guide;
 pub use fragments::{Fragments, Pixels};
 pub use gather::Gather;
 use radiance::Whitted;
-use shared::{PIXELS, Shared};
+use shared::Shared;
 pub use viewpoint::{FirstVisible, Viewpoint};
 
 /// What a picture of light shows.
 #[derive(Clone, Copy)]
 pub enum Show<'a> {
-    /// What a viewpoint would see: with light gathered where surfaces scatter it, or from the photons there alone.
-    Radiance {
-        /// What light is gathered from.
-        gather: Option<&'a Gather<'a>>,
-    },
+    /// What a viewpoint would see.
+    Radiance,
     /// What arrives at the side that is seen.
     Irradiance,
     /// What the surface absorbs from both sides.
     Absorbed,
-    /// The relative standard error of the irradiance in some bands together: one value a pixel.
+    /// Irradiance in some bands together, one value a pixel, whose errors are wanted ([`Fragments::errors`]).
     Error {
         /// Bands.
         bands: &'a [usize],
@@ -79,10 +76,11 @@ const SPREAD: u32 = 8;
 /// The most memory that the values of a picture may take where its pixels show two surfaces each, bytes.
 const MAX_BYTES: usize = 4 << 30;
 
-/// Renders a picture of light. Errors: it would not fit into memory, stopped by `control` (whose
-/// progress counts pixels), no threads to be had.
+/// Renders a picture of light, gathered or from the photons on what is seen alone. Errors: it would not fit into memory,
+/// stopped by `control` (whose progress counts pixels), no threads to be had.
 pub fn render(
     light: &SurfaceLight,
+    gather: Option<&Gather>,
     viewpoint: &Viewpoint,
     show: Show,
     sampling: Sampling,
@@ -94,7 +92,7 @@ pub fn render(
     };
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     check_size(viewpoint, bands)?;
-    let none = || Fragments::new(width, bands, sampling.rays, light.k);
+    let none = || Fragments::new(width, bands, sampling.rays);
     let mut rows: Vec<Fragments> = (0..height).map(|_| none()).collect();
     with_lanes!(light.scene.lanes(), L => {
         each_row(rows.par_iter_mut(), viewpoint, sampling, control, |mut samples, row| {
@@ -104,27 +102,32 @@ pub fn render(
                 for (ray, mut rng) in samples.pixel(x) {
                     let first = First::of(light, viewpoint, &ray);
                     let guide = first.as_ref().map(|first| first.guide);
-                    if let Show::Radiance { gather } = show {
+                    if let Show::Radiance = show {
                         let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
-                        let of = |spectrum: &Spectrum<L>, b: usize| spectrum.values()[b];
-                        row.add(guide, (0..bands).map(|b| {
-                            [&found.radiance, &found.told, &found.gathered].map(|found| of(found, b))
-                        }));
+                        row.add(guide, (0..bands).map(|b| found.in_band(b)));
                         continue;
                     }
                     let Some(First { hit, front, .. }) = first else { continue };
-                    let (triangle, point) = (hit.triangle, hit.point);
-                    let reach = PIXELS * viewpoint.camera.pixel() * hit.t;
-                    let found = shared[0].value(&hit, front, reach, || match show {
-                        Show::Absorbed => light.absorbed(triangle, point),
-                        Show::Error { bands } => {
-                            vec![light.relative_error(triangle, front, point, bands).unwrap_or(f64::NAN)]
-                        }
-                        _ => light.irradiance(triangle, front, point),
-                    });
-                    if found.iter().all(|value| value.is_finite()) {
-                        row.add(guide, found.iter().map(|value| [*value as f32, *value as f32, 0.0]));
+                    if let Show::Absorbed = show {
+                        let found = whitted.absorbed::<L>(&ray, &hit, gather, &mut shared, &mut rng);
+                        row.add(guide, (0..bands).map(|b| found.in_band(b)));
+                        continue;
                     }
+                    let [arriving, errors] = &mut shared;
+                    let found = whitted.irradiance::<L>(&ray, &hit, gather, arriving, &mut rng);
+                    let Show::Error { bands: together } = show else {
+                        row.add(guide, (0..bands).map(|b| found.in_band(b)));
+                        continue;
+                    };
+                    let error = errors.value(&hit, front, whitted.reach(&hit), || {
+                        let told_by = whitted.told_by(gather);
+                        let error = told_by.relative_error(hit.triangle, front, hit.point, together);
+                        vec![error.unwrap_or(0.0)]
+                    });
+                    let sum = |of: &Spectrum<L>| together.iter().map(|&b| of.values()[b]).sum::<f32>();
+                    let [value, gathered] = [sum(&found.value), sum(&found.gathered)];
+                    let deviation = (value - gathered) * error[0] as f32;
+                    row.add(guide, std::iter::once([value, deviation, gathered]));
                 }
                 row.close();
             }

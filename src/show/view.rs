@@ -15,7 +15,10 @@ use crate::{
     formats::hours_file::HoursFile,
     math::{geometry::Extent, stats::Estimate},
     results::saved::CaptorValues,
-    scene::{captor::CHANNELS, world::Scene},
+    scene::{
+        captor::{CHANNELS, Channel},
+        world::Scene,
+    },
     show::{picture::Scale, rendered::RenderedScene},
     transport::surface_light::SurfaceLight,
 };
@@ -126,9 +129,10 @@ fn write_data(
         [index(part.object), index(part.material), index(part.captor), part.tiles.start as i32]
     });
     array("parts", &parts.flat_map(i32::to_le_bytes).collect::<Vec<u8>>())?;
-    let levels = levels(rendered);
-    let local = local(rendered).map(|value| levels.level(value));
-    match levels.is_byte() {
+    let (arrived, kept) = (levels(rendered, most_arrived(rendered)), levels(rendered, 1.0));
+    let local = arriving(rendered).map(|value| arrived.level(value));
+    let local = local.chain(kept_shares(rendered).map(|share| kept.level(share)));
+    match arrived.is_byte() {
         true => array("local", &local.map(|level| level as u8).collect::<Vec<u8>>())?,
         false => array("local", &shorts(local))?,
     }
@@ -214,7 +218,8 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
             json!({ "tiles": shape.tiles.len(), "copies": shape.placements.len() })
         }).collect::<Vec<_>>(),
         "hours": hours.map(Hours::facts),
-        "local": rendered.has_local().then(|| levels(rendered).facts()),
+        "local": rendered.has_local().then(|| levels(rendered, most_arrived(rendered)).facts()),
+        "kept": levels(rendered, 1.0).facts(),
         "photons": shown.map(|(light, shown)| json!({
             "count": shown.len(), "levels": Levels::fine(most_power(light, &shown)).facts(),
             "histories": light.map.histories,
@@ -240,12 +245,12 @@ fn extent(rendered: &RenderedScene) -> Extent {
 /// Tiles of which each value takes two bytes; of more it takes one.
 const MOST_FINE: usize = 500_000;
 
-/// Of the light on tiles: one byte, a third of what it errs by, where there are many.
-fn levels(rendered: &RenderedScene) -> Levels {
-    let most = local(rendered).fold(f32::MIN_POSITIVE, f32::max);
+/// Of what is up to `most` on tiles: one byte, to a third of what light there errs by, where there are many.
+fn levels(rendered: &RenderedScene, most: f32) -> Levels {
+    let error = rendered.light.as_ref().map_or(0.0, SurfaceLight::error_of_alike);
     match rendered.tiles.count() {
         0..=MOST_FINE => Levels::fine(most),
-        _ => Levels::coarse(most),
+        _ => Levels::coarse(most, error / 3.0),
     }
 }
 
@@ -253,15 +258,36 @@ fn shorts(values: impl Iterator<Item = u16>) -> Vec<u8> {
     values.flat_map(u16::to_le_bytes).collect()
 }
 
-/// The light on the tiles of surfaces: channel after channel, band after band, tile after tile.
-fn local<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
+/// What arrives on the tiles of surfaces: face after face, band after band, tile after tile.
+fn arriving<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
     let bands = rendered.scene.bands.len();
-    let planes =
-        CHANNELS.into_iter().flat_map(move |channel| (0..bands).map(move |b| (channel, b)));
-    planes.flat_map(move |(channel, band)| {
-        (0..rendered.tiles.count())
-            .map_while(move |tile| rendered.local(tile, channel).map(|v| v[band]))
+    let planes = [Channel::Front, Channel::Back].into_iter();
+    planes.flat_map(move |face| (0..bands).flat_map(move |b| plane(rendered, face, b)))
+}
+
+/// The greatest of it.
+fn most_arrived(rendered: &RenderedScene) -> f32 {
+    arriving(rendered).fold(f32::MIN_POSITIVE, f32::max)
+}
+
+/// The share of what arrives on both faces that a tile absorbs, which differs from tile to tile far less than the
+/// light does: band after band, tile after tile.
+fn kept_shares<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
+    (0..rendered.scene.bands.len()).flat_map(move |b| {
+        let [front, back, absorbed] = CHANNELS.map(|channel| plane(rendered, channel, b));
+        // no number where nothing arrives, which is level 0
+        front.zip(back).zip(absorbed).map(|((front, back), absorbed)| absorbed / (front + back))
     })
+}
+
+/// The light on the tiles of surfaces in a channel and band.
+fn plane<'a>(
+    rendered: &'a RenderedScene,
+    channel: Channel,
+    band: usize,
+) -> impl Iterator<Item = f32> + 'a {
+    let value = move |tile| rendered.local(tile, channel).map(|values| values[band]);
+    (0..rendered.tiles.count()).map_while(value)
 }
 
 /// The shares of lights: light after light, face after face, band after band, tile after tile.

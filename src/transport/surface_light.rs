@@ -74,6 +74,11 @@ impl<'a> SurfaceLight<'a> {
         (sum > 0.0).then(|| squares.sqrt() / sum)
     }
 
+    /// Relative standard error of an estimate from `k` photons of one power.
+    pub fn error_of_alike(&self) -> f32 {
+        1.0 / (self.k as f32).sqrt()
+    }
+
     /// What arrives, in so many parts; `part` says to which a photon belongs.
     fn arrived(
         &self,
@@ -97,8 +102,22 @@ impl<'a> SurfaceLight<'a> {
 
     /// What the surface absorbs near `point`, from both sides, per band, W/m2 or umol/m2/s.
     pub fn absorbed(&self, triangle: usize, point: Vec3) -> Vec<f64> {
+        self.absorbed_from([true, false], triangle, point)
+    }
+
+    /// The share that the surface absorbs of what arrives at a face near `point`, per band, as the photons there tell.
+    /// Zero where none has reached it.
+    pub fn absorptance(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
+        let absorbed = self.absorbed_from([front, !front], triangle, point);
+        let arrived = self.irradiance(triangle, front, point);
+        let share = |(absorbed, arrived): (f64, f64)| absorbed / arrived.max(f64::MIN_POSITIVE);
+        absorbed.into_iter().zip(arrived).map(share).collect()
+    }
+
+    /// What the surface absorbs of what arrives at some `faces` (front, back).
+    fn absorbed_from(&self, faces: [bool; 2], triangle: usize, point: Vec3) -> Vec<f64> {
         with_lanes!(self.scene.lanes(), L => {
-            self.sum::<L>(triangle, point, [true, false], |material, at, photon| {
+            self.sum::<L>(triangle, point, faces, |material, at, photon| {
                 // without a closed form: what scattering once leaves behind, in the mean
                 material.absorptance(at).unwrap_or_else(|| {
                     let mut rng = Streams::new(0, Purpose::Surfaces, 0).history(photon as u64);

@@ -31,13 +31,13 @@ pub struct Arguments {
     /// taken; give a large --rays. Four are taken in any case
     #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_negative_numbers = true)]
     pub max_time: Option<Duration>,
-    /// With --show radiance: look into so many directions where a ray meets a surface that scatters, and join it with
-    /// the lamps: sharp shadows and true corners. 0 takes the light there from the photons alone: sooner, and blurred
-    /// [default: 1]
+    /// Look into so many directions where a ray meets a surface that scatters, and join it with the lamps: sharp
+    /// shadows and true corners. 0 takes the light there from the photons alone: sooner, and blurred; not of captors
+    /// and photons [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub gather: Option<u32>,
-    /// Whether the light on each piece of surface is evened out in PNG pictures; numbers (EXR) never are
-    /// [default: on]
+    /// Whether the light on each piece of surface is evened out in PNG pictures, and --show error is that of what is
+    /// left; other numbers (EXR) never are; not of captors and photons [default: on]
     #[arg(long, value_enum, value_name = "ON")]
     pub denoise: Option<Denoise>,
     /// With --show radiance: a value of 2^-STOPS is about white, and half of it as bright as half [default: chosen for the picture]

@@ -7,19 +7,14 @@ use crate::{
     error::Result,
     show::{
         picture::{BandColours, Exposure, PAPER, Picture, with_glow},
-        render::{Gather, Pixels, Show},
+        render::{Pixels, Show},
     },
 };
 
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
-        let gather = match self.arguments.gather.unwrap_or(1) {
-            0 => None,
-            directions => Some(Gather::new(&light, directions, self.settings.threads)?),
-        };
-        let show = Show::Radiance { gather: gather.as_ref() };
-        let fragments = self.fragments(&light, show)?;
+        let fragments = self.fragments(&light, Show::Radiance)?;
         let (pixels, shown) = (fragments.pixels(), self.shown(&fragments)?);
         let colours = self.colours();
         let count = pixels.covered.len();
@@ -62,11 +57,11 @@ impl Task<'_> {
         })
     }
 
-    /// The relative standard error of the irradiance that the photons tell, in per cent.
+    /// The relative standard error of the irradiance that is shown, in per cent.
     pub fn error(&self) -> Result<Made> {
         let light = self.light()?;
         let fragments = self.fragments(&light, Show::Error { bands: &self.band.bands })?;
-        let pixels = fragments.pixels();
+        let pixels = fragments.errors(self.sampling.threads, self.denoises())?;
         let value = |i: usize| 100.0 * f64::from(pixels.pixel(i)[0]);
         let picture = self.in_colours(&pixels, value, "error", "%");
         Ok(Made {

@@ -14,7 +14,8 @@ use crate::{
     show::{
         picture::{Legend, PAPER, Picture, Scale},
         render::{
-            FirstVisible, Fragments, Pixels, Sampling, Show, Viewpoint, check_size, painted, render,
+            FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, check_size,
+            painted, render,
         },
     },
     transport::{
@@ -142,11 +143,15 @@ impl<'a> Task<'a> {
 
     /// What the rays of all pixels find: all that are asked for, or as many as there is time for.
     pub fn fragments(&self, light: &SurfaceLight, show: Show) -> Result<Fragments> {
-        let Sampling { rays, .. } = self.sampling;
+        let Sampling { rays, threads, .. } = self.sampling;
+        let gather = match self.arguments.gather.unwrap_or(1) {
+            0 => None,
+            directions => Some(Gather::new(light, directions, threads)?),
+        };
         let round = |before: u32, rays: u32| {
             let sampling = Sampling { rays, before, ..self.sampling };
             self.watched("pixels", |control| {
-                render(light, &self.viewpoint, show, sampling, control)
+                render(light, gather.as_ref(), &self.viewpoint, show, sampling, control)
             })
         };
         let Some(most) = self.arguments.max_time else { return round(0, rays) };
@@ -162,10 +167,14 @@ impl<'a> Task<'a> {
 
     /// What of it the picture shows: without noise, unless the user wants it.
     pub fn shown(&self, fragments: &Fragments) -> Result<Pixels> {
-        if self.arguments.denoise == Some(Denoise::Off) {
-            return Ok(fragments.pixels());
+        match self.denoises() {
+            true => fragments.denoised(self.sampling.threads),
+            false => Ok(fragments.pixels()),
         }
-        fragments.denoised(self.sampling.threads)
+    }
+
+    pub fn denoises(&self) -> bool {
+        self.arguments.denoise != Some(Denoise::Off)
     }
 
     /// The user's, or one that a share of the values is inside.

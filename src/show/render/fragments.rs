@@ -39,8 +39,8 @@ pub(super) struct Fragment {
 pub(super) struct Sums {
     /// All that they found.
     pub found: f32,
-    /// What of it the nearest photons tell: its noise is alike in pixels side by side.
-    pub told: f32,
+    /// Standard errors of what of it the nearest photons tell: this noise is alike in pixels side by side.
+    pub deviation: f32,
     /// What of it was gathered: its noise is each ray's own.
     pub gathered: f32,
     /// The same squared.
@@ -75,8 +75,6 @@ pub struct Fragments {
     /// Bands of a pixel.
     pub(super) bands: usize,
     rays: u32,
-    /// Photons that tell light.
-    pub(super) k: usize,
     /// Where the fragments of each pixel begin, and where the last end.
     starts: Vec<usize>,
     pub(super) all: Vec<Fragment>,
@@ -86,8 +84,8 @@ pub struct Fragments {
 
 impl Fragments {
     /// Of no pixel yet.
-    pub(super) fn new(width: usize, bands: usize, rays: u32, k: usize) -> Self {
-        Self { width, bands, rays, k, starts: vec![0], all: Vec::new(), sums: Vec::new() }
+    pub(super) fn new(width: usize, bands: usize, rays: u32) -> Self {
+        Self { width, bands, rays, starts: vec![0], all: Vec::new(), sums: Vec::new() }
     }
 
     /// Rays of each pixel.
@@ -105,13 +103,13 @@ impl Fragments {
         self.starts[pixel]..self.starts[pixel + 1]
     }
 
-    /// One ray more of the pixel that is not yet closed: what it met, and in each band what it found, what of it the
-    /// nearest photons tell and was gathered.
+    /// One ray more of the pixel that is not yet closed: what it met, and in each band what it found, the standard error
+    /// of what of it the nearest photons tell, and what of it was gathered.
     pub(super) fn add(&mut self, guide: Option<Guide>, found: impl Iterator<Item = [f32; 3]>) {
         let sums = self.fragment(guide, 1);
-        for (sums, [found, told, gathered]) in self.sums[sums..].iter_mut().zip(found) {
+        for (sums, [found, deviation, gathered]) in self.sums[sums..].iter_mut().zip(found) {
             sums.found += found;
-            sums.told += told;
+            sums.deviation += deviation;
             sums.gathered += gathered;
             sums.squares += gathered * gathered;
         }
@@ -153,7 +151,7 @@ impl Fragments {
 
     /// These and those of more rays of the same picture.
     pub fn joined(&self, more: &Self) -> Self {
-        let mut both = Self::new(self.width, self.bands, self.rays + more.rays, self.k);
+        let mut both = Self::new(self.width, self.bands, self.rays + more.rays);
         for pixel in 0..self.pixel_count() {
             for (of, fragment) in
                 [self, more].into_iter().flat_map(|of| of.of(pixel).map(move |i| (of, i)))
@@ -163,7 +161,7 @@ impl Fragments {
                 let theirs = &of.sums[fragment * of.bands..][..of.bands];
                 for (sums, theirs) in both.sums[sums..].iter_mut().zip(theirs) {
                     sums.found += theirs.found;
-                    sums.told += theirs.told;
+                    sums.deviation += theirs.deviation;
                     sums.gathered += theirs.gathered;
                     sums.squares += theirs.squares;
                 }

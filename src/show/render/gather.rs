@@ -2,6 +2,10 @@
 //! other surfaces send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Light that has come
 //! from its lamp by way of mirrors, refraction or gloss alone is left to photons.
 
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
 use super::{
     radiance::{Found, Place, Way, Whitted, load},
     shared::{PIXELS, Shared},
@@ -13,7 +17,11 @@ use crate::{
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
-    scene::{light::LightHit, material::Transport},
+    scene::{
+        light::LightHit,
+        material::{Interaction, Lambert, Material, Transport},
+        world::SurfaceHit,
+    },
     transport::{
         paths::Joined,
         photon_map::Way as Came,
@@ -44,6 +52,8 @@ pub struct Gather<'a> {
     focused: SurfaceLight<'a>,
     /// What surfaces send of them.
     focused_cache: RadianceCache,
+    /// A sheet that sends on all that arrives: its radiance, times π, is the irradiance.
+    white: Material,
 }
 
 impl<'a> Gather<'a> {
@@ -52,14 +62,15 @@ impl<'a> Gather<'a> {
         let cache = RadianceCache::new(light, threads)?;
         let focused = light.part(FOCUSED * light.k, Came::is_focused);
         let focused_cache = RadianceCache::new(&focused, threads)?;
-        Ok(Self { directions, cache, focused, focused_cache })
+        let white = Material::Lambert(Lambert::new(&vec![1.0; light.scene.lanes()]));
+        Ok(Self { directions, cache, focused, focused_cache, white })
     }
 
     /// Radiance of the light that is left to photons.
-    fn focused(&self, Place { hit, surface, interaction, .. }: &Place) -> Vec<f64> {
+    fn focused(&self, Place { hit, material, interaction, .. }: &Place) -> Vec<f64> {
         let Self { focused, focused_cache, .. } = self;
         let triangle = hit.triangle;
-        match focused.scene.material(surface).relative_radiance(interaction.cos) {
+        match material.relative_radiance(interaction.cos) {
             None => focused.radiance(triangle, hit.point, -interaction.direction),
             Some(relative) => {
                 let bin = focused.patches.bin(triangle, interaction.front);
@@ -92,26 +103,84 @@ impl Whitted<'_> {
             };
             match gather.filter(|_| place.share >= FAINT) {
                 None => {
-                    let told: Spectrum<L> =
-                        near(shared, &|| self.light.radiance(triangle, hit.point, outgoing));
-                    Found { radiance: told.clone(), gathered: told.zero(), told }
+                    let told = near(shared, &|| self.light.radiance(triangle, hit.point, outgoing));
+                    Found::told(told, self.light.error_of_alike())
                 }
                 Some(gather) => {
-                    let told: Spectrum<L> = near(shared_focused, &|| gather.focused(place));
-                    let gathered = self.gathered(gather, place, rng);
-                    Found { radiance: gathered.clone() + &told, told, gathered }
+                    let told = near(shared_focused, &|| gather.focused(place));
+                    let told = Found::told(told, gather.focused.error_of_alike());
+                    told.with(self.gathered(gather, place, rng))
                 }
             }
         })
     }
 
-    /// What a place sends towards the camera, but for light that photons tell there.
-    pub fn gathered<L: Lanes>(
+    /// Irradiance on the side of a surface that a ray meets.
+    pub fn irradiance<L: Lanes>(
         &self,
-        gather: &Gather,
-        place: &Place,
+        ray: &Ray,
+        hit: &SurfaceHit,
+        gather: Option<&Gather>,
+        shared: &mut Shared,
         rng: &mut Stream,
-    ) -> Spectrum<L> {
+    ) -> Found<L> {
+        let (scene, triangle) = (self.light.scene, hit.triangle);
+        let surface = scene.surface(triangle);
+        let interaction = Interaction::new(ray.direction, surface.normal).on(triangle);
+        let (light, reach) = (self.told_by(gather), self.reach(hit));
+        let told = shared.value(hit, interaction.front, reach, || {
+            light.irradiance(triangle, interaction.front, hit.point)
+        });
+        let told = Found::told(load(told), light.error_of_alike());
+        let Some(gather) = gather else { return told };
+        let (material, length, share) = (&gather.white, hit.t, 1.0);
+        let place = Place { hit: *hit, surface, material, interaction, length, share };
+        told.with(self.gathered::<L>(gather, &place, rng).scaled(PI))
+    }
+
+    /// What a surface absorbs from both sides where a ray meets it.
+    pub fn absorbed<L: Lanes>(
+        &self,
+        ray: &Ray,
+        hit: &SurfaceHit,
+        gather: Option<&Gather>,
+        shared: &mut [Shared; 2],
+        rng: &mut Stream,
+    ) -> Found<L> {
+        let (triangle, reach) = (hit.triangle, self.reach(hit));
+        let [arriving, absorbed] = shared;
+        if gather.is_none() {
+            let told =
+                absorbed.value(hit, true, reach, || self.light.absorbed(triangle, hit.point));
+            return Found::told(load(told), self.light.error_of_alike());
+        }
+        let normal = self.light.scene.surface(triangle).normal;
+        let mut of_face = |direction: Vec3| {
+            let ray = Ray { direction, ..*ray };
+            let found = self.irradiance::<L>(&ray, hit, gather, arriving, rng);
+            let front = direction.dot(normal) < 0.0;
+            // of many photons, as each of them tells nearly the same
+            let share = absorbed
+                .value(hit, front, reach, || self.light.absorptance(triangle, front, hit.point));
+            found * &load(share)
+        };
+        let mut found = of_face(ray.direction);
+        found += of_face(-ray.direction);
+        found
+    }
+
+    /// The photons that tell what is not gathered.
+    pub fn told_by<'b>(&'b self, gather: Option<&'b Gather>) -> &'b SurfaceLight<'b> {
+        gather.map_or(self.light, |gather| &gather.focused)
+    }
+
+    /// How far apart points may be that share an estimate, m.
+    pub fn reach(&self, hit: &SurfaceHit) -> f32 {
+        PIXELS * self.viewpoint.camera.pixel() * hit.t
+    }
+
+    /// What a place sends towards the camera, but for light that photons tell there.
+    fn gathered<L: Lanes>(&self, gather: &Gather, place: &Place, rng: &mut Stream) -> Spectrum<L> {
         let mut sum = self.gather(gather, place, NEAR, rng);
         for _ in 1..gather.directions {
             sum += self.gather(gather, place, NEAR, rng);
@@ -128,10 +197,9 @@ impl Whitted<'_> {
         rng: &mut Stream,
     ) -> Spectrum<L> {
         let scene = self.light.scene;
-        let Place { hit, surface, interaction, .. } = place;
-        let joined = Joined::new(scene, surface, *interaction, hit.point);
+        let Place { hit, surface, material, interaction, .. } = place;
+        let joined = Joined::new(scene, surface.normal, material, *interaction, hit.point);
         let from_lamp = joined.radiance(rng);
-        let material = scene.material(surface);
         let scatter = material.sample::<L>(interaction, Transport::Importance, rng);
         let Some(scatter) = scatter.filter(|s| s.lobe.is_diffuse()) else {
             return from_lamp;
@@ -144,10 +212,9 @@ impl Whitted<'_> {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
         };
         let found = self.follow(start, rng, share, |end, rng| {
-            let radiance = self.sent(gather, end, near, rng);
-            Found { told: radiance.zero(), gathered: radiance.zero(), radiance }
+            Found::told(self.sent(gather, end, near, rng), 0.0)
         });
-        from_lamp + scatter.weight * found.radiance
+        from_lamp + scatter.weight * found.value
     }
 
     /// What is sent from where a gathering ray ends.
@@ -158,9 +225,8 @@ impl Whitted<'_> {
         near: u32,
         rng: &mut Stream,
     ) -> Spectrum<L> {
-        let (light, Place { hit, surface, interaction, .. }) = (self.light, end);
+        let (light, Place { hit, material, interaction, .. }) = (self.light, end);
         let (triangle, outgoing) = (hit.triangle, -interaction.direction);
-        let material = light.scene.material(surface);
         let Some(relative) = material.relative_radiance(interaction.cos) else {
             // what came to a glossy surface straight or by gloss is told by photons where it goes on to
             let is_glossy = material.glossy() > 0.0;

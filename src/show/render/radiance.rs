@@ -2,6 +2,8 @@
 //! (Whitted, Communications of the ACM 23 (6), 1980), and see lamps; where a surface scatters, light is gathered, or the
 //! photons there tell how bright it is.
 
+use std::ops::{AddAssign, Mul};
+
 use super::viewpoint::Viewpoint;
 use crate::{
     math::{
@@ -11,7 +13,7 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Interaction, LobeKind, Transport},
+        material::{Interaction, LobeKind, Material, Transport},
         world::{Surface, SurfaceHit},
     },
     transport::surface_light::SurfaceLight,
@@ -25,14 +27,48 @@ pub(super) struct Whitted<'a> {
     pub viewpoint: &'a Viewpoint<'a>,
 }
 
-/// What is found along a ray, per band, W/m2/sr or umol/m2/s/sr.
+/// What is found along a ray, per band: radiance, W/m2/sr or umol/m2/s/sr, or what arrives or is absorbed, W/m2 or umol/m2/s.
 pub(super) struct Found<L> {
     /// All of it.
-    pub radiance: Spectrum<L>,
-    /// What of it the nearest photons tell: its noise is alike in pixels side by side.
-    pub told: Spectrum<L>,
+    pub value: Spectrum<L>,
+    /// Standard error of what of it the nearest photons tell: this noise is alike in pixels side by side.
+    pub deviation: Spectrum<L>,
     /// What of it was gathered: its noise is each ray's own.
     pub gathered: Spectrum<L>,
+}
+
+impl<L: Lanes> Found<L> {
+    /// What the nearest photons tell with a relative standard error.
+    pub fn told(told: Spectrum<L>, error: f32) -> Self {
+        Self { deviation: told.clone().scaled(error), gathered: told.zero(), value: told }
+    }
+
+    /// The same and what was gathered.
+    pub fn with(self, gathered: Spectrum<L>) -> Self {
+        Self { value: self.value + &gathered, gathered, ..self }
+    }
+
+    /// In a band what was found, the standard error of what photons tell, and what was gathered.
+    pub fn in_band(&self, band: usize) -> [f32; 3] {
+        [&self.value, &self.deviation, &self.gathered].map(|found| found.values()[band])
+    }
+}
+
+impl<L: Lanes> Mul<&Spectrum<L>> for Found<L> {
+    type Output = Self;
+
+    fn mul(self, share: &Spectrum<L>) -> Self {
+        let Self { value, deviation, gathered } = self;
+        Self { value: value * share, deviation: deviation * share, gathered: gathered * share }
+    }
+}
+
+impl<L: Lanes> AddAssign for Found<L> {
+    fn add_assign(&mut self, other: Self) {
+        self.value += other.value;
+        self.deviation += other.deviation;
+        self.gathered += other.gathered;
+    }
 }
 
 /// A ray on its way, and what it carries of what it will find.
@@ -61,6 +97,8 @@ impl<L: Lanes> Way<L> {
 pub(super) struct Place<'a> {
     pub hit: SurfaceHit,
     pub surface: &'a Surface,
+    /// What it is of.
+    pub material: &'a Material,
     pub interaction: Interaction,
     /// Length of the ray's way, m.
     pub length: f32,
@@ -79,8 +117,8 @@ impl Whitted<'_> {
         mut seen: impl FnMut(&Place, &mut Stream) -> Found<L>,
     ) -> Found<L> {
         let scene = self.light.scene;
-        let mut radiance = start.throughput.zero();
-        let [mut told, mut gathered] = [start.throughput.zero(), start.throughput.zero()];
+        let zero = || start.throughput.zero();
+        let mut sum = Found { value: zero(), deviation: zero(), gathered: zero() };
         let mut ways = vec![start];
         while let Some(way) = ways.pop() {
             let Way { ray, ref throughput, surfaces, length, from_eye, straight, small } = way;
@@ -93,7 +131,7 @@ impl Whitted<'_> {
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             scene.lights_met(&ray, t_max, |hit| {
                 let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
-                radiance += met.scaled(share(&way, &hit)) * throughput;
+                sum.value += met.scaled(share(&way, &hit)) * throughput;
             });
             let Some(hit) = hit else { continue };
             let surface = scene.surface(hit.triangle);
@@ -102,10 +140,8 @@ impl Whitted<'_> {
             let length = length + hit.t;
             if material.is_diffuse() {
                 let share = throughput.largest();
-                let found = seen(&Place { hit, surface, interaction, length, share }, rng);
-                radiance += found.radiance * throughput;
-                told += found.told * throughput;
-                gathered += found.gathered * throughput;
+                let place = Place { hit, surface, material, interaction, length, share };
+                sum += seen(&place, rng) * throughput;
             }
             if surfaces == MOST_SURFACES {
                 continue;
@@ -130,7 +166,7 @@ impl Whitted<'_> {
                 });
             }
         }
-        Found { radiance, told, gathered }
+        sum
     }
 }
 

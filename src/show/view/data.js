@@ -13,7 +13,7 @@ const traced = facts.bands.filter((band) => !band.sum).length;
 const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
 
 /** What `readData` finds: corners of the tiles of each shape, its copies, runs of tiles, light, photons. */
-let corners, shapes, parts, local, localLevels, surfaceTiles, captorValues, groupValues, shares, byLight, photons, hours;
+let corners, shapes, parts, local, localLevels, keptLevels, surfaceTiles, captorValues, groupValues, shares, byLight, photons, hours;
 
 /** Numbers of a script element, which are deflated and in base64; null if it is not there. */
 async function unpack(id, Kind) {
@@ -38,6 +38,7 @@ async function readData() {
   ]);
   local = facts.local && await unpack("local", kind(facts.local));
   localLevels = local && levelValues(facts.local);
+  keptLevels = levelValues(facts.kept);
   surfaceTiles = local ? local.length / (3 * traced) : 0;
   hours = facts.hours && readHours(
     await unpack("hourSlots", Uint32Array), await unpack("hourValues", Uint16Array), await unpack("hourErrors", Uint8Array),
@@ -142,15 +143,12 @@ function localValue(tile, channel, band) {
   if (tile >= surfaceTiles || state.hour >= 0 || (dimmed && !shares.length)) return UNKNOWN;
   let sum = 0;
   for (const b of facts.bands[band].of) {
-    if (channel !== ABSORBED || !dimmed) {
-      sum += channel === ABSORBED ? localLevels[local[(channel * traced + b) * surfaceTiles + tile]] : arriving(tile, channel, b);
+    if (channel !== ABSORBED) {
+      sum += arriving(tile, channel, b);
       continue;
     }
-    // as what arrives on both faces
-    const at = (face) => localLevels[local[(face * traced + b) * surfaceTiles + tile]];
-    const all = at(FRONT) + at(BACK);
-    const absorbed = localLevels[local[(ABSORBED * traced + b) * surfaceTiles + tile]];
-    sum += all ? (absorbed * (arriving(tile, FRONT, b) + arriving(tile, BACK, b))) / all : 0;
+    const kept = keptLevels[local[(ABSORBED * traced + b) * surfaceTiles + tile]];
+    sum += kept * (arriving(tile, FRONT, b) + arriving(tile, BACK, b));
   }
   return sum;
 }

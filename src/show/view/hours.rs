@@ -63,7 +63,7 @@ impl Hours {
         let all = || shown.iter().flat_map(move |(hour, _)| of_hour(*hour));
         let relative = |[value, error]: [f32; 2]| if value > 0.0 { error / value } else { 0.0 };
         let values = Levels::fine(all().map(|[value, _]| value).fold(f32::MIN_POSITIVE, f32::max));
-        let errors = Levels::coarse(all().map(relative).fold(f32::MIN_POSITIVE, f32::max));
+        let errors = Levels::coarse(all().map(relative).fold(f32::MIN_POSITIVE, f32::max), 0.0);
         Self {
             value_levels: all().map(|[value, _]| values.level(value)).collect(),
             error_levels: all().map(|both| errors.level(relative(both)) as u8).collect(),

@@ -16,14 +16,16 @@ impl Levels {
         Self { most, span: 18.0, last: u16::MAX }
     }
 
-    /// One byte, to 2 %, over four decades.
-    pub fn coarse(most: f32) -> Self {
-        Self { most, span: 9.21, last: u8::MAX.into() }
+    /// One byte, over four decades, to a relative `error`, which is 2 % at least and counts as 5 % at most.
+    pub fn coarse(most: f32, error: f32) -> Self {
+        let span = 9.21;
+        let steps = (0.5 * span / error.min(0.05)).ceil().min(f32::from(u8::MAX - 1));
+        Self { most, span, last: 1 + steps as u16 }
     }
 
     /// Whether a level is one byte.
     pub fn is_byte(&self) -> bool {
-        self.last == u16::from(u8::MAX)
+        self.last <= u16::from(u8::MAX)
     }
 
     pub fn level(&self, value: f32) -> u16 {
@@ -44,9 +46,13 @@ mod tests {
 
     #[test]
     fn levels_are_as_near_as_they_say() {
-        for (levels, near, least) in
-            [(Levels::fine(50.0), 0.0002, 1e-6), (Levels::coarse(50.0), 0.0185, 0.006)]
-        {
+        let coarse = |error| Levels::coarse(50.0, error);
+        for (levels, near, least) in [
+            (Levels::fine(50.0), 0.0002, 1e-6),
+            (coarse(0.0), 0.0185, 0.006),
+            (coarse(0.04), 0.0408, 0.006),
+            (coarse(0.5), 0.0513, 0.006),
+        ] {
             // as data.js reads them
             let value = |level: u16| {
                 let share = f32::from(level - 1) / f32::from(levels.last - 1) - 1.0;

@@ -11,8 +11,8 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Interaction, Transport},
-        world::{Scene, Surface},
+        material::{Interaction, Material, Transport},
+        world::Scene,
     },
 };
 
@@ -29,34 +29,30 @@ pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum
 /// scattering further.
 pub struct Joined<'a> {
     scene: &'a Scene,
-    surface: &'a Surface,
+    material: &'a Material,
+    normal: Vec3,
     interaction: Interaction,
     at: Vertex,
 }
 
 impl<'a> Joined<'a> {
-    /// A `point` of a `surface`, met by a camera ray.
+    /// A `point` of a surface with this `normal` on its front, met by a camera ray, as if it were of `material`.
     pub fn new(
         scene: &'a Scene,
-        surface: &'a Surface,
+        normal: Vec3,
+        material: &'a Material,
         interaction: Interaction,
         point: Vec3,
     ) -> Self {
-        let one_sided = !scene.material(surface).transmits_diffusely();
-        let one_sided = one_sided.then_some(interaction.normal);
-        Self {
-            scene,
-            surface,
-            interaction,
-            at: Vertex { point, step: Some(surface.normal), one_sided, arrival: None },
-        }
+        let one_sided = (!material.transmits_diffusely()).then_some(interaction.normal);
+        let at = Vertex { point, step: Some(normal), one_sided, arrival: None };
+        Self { scene, material, normal, interaction, at }
     }
 
     /// One light point's estimate of the radiance sent back along the path, less what
     /// [`weight`](Self::weight) leaves to directions that are sampled.
     pub fn radiance<L: Lanes>(&self, rng: &mut Stream) -> Spectrum<L> {
-        let material = self.scene.material(self.surface);
-        let along = |d| material.pdf(&self.interaction, Transport::Importance, d);
+        let along = |d| self.material.pdf(&self.interaction, Transport::Importance, d);
         let mut path =
             Path { scene: self.scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false };
         let Some((towards, irradiance)) = path.next_event::<L>(&self.at, along) else {
@@ -64,16 +60,15 @@ impl<'a> Joined<'a> {
         };
         let arriving = Interaction {
             triangle: self.interaction.triangle,
-            ..Interaction::new(-towards, self.surface.normal)
+            ..Interaction::new(-towards, self.normal)
         };
-        let f = material.evaluate(&arriving, -self.interaction.direction);
+        let f = self.material.evaluate(&arriving, -self.interaction.direction);
         f.scaled(arriving.cos) * irradiance
     }
 
     /// What a light counts that a sampled direction meets straight or through panes.
     pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
-        let material = self.scene.material(self.surface);
-        let density = material.pdf(&self.interaction, Transport::Importance, ray.direction);
+        let density = self.material.pdf(&self.interaction, Transport::Importance, ray.direction);
         density / (density + next_event_density(self.scene, &self.at, ray, hit))
     }
 }
