@@ -35,8 +35,10 @@ const DARKEST: f64 = 1e-6;
 const ARRIVING: u64 = 1 << 14;
 const MOST_ARRIVALS: usize = 1 << 18;
 /// What is usual where photons first come to a diffuse surface: so many of them matter less. Not the mean, which a few
-/// that come straight to where it matters would make so large that all others end.
+/// that come straight to where it matters would make so large that all others end; ...
 const USUAL: f64 = 0.75;
+/// ... but at least this share of it: where most do not matter at all, the others are not to be split without need.
+const LEAST_USUAL: f32 = 0.2;
 /// There are windows where importance varies by this factor at least ...
 const VARIES: f32 = 5.0;
 /// ... among the places where photons arrive, but for so many of the most and of the least important.
@@ -197,7 +199,8 @@ fn arrive<L: Lanes>(
         done += 1;
     }
     let varies = quantile(&mut all, 1.0 - EXTREMES) > VARIES * quantile(&mut all, EXTREMES);
-    Arriving { usual: quantile(&mut firsts, USUAL), varies }
+    let mean = firsts.iter().sum::<f32>() / done.max(1) as f32;
+    Arriving { usual: quantile(&mut firsts, USUAL).max(LEAST_USUAL * mean), varies }
 }
 
 /// The value below which there are so many of all; 0 of none.
