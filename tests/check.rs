@@ -489,3 +489,25 @@ fn objects_are_described_and_usual_slips_are_warned_of() {
         assert!(found.iter().any(|warning| warning.contains(words)), "{found:?}\n{words}");
     }
 }
+
+/// A lamp above a room of 4 x 4 x 3 m: it is outside where the roof is whole, and shines in by a vent of 10 x 10 cm.
+#[test]
+fn lamps_may_shine_in_by_a_vent() {
+    let walls = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 0 0 3\nv 4 0 3\nv 4 4 3\nv 0 4 3\n\
+                 f 1 2 3 4\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+    let whole = format!("{walls}f 8 7 6 5\n");
+    let corners = "v 1.9 1.9 3\nv 2 1.9 3\nv 2 2 3\nv 1.9 2 3\n";
+    let vented = format!("{walls}{corners}f 5 9 10 6\nf 6 10 11 7\nf 7 11 12 8\nf 8 12 9 5\n");
+    let text = r#"{"materials": {"m": {"type": "lambert", "reflectance": 0.5}},
+        "objects": [{"name": "room", "obj": "room.obj", "material": "m"}],
+        "lights": [{"name": "sun", "type": "spot", "position": [2, 2, 50], "direction": [0, 0, -1],
+                    "half_angle_deg": 5, "power": 1}],
+        "captors": [{"name": "s", "disc": {"center": [2, 2, 1], "normal": [0, 0, 1], "radius": 0.2}}]}"#;
+    for (room, is_outside) in [(whole, true), (vented, false)] {
+        let scene = TestScene::new(text, &[("room.obj", &room)]);
+        let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
+        let found = phylux::check(&loaded).expect("a summary").warnings;
+        let told = found.iter().any(|warning| warning.contains("outside the closed room `room`"));
+        assert_eq!(told, is_outside, "{found:?}");
+    }
+}

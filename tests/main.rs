@@ -17,6 +17,7 @@ mod exact;
 mod examples;
 mod grazing;
 mod guiding;
+mod hard_to_reach;
 mod in_memory;
 mod invariance;
 mod layers;

@@ -22,8 +22,10 @@ use crate::{
 const TOO_HIGH: f32 = 3.0;
 /// Part of a room's size by which a thing may stick out of it.
 const STICKS_OUT: f32 = 0.01;
-/// Rays that see whether a room is closed.
+/// Rays that see whether an object is a room, ...
 const RAYS: usize = 200;
+/// ... and whether it has a vent through which a lamp may shine.
+const MORE_RAYS: usize = 1 << 16;
 /// Triangles of a sensor above which it is not looked at whether it is half inside an object.
 const MOST_TRIANGLES: usize = 64;
 /// Crossings after which a ray is taken to have left all objects.
@@ -119,7 +121,8 @@ fn room<'a>(scene: &Scene, pieces: &'a [(usize, Piece)]) -> Option<&'a (usize, P
     let (object, Piece { extent, .. }) = largest;
     let mut middles = scene.captors.iter().map(|c| (c.center - scene.center).as_vec3());
     let holds_captors = middles.all(|middle| !Extent::of([middle]).is_clear_of(extent, 0.0));
-    let is_room = !scene.captors.is_empty() && holds_captors && is_closed(scene, *object, extent);
+    let is_room =
+        !scene.captors.is_empty() && holds_captors && is_closed(scene, *object, extent, RAYS);
     is_room.then_some(largest)
 }
 
@@ -174,23 +177,27 @@ fn check_room(
             `translate`"
         )
     });
-    let outside = lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, slack));
-    remarks.warn_of(quoted(outside.map(|(light, _)| &light.name)), |list| {
+    let outside = || lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, slack));
+    if outside().next().is_none() || !is_closed(scene, *room, extent, MORE_RAYS) {
+        return;
+    }
+    remarks.warn_of(quoted(outside().map(|(light, _)| &light.name)), |list| {
         format!(
-            "lights outside the closed room `{name}`: {list}; no light of theirs comes in; check \
-            their position"
+            "lights outside the closed room `{name}`: {list}; none of {MORE_RAYS} rays from its middle finds an \
+            opening for their light; check their position"
         )
     });
 }
 
-/// Whether an object keeps light in and out: no ray from its middle leaves it without meeting it, where nothing goes
-/// through.
-fn is_closed(scene: &Scene, object: usize, extent: &Extent) -> bool {
-    let turn = std::f32::consts::PI * (3.0 - 5f32.sqrt());
-    (0..RAYS).all(|i| {
+/// Whether an object keeps light in and out: none of so many rays from its middle leaves it without meeting it, where
+/// nothing goes through.
+fn is_closed(scene: &Scene, object: usize, extent: &Extent, rays: usize) -> bool {
+    let turn = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..rays).all(|i| {
         // a spiral of equal areas on the sphere
-        let z = 1.0 - (2 * i + 1) as f32 / RAYS as f32;
-        let (sin, cos) = (turn * i as f32).sin_cos();
+        let z = 1.0 - (2 * i + 1) as f32 / rays as f32;
+        let (sin, cos) = (turn * i as f64).sin_cos();
+        let [sin, cos] = [sin as f32, cos as f32];
         let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
         let mut origin = extent.center();
         // through what stands in the room
