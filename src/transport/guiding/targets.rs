@@ -19,10 +19,11 @@ use crate::{
 
 /// What is aimed at is larger than the captor by this factor: its rim is not missed by rounding.
 const MARGIN: f32 = 1.02;
-/// Behind solid glass, which shifts rays, some flights aim at so many times the captor's size ...
+/// Behind solid glass, which shifts rays, some flights aim at up to so many times the captor's size, ...
 const WIDE: f32 = 4.0;
-/// ... and these are so many of all.
-const WIDE_SHARE: f32 = 0.25;
+/// ... and these are so many of all. The closer to its rim the more of them come there: flights that are shifted onto it
+/// from there alone bring a few times as much as others, and not 50 times.
+const WIDE_SHARE: f32 = 0.4;
 /// The most captors that are compared one by one; more are cut in halves, which are compared first.
 const GROUP: usize = 128;
 /// The most captors that a ray is tried against without a ball around some of them.
@@ -327,12 +328,14 @@ impl Target {
 
     /// A direction to it.
     fn aim(&self, point: Vec3, wide_share: f32, rng: &mut Stream) -> Option<Vec3> {
-        let wide = wide_share > 0.0 && rng.uniform() < wide_share;
+        let size = match wide_share {
+            0.0 => 1.0,
+            share => wide_size(rng.uniform() / share),
+        };
         let to = self.center - point;
         match self.shape {
             Shape::Ellipse { axes, .. } => {
                 let u = rng.square();
-                let size = if wide { WIDE } else { 1.0 };
                 let at = size * u.x.sqrt() * uniform_circle(u.y);
                 (to + at.x * axes[0] + at.y * axes[1]).try_normalize()
             }
@@ -364,9 +367,9 @@ impl Target {
                 if !(r2 <= WIDE * WIDE && t > 0.0) {
                     return 0.0;
                 }
-                let wide = wide_share / (WIDE * WIDE);
-                let place = if r2 <= 1.0 { 1.0 - wide_share + wide } else { wide };
-                place * t * t / (area * cos.abs())
+                let own = if r2 <= 1.0 { 1.0 - wide_share } else { 0.0 };
+                let wide = if wide_share > 0.0 { wide_share * wide_density(r2) } else { 0.0 };
+                (own + wide) * t * t / (area * cos.abs())
             }
             Shape::Ball => {
                 let versine = self.versine(to);
@@ -375,6 +378,21 @@ impl Target {
             }
         }
     }
+}
+
+/// How many times as large as the captor the ellipse is that a flight aims at: `u` below 1 makes it larger, so that 1 / s is
+/// uniform in [1 / [`WIDE`], 1].
+#[inline]
+fn wide_size(u: f32) -> f32 {
+    if u < 1.0 { 1.0 / (1.0 - u * (1.0 - 1.0 / WIDE)) } else { 1.0 }
+}
+
+/// The density of points uniform on ellipses of such sizes, at `r2` times the squared size of the captor, times its area:
+/// the integral of s^-4 WIDE / (WIDE - 1) over the sizes s that reach there.
+#[inline]
+fn wide_density(r2: f32) -> f32 {
+    let r = r2.max(1.0).sqrt();
+    (WIDE / (3.0 * (WIDE - 1.0)) * ((r * r * r).recip() - (WIDE * WIDE * WIDE).recip())).max(0.0)
 }
 
 /// Half axes of an ellipse around flat triangles that has the directions and the proportion of their second moments.

@@ -16,8 +16,8 @@ pub(super) fn of_a_trial(settings: &Settings) -> Settings {
     Settings { k: Some(0), seed: settings.seed, threads: settings.threads, ..Settings::default() }
 }
 
-/// So many photons or, where paths are long, only as many as trace about [`RAYS`], but one for each batch: so many tell
-/// how long paths are. Errors: those of a run.
+/// So many photons or, where paths are long, only as many as trace about [`RAYS`], but one for each batch and source: so
+/// many tell how long paths are. Errors: those of a run.
 pub(super) fn affordable(
     scene: &Scene,
     settings: &Settings,
@@ -28,8 +28,9 @@ pub(super) fn affordable(
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run };
     let mut totals = run.totals();
-    run.rounds(&run.schedule(BATCHES)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
-    Ok(photons.min((RAYS * BATCHES / totals.segments.max(1)).max(BATCHES)))
+    let few = BATCHES.max(scene.sources() as u64);
+    run.rounds(&run.schedule(few)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
+    Ok(photons.min((RAYS * few / totals.segments.max(1)).max(few)))
 }
 
 /// What was found by so many histories.
