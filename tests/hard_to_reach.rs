@@ -13,37 +13,6 @@ const LONGER: u64 = 64;
 /// Histories below which a value is told of.
 const FEW: u64 = 30;
 
-/// Two rooms of 3 m behind a slit of 1 cm x 1 m, a lamp in one, and in the other sensors of 5 cm and of 5 mm.
-fn slit() -> World {
-    let pieces = [
-        ([3.0, 0.0, 0.0], [0.0, 1.495, 0.0], [0.0, 0.0, 3.0]),
-        ([3.0, 1.505, 0.0], [0.0, 1.495, 0.0], [0.0, 0.0, 3.0]),
-        ([3.0, 1.495, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 1.0]),
-        ([3.0, 1.495, 2.0], [0.0, 0.01, 0.0], [0.0, 0.0, 1.0]),
-    ];
-    let wall = pieces.map(|(corner, u, v)| Mesh::rectangle(corner, u, v));
-    let wall = wall.into_iter().reduce(Mesh::and).expect("pieces");
-    let sensor = |x: f64, y: f64, z: f64, radius: f64| {
-        (
-            format!("{x} {y}").replace([' ', '.'], "-"),
-            Mesh::disc([x, y, z], [0.0, 0.0, 1.0], radius),
-        )
-    };
-    let sensors = [
-        sensor(3.75, 0.5, 0.5, 0.05),
-        sensor(4.5, 1.0, 0.5, 0.05),
-        sensor(5.25, 1.5, 0.5, 0.05),
-        sensor(3.75, 0.6, 0.8, 0.005),
-        sensor(4.75, 1.2, 0.8, 0.005),
-    ];
-    World::new()
-        .lambert("wall", 0.5)
-        .surface("rooms", "wall", &room([0.0; 3], [6.0, 3.0, 3.0]))
-        .surface("between", "wall", &wall)
-        .lamp("lamp", &Mesh::square([1.5, 0.5, 2.99], [0.0, 0.0, -1.0], 0.5), 1000.0)
-        .captors("sensors", sensors)
-}
-
 /// A hall of 10 m with spots behind plates of glass 1 cm thick, which shift light by up to some 6 mm, and sensors of 1 cm.
 fn hall() -> World {
     let mut world = World::new()
@@ -103,16 +72,6 @@ fn coverage(name: &str, world: &World, guiding: Guiding, (seeds, photons): (u64,
         counts[0][0]
     );
     shares
-}
-
-/// Over seeds 1 to 200, between 92 and 97 % of the 95 % intervals (1.98 standard errors of both) of the values that are not
-/// told to rest on few histories hold what a run 64 times as long finds, behind a slit with importance. Most
-/// values are such. Values of one run hang together, so that the share of 200 of them has an error of up to 1.5 %.
-#[test]
-#[ignore = "takes minutes: .ci/nightly runs it"]
-fn nightly_coverage_behind_a_slit() {
-    let [_, sure, told] = coverage("slit", &slit(), Guiding::Full, (200, 200_000));
-    assert!((0.92..=0.97).contains(&sure) && told > 0.5, "{sure} {told}");
 }
 
 /// Over seeds 1 to 100, between 92 and 97 % of the 95 % intervals hold in a hall whose lamps shine through solid glass:

@@ -48,14 +48,14 @@ enum Origin<'a> {
     /// A place on a light.
     Light(&'a Light, Start),
     /// A point of a surface that scatters it diffusely.
-    Surface { point: Vec3, material: &'a Material, interaction: Interaction },
+    Surface { point: Vec3, material: &'a Material, interaction: Interaction, photons: f32 },
 }
 
 impl<'a> Origin<'a> {
-    /// Where a photon has arrived.
-    fn surface(arrived: &Arrived<'_, 'a>) -> Self {
+    /// Where a photon has arrived, and so many go on for one without a guide.
+    fn surface(arrived: &Arrived<'_, 'a>, photons: f32) -> Self {
         let Arrived { hit, material, interaction, .. } = *arrived;
-        Self::Surface { point: hit.point, material, interaction: *interaction }
+        Self::Surface { point: hit.point, material, interaction: *interaction, photons }
     }
 
     fn point(&self) -> Vec3 {
@@ -84,6 +84,14 @@ impl<'a> Origin<'a> {
                 let f: Spectrum<L> = material.evaluate(interaction, direction);
                 f.scaled(direction.dot(interaction.normal).abs())
             }
+        }
+    }
+
+    /// About the density with which photons go on along a direction into which so much leaves, 1/sr.
+    fn own<L: Lanes>(&self, leaves: &Spectrum<L>) -> f32 {
+        match self {
+            Self::Light(..) => leaves.largest(),
+            Self::Surface { photons, .. } => photons * leaves.largest(),
         }
     }
 }
@@ -121,7 +129,7 @@ impl<'a> Aimed<'a> {
         let (direction, seen) = self.targets.choose(point, facing, rng);
         let Some(direction) = direction else { return seen };
         let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), direction);
-        let own = leaves.largest();
+        let own = from.own(&leaves);
         let carried = leaves * power;
         if carried.is_zero() {
             return seen;
@@ -189,7 +197,7 @@ impl<'a> Aimed<'a> {
             return 1.0;
         }
         let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), *direction);
-        let own = leaves.largest();
+        let own = from.own(&leaves);
         own / (aimed + own)
     }
 
@@ -209,15 +217,17 @@ impl<'a> Aimed<'a> {
     }
 
     /// Sends a flight from a diffuse surface that the photon has brought `power` to, and says what it saw there.
+    /// `photons`: how many go on for one without a guide.
     #[inline]
     pub fn arrive<L: Lanes>(
         &mut self,
         arrived: &Arrived<'_, 'a>,
+        photons: f32,
         power: &Spectrum<L>,
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) -> Seen {
-        self.send(&Origin::surface(arrived), power, rng, on)
+        self.send(&Origin::surface(arrived, photons), power, rng, on)
     }
 
     /// From now on the photon is the one that leaves such a surface as `sample` says, if it does.
@@ -225,13 +235,14 @@ impl<'a> Aimed<'a> {
     pub fn leave<L: Lanes>(
         &mut self,
         arrived: &Arrived<'_, 'a>,
+        photons: f32,
         seen: Seen,
         sample: Option<&BsdfSample<L>>,
     ) {
         self.share = None;
         // a mirrored one of such a surface no aimed flight follows
         let drawn = sample.filter(|sample| sample.lobe.is_diffuse());
-        let from = Origin::surface(arrived);
+        let from = Origin::surface(arrived, photons);
         self.leg = drawn.map(|sample| Leg { from, seen, direction: sample.direction });
     }
 }

@@ -193,7 +193,7 @@ impl Run<'_> {
             });
             let windows = guidance.windows.as_ref().map(|windows| {
                 let largest = weights.iter().copied().fold(0.0, f64::max);
-                (&*windows.importance, largest as f32 / windows.usual)
+                (&*windows.importance, largest as f32 / windows.mean)
             });
             copies.clear();
             let guide = Guided::new(self.scene, aimed, windows, &mut copies);
