@@ -6,7 +6,7 @@ Each scene is run by photons alone (seed 1), with what a trial chooses (`--guidi
 full`, seed 3), all with the same number of photons, and by paths (seed 4) where photons alone bring fewer than 1,000 arrivals to a
 face. Compared are irradiance, and what surfaces absorb, of every captor, face and band: z is the difference over the standard
 error of both. Printed are the RMS of z, which is 1 by chance, the largest |z|, and the odds that so many values have one as large by
-chance. Values that a run itself marks as not to be trusted (`few_paths`, fewer than 30 histories) are counted and left out.
+chance. Values that a run itself marks as not to be trusted (`few_paths`) are counted and left out.
 A scene whose name ends in .sweep.json or .control.json is none.
 """
 
@@ -18,7 +18,6 @@ import subprocess
 import tempfile
 
 LIT = 1000
-TRUSTED = 30
 
 
 def run(program, scene, folder, options):
@@ -35,8 +34,8 @@ def values(result):
         faces = {face: captor[face] for face in ("front", "back") if captor.get(face)}
         sure = []
         for name, face in faces.items():
-            trusted = not face.get("few_paths") and face.get("histories", face["photons"]) >= TRUSTED
-            sure.append(trusted or face["photons"] == 0)
+            trusted = not face.get("few_paths")
+            sure.append(trusted)
             for band, (mean, error) in enumerate(zip(face["irradiance"], face["irradiance_se"])):
                 found[captor["id"], name, band] = mean, error or 0, face["photons"], trusted
         arrivals = sum(face["photons"] for face in faces.values())

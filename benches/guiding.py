@@ -3,8 +3,8 @@
     python benches/guiding.py target/release/phylux
     python benches/guiding.py target/release/phylux --scenes folder     # only writes the scenes
 
-Five scenes are made: a slit between two rooms, a labyrinth, spots behind solid glass, a tube behind glass and louvres, and the sun
-through a vent; walls reflect half. Each is run by photons alone, with aimed flights, with importance, by what a trial of
+Six scenes are made: a slit between two rooms, a labyrinth, spots behind solid glass, a tube behind glass and louvres, the sun
+through a vent, and an overcast sky through a window; walls reflect half. Each is run by photons alone, with aimed flights, with importance, by what a trial of
 these finds cheapest, and by paths, with seeds 1 to 5 on one thread. Printed are figures of merit, 1 / (mean over the sensors of
 the squared relative spread between the seeds x CPU seconds, with all that is learned before): 1 % takes 1e4 of them in seconds.
 A sensor that one of the runs has no light for counts with the spread of what the runs found.
@@ -129,7 +129,13 @@ def vent():
     return {"wall": WALL}, {"wall": room}, [sun], sensors(grid((0.5, 3.5), (0.6, 3.2), 0.8, 3, 3), 0.01)
 
 
-SCENES = {"slit": slit, "labyrinth": labyrinth, "spots": spots, "louvre": louvre, "vent": vent}
+def window():
+    room = Mesh().box([0, 0, 0], [4, 6, 3], True, [(1, 0)]).wall(1, 0, (0, 0), (3, 4), ((1, 1), (2.5, 3)))
+    sky = {"type": "sky", "model": "overcast", "irradiance": 100}
+    return {"wall": WALL}, {"wall": room}, [sky], sensors(grid((0.8, 3.2), (0.75, 5.25), 0.8, 3, 4), 0.1)
+
+
+SCENES = {"slit": slit, "labyrinth": labyrinth, "spots": spots, "louvre": louvre, "vent": vent, "window": window}
 
 
 def write(folder, name):

@@ -334,10 +334,10 @@ fn assert_alike(what: &str, a: &FaceResult, b: &FaceResult) {
 }
 
 /// A window in the wall in the south, which is y = 0; counter-clockwise seen from outside.
-const WINDOW: [Point; 4] = [[1.0, 0.0, 1.0], [3.0, 0.0, 1.0], [3.0, 0.0, 2.5], [1.0, 0.0, 2.5]];
+pub const WINDOW: [Point; 4] = [[1.0, 0.0, 1.0], [3.0, 0.0, 1.0], [3.0, 0.0, 2.5], [1.0, 0.0, 2.5]];
 
 /// The walls of a room of 4 x 6 x 3 m around that window.
-fn room_with_window() -> Mesh {
+pub fn room_with_window() -> Mesh {
     let walls = room([0.0; 3], [4.0, 6.0, 3.0]);
     let south = |x: [f64; 2], z: [f64; 2]| {
         Mesh::rectangle([x[0], 0.0, z[0]], [0.0, 0.0, z[1] - z[0]], [x[1] - x[0], 0.0, 0.0])

@@ -22,7 +22,7 @@ mod strata;
 #[cfg(test)]
 mod tests;
 
-pub use entrance::{Entrance, MARGIN};
+pub use entrance::{Entrance, EntryFace, MARGIN};
 pub use illuminate::{EmittedRadiance, EmitterHit, LightHit, LightSample, Toward};
 pub use intensity::{Intensity, IntensityTable};
 pub use shape::{

@@ -197,11 +197,7 @@ impl Tally {
     fn score_whole<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         let counted = event.counted(scene);
         if let Some(counted) = &counted {
-            let beside = matches!(event, Event::Crossing { carried: None, .. });
             match &counted.captor.sensor.response {
-                _ if beside && scene.has_daylight() => {
-                    self.add_beside_daylight(counted, weights, event.cosine(scene));
-                }
                 None => self.add(counted.channel(), weights, counted.power),
                 Some(response) => {
                     let factor = response.factor(event.cosine(scene));
@@ -282,23 +278,6 @@ impl Tally {
         counts.histories += u64::from(counts.last != self.history);
         counts.last = self.history;
         accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, power);
-    }
-
-    /// Adds what a flight brings that is sent out beside a photon of daylight, and counts no arrival: none is aimed
-    /// at what comes straight from sun and sky, so how seldom that comes is told by the photons' own arrivals.
-    #[cold]
-    #[inline(never)]
-    fn add_beside_daylight<L: Lanes>(
-        &mut self,
-        counted: &Counted<'_, L>,
-        weights: &[f64],
-        cosine: f32,
-    ) {
-        let response = counted.captor.sensor.response.as_ref();
-        let power = counted.power.clone().scaled(response.map_or(1.0, |of| of.factor(cosine)));
-        let place = self.place(counted.channel());
-        self.weigh(place, weights, &power);
-        accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, &power);
     }
 
     /// Adds what a history brings to what it brought before, if it is not new; out of the way of those that weigh none.

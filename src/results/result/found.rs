@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::{
     Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FORMAT,
     FaceResult, GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult,
-    WorstResult, spread::Spread,
+    WorstResult, spread::Spread, warnings::FEW_HISTORIES,
 };
 use crate::{
     math::{
@@ -29,8 +29,6 @@ use crate::{
 /// Part of the squared deviations in one batch above which few paths have made them; the odds that
 /// one of 128 normal batches exceeds it are 1e-7.
 const CONCENTRATED: f64 = 0.25;
-/// Histories below which a value and its error are not reliable, where they bring more or less.
-const FEW_HISTORIES: f64 = 30.0;
 
 impl RunResult {
     /// From what `simulate` found in `scene` with `settings`.
@@ -348,7 +346,11 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
                 totals.running(channel).iter().any(concentrated)
                     || simulation.too_small.get(channel).is_some_and(|&too_small| too_small)
             }
-            false => totals.equal_histories(channel).is_some_and(|n| 0.0 < n && n < FEW_HISTORIES),
+            false => {
+                let counted = || totals.histories_in(channel).map(|n| n as f64);
+                let histories = totals.equal_histories(channel).or_else(counted);
+                histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
+            }
         },
         by_light: by_light(scene, totals, |_, part| flux(part, channel, area)),
         ..flux(totals, channel, area)

@@ -107,47 +107,33 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         };
         warn("a captor that no light reached", format!("{nothing} {}", some(&dark, LISTED)));
     }
-    let faces = || result.captors.iter().flat_map(CaptorResult::faces);
-    let few = faces().filter(|face| face.few_paths).count();
-    if few > 0 && result.estimator != Estimator::Paths {
-        warn(
-            "values that rest on few photons",
-            format!(
-                "the values at {few} of {} faces of captors rest on fewer than {FEW_HISTORIES} photons that \
-                 brought much: they and their errors are not reliable; trace more",
-                faces().count()
-            ),
-        );
-    } else if few > 0 {
-        warn(
-            "errors that rest on few paths",
-            format!(
-                "the errors at {few} of {} faces of captors rest on few paths that found much light, as \
-             by way of a mirror, or on none though photons know of such light there: values and errors may \
-             be far too small; trace more, or --estimator photons",
-                faces().count()
-            ),
-        );
+    let few = |captor: &&CaptorResult| captor.faces().any(|face| face.few_paths);
+    let rough: Vec<&str> = result.captors.iter().filter(few).map(|c| c.id.as_str()).collect();
+    if rough.is_empty() {
+        return warnings;
     }
-    // flights of one photon know no more than it
-    let histories = |face: &FaceResult| face.histories.unwrap_or(face.photons);
-    let faint = |face: &FaceResult| lit(face) && histories(face) < FEW_HISTORIES;
-    let rough: Vec<&str> = match result.estimator {
-        Estimator::Paths => Vec::new(),
-        _ => {
-            let rough = |c: &&CaptorResult| faint(&c.front) || c.back.as_ref().is_some_and(faint);
-            result.captors.iter().filter(rough).map(|c| c.id.as_str()).collect()
+    match result.estimator {
+        Estimator::Paths => {
+            let faces = || result.captors.iter().flat_map(CaptorResult::faces);
+            warn(
+                "errors that rest on few paths",
+                format!(
+                    "the errors at {} of {} faces of captors rest on few paths that found much light, as by way of \
+                     a mirror, or on none though photons know of such light there: values and errors may be far \
+                     too small; trace more, or --estimator photons",
+                    faces().filter(|face| face.few_paths).count(),
+                    faces().count()
+                ),
+            );
         }
-    };
-    if !rough.is_empty() {
-        warn(
+        _ => warn(
             "few photons on a face of a captor",
             format!(
-                "fewer than {FEW_HISTORIES} photons on a face of {}: neither their values nor their \
-             errors are reliable; trace more, or try --estimator paths",
+                "fewer than {FEW_HISTORIES} photons on a face of {}, or so few that brought most of its light: \
+                 neither their values nor their errors are reliable; trace more, or try --estimator paths",
                 some(&rough, LISTED)
             ),
-        );
+        ),
     }
     warnings
 }

@@ -35,7 +35,7 @@ pub struct Entrance {
 
 /// A face, and a part of the light that enters there.
 #[derive(Debug)]
-struct EntryFace {
+pub struct EntryFace {
     entry: InfiniteEntry,
     opening: Opening,
     /// Per band, W.
@@ -67,6 +67,47 @@ impl Opening {
                 triangles[index].point_within(weights.x, weights.y, Vec3::ZERO)
             }
         }
+    }
+
+    /// A point of its plane, and its area times the unit normal there, m2.
+    fn plane(&self) -> (Vec3, Vec3) {
+        match self {
+            Self::Face { corner, sides: [u, v] } => (*corner, u.cross(*v)),
+            Self::Polygon { triangles, areas } => {
+                let area = areas.last().copied().unwrap_or(0.0);
+                (triangles[0].a, area as f32 * triangles[0].normal())
+            }
+        }
+    }
+
+    /// Whether a point of its plane lies on it.
+    fn holds(&self, point: Vec3) -> bool {
+        match self {
+            Self::Face { corner, sides } => sides.iter().all(|side| {
+                let along = (point - *corner).dot(*side);
+                (0.0..=side.length_squared()).contains(&along)
+            }),
+            Self::Polygon { triangles, .. } => {
+                let normal = triangles[0].normal();
+                let ray = Ray { origin: point + normal, direction: -normal };
+                triangles.iter().any(|triangle| crossing(triangle, &ray).is_some())
+            }
+        }
+    }
+}
+
+impl EntryFace {
+    /// Its area across a beam along a unit vector, m2.
+    pub fn area_across(&self, direction: Vec3) -> f32 {
+        self.opening.plane().1.dot(direction).abs()
+    }
+
+    /// The ray along a unit vector that enters here and comes to a point; none where that comes in elsewhere.
+    pub fn entering(&self, point: Vec3, direction: Vec3) -> Option<Ray> {
+        let (on, normal) = self.opening.plane();
+        let far = (point - on).dot(normal) / direction.dot(normal);
+        let origin = point - far * direction;
+        (far > 0.0 && self.opening.holds(origin)).then_some(Ray { origin, direction })
     }
 }
 
@@ -155,6 +196,11 @@ impl Entrance {
     /// Pairs of a face and a part that light enters by.
     pub fn faces(&self) -> usize {
         self.faces.len()
+    }
+
+    /// One of them, if there are so many.
+    pub fn face(&self, face: usize) -> Option<&EntryFace> {
+        self.faces.get(face)
     }
 
     /// What enters by a face, per band, W or umol/s.

@@ -29,6 +29,8 @@ pub struct Emission<'a, L> {
     pub ray: Ray,
     /// The place of the light that it starts from; none of a light at infinity.
     pub start: Option<Start>,
+    /// Index of the face that it enters by, of a light at infinity.
+    pub face: usize,
     /// What it starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit;
     /// something else where the bands of a light at infinity come from different directions.
     pub power: Spectrum<L>,
@@ -135,7 +137,7 @@ impl Strata {
                 (Some(start), ray, power)
             }
         };
-        Emission { light, source, weights, ray, start, power }
+        Emission { light, source, weights, ray, start, face, power }
     }
 
     /// Power of a photon of stratum `source` per lane, times the histories of the piece, W or umol/s.

@@ -6,10 +6,13 @@
 //! w f cos / (p + q), the photon's own q / (p + q) of what it carries. What no flight can be aimed at (p = 0) counts
 //! in full, and no flight counts more than the photon carries. The weights add up to 1 for every ω,
 //! whatever stands in the way, so the mean is right.
+//!
+//! Light from infinitely far away has its direction ω already: its photon enters anywhere on a face of area A, the flight
+//! beside it where it comes to a captor. Then p and q = 1 / (A cos) are densities of places across ω, per m2.
 
 use glam::Vec3;
 
-use super::targets::{Facing, Seen, Targets};
+use super::targets::{Facing, Seen, Targets, View};
 use crate::{
     math::{
         geometry::Ray,
@@ -17,7 +20,7 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        light::{Light, Start},
+        light::{Emission, EntryFace, Light, Start},
         material::{BsdfSample, Interaction, LobeKind, Material},
         world::{Crossing, Scene},
     },
@@ -34,12 +37,12 @@ pub struct Aimed<'a> {
     share: Option<f32>,
 }
 
-/// A direction of the photon and where it was drawn.
+/// A flight of the photon and where it was drawn.
 struct Leg<'a> {
     from: Origin<'a>,
     /// What was seen from there.
     seen: Seen,
-    direction: Vec3,
+    ray: Ray,
 }
 
 /// Where a photon leaves.
@@ -47,6 +50,8 @@ struct Leg<'a> {
 enum Origin<'a> {
     /// A place on a light.
     Light(&'a Light, Start),
+    /// Infinitely far away, from where it enters by a face along a unit vector.
+    Infinity(&'a EntryFace, Vec3),
     /// A point of a surface that scatters it diffusely.
     Surface { point: Vec3, material: &'a Material, interaction: Interaction, photons: f32 },
 }
@@ -58,28 +63,63 @@ impl<'a> Origin<'a> {
         Self::Surface { point: hit.point, material, interaction: *interaction, photons }
     }
 
-    fn point(&self) -> Vec3 {
-        match self {
-            Self::Light(_, start) => start.point,
-            Self::Surface { point, .. } => *point,
+    /// Where a photon was emitted; none of a dark light at infinity.
+    fn of<L>(scene: &'a Scene, emission: &Emission<'_, L>) -> Option<Self> {
+        let light = &scene.lights[emission.light];
+        match emission.start {
+            Some(start) => Some(Self::Light(light, start)),
+            None => {
+                let face = light.entrance()?.face(emission.face)?;
+                Some(Self::Infinity(face, emission.ray.direction))
+            }
         }
     }
 
-    fn facing(&self) -> Facing {
+    fn view(&self) -> View {
         match self {
-            Self::Light(_, start) if start.both_sides => Facing::Anywhere,
-            Self::Light(_, start) => Facing::Front(start.normal),
-            Self::Surface { material, interaction, .. } => match material.transmits_diffusely() {
-                true => Facing::Both(interaction.normal),
-                false => Facing::Front(interaction.normal),
-            },
+            Self::Light(_, start) if start.both_sides => View::Point(start.point, Facing::Anywhere),
+            Self::Light(_, start) => View::Point(start.point, Facing::Front(start.normal)),
+            Self::Infinity(_, direction) => View::Beam(*direction),
+            Self::Surface { point, material, interaction, .. } => {
+                let facing = match material.transmits_diffusely() {
+                    true => Facing::Both(interaction.normal),
+                    false => Facing::Front(interaction.normal),
+                };
+                View::Point(*point, facing)
+            }
         }
     }
 
-    /// The part of the power that leaves along a unit vector per solid angle, per band, 1/sr.
+    /// A ray from here to a captor, and what was seen of the others.
+    fn aim(&self, targets: &Targets, rng: &mut Stream) -> (Option<Ray>, Seen) {
+        let (chosen, seen) = targets.choose(self.view(), rng);
+        let to = |origin: Vec3, chosen: Option<Vec3>| Some(Ray { origin, direction: chosen? });
+        let ray = match *self {
+            Self::Light(_, start) => to(start.point, chosen),
+            Self::Surface { point, .. } => to(point, chosen),
+            Self::Infinity(face, direction) => {
+                chosen.and_then(|through| face.entering(through, direction))
+            }
+        };
+        (ray, seen)
+    }
+
+    /// The same ray where it has left the surface that it starts on.
+    fn off(&self, scene: &Scene, ray: Ray) -> Ray {
+        let side = match self {
+            Self::Light(_, start) => start.normal,
+            Self::Surface { interaction, .. } => interaction.normal,
+            Self::Infinity(..) => return ray,
+        };
+        let side = if ray.direction.dot(side) < 0.0 { -side } else { side };
+        scene.leave(ray.origin, side, ray.direction)
+    }
+
+    /// The part of the power that leaves along a ray per solid angle, 1/sr, or per area across it, 1/m2; per band.
     fn leaves<L: Lanes>(&self, lanes: usize, direction: Vec3) -> Spectrum<L> {
         match self {
             Self::Light(light, start) => Spectrum::splat(lanes, light.density(start, direction)),
+            Self::Infinity(face, _) => Spectrum::splat(lanes, face.area_across(direction).recip()),
             Self::Surface { material, interaction, .. } => {
                 let f: Spectrum<L> = material.evaluate(interaction, direction);
                 f.scaled(direction.dot(interaction.normal).abs())
@@ -87,36 +127,42 @@ impl<'a> Origin<'a> {
         }
     }
 
-    /// About the density with which photons go on along a direction into which so much leaves, 1/sr.
+    /// About the density with which photons go on where so much leaves, in the same unit.
     fn own<L: Lanes>(&self, leaves: &Spectrum<L>) -> f32 {
         match self {
-            Self::Light(..) => leaves.largest(),
+            Self::Light(..) | Self::Infinity(..) => leaves.largest(),
             Self::Surface { photons, .. } => photons * leaves.largest(),
         }
     }
 }
 
 impl<'a> Aimed<'a> {
-    /// Beside a photon that leaves a light from a place, if that is known, along `ray`; sends the first flight, from the
-    /// place and with the power of a photon that was emitted without a guide, which may be the same.
-    pub fn start<L: Lanes>(
-        scene: &'a Scene,
-        targets: &'a Targets,
-        (light, start): (&'a Light, Option<Start>),
-        direction: Vec3,
-        (free, power): (Option<Start>, &Spectrum<L>),
-        rng: &mut Stream,
-        on: &mut impl FnMut(Event<'_, L>),
-    ) -> Self {
-        let mut aimed = Self { scene, targets, leg: None, share: None };
-        let (Some(start), Some(free)) = (start, free) else { return aimed };
-        let seen = aimed.send(&Origin::Light(light, free), power, rng, on);
-        let seen = if free.point == start.point { seen } else { Seen::default() };
-        aimed.leg = Some(Leg { from: Origin::Light(light, start), seen, direction });
-        aimed
+    /// Beside a photon that nothing is sent beside yet.
+    pub fn new(scene: &'a Scene, targets: &'a Targets) -> Self {
+        Self { scene, targets, leg: None, share: None }
     }
 
-    /// Sends a flight from a point where the photon has `power`, and says what it saw there.
+    /// Sends the first flight beside a photon as it is emitted, of one that is emitted without a guide: another one,
+    /// unless that is the same.
+    pub fn start<L: Lanes>(
+        &mut self,
+        photon: &Emission<'_, L>,
+        other: Option<&Emission<'_, L>>,
+        rng: &mut Stream,
+        on: &mut impl FnMut(Event<'_, L>),
+    ) {
+        let free = other.unwrap_or(photon);
+        let Some(from) = Origin::of(self.scene, free) else { return };
+        let seen = self.send(&from, &free.power, rng, on);
+        let place = |emission: &Emission<'_, L>| emission.start.map(|start| start.point);
+        let same = other.is_none() || free.start.is_some() && place(free) == place(photon);
+        let seen = if same { seen } else { Seen::default() };
+        let origin = photon.start.map_or(photon.ray.origin, |start| start.point);
+        let ray = Ray { origin, ..photon.ray };
+        self.leg = Origin::of(self.scene, photon).map(|from| Leg { from, seen, ray });
+    }
+
+    /// Sends a flight from where the photon has `power`, and says what it saw there.
     #[inline(never)]
     fn send<L: Lanes>(
         &self,
@@ -125,22 +171,16 @@ impl<'a> Aimed<'a> {
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) -> Seen {
-        let (point, facing) = (from.point(), from.facing());
-        let (direction, seen) = self.targets.choose(point, facing, rng);
-        let Some(direction) = direction else { return seen };
-        let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), direction);
+        let (ray, seen) = from.aim(self.targets, rng);
+        let Some(ray) = ray else { return seen };
+        let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), ray.direction);
         let own = from.own(&leaves);
         let carried = leaves * power;
         if carried.is_zero() {
             return seen;
         }
-        let density = self.targets.density(point, facing, direction, seen);
-        let side = match from {
-            Origin::Light(_, start) => start.normal,
-            Origin::Surface { interaction, .. } => interaction.normal,
-        };
-        let side = if direction.dot(side) < 0.0 { -side } else { side };
-        let ray = self.scene.leave(point, side, direction);
+        let density = self.targets.density(from.view(), &ray, seen);
+        let ray = from.off(self.scene, ray);
         self.fly(ray, carried.scaled(1.0 / (density + own)), rng, on);
         seen
     }
@@ -191,12 +231,12 @@ impl<'a> Aimed<'a> {
     /// The share that the photon's own crossings count.
     #[inline(never)]
     fn own_share<L: Lanes>(&self) -> f32 {
-        let Some(Leg { from, seen, direction }) = &self.leg else { return 1.0 };
-        let aimed = self.targets.density(from.point(), from.facing(), *direction, *seen);
+        let Some(Leg { from, seen, ray }) = &self.leg else { return 1.0 };
+        let aimed = self.targets.density(from.view(), ray, *seen);
         if aimed == 0.0 {
             return 1.0;
         }
-        let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), *direction);
+        let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), ray.direction);
         let own = from.own(&leaves);
         own / (aimed + own)
     }
@@ -243,6 +283,7 @@ impl<'a> Aimed<'a> {
         // a mirrored one of such a surface no aimed flight follows
         let drawn = sample.filter(|sample| sample.lobe.is_diffuse());
         let from = Origin::surface(arrived, photons);
-        self.leg = drawn.map(|sample| Leg { from, seen, direction: sample.direction });
+        let ray = |direction: Vec3| Ray { origin: arrived.hit.point, direction };
+        self.leg = drawn.map(|sample| Leg { from, seen, ray: ray(sample.direction) });
     }
 }

@@ -1,4 +1,5 @@
-//! The virtual captors as something to aim at: which of them a point sees well, and where.
+//! The virtual captors as something to aim at: which of them a point, or a beam from infinitely far away, sees well,
+//! and where.
 
 use std::f32::consts::PI;
 
@@ -6,7 +7,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
-        geometry::{Extent, Frame, Triangle},
+        geometry::{Extent, Frame, Ray, Triangle},
         rng::Stream,
         sampling::{uniform_circle, uniform_cone},
     },
@@ -54,6 +55,15 @@ impl Facing {
     }
 }
 
+/// From where captors are aimed at.
+#[derive(Clone, Copy, Debug)]
+pub enum View {
+    /// From a point, into some directions.
+    Point(Vec3, Facing),
+    /// From infinitely far away, along this unit vector.
+    Beam(Vec3),
+}
+
 /// The shape that is aimed at.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
@@ -96,7 +106,7 @@ struct Node {
     halves: Option<usize>,
 }
 
-/// The sum of the weights of the targets that were compared one by one from a point, and the node that they are of.
+/// The sum of the weights of the targets that were compared one by one in a view, and the node that they are of.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen(Option<(usize, f32)>);
 
@@ -162,13 +172,13 @@ impl Targets {
         self.nodes.extend(halves);
     }
 
-    /// A direction from `point` to one of them, and what the [`density`](Self::density) of others from there need
-    /// not find again. No direction where none is chosen.
-    pub fn choose(&self, point: Vec3, facing: Facing, rng: &mut Stream) -> (Option<Vec3>, Seen) {
+    /// A unit vector from the point of a view to one of them, or a point that a beam is to pass; and what the
+    /// [`density`](Self::density) of others in that view need not find again. None where no captor is chosen.
+    pub fn choose(&self, view: View, rng: &mut Stream) -> (Option<Vec3>, Seen) {
         let mut u = rng.uniform();
         let mut number = 0;
         while let Some(first) = self.nodes[number].choice() {
-            let Some((share, _)) = self.shares(first, point, facing) else {
+            let Some((share, _)) = self.shares(first, view) else {
                 return (None, Seen(None));
             };
             let second = u >= share;
@@ -179,7 +189,7 @@ impl Targets {
         let mut weights = [0.0; GROUP];
         let mut total = 0.0;
         for (weight, target) in weights.iter_mut().zip(targets) {
-            *weight = target.weight(point, facing);
+            *weight = target.weight(view);
             total += *weight;
         }
         let seen = Seen(Some((number, total)));
@@ -192,11 +202,12 @@ impl Targets {
                 break;
             }
         }
-        (chosen.and_then(|target| target.aim(point, self.wide_share, rng)), seen)
+        (chosen.and_then(|target| target.aim(view, self.wide_share, rng)), seen)
     }
 
-    /// The density with which [`choose`](Self::choose) takes a unit vector, 1/sr.
-    pub fn density(&self, point: Vec3, facing: Facing, direction: Vec3, seen: Seen) -> f32 {
+    /// The density with which [`choose`](Self::choose) takes a ray: of its direction from the point of the view, 1/sr, or
+    /// of its place across a beam, 1/m2.
+    pub fn density(&self, view: View, ray: &Ray, seen: Seen) -> f32 {
         // each with its chance and the node that is compared one by one; no deeper than the logarithm of their number
         let mut open = [(0, 1.0, None); 64];
         let mut left = 1;
@@ -206,11 +217,11 @@ impl Targets {
             left -= 1;
             let (number, chance, group): (usize, f32, Option<usize>) = open[left];
             let node = &self.nodes[number];
-            if !meets_ball(node.center - point, node.radius, direction) {
+            if !meets_ball(node.center - ray.origin, node.radius, ray.direction) {
                 continue;
             }
             if let Some(first) = node.choice() {
-                if let Some((one, other)) = self.shares(first, point, facing) {
+                if let Some((one, other)) = self.shares(first, view) {
                     open[left] = (first, chance * one, None);
                     open[left + 1] = (first + 1, chance * other, None);
                     left += 2;
@@ -225,16 +236,16 @@ impl Targets {
                 continue;
             }
             for target in self.targets_of(number) {
-                let there = target.density(point, self.wide_share, direction);
+                let there = target.density(view, ray, self.wide_share);
                 if there == 0.0 {
                     continue;
                 }
                 // without weight it is seen from behind
-                let weight = target.weight(point, facing);
+                let weight = target.weight(view);
                 if weight > 0.0 {
                     let total = match known {
                         Some((of, total)) if of == group => total,
-                        _ => self.targets_of(group).iter().map(|t| t.weight(point, facing)).sum(),
+                        _ => self.targets_of(group).iter().map(|target| target.weight(view)).sum(),
                     };
                     known = Some((group, total));
                     density += chance * weight / total * there;
@@ -251,11 +262,13 @@ impl Targets {
 
     /// The chances of a node's halves, the first of which is `first`; none where neither is seen.
     #[inline]
-    fn shares(&self, first: usize, point: Vec3, facing: Facing) -> Option<(f32, f32)> {
+    fn shares(&self, first: usize, view: View) -> Option<(f32, f32)> {
         let seen = |node: &Node| {
+            let number = (node.to - node.from) as f32;
+            let View::Point(point, facing) = view else { return number };
             let to = node.center - point;
             let d2 = to.length_squared() + node.radius * node.radius;
-            (node.to - node.from) as f32 * facing.along(to, node.radius) / (d2 * d2.sqrt())
+            number * facing.along(to, node.radius) / (d2 * d2.sqrt())
         };
         let [one, other] = [seen(&self.nodes[first]), seen(&self.nodes[first + 1])];
         let total = one + other;
@@ -308,41 +321,55 @@ impl Target {
         Self { center, radius: a.max(b), shape }
     }
 
-    /// About how much of the light that leaves `point` comes to a unit of its area, cos cos' / d2: the chance to aim
-    /// at it.
+    /// About how much of the light of a view comes to a unit of its area, cos cos' / d2 or the cosine of a beam: the
+    /// chance to aim at it.
     #[inline]
-    fn weight(&self, point: Vec3, facing: Facing) -> f32 {
-        let to = self.center - point;
-        let d2 = to.length_squared();
-        let height = match self.shape {
+    fn weight(&self, view: View) -> f32 {
+        let height = |to: Vec3| match self.shape {
             Shape::Ellipse { normal, one_sided, .. } => {
                 let height = -to.dot(normal);
                 if one_sided { height.max(0.0) } else { height.abs() }
             }
-            Shape::Ball if d2 > self.radius * self.radius => d2.sqrt(),
-            Shape::Ball => 0.0,
+            Shape::Ball => to.length(),
         };
-        let near = d2 + self.radius * self.radius;
-        height * facing.along(to, self.radius) / (near * near)
+        let (point, facing) = match view {
+            View::Point(point, facing) => (point, facing),
+            View::Beam(direction) => return height(direction),
+        };
+        let (to, r2) = (self.center - point, self.radius * self.radius);
+        let d2 = to.length_squared();
+        // no direction leads to a ball from within
+        if matches!(self.shape, Shape::Ball) && d2 <= r2 {
+            return 0.0;
+        }
+        height(to) * facing.along(to, self.radius) / (d2 + r2).powi(2)
     }
 
-    /// A direction to it.
-    fn aim(&self, point: Vec3, wide_share: f32, rng: &mut Stream) -> Option<Vec3> {
+    /// A unit vector to it, or a point of it that a beam is to pass.
+    fn aim(&self, view: View, wide_share: f32, rng: &mut Stream) -> Option<Vec3> {
         let size = match wide_share {
             0.0 => 1.0,
             share => wide_size(rng.uniform() / share),
         };
-        let to = self.center - point;
-        match self.shape {
-            Shape::Ellipse { axes, .. } => {
-                let u = rng.square();
-                let at = size * u.x.sqrt() * uniform_circle(u.y);
-                (to + at.x * axes[0] + at.y * axes[1]).try_normalize()
+        let mut on = |middle: Vec3, [a, b]: [Vec3; 2], size: f32| {
+            let u = rng.square();
+            let at = size * u.x.sqrt() * uniform_circle(u.y);
+            middle + at.x * a + at.y * b
+        };
+        match (self.shape, view) {
+            (Shape::Ellipse { axes, .. }, View::Point(point, _)) => {
+                on(self.center - point, axes, size).try_normalize()
             }
-            Shape::Ball => {
+            (Shape::Ellipse { axes, .. }, View::Beam(_)) => Some(on(self.center, axes, size)),
+            (Shape::Ball, View::Point(point, _)) => {
+                let to = self.center - point;
                 let direction = to.try_normalize()?;
                 let local = uniform_cone(self.versine(to), rng.square());
                 Some(Frame::new(direction).to_world(local))
+            }
+            (Shape::Ball, View::Beam(direction)) => {
+                let Frame { tangent, bitangent, .. } = Frame::new(direction);
+                Some(on(self.center, [tangent, bitangent].map(|axis| self.radius * axis), 1.0))
             }
         }
     }
@@ -353,10 +380,10 @@ impl Target {
         sin2 / (1.0 + (1.0 - sin2).sqrt())
     }
 
-    /// The density of [`aim`](Self::aim), 1/sr.
+    /// The density of [`aim`](Self::aim): of directions, 1/sr, or of places across a beam, 1/m2.
     #[inline]
-    fn density(&self, point: Vec3, wide_share: f32, direction: Vec3) -> f32 {
-        let to = self.center - point;
+    fn density(&self, view: View, ray: &Ray, wide_share: f32) -> f32 {
+        let (to, direction) = (self.center - ray.origin, ray.direction);
         match self.shape {
             Shape::Ellipse { normal, inverse, area, .. } => {
                 let cos = direction.dot(normal);
@@ -369,13 +396,20 @@ impl Target {
                 }
                 let own = if r2 <= 1.0 { 1.0 - wide_share } else { 0.0 };
                 let wide = if wide_share > 0.0 { wide_share * wide_density(r2) } else { 0.0 };
-                (own + wide) * t * t / (area * cos.abs())
+                let across = (own + wide) / (area * cos.abs());
+                if let View::Point(..) = view { across * t * t } else { across }
             }
-            Shape::Ball => {
-                let versine = self.versine(to);
-                let away = 0.5 * direction.distance_squared(to.normalize_or_zero());
-                if away <= versine { 1.0 / (2.0 * PI * versine) } else { 0.0 }
-            }
+            Shape::Ball => match view {
+                View::Point(..) => {
+                    let versine = self.versine(to);
+                    let away = 0.5 * direction.distance_squared(to.normalize_or_zero());
+                    if away <= versine { 1.0 / (2.0 * PI * versine) } else { 0.0 }
+                }
+                View::Beam(_) => {
+                    let r2 = self.radius * self.radius;
+                    if meets_ball(to, self.radius, direction) { 1.0 / (PI * r2) } else { 0.0 }
+                }
+            },
         }
     }
 }

@@ -137,16 +137,17 @@ impl Run<'_> {
                 None => (self.scene.emit::<L>(strata, index, &mut rng), 1.0),
                 Some(lamps) => lamps.emit(self.scene, strata, index, &mut rng),
             };
-            let Emission { light, source, weights, ray, start, power } = photon;
+            let Emission { light, source, weights, ray, start, .. } = photon;
             let part = self.part_of.get(light).copied();
             // light from infinitely far away may be more or less by where it comes from
             if density == 1.0 || start.is_some() {
-                tally.emitted(part, weights, &power);
+                tally.emitted(part, weights, &photon.power);
             } else {
-                tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
+                tally.emitted(part, weights, &photon.power.clone().scaled(1.0 / density));
             }
             let mut way = Way::default();
-            let mut direct = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
+            let of_sun = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
+            let mut direct = of_sun;
             let mut on = |event: Event<'_, L>| {
                 // a flight beside it carries what was scattered
                 let beside =
@@ -174,23 +175,18 @@ impl Run<'_> {
                 }
             };
             let Some(guidance) = guidance else {
-                trace(self.scene, ray, power, (), &mut rng, on);
+                trace(self.scene, ray, photon.power, (), &mut rng, on);
                 continue;
             };
-            let power_of_all = power;
-            let power = power_of_all.clone().scaled(1.0 / density);
+            let power = photon.power.clone().scaled(1.0 / density);
             if start.is_some() && density != 1.0 {
-                on(Event::Chance { before: &power_of_all, after: &power });
+                on(Event::Chance { before: &photon.power, after: &power });
             }
-            let aimed = guidance.targets.as_ref().map(|targets| {
-                let from = (&self.scene.lights[light], start);
-                let free = match density {
-                    1.0 => start,
-                    _ => self.scene.emit::<L>(strata, index, &mut rng).start,
-                };
-                let free = (free, &power_of_all);
-                Aimed::start(self.scene, targets, from, ray.direction, free, &mut rng, &mut on)
-            });
+            let mut aimed = guidance.targets.as_ref().map(|to| Aimed::new(self.scene, to));
+            if let Some(aimed) = aimed.as_mut().filter(|_| !of_sun) {
+                let other = (density != 1.0).then(|| self.scene.emit::<L>(strata, index, &mut rng));
+                aimed.start(&photon, other.as_ref(), &mut rng, &mut on);
+            }
             let windows = guidance.windows.as_ref().map(|windows| {
                 let largest = weights.iter().copied().fold(0.0, f64::max);
                 (&*windows.importance, largest as f32 / windows.mean)
