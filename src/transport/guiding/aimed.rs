@@ -53,14 +53,14 @@ enum Origin<'a> {
     /// Infinitely far away, from where it enters by a face along a unit vector.
     Infinity(&'a EntryFace, Vec3),
     /// A point of a surface that scatters it diffusely.
-    Surface { point: Vec3, material: &'a Material, interaction: Interaction, photons: f32 },
+    Surface { point: Vec3, material: &'a Material, interaction: Interaction },
 }
 
 impl<'a> Origin<'a> {
-    /// Where a photon has arrived, and so many go on for one without a guide.
-    fn surface(arrived: &Arrived<'_, 'a>, photons: f32) -> Self {
+    /// Where a photon has arrived.
+    fn surface(arrived: &Arrived<'_, 'a>) -> Self {
         let Arrived { hit, material, interaction, .. } = *arrived;
-        Self::Surface { point: hit.point, material, interaction: *interaction, photons }
+        Self::Surface { point: hit.point, material, interaction: *interaction }
     }
 
     /// Where a photon was emitted; none of a dark light at infinity.
@@ -126,14 +126,6 @@ impl<'a> Origin<'a> {
             }
         }
     }
-
-    /// About the density with which photons go on where so much leaves, in the same unit.
-    fn own<L: Lanes>(&self, leaves: &Spectrum<L>) -> f32 {
-        match self {
-            Self::Light(..) | Self::Infinity(..) => leaves.largest(),
-            Self::Surface { photons, .. } => photons * leaves.largest(),
-        }
-    }
 }
 
 impl<'a> Aimed<'a> {
@@ -174,7 +166,7 @@ impl<'a> Aimed<'a> {
         let (ray, seen) = from.aim(self.targets, rng);
         let Some(ray) = ray else { return seen };
         let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), ray.direction);
-        let own = from.own(&leaves);
+        let own = leaves.largest();
         let carried = leaves * power;
         if carried.is_zero() {
             return seen;
@@ -237,7 +229,7 @@ impl<'a> Aimed<'a> {
             return 1.0;
         }
         let leaves: Spectrum<L> = from.leaves(self.scene.lanes(), ray.direction);
-        let own = from.own(&leaves);
+        let own = leaves.largest();
         own / (aimed + own)
     }
 
@@ -257,17 +249,15 @@ impl<'a> Aimed<'a> {
     }
 
     /// Sends a flight from a diffuse surface that the photon has brought `power` to, and says what it saw there.
-    /// `photons`: how many go on for one without a guide.
     #[inline]
     pub fn arrive<L: Lanes>(
         &mut self,
         arrived: &Arrived<'_, 'a>,
-        photons: f32,
         power: &Spectrum<L>,
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) -> Seen {
-        self.send(&Origin::surface(arrived, photons), power, rng, on)
+        self.send(&Origin::surface(arrived), power, rng, on)
     }
 
     /// From now on the photon is the one that leaves such a surface as `sample` says, if it does.
@@ -275,14 +265,13 @@ impl<'a> Aimed<'a> {
     pub fn leave<L: Lanes>(
         &mut self,
         arrived: &Arrived<'_, 'a>,
-        photons: f32,
         seen: Seen,
         sample: Option<&BsdfSample<L>>,
     ) {
         self.share = None;
         // a mirrored one of such a surface no aimed flight follows
         let drawn = sample.filter(|sample| sample.lobe.is_diffuse());
-        let from = Origin::surface(arrived, photons);
+        let from = Origin::surface(arrived);
         let ray = |direction: Vec3| Ray { origin: arrived.hit.point, direction };
         self.leg = drawn.map(|sample| Leg { from, seen, ray: ray(sample.direction) });
     }

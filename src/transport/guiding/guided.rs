@@ -1,8 +1,8 @@
 //! A photon that is guided: aimed flights beside it, and weight windows.
 //!
 //! Of a photon that brings w to a place of importance J, m = w J / R photons go on, on average, each with 1 / m of what
-//! the surface scatters: so the product of power and importance stays about R, the mean of J where photons first come to a diffuse
-//! surface. That is splitting and roulette in one game (weight windows: Booth, "Monte Carlo variance reduction
+//! the surface scatters: so the product of power and importance stays about R, which is usual where photons first come to a
+//! diffuse surface. That is splitting and roulette in one game (weight windows: Booth, "Monte Carlo variance reduction
 //! approaches for non-Boltzmann tallies", LA-12433, 1992), in place of the roulette of absorption. Where that would let
 //! go on nearly as many, the game is left alone: splitting where it gains nothing costs time.
 
@@ -31,10 +31,10 @@ use crate::{
 const BAND: f32 = 5.0;
 /// No photon that goes on carries more than this many times what it would without the game.
 const MOST_GAIN: f32 = 20.0;
-/// The most that go on from one place.
-const MOST_COPIES: f32 = 3000.0;
+/// The most that go on from one place: what more of them bring is alike.
+const MOST_COPIES: f32 = 300.0;
 /// Photons of one history from which on none is split.
-const MOST_PHOTONS: u32 = 100_000;
+const MOST_PHOTONS: u32 = 1000;
 
 /// What guides the photons of a run.
 #[derive(Clone, Default)]
@@ -76,7 +76,7 @@ pub struct Windows<'a> {
     /// J.
     pub importance: Arc<Importance<'a>>,
     /// R, times W or umol/s.
-    pub mean: f32,
+    pub usual: f32,
 }
 
 /// Guides one photon.
@@ -102,7 +102,6 @@ pub struct Copies<'a, L> {
     interaction: Interaction,
     /// The photon's interactions before.
     interactions: u32,
-    game: Game,
     seen: Seen,
     /// What each brings.
     power: Spectrum<L>,
@@ -186,8 +185,13 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         let mut seen = Seen::default();
         let gain = self.game.map_or(1.0, |game| game.gain);
         if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
-            seen = aimed.arrive(arrived, gain, power, rng, on);
-            aimed.leave(arrived, gain, seen, onward.as_ref());
+            // as if the photon had been split, or ended, on its way here
+            let each = power.clone().scaled(1.0 / gain);
+            let flights = if self.game.is_some() { gain + rng.uniform() } else { 1.0 };
+            for _ in 0..flights as u32 {
+                seen = aimed.arrive(arrived, &each, rng, on);
+            }
+            aimed.leave(arrived, seen, onward.as_ref());
         }
         let Some(game) = self.game else { return };
         let number = (game.mean + rng.uniform()) as u32;
@@ -204,8 +208,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             self.photons += number - 1;
             let Arrived { hit, material, interaction, interactions, .. } = *arrived;
             let (hit, interaction, left) = (*hit, *interaction, number - 1);
-            let copies =
-                Copies { hit, material, interaction, interactions, game, seen, power, left };
+            let copies = Copies { hit, material, interaction, interactions, seen, power, left };
             self.copies.push(copies);
         }
     }
@@ -213,7 +216,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
     fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
         loop {
             let copies = self.copies.last_mut()?;
-            let Copies { hit, material, interaction, interactions, game, seen, .. } = *copies;
+            let Copies { hit, material, interaction, interactions, seen, .. } = *copies;
             let sample = material.sample::<L>(&interaction, Transport::Light, rng);
             let onward = sample.map(|sample| (sample.weight.clone() * &copies.power, sample));
             copies.left -= 1;
@@ -226,7 +229,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
                 let surface = self.scene.surface(hit.triangle);
                 let (hit, interaction) = (&hit, &interaction);
                 let arrived = Arrived { hit, surface, material, interaction, interactions };
-                aimed.leave(&arrived, game.gain, seen, Some(&sample));
+                aimed.leave(&arrived, seen, Some(&sample));
             }
             let ray = leave(self.scene, &hit, &interaction, &sample);
             return Some(Flight { ray, power, interactions: interactions + 1 });

@@ -20,8 +20,9 @@ use crate::{
 
 /// Photons that are sent without a guide first; four times as many as long as their error is too large.
 const FIRST_PHOTONS: u64 = 1 << 15;
-/// Photons of a round that is guided by the one before.
+/// Photons of a round that is guided by the one before: so many, or this share of the most that are tried.
 const GUIDED: u64 = 1 << 16;
+const GUIDED_SHARE: u64 = 4;
 /// Mirrors and glass on the way of a photon, at most.
 const MOST_SMOOTH: u32 = 100;
 /// The relative error of what is found without a guide that is small enough to compare with.
@@ -67,15 +68,16 @@ pub(super) fn learn<L: Lanes>(
     }
     let none = Lamps { shares: None, trees: vec![None; sources(&scene.lights)] };
     let streams = |round: u64| Streams::new(seed, Purpose::Lamps, round);
+    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(&scene.lights) as u64);
     let mut photons = FIRST_PHOTONS.max(2 * sources(&scene.lights) as u64);
     let mut free = send::<L>(scene, importance, &none, streams(photons), photons);
     loop {
         let (mean, error) = estimate(&free);
         if mean > 0.0 && error <= SURE * mean {
             let mut lamps = Lamps { shares: None, trees: trees(&none, &free) };
-            let again = send::<L>(scene, importance, &lamps, streams(0), GUIDED);
+            let again = send::<L>(scene, importance, &lamps, streams(0), guided_photons);
             lamps.trees = trees(&lamps, &again);
-            let guided = send::<L>(scene, importance, &lamps, streams(1), GUIDED);
+            let guided = send::<L>(scene, importance, &lamps, streams(1), guided_photons);
             let (own, own_error) = estimate(&guided);
             if (own - mean).abs() <= AGREE * own_error.hypot(error) {
                 return Ok(worth(&free, &guided, lamps));

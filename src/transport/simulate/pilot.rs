@@ -30,13 +30,18 @@ const IMPORTONS: u64 = 100_000;
 /// Photons of a round.
 const PHOTONS: u64 = 1 << 13;
 /// The most photons that find which light of the lamps matters, in a round and in the last one.
-const FEW: u64 = 1 << 17;
+const FEW: u64 = 1 << 16;
 const MANY: u64 = 1 << 21;
 /// No captor counts as darker than this, relative to the brightest.
 const DARKEST: f64 = 1e-6;
 /// Photons that tell the importance where photons arrive, and the most arrivals of them.
 const ARRIVING: u64 = 1 << 14;
 const MOST_ARRIVALS: usize = 1 << 18;
+/// What is usual where photons first come to a diffuse surface: so many of them matter less. Not the mean, which a few
+/// that come straight to where it matters would make so large that all others end; ...
+const USUAL: f64 = 0.75;
+/// ... but at least this share of it: where most do not matter at all, the others are not to be split without need.
+const LEAST_USUAL: f32 = 0.2;
 /// There are windows where importance varies by this factor at least ...
 const VARIES: f32 = 5.0;
 /// ... among the places where photons arrive, but for so many of the most and of the least important.
@@ -92,8 +97,8 @@ impl<'a, 'c> Pilot<'a, 'c> {
             self.guidance.starved = lamps.is_err();
             self.guidance.lamps = lamps.unwrap_or(None).map(Arc::new);
             let lamps = self.guidance.lamps.as_deref();
-            let Arriving { mean, varies } = arrive::<L>(scene, &importance, lamps, seed);
-            self.guidance.windows = (mean > 0.0).then_some(Windows { importance, mean });
+            let Arriving { usual, varies } = arrive::<L>(scene, &importance, lamps, seed);
+            self.guidance.windows = (usual > 0.0).then_some(Windows { importance, usual });
             self.varies = varies;
         });
         self.arriving = Some(arriving);
@@ -158,8 +163,8 @@ fn expected(scene: &Scene, totals: &Totals) -> Vec<Vec<f64>> {
 
 /// Importance where photons arrive.
 struct Arriving {
-    /// Where they first come to a diffuse surface: the mean, times W or umol/s.
-    mean: f32,
+    /// Where they first come to a diffuse surface: what is usual, times W or umol/s.
+    usual: f32,
     /// Whether it varies enough for windows.
     varies: bool,
 }
@@ -173,7 +178,7 @@ fn arrive<L: Lanes>(
     let photons = ARRIVING.max(scene.sources() as u64);
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Pilot, u64::MAX);
-    let (mut sum, mut all, mut arrivals, mut done) = (0.0, Vec::new(), 0, 0);
+    let (mut firsts, mut all, mut arrivals, mut done) = (Vec::new(), Vec::new(), 0, 0);
     // neighbouring histories share the lights well, so it can end after any
     while done < photons && arrivals < MOST_ARRIVALS {
         let mut rng = streams.history(done);
@@ -192,15 +197,20 @@ fn arrive<L: Lanes>(
             }
             let value = importance.at(hit, interaction.front);
             if first {
-                sum += weight * f64::from(power.largest() * value);
+                firsts.push((weight * f64::from(power.largest() * value)) as f32);
             }
             first = false;
             all.push(value);
         });
         done += 1;
     }
-    all.sort_unstable_by(f32::total_cmp);
-    let at = |share: f64| all.get((share * all.len() as f64) as usize).copied().unwrap_or(0.0);
-    let varies = at(1.0 - EXTREMES) > VARIES * at(EXTREMES);
-    Arriving { mean: (sum / done as f64) as f32, varies }
+    let varies = quantile(&mut all, 1.0 - EXTREMES) > VARIES * quantile(&mut all, EXTREMES);
+    let mean = firsts.iter().sum::<f32>() / done.max(1) as f32;
+    Arriving { usual: quantile(&mut firsts, USUAL).max(LEAST_USUAL * mean), varies }
+}
+
+/// The value below which there are so many of all; 0 of none.
+fn quantile(values: &mut [f32], share: f64) -> f32 {
+    values.sort_unstable_by(f32::total_cmp);
+    values.get((share * values.len() as f64) as usize).copied().unwrap_or(0.0)
 }

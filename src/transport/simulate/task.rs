@@ -189,7 +189,7 @@ impl Run<'_> {
             }
             let windows = guidance.windows.as_ref().map(|windows| {
                 let largest = weights.iter().copied().fold(0.0, f64::max);
-                (&*windows.importance, largest as f32 / windows.mean)
+                (&*windows.importance, largest as f32 / windows.usual)
             });
             copies.clear();
             let guide = Guided::new(self.scene, aimed, windows, &mut copies);
