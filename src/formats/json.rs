@@ -1,13 +1,10 @@
 //! Reading JSON strictly: no key twice, no unknown key, and every error with its place.
 
-use std::fmt;
+use std::{fmt, vec};
 
 use serde::{
     Deserialize,
-    de::{
-        self, DeserializeOwned, IntoDeserializer as _,
-        value::{MapDeserializer, SeqDeserializer},
-    },
+    de::{self, DeserializeOwned, IntoDeserializer as _},
 };
 use serde_json::{Map, Value};
 
@@ -200,25 +197,25 @@ impl fmt::Display for Misplaced {
     }
 }
 
+impl Misplaced {
+    fn of(error: &serde_json::Error) -> Self {
+        let message = error.to_string();
+        let (pointer, problem) = message.split_once(SEPARATOR).unwrap_or(("", &message));
+        Self { pointer: pointer.to_string(), problem: problem.to_string() }
+    }
+}
+
+/// An error in the value of `key`, or at the entry of that index, as one of what holds it.
+#[cold]
+#[inline(never)]
+fn within(key: &dyn fmt::Display, error: &serde_json::Error) -> serde_json::Error {
+    let Misplaced { pointer, problem } = Misplaced::of(error);
+    let pointer = format!("/{}{pointer}", escaped(&key.to_string()));
+    de::Error::custom(Misplaced { pointer, problem })
+}
+
 fn typed<T: DeserializeOwned>(value: Value) -> std::result::Result<T, Misplaced> {
-    serde_path_to_error::deserialize(Json(value)).map_err(|e| {
-        let mut pointer = String::new();
-        for segment in e.path() {
-            use serde_path_to_error::Segment;
-            match segment {
-                Segment::Map { key } => pointer += &format!("/{}", escaped(key)),
-                Segment::Seq { index } => pointer += &format!("/{index}"),
-                Segment::Enum { .. } | Segment::Unknown => {}
-            }
-        }
-        let message = e.into_inner().to_string();
-        match message.split_once(SEPARATOR) {
-            Some((inner, problem)) => {
-                Misplaced { pointer: pointer + inner, problem: problem.to_string() }
-            }
-            None => Misplaced { pointer, problem: message },
-        }
-    })
+    T::deserialize(Json(value)).map_err(|e| Misplaced::of(&e))
 }
 
 /// A key as part of a JSON pointer (RFC 6901).
@@ -363,42 +360,65 @@ fn missing_key(problem: &str) -> Option<String> {
 }
 
 /// A value that is read to the letter: only an object makes a struct (serde takes an array, too, as
-/// its fields in order), and only a string a name.
+/// its fields in order), and only a string a name. Its errors say where in it they are. A number is
+/// not tried as an array, and so on, so that the compiler has less to do.
 struct Json(Value);
 
-impl<'de> de::IntoDeserializer<'de, serde_json::Error> for Json {
-    type Deserializer = Self;
-    fn into_deserializer(self) -> Self {
-        self
+impl Json {
+    /// Reads what is neither an array nor an object.
+    fn plain<'de, V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
+        match self.0 {
+            Value::Null => visitor.visit_unit(),
+            Value::Bool(value) => visitor.visit_bool(value),
+            Value::Number(number) => de::Deserializer::deserialize_any(number, visitor),
+            Value::String(text) => visitor.visit_string(text),
+            Value::Array(_) => Err(de::Error::invalid_type(de::Unexpected::Seq, &visitor)),
+            Value::Object(_) => Err(de::Error::invalid_type(de::Unexpected::Map, &visitor)),
+        }
     }
+}
+
+/// Reads types of these kinds from plain values.
+macro_rules! plain {
+    ($($method:ident)*) => {
+        $(fn $method<V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
+            self.plain(visitor)
+        })*
+    };
 }
 
 impl<'de> de::Deserializer<'de> for Json {
     type Error = serde_json::Error;
 
-    fn deserialize_any<V: de::Visitor<'de>>(
-        self,
-        visitor: V,
-    ) -> std::result::Result<V::Value, Self::Error> {
+    fn deserialize_any<V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
         match self.0 {
-            Value::Array(values) => {
-                let mut values = SeqDeserializer::new(values.into_iter().map(Json));
-                let read = visitor.visit_seq(&mut values)?;
-                values.end().map(|()| read)
-            }
-            Value::Object(map) => {
-                let entries = map.into_iter().map(|(key, value)| (key, Json(value)));
-                visitor.visit_map(MapDeserializer::new(entries))
-            }
-            plain => plain.deserialize_any(visitor),
+            Value::Array(_) => self.deserialize_seq(visitor),
+            _ => self.deserialize_map(visitor),
         }
     }
 
-    fn deserialize_option<V: de::Visitor<'de>>(
+    fn deserialize_seq<V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
+        let Value::Array(values) = self.0 else { return self.plain(visitor) };
+        let length = values.len();
+        let mut items = Items { rest: values.into_iter(), read: 0 };
+        let value = visitor.visit_seq(&mut items)?;
+        match items.rest.len() {
+            0 => Ok(value),
+            _ => Err(de::Error::invalid_length(length, &items.read.to_string().as_str())),
+        }
+    }
+
+    fn deserialize_map<V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
+        let Value::Object(map) = self.0 else { return self.plain(visitor) };
+        visitor.visit_map(Entries { rest: map.into_iter(), open: None })
+    }
+
+    fn deserialize_tuple<V: de::Visitor<'de>>(
         self,
+        _: usize,
         visitor: V,
-    ) -> std::result::Result<V::Value, Self::Error> {
-        if self.0.is_null() { visitor.visit_none() } else { visitor.visit_some(self) }
+    ) -> serde_json::Result<V::Value> {
+        self.deserialize_seq(visitor)
     }
 
     fn deserialize_struct<V: de::Visitor<'de>>(
@@ -406,13 +426,12 @@ impl<'de> de::Deserializer<'de> for Json {
         _: &'static str,
         _: &'static [&'static str],
         visitor: V,
-    ) -> std::result::Result<V::Value, Self::Error> {
-        // of an array, this makes an error
-        if self.0.is_array() {
-            self.0.deserialize_map(visitor)
-        } else {
-            self.deserialize_any(visitor)
-        }
+    ) -> serde_json::Result<V::Value> {
+        self.deserialize_map(visitor)
+    }
+
+    fn deserialize_option<V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
+        if self.0.is_null() { visitor.visit_none() } else { visitor.visit_some(self) }
     }
 
     fn deserialize_enum<V: de::Visitor<'de>>(
@@ -420,7 +439,7 @@ impl<'de> de::Deserializer<'de> for Json {
         _: &'static str,
         names: &'static [&'static str],
         visitor: V,
-    ) -> std::result::Result<V::Value, Self::Error> {
+    ) -> serde_json::Result<V::Value> {
         let found = match &self.0 {
             Value::String(name) => return visitor.visit_enum(name.as_str().into_deserializer()),
             Value::Null => de::Unexpected::Other("null"),
@@ -433,9 +452,70 @@ impl<'de> de::Deserializer<'de> for Json {
         Err(de::Error::invalid_type(found, &expected.as_str()))
     }
 
+    plain! {
+        deserialize_bool deserialize_i8 deserialize_i16 deserialize_i32 deserialize_i64
+        deserialize_u8 deserialize_u16 deserialize_u32 deserialize_u64 deserialize_f32
+        deserialize_f64 deserialize_char deserialize_str deserialize_string
+    }
+
     serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
-        unit unit_struct newtype_struct seq tuple tuple_struct map identifier ignored_any
+        i128 u128 bytes byte_buf unit unit_struct newtype_struct tuple_struct identifier ignored_any
+    }
+}
+
+/// The entries of an array.
+struct Items {
+    rest: vec::IntoIter<Value>,
+    read: usize,
+}
+
+impl<'de> de::SeqAccess<'de> for Items {
+    type Error = serde_json::Error;
+
+    fn next_element_seed<T: de::DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> serde_json::Result<Option<T::Value>> {
+        let Some(value) = self.rest.next() else { return Ok(None) };
+        let value = seed.deserialize(Json(value)).map_err(|e| within(&self.read, &e))?;
+        self.read += 1;
+        Ok(Some(value))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.rest.len())
+    }
+}
+
+/// The entries of an object.
+struct Entries {
+    rest: serde_json::map::IntoIter,
+    /// What the key that was read last holds.
+    open: Option<(String, Value)>,
+}
+
+impl<'de> de::MapAccess<'de> for Entries {
+    type Error = serde_json::Error;
+
+    fn next_key_seed<K: de::DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> serde_json::Result<Option<K::Value>> {
+        self.open = self.rest.next();
+        let Some((key, _)) = &self.open else { return Ok(None) };
+        seed.deserialize(key.as_str().into_deserializer()).map(Some).map_err(|e| within(key, &e))
+    }
+
+    fn next_value_seed<V: de::DeserializeSeed<'de>>(
+        &mut self,
+        seed: V,
+    ) -> serde_json::Result<V::Value> {
+        let (key, value) = self.open.take().expect("serde reads a key before its value");
+        seed.deserialize(Json(value)).map_err(|e| within(&key, &e))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.rest.len())
     }
 }
 
