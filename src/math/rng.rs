@@ -46,6 +46,8 @@ pub enum Purpose {
     Pilot,
     /// Photons that find which light of the lamps matters.
     Lamps,
+    /// Photons that find the light which mirrors, refraction or gloss alone bring, for pictures.
+    Focused,
 }
 
 /// The streams of all histories of a batch.

@@ -50,7 +50,7 @@ pub use plan::Plan;
 pub use schedule::BATCHES;
 use schedule::Schedule;
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
-pub use surfaces::light_surfaces;
+pub use surfaces::{focused_light, light_surfaces};
 pub use trial::{Choice, other_estimator};
 
 /// Histories of a task, unless there are more lights than that.
@@ -221,6 +221,8 @@ enum Keep<'a> {
     OnCaptors,
     /// All, filed by smooth piece of surface and face.
     OnSurfaces(&'a Patches),
+    /// Those of them that came by mirrors, refraction or gloss alone; none is followed beyond that.
+    Focused(&'a Patches),
 }
 
 /// What one history is.
@@ -364,7 +366,7 @@ impl<'a> Run<'a> {
         let photons = matches!(self.work, Work::Photons(_));
         let asked = match self.keep {
             Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
-            Keep::OnSurfaces(_) => true,
+            Keep::OnSurfaces(_) | Keep::Focused(_) => true,
         };
         let bands = self.scene.bands.len();
         let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());

@@ -63,7 +63,7 @@ impl<'a> SurfaceLight<'a> {
         point: Vec3,
         bands: &[usize],
     ) -> Option<f64> {
-        let gathered = self.gather(triangle, front, point)?;
+        let gathered = self.gather(triangle, front, point, self.k)?;
         let (mut sum, mut squares) = (0.0, 0.0);
         for photon in &gathered.photons {
             let power = self.map.power(photon.index);
@@ -76,7 +76,12 @@ impl<'a> SurfaceLight<'a> {
 
     /// Relative standard error of an estimate from `k` photons of one power.
     pub fn error_of_alike(&self) -> f32 {
-        1.0 / (self.k as f32).sqrt()
+        Self::error_of(self.k)
+    }
+
+    /// The same of another number of photons.
+    pub fn error_of(k: usize) -> f32 {
+        1.0 / (k as f32).sqrt()
     }
 
     /// What arrives, in so many parts; `part` says to which a photon belongs.
@@ -90,7 +95,7 @@ impl<'a> SurfaceLight<'a> {
     ) -> Vec<f64> {
         let bands = self.scene.bands.len();
         let mut sums = vec![0.0; parts * bands];
-        let Some(gathered) = self.gather(triangle, front, point) else { return sums };
+        let Some(gathered) = self.gather(triangle, front, point, self.k) else { return sums };
         for photon in &gathered.photons {
             let sum = &mut sums[part(photon.index) * bands..][..bands];
             let power = self.map.power(photon.index);
@@ -117,7 +122,7 @@ impl<'a> SurfaceLight<'a> {
     /// What the surface absorbs of what arrives at some `faces` (front, back).
     fn absorbed_from(&self, faces: [bool; 2], triangle: usize, point: Vec3) -> Vec<f64> {
         with_lanes!(self.scene.lanes(), L => {
-            self.sum::<L>(triangle, point, faces, |material, at, photon| {
+            self.sum::<L>(triangle, point, faces, self.k, |material, at, photon| {
                 // without a closed form: what scattering once leaves behind, in the mean
                 material.absorptance(at).unwrap_or_else(|| {
                     let mut rng = Streams::new(0, Purpose::Surfaces, 0).history(photon as u64);
@@ -135,18 +140,19 @@ impl<'a> SurfaceLight<'a> {
     pub fn radiance(&self, triangle: usize, point: Vec3, outgoing: Vec3) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
         let Material::Lambert(lambert) = self.scene.material(surface) else {
-            return self.radiance_of(triangle, point, outgoing, |_| true);
+            return self.radiance_of(triangle, point, outgoing, self.k, |_| true);
         };
         let irradiance = self.irradiance(triangle, outgoing.dot(surface.normal) > 0.0, point);
         irradiance.iter().zip(lambert.reflectance()).map(|(e, r)| e * f64::from(r) / PI).collect()
     }
 
-    /// The same of the photons that came in some ways.
+    /// The same of those of the nearest `k` photons that came in some ways.
     pub fn radiance_of(
         &self,
         triangle: usize,
         point: Vec3,
         outgoing: Vec3,
+        k: usize,
         wanted: impl Fn(Way) -> bool,
     ) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
@@ -158,7 +164,7 @@ impl<'a> SurfaceLight<'a> {
         let through = material.transmits_diffusely();
         let faces = [front || through, !front || through];
         with_lanes!(self.scene.lanes(), L => {
-            self.sum::<L>(triangle, point, faces, |material, at, photon| {
+            self.sum::<L>(triangle, point, faces, k, |material, at, photon| {
                 match self.map.ways().get(photon).is_none_or(|way| wanted(*way)) {
                     true => material.evaluate(at, outgoing),
                     false => Spectrum::splat(self.scene.lanes(), 0.0),
@@ -183,20 +189,21 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Sum over the photons on some `faces` (front, back) of their power times what `score` makes of
-    /// the material and their interaction with it, per area.
+    /// Sum over the `k` nearest photons on each of some `faces` (front, back) of their power times what
+    /// `score` makes of the material and their interaction with it, per area.
     fn sum<L: Lanes>(
         &self,
         triangle: usize,
         point: Vec3,
         faces: [bool; 2],
+        k: usize,
         score: impl Fn(&Material, &Interaction, usize) -> Spectrum<L>,
     ) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
         let material = self.scene.material(surface);
         let mut sums = vec![0.0; self.scene.bands.len()];
         for (front, wanted) in [true, false].into_iter().zip(faces) {
-            let gathered = wanted.then(|| self.gather(triangle, front, point)).flatten();
+            let gathered = wanted.then(|| self.gather(triangle, front, point, k)).flatten();
             let Some(gathered) = gathered else { continue };
             for photon in &gathered.photons {
                 let stored = &self.map.photons[photon.index];
@@ -218,8 +225,8 @@ impl<'a> SurfaceLight<'a> {
         sums
     }
 
-    /// The photons on this face of the piece, and the area of the piece that they fell on.
-    fn gather(&self, triangle: usize, front: bool, point: Vec3) -> Option<Gathered> {
+    /// The `k` nearest photons on this face of the piece, and the area of the piece that they fell on.
+    fn gather(&self, triangle: usize, front: bool, point: Vec3, k: usize) -> Option<Gathered> {
         let patch = self.patches.of(triangle);
         let inside = |radius| {
             let mut area = 0.0;
@@ -231,6 +238,6 @@ impl<'a> SurfaceLight<'a> {
             area
         };
         let bin = self.patches.bin(triangle, front);
-        self.map.gather(bin, point, self.k, self.patches.area(patch), inside)
+        self.map.gather(bin, point, k, self.patches.area(patch), inside)
     }
 }

@@ -194,6 +194,42 @@ impl<'s, L: Lanes> Guide<'s, L> for () {
     }
 }
 
+/// Ends photons where a surface without a glossy lobe has scattered them.
+pub struct UntilDiffused;
+
+impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
+    #[inline(always)]
+    fn cross(&mut self, _: Crossing, _: Vec3, _: &Spectrum<L>, _: &mut impl FnMut(Event<'_, L>)) {}
+
+    #[inline(always)]
+    fn scatter(
+        &mut self,
+        arrived: &Arrived<'_, 's>,
+        power: &Spectrum<L>,
+        scattered: &mut Spectrum<L>,
+        rng: &mut Stream,
+    ) -> Option<BsdfSample<L>> {
+        scatter(arrived.material, arrived.interaction, power, scattered, rng)
+            .filter(|sample| !sample.lobe.is_diffuse() || arrived.material.glossy() > 0.0)
+    }
+
+    #[inline(always)]
+    fn arrive(
+        &mut self,
+        _: &Arrived<'_, 's>,
+        _: &Spectrum<L>,
+        _: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
+        _: &mut Stream,
+        _: &mut impl FnMut(Event<'_, L>),
+    ) {
+    }
+
+    #[inline(always)]
+    fn next(&mut self, _: &mut Stream, _: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
+        None
+    }
+}
+
 /// A photon that leaves a light or a surface.
 pub struct Flight<L> {
     /// Where it starts, and which way.

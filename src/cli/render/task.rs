@@ -143,10 +143,12 @@ impl<'a> Task<'a> {
 
     /// What the rays of all pixels find: all that are asked for, or as many as there is time for.
     pub fn fragments(&self, light: &SurfaceLight, show: Show) -> Result<Fragments> {
-        let Sampling { rays, threads, .. } = self.sampling;
+        let Sampling { rays, .. } = self.sampling;
         let gather = match self.arguments.gather.unwrap_or(1) {
             0 => None,
-            directions => Some(Gather::new(light, directions, threads)?),
+            directions => Some(self.watched("photons", |control| {
+                Gather::new(light, directions, &self.settings, control)
+            })?),
         };
         let round = |before: u32, rays: u32| {
             let sampling = Sampling { rays, before, ..self.sampling };

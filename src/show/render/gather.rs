@@ -25,6 +25,8 @@ use crate::{
     transport::{
         paths::Joined,
         photon_map::Way as Came,
+        settings::Settings,
+        simulate::{Control, focused_light},
         surface_light::{RadianceCache, SurfaceLight},
     },
 };
@@ -38,9 +40,14 @@ const SMALL_GATHERED: f32 = 0.25;
 /// How often light is gathered anew where a ray ends so near that its photons would reach back to where it started.
 const NEAR: u32 = 3;
 
-/// Photons of an estimate of focused light, over those of any other: it is told at the place itself, where its blotches are
-/// seen.
-const FOCUSED: usize = 4;
+/// Photons of an estimate of focused light that is made beforehand, over those of any other: it is told at the place
+/// itself, where its blotches are seen.
+const BEFOREHAND: usize = 8;
+/// The same of one that is made where it is seen, which takes longer; its blotches are small enough for the filter.
+const AT_ONCE: usize = 2;
+/// Photons of an estimate over those that tell what a glossy surface sends where little of it is seen or it is one end of
+/// many: in the mean over these the noise of each goes.
+const COARSE: usize = 4;
 
 /// What light is gathered from.
 pub struct Gather<'a> {
@@ -57,29 +64,54 @@ pub struct Gather<'a> {
 }
 
 impl<'a> Gather<'a> {
-    /// From the light on all surfaces, by so many rays from every point. Error: no threads to be had.
-    pub fn new(light: &SurfaceLight<'a>, directions: u32, threads: usize) -> Result<Self> {
-        let cache = RadianceCache::new(light, threads)?;
-        let focused = light.part(FOCUSED * light.k, Came::is_focused);
-        let focused_cache = RadianceCache::new(&focused, threads)?;
+    /// From the light on all surfaces, by so many rays from every point. It traces photons as [`light_surfaces`] does,
+    /// from which the light comes, with the same `settings`, and has its errors.
+    ///
+    /// [`light_surfaces`]: crate::light_surfaces
+    pub fn new(
+        light: &SurfaceLight<'a>,
+        directions: u32,
+        settings: &Settings,
+        control: &Control,
+    ) -> Result<Self> {
+        let cache = RadianceCache::new(light, settings.threads)?;
+        let mut focused = focused_light(light, BEFOREHAND * light.k, settings, control)?;
+        let focused_cache = RadianceCache::new(&focused, settings.threads)?;
+        focused.k = AT_ONCE * light.k;
         let white = Material::Lambert(Lambert::new(&vec![1.0; light.scene.lanes()]));
         Ok(Self { directions, cache, focused, focused_cache, white })
     }
 
     /// Radiance of the light that is left to photons.
-    fn focused(&self, Place { hit, material, interaction, .. }: &Place) -> Vec<f64> {
+    fn focused(&self, place: &Place) -> Vec<f64> {
         let Self { focused, focused_cache, .. } = self;
-        let triangle = hit.triangle;
-        match material.relative_radiance(interaction.cos) {
-            None => focused.radiance(triangle, hit.point, -interaction.direction),
-            Some(relative) => {
-                let bin = focused.patches.bin(triangle, interaction.front);
-                let cached = focused_cache.near(bin, hit.point);
-                let sent = cached.map_or_else(Default::default, |cached| cached.along_normal);
-                sent.iter().map(|v| f64::from(v * relative)).collect()
-            }
+        told(focused, focused_cache, focused.k, place)
+    }
+
+    /// Photons of what [`focused`](Self::focused) tells.
+    fn k_of_focused(&self, place: &Place) -> usize {
+        match place.material.relative_radiance(1.0) {
+            Some(_) => self.focused.k / AT_ONCE * BEFOREHAND,
+            None => self.focused.k,
         }
     }
+}
+
+/// Radiance of a place, as the photons there tell it: beforehand or, where it does not depend on the angle in a way of the
+/// material's own, the nearest `k`.
+fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) -> Vec<f64> {
+    let Place { hit, material, interaction, .. } = place;
+    let Some(relative) = material.relative_radiance(interaction.cos) else {
+        return light.radiance_of(hit.triangle, hit.point, -interaction.direction, k, |_| true);
+    };
+    let cached = cache.near(light.patches.bin(hit.triangle, interaction.front), hit.point);
+    let sent = cached.map_or_else(Default::default, |cached| cached.along_normal);
+    sent.iter().map(|v| f64::from(v * relative)).collect()
+}
+
+/// Photons of an estimate that many others are mixed with.
+fn coarse(light: &SurfaceLight) -> usize {
+    light.k.div_ceil(COARSE).max(2)
 }
 
 impl Whitted<'_> {
@@ -101,14 +133,20 @@ impl Whitted<'_> {
             let near = |shared: &mut Shared, find: &dyn Fn() -> Vec<f64>| {
                 load(shared.value(hit, interaction.front, reach, find))
             };
-            match gather.filter(|_| place.share >= FAINT) {
+            match gather {
                 None => {
                     let told = near(shared, &|| self.light.radiance(triangle, hit.point, outgoing));
                     Found::told(told, self.light.error_of_alike())
                 }
+                Some(gather) if place.share < FAINT => {
+                    let k = coarse(self.light);
+                    let told = near(shared, &|| told(self.light, &gather.cache, k, place));
+                    Found::told(told, self.light.error_of_alike())
+                }
                 Some(gather) => {
                     let told = near(shared_focused, &|| gather.focused(place));
-                    let told = Found::told(told, gather.focused.error_of_alike());
+                    let told =
+                        Found::told(told, SurfaceLight::error_of(gather.k_of_focused(place)));
                     told.with(self.gathered(gather, place, rng))
                 }
             }
@@ -231,7 +269,7 @@ impl Whitted<'_> {
             // what came to a glossy surface straight or by gloss is told by photons where it goes on to
             let is_glossy = material.glossy() > 0.0;
             let wanted = |came: Came| came.diffused || !is_glossy;
-            return load(&light.radiance_of(triangle, hit.point, outgoing, wanted));
+            return load(&light.radiance_of(triangle, hit.point, outgoing, coarse(light), wanted));
         };
         let bin = light.patches.bin(triangle, interaction.front);
         let Some(cached) = gather.cache.near(bin, hit.point) else {

@@ -76,7 +76,8 @@ fn found(
     threads: usize,
 ) -> Fragments {
     let sampling = Sampling { rays: 4, before: 0, seed: 1, threads };
-    let gather = (gather > 0).then(|| Gather::new(light, gather, threads));
+    let settings = Settings { threads, ..Settings::default() };
+    let gather = (gather > 0).then(|| Gather::new(light, gather, &settings, &CONTROL));
     let gather = gather.transpose().unwrap_or_else(|e| panic!("{e}"));
     let found = render(light, gather.as_ref(), &viewpoint(loaded), show, sampling, &CONTROL);
     found.unwrap_or_else(|e| panic!("{e}"))

@@ -20,7 +20,7 @@ use crate::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
         },
         tally::Tally,
-        trace::{Event, trace},
+        trace::{Event, UntilDiffused, trace},
     },
 };
 
@@ -66,7 +66,7 @@ impl Run<'_> {
 
     /// Whether nothing but the map of the run is asked for: once that is full there is no more to do.
     fn keeps_map_alone(&self) -> bool {
-        matches!(self.keep, Keep::OnSurfaces(_)) && self.purpose == Purpose::Run
+        !matches!(self.keep, Keep::OnCaptors) && self.purpose != Purpose::Trial
     }
 
     /// The random streams of a batch.
@@ -160,13 +160,14 @@ impl Run<'_> {
                 }
                 tally.score(self.scene, part, weights, &event);
                 let Some(task) = &mut stored else { return };
-                if let Some((mut arrival, power)) = self.keep.arrival(self.scene, &event) {
+                let kept = self.keep.arrival(self.scene, &event, way);
+                if let Some((mut arrival, power)) = kept {
                     arrival.photon.light = light as u32;
                     arrival.photon.history = index as u32;
                     let power = power.values();
                     let power = (0..bands).map(|b| (f64::from(power[b]) * weights[b]) as f32);
                     task.push(limit, arrival, power);
-                    if let Keep::OnSurfaces(_) = self.keep {
+                    if !matches!(self.keep, Keep::OnCaptors) {
                         task.came(way);
                     }
                 }
@@ -175,7 +176,12 @@ impl Run<'_> {
                 }
             };
             let Some(guidance) = guidance else {
-                trace(self.scene, ray, photon.power, (), &mut rng, on);
+                match self.keep {
+                    Keep::Focused(_) => {
+                        trace(self.scene, ray, photon.power, UntilDiffused, &mut rng, on)
+                    }
+                    _ => trace(self.scene, ray, photon.power, (), &mut rng, on),
+                }
                 continue;
             };
             let power = photon.power.clone().scaled(1.0 / density);
@@ -218,12 +224,13 @@ impl Way {
 }
 
 impl Keep<'_> {
-    /// The arrival to store of an event, and its power.
+    /// The arrival to store of an event of a photon that came this `way`, and its power.
     #[inline]
     fn arrival<'e, L: Lanes>(
         self,
         scene: &'e Scene,
         event: &'e Event<'_, L>,
+        way: Way,
     ) -> Option<(Arrival, &'e Spectrum<L>)> {
         let (position, direction, triangle) = match *event {
             Event::Crossing { crossing, direction, carried: Some(_), .. } => {
@@ -247,10 +254,12 @@ impl Keep<'_> {
                 };
                 (counted.channel() as u32, carried.unwrap_or(counted.power))
             }
-            (Keep::OnSurfaces(patches), Event::Arrival { interaction, power, .. }) => {
-                (patches.bin(triangle, interaction.front), *power)
-            }
-            (Keep::OnSurfaces(_), _) => return None,
+            (Keep::Focused(_), _) if !way.is_focused() => return None,
+            (
+                Keep::OnSurfaces(patches) | Keep::Focused(patches),
+                Event::Arrival { interaction, power, .. },
+            ) => (patches.bin(triangle, interaction.front), *power),
+            (Keep::OnSurfaces(_) | Keep::Focused(_), _) => return None,
         };
         let direction = PackedDirection::new(direction);
         let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };

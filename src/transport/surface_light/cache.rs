@@ -12,8 +12,8 @@ use crate::{
     transport::photon_map::{Arrival, PackedDirection, PhotonMap, StoredPhoton},
 };
 
-/// Photons for each point: of the k that an estimate takes, many points are left.
-const STRIDE: usize = 16;
+/// Points for as many photons as an estimate takes: those side by side share most of them.
+const POINTS: usize = 12;
 
 /// The radiance that surfaces send along their normals, at many points.
 pub struct RadianceCache {
@@ -45,7 +45,7 @@ impl RadianceCache {
         let mut points = Vec::new();
         for (_, photons) in map.bins() {
             // all of them are one estimate
-            let stride = if photons.len() < *k { photons.len() } else { STRIDE };
+            let stride = if photons.len() < *k { photons.len() } else { k.div_ceil(POINTS) };
             for i in photons.step_by(stride) {
                 let triangle = map.photons[i].triangle;
                 let material = scene.material(scene.surface(triangle as usize));
