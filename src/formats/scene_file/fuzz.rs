@@ -323,7 +323,8 @@ fn check_result(result: &RunResult) {
     let energy = &result.energy;
     for b in 0..result.bands.len() {
         let (power, emitted) = (energy.power[b], energy.emitted[b]);
-        let rest = energy.absorbed[b] + energy.escaped[b] + energy.lost[b];
+        let chance = energy.chance.as_ref().map_or(0.0, |chance| chance[b]);
+        let rest = energy.absorbed[b] + energy.escaped[b] + energy.lost[b] + chance;
         assert!((power - emitted).abs() <= 1e-9 * power, "{power} emitted as {emitted}");
         assert!((emitted - rest).abs() <= 1e-9 * power, "{emitted} ends as {rest}");
     }
