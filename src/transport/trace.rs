@@ -120,41 +120,9 @@ impl<L: Lanes> Event<'_, L> {
     }
 }
 
-/// What helps photons to captors that they hardly reach; `()` is nothing, and costs nothing.
-pub trait Guide<'s, L> {
+/// What helps photons to captors that they hardly reach, or ends them early; `()` is nothing, and costs nothing.
+pub trait Guide<'s, L: Lanes> {
     /// Tells `on` that the photon crosses a virtual captor.
-    fn cross(
-        &mut self,
-        crossing: Crossing,
-        direction: Vec3,
-        power: &Spectrum<L>,
-        on: &mut impl FnMut(Event<'_, L>),
-    );
-
-    /// How the photon goes on from a surface, as far as the surface decides; what it carries then is `scattered`.
-    fn scatter(
-        &mut self,
-        arrived: &Arrived<'_, 's>,
-        power: &Spectrum<L>,
-        scattered: &mut Spectrum<L>,
-        rng: &mut Stream,
-    ) -> Option<BsdfSample<L>>;
-
-    /// The photon has brought `power` to a surface; how it goes `onward`, and with what, may be changed.
-    fn arrive(
-        &mut self,
-        arrived: &Arrived<'_, 's>,
-        power: &Spectrum<L>,
-        onward: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
-        rng: &mut Stream,
-        on: &mut impl FnMut(Event<'_, L>),
-    );
-
-    /// A copy of the photon that is still to be followed, once the one before it has ended.
-    fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>>;
-}
-
-impl<'s, L: Lanes> Guide<'s, L> for () {
     #[inline(always)]
     fn cross(
         &mut self,
@@ -166,6 +134,7 @@ impl<'s, L: Lanes> Guide<'s, L> for () {
         on(Event::Crossing { crossing, direction, power, carried: Some(power) });
     }
 
+    /// How the photon goes on from a surface, as far as the surface decides; what it carries then is `scattered`.
     #[inline(always)]
     fn scatter(
         &mut self,
@@ -177,30 +146,31 @@ impl<'s, L: Lanes> Guide<'s, L> for () {
         scatter(arrived.material, arrived.interaction, power, scattered, rng)
     }
 
+    /// The photon has brought `power` to a surface; how it goes `onward`, and with what, may be changed.
     #[inline(always)]
     fn arrive(
         &mut self,
-        _: &Arrived<'_, 's>,
-        _: &Spectrum<L>,
-        _: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
-        _: &mut Stream,
-        _: &mut impl FnMut(Event<'_, L>),
+        _arrived: &Arrived<'_, 's>,
+        _power: &Spectrum<L>,
+        _onward: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
+        _rng: &mut Stream,
+        _on: &mut impl FnMut(Event<'_, L>),
     ) {
     }
 
+    /// A copy of the photon that is still to be followed, once the one before it has ended.
     #[inline(always)]
-    fn next(&mut self, _: &mut Stream, _: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
+    fn next(&mut self, _rng: &mut Stream, _on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
         None
     }
 }
 
-/// Ends photons where a surface without a glossy lobe has scattered them.
+impl<L: Lanes> Guide<'_, L> for () {}
+
+/// Ends photons where a surface without a glossy lobe has scattered them diffusely.
 pub struct UntilDiffused;
 
 impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
-    #[inline(always)]
-    fn cross(&mut self, _: Crossing, _: Vec3, _: &Spectrum<L>, _: &mut impl FnMut(Event<'_, L>)) {}
-
     #[inline(always)]
     fn scatter(
         &mut self,
@@ -211,22 +181,6 @@ impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
     ) -> Option<BsdfSample<L>> {
         scatter(arrived.material, arrived.interaction, power, scattered, rng)
             .filter(|sample| !sample.lobe.is_diffuse() || arrived.material.glossy() > 0.0)
-    }
-
-    #[inline(always)]
-    fn arrive(
-        &mut self,
-        _: &Arrived<'_, 's>,
-        _: &Spectrum<L>,
-        _: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
-        _: &mut Stream,
-        _: &mut impl FnMut(Event<'_, L>),
-    ) {
-    }
-
-    #[inline(always)]
-    fn next(&mut self, _: &mut Stream, _: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
-        None
     }
 }
 
