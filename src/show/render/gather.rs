@@ -87,18 +87,10 @@ impl<'a> Gather<'a> {
         let Self { focused, focused_cache, .. } = self;
         told(focused, focused_cache, focused.k, place)
     }
-
-    /// Photons of what [`focused`](Self::focused) tells.
-    fn k_of_focused(&self, place: &Place) -> usize {
-        match place.material.relative_radiance(1.0) {
-            Some(_) => self.focused.k / AT_ONCE * BEFOREHAND,
-            None => self.focused.k,
-        }
-    }
 }
 
-/// Radiance of a place, as the photons there tell it: beforehand or, where it does not depend on the angle in a way of the
-/// material's own, the nearest `k`.
+/// Radiance of a place, as the photons there tell it: beforehand or, where that along the normal does not tell it in other
+/// directions, the nearest `k`.
 fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) -> Vec<f64> {
     let Place { hit, material, interaction, .. } = place;
     let Some(relative) = material.relative_radiance(interaction.cos) else {
@@ -107,6 +99,12 @@ fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) ->
     let cached = cache.near(light.patches.bin(hit.triangle, interaction.front), hit.point);
     let sent = cached.map_or_else(Default::default, |cached| cached.along_normal);
     sent.iter().map(|v| f64::from(v * relative)).collect()
+}
+
+/// Relative standard error of what was [`told`] of a place by photons of one power: so many beforehand, or the nearest `k`.
+fn error_of_told(beforehand: usize, k: usize, place: &Place) -> f32 {
+    let known = place.material.relative_radiance(place.interaction.cos).is_some();
+    SurfaceLight::error_of(if known { beforehand } else { k })
 }
 
 /// Photons of an estimate that many others are mixed with.
@@ -141,12 +139,13 @@ impl Whitted<'_> {
                 Some(gather) if place.share < FAINT => {
                     let k = coarse(self.light);
                     let told = near(shared, &|| told(self.light, &gather.cache, k, place));
-                    Found::told(told, self.light.error_of_alike())
+                    Found::told(told, error_of_told(self.light.k, k, place))
                 }
                 Some(gather) => {
                     let told = near(shared_focused, &|| gather.focused(place));
-                    let told =
-                        Found::told(told, SurfaceLight::error_of(gather.k_of_focused(place)));
+                    let k = self.light.k;
+                    let error = error_of_told(BEFOREHAND * k, AT_ONCE * k, place);
+                    let told = Found::told(told, error);
                     told.with(self.gathered(gather, place, rng))
                 }
             }
