@@ -34,10 +34,9 @@ def values(result):
         faces = {face: captor[face] for face in ("front", "back") if captor.get(face)}
         sure = []
         for name, face in faces.items():
-            trusted = not face.get("few_paths")
-            sure.append(trusted)
+            sure.append(not face.get("few_paths"))
             for band, (mean, error) in enumerate(zip(face["irradiance"], face["irradiance_se"])):
-                found[captor["id"], name, band] = mean, error or 0, face["photons"], trusted
+                found[captor["id"], name, band] = mean, error or 0, face["photons"], sure[-1]
         arrivals = sum(face["photons"] for face in faces.values())
         for band, (mean, error) in enumerate(zip(captor.get("absorbed") or [], captor.get("absorbed_se") or [])):
             found[captor["id"], "absorbed", band] = mean, error or 0, arrivals, all(sure)

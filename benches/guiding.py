@@ -4,9 +4,10 @@
     python benches/guiding.py target/release/phylux --scenes folder     # only writes the scenes
 
 Six scenes are made: a slit between two rooms, a labyrinth, spots behind solid glass, a tube behind glass and louvres, the sun
-through a vent, and an overcast sky through a window; walls reflect half. Each is run by photons alone, with aimed flights, with importance, by what a trial of
-these finds cheapest, and by paths, with seeds 1 to 5 on one thread. Printed are figures of merit, 1 / (mean over the sensors of
-the squared relative spread between the seeds x CPU seconds, with all that is learned before): 1 % takes 1e4 of them in seconds.
+through a vent, and an overcast sky through a window; walls reflect half. Each is run by photons alone, with aimed flights, with
+importance, by what a trial of these finds cheapest, and by paths, with seeds 1 to 5 on one thread. Printed are figures of merit,
+1 / (mean over the sensors of the squared relative spread between the seeds x CPU seconds, with all that is learned before): 1 %
+takes 1e4 of them in seconds.
 A sensor that one of the runs has no light for counts with the spread of what the runs found.
 """
 

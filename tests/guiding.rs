@@ -96,9 +96,9 @@ fn furnace_of_sky_round_aimed_sensors() {
 }
 
 /// Small sensors that little comes to straight from infinitely far away: in a black room with a window, which is a hole or
-/// the opening of the sky (its radiance times what they see of it above the horizon), and one of 1 mm that stands upright in the sun, at
-/// height 1 m over a white floor of 4 x 4 m (the sun's cosine, and the view factor of the floor from a plane at a right
-/// angle to it). Seed 1, standard errors at most 0.5 %; 5 comparisons, odds of a false alarm 3e-4.
+/// the opening of the sky (its radiance times what they see of it above the horizon), and one of 1 mm that stands upright
+/// in the sun, at height 1 m over a white floor of 4 x 4 m (the sun's cosine, and the view factor of the floor from a plane
+/// at a right angle to it). Seed 1, standard errors at most 0.5 %; 5 comparisons, odds of a false alarm 3e-4.
 #[test]
 fn light_from_infinity_is_aimed() {
     let mut check = Comparisons::new("from infinity, aimed", 0.005).rounding(1e-4);
