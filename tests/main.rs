@@ -1,6 +1,7 @@
 //! The tests of whole runs, in one binary.
 
 mod bad_input;
+mod blotches;
 mod bright_spots;
 mod by_light;
 mod bytes;
