@@ -35,7 +35,6 @@ use crate::{
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
 };
-use choice::LightChoice;
 pub use face::{Face, PathScore};
 pub use joined::Joined;
 #[cfg(test)]
@@ -111,7 +110,7 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let (l, chance) = LightChoice::new(&scene.lights, at).choose(|| self.rng.uniform())?;
+        let (l, chance) = at.choice.choose(&scene.lights, || self.rng.uniform())?;
         let sample = scene.lights[l].sample_toward::<L>(at.point, scene.ray_offset(), self.rng)?;
         let toward = match sample.target {
             Toward::Point(point) => (point - at.point).try_normalize()?,
@@ -189,7 +188,7 @@ impl Path<'_, '_> {
         self.rays += 1;
         let visible: Spectrum<L> = scene.visibility(start, end)?;
         let arrival = Arrival { from: at.point, density: along(towards) * seen.cos / d2 };
-        let there = Vertex::on(surface, material, &seen, hit.point);
+        let there = Vertex::on(&scene.lights, surface, material, &seen, hit.point);
         let there = Vertex { arrival: Some(arrival), ..there };
         let origin = spots::origin(scene, light, &ray, hit.point)?;
         let free = self.free_share();
@@ -325,7 +324,7 @@ impl Path<'_, '_> {
                 Some(weight) => throughput = throughput.scaled(weight),
                 None => return radiance,
             }
-            let mut here = Vertex::on(surface, material, &interaction, hit.point);
+            let mut here = Vertex::on(&scene.lights, surface, material, &interaction, hit.point);
             // what passes light straight is none that light is sent to
             if self.pilot.spots.is_some()
                 && material.straight::<L>(leg.ray.direction, surface.normal).is_none()
@@ -444,6 +443,6 @@ impl Path<'_, '_> {
 
 /// Density with which [`Path::next_event`] at `at` chooses the direction of a ray that meets a light.
 fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
-    let chance = LightChoice::new(&scene.lights, at).chance(hit.light);
+    let chance = at.choice.chance(&scene.lights, hit.light);
     chance * scene.lights[hit.light].pdf_toward(at.point, ray, hit.on.as_ref())
 }

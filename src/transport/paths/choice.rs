@@ -1,24 +1,29 @@
 //! Which light a point is joined with.
 
-use super::vertex::Vertex;
+use glam::Vec3;
+
 use crate::scene::light::Light;
 
 /// The chances of the lights at a point: one half in proportion to what each may contribute
 /// there; the other half alike, for a dim lamp in a room that a bright one does not reach.
-pub(super) struct LightChoice<'a> {
-    lights: &'a [Light],
-    at: &'a Vertex,
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LightChoice {
+    point: Vec3,
+    one_sided: Option<Vec3>,
+    /// What all may contribute.
     total: f32,
+    /// Lights that may contribute something.
     count: usize,
 }
 
-impl<'a> LightChoice<'a> {
-    pub(super) fn new(lights: &'a [Light], at: &'a Vertex) -> Self {
-        let mut choice = Self { lights, at, total: 0.0, count: 0 };
+impl LightChoice {
+    /// At a point, where light from behind does not count if it has a normal.
+    pub(super) fn new(lights: &[Light], point: Vec3, one_sided: Option<Vec3>) -> Self {
+        let mut choice = Self { point, one_sided, total: 0.0, count: 0 };
         if lights.len() == 1 {
             return choice;
         }
-        for light in 0..lights.len() {
+        for light in lights {
             let importance = choice.importance(light);
             choice.total += importance;
             choice.count += usize::from(importance > 0.0);
@@ -26,26 +31,30 @@ impl<'a> LightChoice<'a> {
         choice
     }
 
-    /// The light that a number in [0, 1) stands for, and its chance; none where no light can shine.
+    /// The light of `lights` that a number in [0, 1) stands for, and its chance; none where no light can shine.
     /// One that is alone is chosen everywhere, and needs no number.
-    pub(super) fn choose(&self, number: impl FnOnce() -> f32) -> Option<(usize, f32)> {
-        if self.lights.len() == 1 {
+    pub(super) fn choose(
+        &self,
+        lights: &[Light],
+        number: impl FnOnce() -> f32,
+    ) -> Option<(usize, f32)> {
+        if lights.len() == 1 {
             return Some((0, 1.0));
         }
         let mut rest = number();
-        let chances = (0..self.lights.len()).map(|light| (light, self.chance(light)));
+        let chances = (0..lights.len()).map(|light| (light, self.chance(lights, light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
             rest < 0.0
         })
     }
 
-    /// The chance of a light, in [0, 1].
-    pub(super) fn chance(&self, light: usize) -> f32 {
-        if self.lights.len() == 1 {
+    /// The chance of one of `lights`, in [0, 1].
+    pub(super) fn chance(&self, lights: &[Light], light: usize) -> f32 {
+        if lights.len() == 1 {
             return 1.0;
         }
-        let importance = self.importance(light);
+        let importance = self.importance(&lights[light]);
         if importance == 0.0 {
             return 0.0;
         }
@@ -53,9 +62,8 @@ impl<'a> LightChoice<'a> {
     }
 
     /// About the irradiance of a light at the point; zero only where it sheds none directly.
-    fn importance(&self, light: usize) -> f32 {
-        let light = &self.lights[light];
+    fn importance(&self, light: &Light) -> f32 {
         let power = light.power.iter().copied().fold(0.0, f64::max) as f32;
-        if power > 0.0 { power * light.importance(self.at.point, self.at.one_sided) } else { 0.0 }
+        if power > 0.0 { power * light.importance(self.point, self.one_sided) } else { 0.0 }
     }
 }

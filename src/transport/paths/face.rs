@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::{
     Aim, Leg, Path, Pilot,
+    choice::LightChoice,
     spots::{self, Spots},
     vertex::{Arrival, Vertex},
 };
@@ -14,7 +15,7 @@ use crate::{
         geometry::{Frame, Ray, Triangle},
         rng::Stream,
         sampling::{
-            Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle, weighted_choice,
+            Chosen, Discrete, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle,
         },
         spectrum::{Lanes, Spectrum},
     },
@@ -51,7 +52,7 @@ pub struct Face<'a> {
     /// Middle of the captor.
     middle: Vec3,
     triangles: &'a [Triangle],
-    cumulative_area: Vec<f64>,
+    areas: Discrete,
     places: Vec<Place>,
 }
 
@@ -71,12 +72,7 @@ impl<'a> Face<'a> {
     pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
         let of: &Captor = &scene.captors[captor];
         let triangles = scene.triangles_of(of);
-        let mut sum = 0.0;
-        let add = |triangle: &Triangle| {
-            sum += f64::from(triangle.area());
-            sum
-        };
-        let cumulative_area = triangles.iter().map(add).collect();
+        let areas = Discrete::new(triangles.iter().map(|triangle| f64::from(triangle.area())));
         let place = |(index, triangle): (usize, &Triangle)| {
             let front = triangle.normal();
             let normal = if channel == Channel::Back { -front } else { front };
@@ -95,7 +91,7 @@ impl<'a> Face<'a> {
         let places = triangles.iter().enumerate().map(place).collect();
         let area = of.area_of_face() as f32;
         let middle = (of.center - scene.center).as_vec3();
-        Self { captor, channel, scene, area, middle, triangles, cumulative_area, places }
+        Self { captor, channel, scene, area, middle, triangles, areas, places }
     }
 
     /// Follows one path back from the face; some of it aims at what `pilot` found.
@@ -155,7 +151,9 @@ impl<'a> Face<'a> {
     /// A start at a point of the face, uniform over it.
     fn vertex(&self, point: Vec3, normal: Vec3) -> Vertex {
         let arrival = Some(Arrival { from: self.middle, density: 1.0 / self.area });
-        Vertex { point, step: None, one_sided: Some(normal), arrival }
+        let one_sided = Some(normal);
+        let choice = LightChoice::new(&self.scene.lights, point, one_sided);
+        Vertex { point, step: None, one_sided, arrival, choice }
     }
 
     /// Light that a lamp sends to the face itself, weighted against what paths would find that start there.
@@ -205,8 +203,7 @@ impl<'a> Face<'a> {
 
     /// A point of the face, as far off it and from its edges as photons that leave it.
     fn start(&self, rng: &mut Stream) -> Start {
-        let Chosen { index: triangle, rest } =
-            weighted_choice(&self.cumulative_area, rng.uniform_fine());
+        let Chosen { index: triangle, rest } = self.areas.choose(rng.uniform_fine());
         let Place { normal, off, margins } = self.places[triangle];
         let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
         let point = self.triangles[triangle].point_within(weights.x, weights.y, margins) + off;

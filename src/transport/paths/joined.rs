@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Path, Pilot, next_event_density, vertex::Vertex};
+use super::{Path, Pilot, choice::LightChoice, next_event_density, vertex::Vertex};
 use crate::{
     math::{
         geometry::Ray,
@@ -20,7 +20,7 @@ use crate::{
 /// umol/m2/s/sr.
 #[cfg(test)]
 pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
-    let camera = Vertex { point: ray.origin, step: None, one_sided: None, arrival: None };
+    let camera = Vertex::new(&scene.lights, ray.origin);
     let leg = super::Leg { at: camera, ray, density: None, aimed: None, unbroken: true };
     Path { scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false }.follow(leg)
 }
@@ -45,7 +45,8 @@ impl<'a> Joined<'a> {
         point: Vec3,
     ) -> Self {
         let one_sided = (!material.transmits_diffusely()).then_some(interaction.normal);
-        let at = Vertex { point, step: Some(normal), one_sided, arrival: None };
+        let choice = LightChoice::new(&scene.lights, point, one_sided);
+        let at = Vertex { point, step: Some(normal), one_sided, arrival: None, choice };
         Self { scene, material, normal, interaction, at }
     }
 

@@ -8,7 +8,7 @@ use std::{
 
 use glam::{Vec2, Vec3};
 
-use super::{choice::LightChoice, vertex::Vertex};
+use super::vertex::Vertex;
 use crate::{
     math::{
         rng::{Purpose, Stream, Streams},
@@ -79,7 +79,7 @@ impl Reflectors {
         u: f32,
         rng: &mut Stream,
     ) -> Option<(usize, Vec3)> {
-        let (light, _) = LightChoice::new(&scene.lights, at).choose(|| u)?;
+        let (light, _) = at.choice.choose(&scene.lights, || u)?;
         let lit = &self.lit[light];
         if lit.triangles.is_empty() {
             return None;
@@ -93,8 +93,8 @@ impl Reflectors {
     /// Density with which a point of `triangle` is chosen at `at`, 1/m2, among all directions.
     pub(super) fn density(&self, scene: &Scene, at: &Vertex, triangle: usize) -> f32 {
         let Some(chances) = self.chances.get(&triangle) else { return 0.0 };
-        let choice = LightChoice::new(&scene.lights, at);
-        chances.iter().map(|&(light, chance)| self.share * choice.chance(light) * chance).sum()
+        let own = |light: usize| self.share * at.choice.chance(&scene.lights, light);
+        chances.iter().map(|&(light, chance)| own(light) * chance).sum()
     }
 }
 

@@ -5,7 +5,6 @@
 use glam::Vec3;
 
 use super::{
-    choice::LightChoice,
     reflectors::Reflectors,
     vertex::{Arrival, Vertex},
 };
@@ -147,7 +146,7 @@ impl Spots {
     ) -> f32 {
         let &Origin { light, towards, irradiance, density } = origin;
         let sent = self.rival(scene, light, at, towards, irradiance);
-        let chance = LightChoice::new(&scene.lights, at).chance(light);
+        let chance = at.choice.chance(&scene.lights, light);
         let met = density.map_or(0.0, |density| otherwise(towards) / density);
         // also where no path comes by itself, and it is infinite
         if sent > 0.0 { 1.0 / (1.0 + (chance + met) / sent) } else { 0.0 }
@@ -254,7 +253,7 @@ fn follow<L: Lanes>(
     let cos_here = scatter.direction.dot(surface.normal).abs();
     let free = cos.abs().max(LEAST_COS) * cos_here
         / (std::f32::consts::PI * next.distance_squared(hit.point));
-    let at = Vertex { point: next, step: None, one_sided: None, arrival: None };
+    let at = Vertex::new(&scene.lights, next);
     let aimed = reflectors.map_or(0.0, |reflectors| reflectors.density(scene, &at, hit.triangle));
     if let Some(ratio) = ratio(hit.point, surface.normal, free + aimed) {
         on(ratio, scatter.weight.largest());

@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
+use super::choice::LightChoice;
 use crate::scene::{
+    light::Light,
     material::{Interaction, Material},
     world::Surface,
 };
@@ -26,22 +28,32 @@ pub(super) struct Vertex {
     pub one_sided: Option<Vec3>,
     /// How a path came here, where light may be sent here as well.
     pub arrival: Option<Arrival>,
+    /// Which light it is joined with.
+    pub choice: LightChoice,
 }
 
 impl Vertex {
+    /// A point that lights shine on from all around.
+    pub fn new(lights: &[Light], point: Vec3) -> Self {
+        let choice = LightChoice::new(lights, point, None);
+        Self { point, step: None, one_sided: None, arrival: None, choice }
+    }
+
     /// A point of a surface that a path comes to.
     pub fn on(
+        lights: &[Light],
         surface: &Surface,
         material: &Material,
         interaction: &Interaction,
         point: Vec3,
     ) -> Self {
-        Self {
-            point,
-            step: Some(surface.normal),
-            one_sided: matches!(material, Material::Lambert(_)).then_some(interaction.normal),
-            arrival: None,
-        }
+        let one_sided = matches!(material, Material::Lambert(_)).then_some(interaction.normal);
+        // what only mirrors or lets through is joined with no light
+        let choice = match material.is_diffuse() {
+            true => LightChoice::new(lights, point, one_sided),
+            false => LightChoice::default(),
+        };
+        Self { point, step: Some(surface.normal), one_sided, arrival: None, choice }
     }
 
     /// The cosine between a direction and the normal of its surface.
