@@ -520,14 +520,18 @@ fn an_interrupt_while_writing_leaves_no_folder() {
             .unwrap_or(0)
     };
     for round in 0..10 {
-        let arguments =
-            ["run", "scene.json", "--photons", "1000", "--k", "0", "--per-captor", "each"];
-        let child = start(&folder, &arguments);
+        let line = "run scene.json --photons 1000 --guiding off --k 0 --per-captor each";
+        let child = start(&folder, &line.split(' ').collect::<Vec<_>>());
         let started = Instant::now();
+        let wait = || std::thread::sleep(Duration::from_micros(200));
         while staged() <= 100 * round && !scene.path("results.json").exists() {
             assert!(started.elapsed() < Duration::from_secs(60), "nothing is written");
+            wait();
         }
-        while staged() <= 100 * round && started.elapsed() < Duration::from_secs(2) {}
+        let seen = Instant::now();
+        while staged() <= 100 * round && seen.elapsed() < Duration::from_millis(20) {
+            wait();
+        }
         signal(&child, "-INT");
         let output = child.wait_with_output().expect("an end");
         let left = listing(&folder);
