@@ -40,11 +40,9 @@ const SMALL_GATHERED: f32 = 0.25;
 /// How often light is gathered anew where a ray ends so near that its photons would reach back to where it started.
 const NEAR: u32 = 3;
 
-/// Photons of an estimate of focused light that is made beforehand, over those of any other: it is told at the place
-/// itself, where its blotches are seen.
-const BEFOREHAND: usize = 8;
-/// The same of one that is made where it is seen, which takes longer; its blotches are small enough for the filter.
-const AT_ONCE: usize = 2;
+/// Photons of an estimate of focused light over those of any other: it is told at the place itself, where its blotches are
+/// seen. More of them blur it by more than their noise is less.
+const FOCUSED: usize = 2;
 /// Photons of an estimate over those that tell what a glossy surface sends where little of it is seen or it is one end of
 /// many: in the mean over these the noise of each goes.
 const COARSE: usize = 4;
@@ -75,9 +73,8 @@ impl<'a> Gather<'a> {
         control: &Control,
     ) -> Result<Self> {
         let cache = RadianceCache::new(light, settings.threads)?;
-        let mut focused = focused_light(light, BEFOREHAND * light.k, settings, control)?;
+        let focused = focused_light(light, FOCUSED * light.k, settings, control)?;
         let focused_cache = RadianceCache::new(&focused, settings.threads)?;
-        focused.k = AT_ONCE * light.k;
         let white = Material::Lambert(Lambert::new(&vec![1.0; light.scene.lanes()]));
         Ok(Self { directions, cache, focused, focused_cache, white })
     }
@@ -143,9 +140,7 @@ impl Whitted<'_> {
                 }
                 Some(gather) => {
                     let told = near(shared_focused, &|| gather.focused(place));
-                    let k = self.light.k;
-                    let error = error_of_told(BEFOREHAND * k, AT_ONCE * k, place);
-                    let told = Found::told(told, error);
+                    let told = Found::told(told, SurfaceLight::error_of(gather.focused.k));
                     told.with(self.gathered(gather, place, rng))
                 }
             }
