@@ -23,6 +23,16 @@ fn slit() -> World {
     ];
     let wall = pieces.map(|(corner, u, v)| Mesh::rectangle(corner, u, v));
     let wall = wall.into_iter().reduce(Mesh::and).expect("pieces");
+    // each room has walls of its own: importance is learned for pieces of them, and one in both rooms is told wrongly
+    let walls = [0.0, 3.0].map(|x: f64| {
+        let (along, across, up) = ([3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]);
+        let floor = Mesh::rectangle([x, 0.0, 0.0], along, across);
+        let ceiling = Mesh::rectangle([x, 0.0, 3.0], across, along);
+        let right = Mesh::rectangle([x, 0.0, 0.0], up, along);
+        let left = Mesh::rectangle([x, 3.0, 0.0], along, up);
+        let end = Mesh::rectangle([2.0 * x, 0.0, 0.0], across, up);
+        [floor, ceiling, right, left, end].into_iter().reduce(Mesh::and).expect("walls")
+    });
     let sensor = |x: f64, y: f64, z: f64, radius: f64| {
         (
             format!("{x} {y}").replace([' ', '.'], "-"),
@@ -38,7 +48,8 @@ fn slit() -> World {
     ];
     World::new()
         .lambert("wall", 0.5)
-        .surface("rooms", "wall", &room([0.0; 3], [6.0, 3.0, 3.0]))
+        .surface("lit", "wall", &walls[0])
+        .surface("dark", "wall", &walls[1])
         .surface("between", "wall", &wall)
         .lamp("lamp", &Mesh::square([1.5, 0.5, 2.99], [0.0, 0.0, -1.0], 0.5), 1000.0)
         .captors("sensors", sensors)
