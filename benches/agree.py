@@ -4,9 +4,9 @@
 
 Each scene is run by photons alone (seed 1), with what a trial chooses (`--guiding auto`, seed 2) and with importance (`--guiding
 full`, seed 3), all with the same number of photons, and by paths (seed 4) where photons alone bring fewer than 1,000 arrivals to a
-face; by 16 times as many photons alone in place of paths where these miss light (`unseen`). Compared are irradiance, and what surfaces absorb, of every captor, face and band: z is the difference over the standard
-error of both. Printed are the RMS of z, which is 1 by chance, the largest |z|, and the odds that so many values have one as large by
-chance. Values that a run itself marks as not to be trusted (`few_paths`) are counted and left out.
+face; by 16 times as many photons alone in place of paths where these miss light (`unseen`). Compared are irradiance, and what
+surfaces absorb, of every captor, face and band: z is the difference over the standard error of both. Printed are the RMS of z,
+which is 1 by chance, the largest |z|, and the odds that so many values have one as large by chance. Values that a run itself marks as not to be trusted (`few_paths`) are counted and left out.
 A scene whose name ends in .sweep.json or .control.json is none.
 """
 

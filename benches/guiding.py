@@ -5,7 +5,7 @@
 
 Six scenes are made: a slit between two rooms, a labyrinth, spots behind solid glass, a tube behind glass and louvres, the sun
 through a vent, and an overcast sky through a window; walls reflect half. Each is run by photons alone, with aimed flights, with
-importance, by what a trial of these finds cheapest, and by paths, with seeds 1 to 5 on one thread. Printed are figures of merit,
+importance, by what a trial of these finds cheapest, and by paths, with seeds 1 to 5 (`--seeds`) on one thread. Printed are figures of merit,
 1 / (mean over the sensors of the squared relative spread between the seeds x CPU seconds, with all that is learned before): 1 %
 takes 1e4 of them in seconds.
 A sensor that one of the runs has no light for counts with the spread of what the runs found.
@@ -178,6 +178,7 @@ def main():
     words.add_argument("program", type=pathlib.Path)
     words.add_argument("--scenes", type=pathlib.Path, help="write the scenes into this folder, and end")
     words.add_argument("--only", nargs="*", choices=list(SCENES), default=list(SCENES))
+    words.add_argument("--seeds", type=int, default=5, help="how many seeds (5)")
     words = words.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = words.scenes or pathlib.Path(temporary)
@@ -186,7 +187,7 @@ def main():
             if words.scenes:
                 continue
             for way, photons in WAYS.items():
-                figure, lit, chosen = merit(words.program.resolve(), scene, way, photons, range(1, 6))
+                figure, lit, chosen = merit(words.program.resolve(), scene, way, photons, range(1, words.seeds + 1))
                 print(f"{name:10} {way:6} {photons:.0e} {figure:10.3g}  {lit}  {chosen if way == 'auto' else ''}", flush=True)
 
 

@@ -132,7 +132,7 @@ impl Truth {
     }
 }
 
-/// Blotches in pictures of the greenhouse (800 x 600, the options of `phylux render`, seed 1, PAR) are below 5 % (found: radiance 3.3 %,
+/// Blotches in pictures of the greenhouse (800 x 600, the options of `phylux render`, seed 1, PAR) are below 5 % (found: radiance 3.2 %,
 /// irradiance 3.3 %; what is aimed at is 2 %): the
 /// root of the mean square of what differs from two long runs (four times the photons, k 400, and 24 rays a pixel, not
 /// evened out, means over 5 x 5 pixels; seeds 101 and 102) over flat, opaque, lit surfaces where light differs by less than a quarter

@@ -10,7 +10,7 @@ use crate::{
     math::{
         geometry::{Frame, Ray, Triangle},
         rng::{Purpose, Stream, Streams},
-        sampling::{cosine_hemisphere, uniform_triangle, weighted_choice},
+        sampling::{Discrete, cosine_hemisphere, uniform_triangle},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
@@ -38,7 +38,7 @@ pub struct Sources<'a> {
 
 struct Source<'a> {
     triangles: &'a [Triangle],
-    areas: Vec<f64>,
+    areas: Discrete,
     /// Above the surface, m.
     lift: f32,
     face: Channel,
@@ -54,12 +54,8 @@ impl<'a> Sources<'a> {
         for (c, captor) in scene.captors.iter().enumerate() {
             for &face in captor.kind.faces() {
                 let triangles = scene.triangles_of(captor);
-                let mut area = 0.0;
-                let areas = triangles.iter().map(|triangle| {
-                    area += f64::from(triangle.area());
-                    area
-                });
-                let areas = areas.collect();
+                let areas = triangles.iter().map(|triangle| f64::from(triangle.area()));
+                let areas = Discrete::new(areas);
                 let light = expected.next().into_iter().flatten();
                 let weights = light.map(|light| (1.0 / light) as f32).collect();
                 let lift = scene.lift(c) + scene.ray_offset();
@@ -75,7 +71,7 @@ impl<'a> Sources<'a> {
 
 impl Source<'_> {
     fn start(&self, rng: &mut Stream) -> Ray {
-        let chosen = weighted_choice(&self.areas, rng.uniform_fine());
+        let chosen = self.areas.choose(rng.uniform_fine());
         let triangle = &self.triangles[chosen.index];
         let at = uniform_triangle(Vec2::new(chosen.rest, rng.uniform()));
         let normal = triangle.normal();
