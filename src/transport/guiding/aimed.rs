@@ -1,14 +1,14 @@
-//! Flights aimed at captors, beside a photon's own (DXTRAN: Booth, "Particle transport", LANL 1985).
+//! Flights aimed at captors, which accompany a photon's own (DXTRAN: Booth, "Particle transport", LANL 1985).
 //!
-//! Origin a point with a photon of power w that scatters f cos per solid angle, a direction ω is drawn with the density
-//! p(ω) of [`Targets::choose`]. The photon's own flight takes it with a density of about q = max f cos over the bands.
+//! Where a photon of power w is scattered, with f cos per solid angle, the aimed flight's direction ω is drawn with the
+//! density p(ω) of [`Targets::choose`]. The photon's own flight takes ω with a density of about q, the largest f cos of all bands.
 //! Both see the same captors, so each counts by the balance heuristic (Veach 1997, ch. 9): the aimed flight
 //! w f cos / (p + q), the photon's own q / (p + q) of what it carries. What no flight can be aimed at (p = 0) counts
 //! in full, and no flight counts more than the photon carries. The weights add up to 1 for every ω,
 //! whatever stands in the way, so the mean is right.
 //!
-//! Light from infinitely far away has its direction ω already: its photon enters anywhere on a face of area A, the flight
-//! beside it where it comes to a captor. Then p and q = 1 / (A cos) are densities of places across ω, per m2.
+//! Light from infinitely far away has its direction ω already. Its photon enters anywhere on a face of area A, and the aimed
+//! flight enters where it will reach a captor. There p and q = 1 / (A cos) are densities of places across ω, per m2.
 
 use glam::Vec3;
 
@@ -27,30 +27,30 @@ use crate::{
     transport::trace::{Arrived, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, leave, scatter},
 };
 
-/// Sends aimed flights beside one photon.
+/// Sends the aimed flights that accompany one photon.
 pub struct Aimed<'a> {
     scene: &'a Scene,
     targets: &'a Targets,
     /// Where the photon's direction was drawn; none where no flight could have been aimed that way.
     leg: Option<Leg<'a>>,
-    /// The share that the photon's own crossings count, once one was asked for.
+    /// The weight q / (p + q) of the photon's own crossings, once it has been computed.
     share: Option<f32>,
 }
 
-/// A flight of the photon and where it was drawn.
+/// The photon's own flight, and the place where its direction was drawn.
 struct Leg<'a> {
     from: Origin<'a>,
-    /// What was seen from there.
+    /// The captors that are seen from there.
     seen: Seen,
     ray: Ray,
 }
 
-/// Where a photon leaves.
+/// The place from which a photon leaves.
 #[derive(Clone, Copy)]
 enum Origin<'a> {
-    /// A place on a light.
+    /// A point of a light.
     Light(&'a Light, Start),
-    /// Infinitely far away, from where it enters by a face along a unit vector.
+    /// A face by which light from infinitely far away enters, along a unit vector.
     Infinity(&'a EntryFace, Vec3),
     /// A point of a surface that scatters it diffusely.
     Surface { point: Vec3, material: &'a Material, interaction: Interaction },
@@ -177,7 +177,7 @@ impl<'a> Aimed<'a> {
         seen
     }
 
-    /// Follows a flight to the next diffuse surface.
+    /// Follows an aimed flight to the next diffuse surface, where it ends.
     fn fly<L: Lanes>(
         &self,
         mut ray: Ray,
@@ -220,7 +220,7 @@ impl<'a> Aimed<'a> {
         }
     }
 
-    /// The share that the photon's own crossings count.
+    /// The weight q / (p + q) of the photon's own crossings.
     #[inline(never)]
     fn own_share<L: Lanes>(&self) -> f32 {
         let Some(Leg { from, seen, ray }) = &self.leg else { return 1.0 };

@@ -1,35 +1,39 @@
-//! Surfaces cut into cells, one for each face, and means over as few of them as hold enough.
+//! Surfaces cut into cells, each with a front and a back, and the density of arrivals on each cell.
+//!
+//! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood that is just large
+//! enough to hold sufficient arrivals.
 
 use glam::Vec3;
 use indexmap::IndexMap;
 
 use crate::scene::world::{Scene, SurfaceHit};
 
-/// About how many cells there are, beside one for each face of each triangle.
+/// About how many cells a scene is cut into; every triangle has at least one on each face, however many they are.
 const CELLS: f32 = 40_000.0;
 /// The most pieces that a side of a triangle is cut into.
 const MOST_PIECES: f32 = 200.0;
-/// A mean is over at least so many arrivals, if there are as many.
+/// A density rests on at least this many arrivals, if a neighbourhood holds them.
 const ENOUGH: u32 = 32;
-/// Neighbours lie in a cube so many times the size of a cell; then in others, each twice as large, ...
+/// The smallest neighbourhood is a cube of this many cell sizes; each further one is twice as large.
 const CUBE: f32 = 2.0;
-/// ... of so many sizes.
+/// How many sizes of cubes there are.
 const CUBES: u32 = 5;
 
 /// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
 pub struct Cells<'a> {
     scene: &'a Scene,
-    /// For each triangle its first cell and the pieces of its sides.
+    /// For each triangle the place of its first cell, and into how many pieces each of its sides is cut.
     cuts: Vec<(u32, u32)>,
     cells: Vec<Cell>,
-    /// Places of cells in a list; some are empty.
+    /// The length of lists that hold a value for each cell. Some of their entries belong to no cell.
     places: usize,
-    /// About the side of a cell, m.
+    /// The approximate side of a cell, m.
     size: f32,
 }
 
-/// A piece of a face.
+/// A piece of one face of a triangle.
 struct Cell {
+    /// Where lists of values hold its own.
     place: usize,
     triangle: usize,
     middle: Vec3,
@@ -37,7 +41,7 @@ struct Cell {
     area: f64,
 }
 
-/// A cube, and in it the faces of a material that look one way.
+/// A neighbourhood: the faces in a cube that are of one material and face the same way.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Cube {
     material: u32,
@@ -46,7 +50,7 @@ struct Cube {
     place: [i32; 3],
 }
 
-/// What has come to some cells, in any unit, and in how many arrivals.
+/// The sum of what has arrived at some cells, in any unit, their area, and the number of arrivals.
 #[derive(Clone, Copy, Debug, Default)]
 struct Heap {
     sum: f64,
@@ -153,13 +157,13 @@ impl<'a> Cells<'a> {
         let axis = surface.normal.abs().max_position();
         let up = (surface.normal[axis] > 0.0) == is_front;
         let place = (cell.middle / (CUBE * self.size)).floor().to_array().map(|x| x as i32);
-        // the far side of a roof is not the floor
+        // the underside of a roof and the floor below it are not neighbours
         Cube { material: surface.material, axis, looks: [is_front, up], place }
     }
 }
 
 impl Cube {
-    /// The one that is twice as large.
+    /// The neighbourhood twice as large that holds this one.
     fn larger(self) -> Self {
         Self { place: self.place.map(|x| x >> 1), ..self }
     }

@@ -1,4 +1,4 @@
-//! Guided emission: light leaves its lamps more often by the ways that matter to the captors.
+//! Guided emission: more photons are emitted where and whither they matter to the captors.
 //!
 //! What a lamp emits is decided by the first random numbers of a history: they are the coordinates of a point in a cube. The
 //! cube is halved, over and over, where importance differs between its parts, and a part is chosen in proportion to the
@@ -16,13 +16,13 @@ use crate::{
     },
 };
 
-/// Share of the photons that leave as they would without a guide.
+/// The share of the photons that are emitted as though nothing guided them.
 const FREE: f64 = 0.2;
-/// Parts into which a side of a box is cut to see whether its halves differ.
+/// A side of a box is cut into this many parts, whose importance tells whether the box is worth halving.
 const BINS: usize = 8;
-/// A box is halved where that is seen more clearly than chance shows it so many times.
+/// A box is halved where its parts differ by more than this many times what chance alone explains.
 const CLEAR: f64 = 4.0;
-/// The most halvings in a row.
+/// The depth of the tree: a box is the result of at most this many halvings.
 const DEEPEST: u32 = 48;
 
 /// How the lamps of a scene emit.
@@ -30,7 +30,7 @@ const DEEPEST: u32 = 48;
 pub struct Lamps {
     /// Share of the photons for each [stratum](Strata), where it is not that of its power.
     pub shares: Option<Vec<f64>>,
-    /// For each stratum.
+    /// The tree of each stratum.
     pub trees: Vec<Option<EmissionTree>>,
 }
 
@@ -68,12 +68,12 @@ pub fn emit_at<'s, L: Lanes>(
     emission
 }
 
-/// A point of the cube, and what its photon matters over the density with which it was chosen.
+/// A point of the cube, and the importance of its photon over the density with which the point was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// Each in [0, 1).
+    /// Its coordinates, each in [0, 1).
     pub numbers: [f32; FIRST],
-    /// In any unit, not negative.
+    /// That quotient, in any unit, not negative.
     pub value: f64,
 }
 
@@ -85,12 +85,12 @@ pub struct EmissionTree {
     chances: Vec<f64>,
 }
 
-/// A box.
+/// A box of random numbers: a part of the cube.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     low: [f32; FIRST],
     sides: [f32; FIRST],
-    /// Chance over volume.
+    /// The density with which a point in it is chosen: the chance of the box over its volume.
     density: f32,
 }
 
@@ -125,7 +125,7 @@ impl EmissionTree {
         self.boxes.push(Part { density: (chance / volume) as f32, ..part });
     }
 
-    /// A point, and the density with which it is chosen.
+    /// Draws a point, and returns with it the density with which it is drawn.
     pub fn choose(&self, rng: &mut Stream) -> ([f32; FIRST], f32) {
         let last = self.chances.last().copied().unwrap_or(1.0);
         let u = rng.uniform_fine() * last;
@@ -136,7 +136,7 @@ impl EmissionTree {
     }
 }
 
-/// The side along which what matters is spread least evenly over a box, if it is so clearly.
+/// The axis along which importance is spread least evenly over a box, if it is so more clearly than by chance.
 fn differs(part: &Part, samples: &[Sample]) -> Option<usize> {
     let noise: f64 = samples.iter().map(|sample| sample.value * sample.value).sum();
     let all: f64 = samples.iter().map(|sample| sample.value).sum();

@@ -1,10 +1,11 @@
-//! A photon that is guided: aimed flights beside it, and weight windows.
+//! Guides one photon: aimed flights accompany it, and weight windows split or end it.
 //!
-//! Of a photon that brings w to a place of importance J, m = w J / R photons go on, on average, each with 1 / m of what
-//! the surface scatters: so the product of power and importance stays about R, which is usual where photons first come to a
-//! diffuse surface. That is splitting and roulette in one game (weight windows: Booth, "Monte Carlo variance reduction
-//! approaches for non-Boltzmann tallies", LA-12433, 1992), in place of the roulette of absorption. Where that would let
-//! go on nearly as many, the game is left alone: splitting where it gains nothing costs time.
+//! A photon of power w arrives at a place of importance J. On average m = w J / R photons leave it, each with 1 / m of
+//! the power that the surface scatters. The product of power and importance therefore stays near R, its usual value
+//! where photons first meet a diffuse surface. Splitting (m > 1) and roulette (m < 1) are one game (weight windows:
+//! Booth, "Monte Carlo variance reduction approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the
+//! roulette of absorption. Where both would let nearly the same number of photons go on, the roulette of absorption is
+//! kept: splitting that gains nothing only costs time.
 
 use std::sync::Arc;
 
@@ -26,26 +27,26 @@ use crate::{
     },
 };
 
-/// Where the game would let go on less than this many times as many as absorption does, and more than the inverse, it is
-/// left alone.
+/// The dead band: the game is played only where it lets at least this many times as many photons go on as the roulette
+/// of absorption would, or at most the inverse of it.
 const BAND: f32 = 5.0;
-/// No photon that goes on carries more than this many times what it would without the game.
+/// A photon that survives the game carries at most this many times the power that it would carry without it.
 const MOST_GAIN: f32 = 20.0;
-/// The most that go on from one place: what more of them bring is alike.
+/// The most photons into which one is split at a place: more of them would bring nearly the same.
 const MOST_COPIES: f32 = 300.0;
-/// Photons of one history from which on none is split.
+/// Once a history has more than this many photons, none of them is split any more.
 const MOST_PHOTONS: u32 = 1000;
 
 /// What guides the photons of a run.
 #[derive(Clone, Default)]
 pub struct Guidance<'a> {
-    /// Captors to aim at.
+    /// The captors at which flights are aimed, where there are any.
     pub targets: Option<Targets>,
-    /// Where they pay.
+    /// Weight windows, where they pay.
     pub windows: Option<Windows<'a>>,
     /// How lamps emit, where that pays.
     pub lamps: Option<Arc<Lamps>>,
-    /// Whether too little was found to say how lamps are to emit.
+    /// Whether the pilot found too little light to say how the lamps should emit.
     pub starved: bool,
 }
 
@@ -55,7 +56,7 @@ impl<'a> Guidance<'a> {
         Targets::of(scene).map(|targets| Self { targets: Some(targets), ..Self::default() })
     }
 
-    /// What it does to photons.
+    /// The name of this kind of guiding.
     pub fn guiding(&self) -> Guiding {
         match self {
             Self { windows: None, lamps: None, targets: None, .. } => Guiding::Off,
@@ -64,7 +65,7 @@ impl<'a> Guidance<'a> {
         }
     }
 
-    /// Whether there is anything in it, or to be said about it.
+    /// Whether photons are guided, or a warning must say why they are not.
     pub fn guides(&self) -> bool {
         self.guiding() != Guiding::Off || self.starved
     }
@@ -73,9 +74,9 @@ impl<'a> Guidance<'a> {
 /// Weight windows.
 #[derive(Clone)]
 pub struct Windows<'a> {
-    /// J.
+    /// The importance J of every face.
     pub importance: Arc<Importance<'a>>,
-    /// R, times W or umol/s.
+    /// The usual product R of power and importance, in W or umol/s.
     pub usual: f32,
 }
 
@@ -83,37 +84,38 @@ pub struct Windows<'a> {
 pub struct Guided<'a, 'p, L> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Flights beside it, where there are captors to aim at.
+    /// Sends the aimed flights, where there are captors to aim at.
     pub aimed: Option<Aimed<'a>>,
-    /// Importance, and over R what the photon is a fraction of.
+    /// The importance, and the factor that makes of power times importance the m above.
     pub windows: Option<(&'a Importance<'a>, f32)>,
-    /// Copies that are still to be followed, empty at first.
+    /// Copies that are still to be followed; there are none at first.
     pub copies: &'p mut Vec<Copies<'a, L>>,
-    /// The game at the surface where it is.
+    /// The game at the surface where the photon is, if one is played there.
     game: Option<Game>,
-    /// How many photons of it there were.
+    /// How many photons this history has had, copies included.
     photons: u32,
 }
 
-/// Copies of a photon that are still to be followed from where it came to.
+/// Copies of a photon that are still to be followed, and the place from which they start.
 pub struct Copies<'a, L> {
     hit: SurfaceHit,
     material: &'a Material,
     interaction: Interaction,
-    /// The photon's interactions before.
+    /// How often the photon had been scattered before it arrived here.
     interactions: u32,
     seen: Seen,
-    /// What each brings.
+    /// The power that each copy brings to the surface.
     power: Spectrum<L>,
+    /// How many copies are left.
     left: u32,
 }
 
-/// How many photons go on from a place.
+/// How many photons go on from a place, where the game is played.
 #[derive(Clone, Copy)]
 struct Game {
-    /// On average.
+    /// Their mean number, m.
     mean: f32,
-    /// Over how many would without it.
+    /// Their mean number over that of the roulette of absorption.
     gain: f32,
 }
 
@@ -133,10 +135,10 @@ impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
         let kept = importance.kept(at.surface.material);
         let mean = scale * power.largest() * importance.at(at.hit, at.interaction.front);
         let gain = (mean / kept).max(1.0 / MOST_GAIN);
-        // also where it keeps nothing
         let leave_alone = !(gain >= BAND || gain <= 1.0 / BAND);
         let too_many = gain > 1.0 && self.photons > MOST_PHOTONS;
         let mean = (gain * kept).min(MOST_COPIES);
+        // the mean is 0 where the surface sends nothing on: no game is played there
         (!leave_alone && !too_many && mean > 0.0).then_some(Game { mean, gain: mean / kept })
     }
 }
@@ -185,7 +187,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         let mut seen = Seen::default();
         let gain = self.game.map_or(1.0, |game| game.gain);
         if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
-            // as if the photon had been split, or ended, on its way here
+            // aimed flights leave from here as though the photon had been split, or ended, before it arrived
             let each = power.clone().scaled(1.0 / gain);
             let flights = if self.game.is_some() { gain + rng.uniform() } else { 1.0 };
             for _ in 0..flights as u32 {

@@ -1,4 +1,4 @@
-//! Importons: light's way back, from the captors. Where they come to is where light matters to these.
+//! Importons: they start at the captors and go the way of light backwards. They arrive where light matters to the captors.
 
 use std::f32::consts::PI;
 
@@ -21,13 +21,14 @@ use crate::{
     transport::trace::{leave, roulette},
 };
 
-/// Importons are traced so many at a time ...
+/// Importons are traced in blocks of this many.
 const BLOCK: u64 = 512;
-/// ... with about this number of flights each, at most.
+/// A block ends early once its importons have taken this many flights each, on average.
 const FLIGHTS: u64 = 40;
-/// Split importons come where few do: within this factor of the usual number they are left alone.
+/// Importons are split where few arrive and ended where many do, but not where their number is within this factor of
+/// the usual one.
 const BAND: f32 = 5.0;
-/// The most that one is split in.
+/// The most importons into which one is split at a place.
 const MOST_COPIES: f32 = 30.0;
 
 /// The faces of all captors, from which importons start.
@@ -39,10 +40,10 @@ pub struct Sources<'a> {
 struct Source<'a> {
     triangles: &'a [Triangle],
     areas: Discrete,
-    /// Above the surface, m.
+    /// How far above the surface importons start, m.
     lift: f32,
     face: Channel,
-    /// What its importons carry, per band.
+    /// The weight of its importons, per band.
     weights: Vec<f32>,
 }
 

@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// What is aimed at is larger than the captor by this factor: its rim is not missed by rounding.
+/// The shape that is aimed at is larger than the captor by this factor, so that rounding does not miss its rim.
 const MARGIN: f32 = 1.02;
 /// Behind solid glass, which shifts rays, some flights aim at up to so many times the captor's size, ...
 const WIDE: f32 = 4.0;
@@ -29,17 +29,17 @@ const WIDE_SHARE: f32 = 0.4;
 const GROUP: usize = 128;
 /// The most captors that a ray is tried against without a ball around some of them.
 const LEAF: usize = 8;
-/// Corners of a captor that lie off its mean plane by less than this share of its size are in it.
+/// A captor is flat if its corners lie off their mean plane by less than this share of its size.
 const FLAT: f32 = 0.02;
 
-/// Into which directions light leaves a point.
+/// The directions into which light leaves a point.
 #[derive(Clone, Copy, Debug)]
 pub enum Facing {
-    /// Those on the side of this unit vector.
+    /// The half space towards which this unit vector points.
     Front(Vec3),
-    /// Both sides of a surface with this normal.
+    /// All, with the cosine to this normal: light leaves both sides of the surface.
     Both(Vec3),
-    /// All alike.
+    /// All, equally.
     Anywhere,
 }
 
@@ -55,7 +55,7 @@ impl Facing {
     }
 }
 
-/// From where captors are aimed at.
+/// The place from which flights are aimed at captors.
 #[derive(Clone, Copy, Debug)]
 pub enum View {
     /// From a point, into some directions.
@@ -71,16 +71,16 @@ enum Shape {
     Ellipse {
         /// Unit normal of the captor's front.
         normal: Vec3,
-        /// Half axes, m.
+        /// The half axes of the ellipse, m.
         axes: [Vec3; 2],
-        /// The same, each over its squared length.
+        /// The half axes, each divided by its squared length, 1/m.
         inverse: [Vec3; 2],
-        /// m2.
+        /// The area of the ellipse, m2.
         area: f32,
         /// Whether only light from the front counts.
         one_sided: bool,
     },
-    /// The ball around any other.
+    /// The ball around a captor that is not flat.
     Ball,
 }
 
@@ -88,21 +88,21 @@ enum Shape {
 #[derive(Clone, Copy, Debug)]
 struct Target {
     center: Vec3,
-    /// Of a ball around it, m.
+    /// The radius of a ball around it, m.
     radius: f32,
     shape: Shape,
 }
 
-/// Some neighbouring targets.
+/// A node of the tree of targets: some that are neighbours.
 #[derive(Clone, Debug)]
 struct Node {
     /// Of a ball around all that is aimed at there.
     center: Vec3,
     radius: f32,
-    /// Where they are in the list.
+    /// Their range in the list of targets.
     from: usize,
     to: usize,
-    /// The first half of them; the other one comes next.
+    /// The node of their first half; the one of the other half follows it in the list.
     halves: Option<usize>,
 }
 
@@ -114,16 +114,16 @@ pub struct Seen(Option<(usize, f32)>);
 #[derive(Clone, Debug)]
 pub struct Targets {
     targets: Vec<Target>,
-    /// The first holds all.
+    /// The tree; its first node holds all targets.
     nodes: Vec<Node>,
-    /// Share of the flights that aim at more than the captor.
+    /// The share of the flights that aim at a shape larger than the captor.
     wide_share: f32,
-    /// Whether a flight may pass surfaces: glass, mirrors.
+    /// Whether a flight may pass glass or be mirrored.
     pub(super) passes_surfaces: bool,
 }
 
 impl Targets {
-    /// Those of `scene`; none where it has no virtual captor.
+    /// The targets of a scene; none where it has no virtual captor.
     pub fn of(scene: &Scene) -> Option<Self> {
         let captors = scene.captors.iter().enumerate();
         let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
