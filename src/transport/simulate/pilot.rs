@@ -1,4 +1,4 @@
-//! What photons are guided by is learned before a run, from photons and importons that count nowhere else.
+//! The pilot: before a run it learns what will guide the photons, from photons and importons that count nowhere else.
 
 use std::sync::Arc;
 
@@ -22,14 +22,15 @@ use crate::{
     },
 };
 
-/// Importons are sent so many times, each time by what photons guided by those before have found on the captors.
+/// The number of rounds. In each, photons that are guided as the round before has learned find the light of the captors,
+/// and importons start from the captors with weights that follow from it.
 const ROUNDS: u64 = 3;
-/// Importons of the first round, which shows the others where few come, and of each other one.
+/// The importons of the first round, which shows the others where few of them arrive, and of each other round.
 const FIRST_IMPORTONS: u64 = 25_000;
 const IMPORTONS: u64 = 100_000;
-/// Photons of a round.
+/// The photons of a round.
 const PHOTONS: u64 = 1 << 13;
-/// The most photons that find which light of the lamps matters, in a round and in the last one.
+/// The most photons that find which emission of the lamps matters: in a round, and in the last one.
 const FEW: u64 = 1 << 16;
 const MANY: u64 = 1 << 21;
 /// No captor counts as darker than this, relative to the brightest.
@@ -37,14 +38,15 @@ const DARKEST: f64 = 1e-6;
 /// Photons that tell the importance where photons arrive, and the most arrivals of them.
 const ARRIVING: u64 = 1 << 14;
 const MOST_ARRIVALS: usize = 1 << 18;
-/// What is usual where photons first come to a diffuse surface: so many of them matter less. Not the mean, which a few
-/// that come straight to where it matters would make so large that all others end; ...
+/// The usual product R of power and importance is this quantile over the places where photons first meet a diffuse
+/// surface. The mean will not do: a few photons that come straight to where light matters would make it so large that
+/// all others end.
 const USUAL: f64 = 0.75;
-/// ... but at least this share of it: where most do not matter at all, the others are not to be split without need.
+/// R is at least this share of the mean: where most photons do not matter at all, the others need not be split for it.
 const LEAST_USUAL: f32 = 0.2;
-/// There are windows where importance varies by this factor at least ...
+/// Weight windows are used where importance varies by at least this factor over the places where photons arrive.
 const VARIES: f32 = 5.0;
-/// ... among the places where photons arrive, but for so many of the most and of the least important.
+/// This share of the arrivals, those of the most and of the least importance, is left out of that comparison.
 const EXTREMES: f64 = 0.01;
 
 /// What is learned, round by round.
@@ -54,9 +56,9 @@ pub(super) struct Pilot<'a, 'c> {
     control: &'c Control<'c>,
     pool: rayon::ThreadPool,
     cells: Arc<Cells<'a>>,
-    /// Rounds so far.
+    /// How many rounds are done.
     round: u64,
-    /// The importance that arrived at each cell in the last one.
+    /// The importance that arrived at each cell in the last round, per area.
     arriving: Option<Vec<f32>>,
     guidance: Guidance<'a>,
     /// Whether importance varies enough for windows.
@@ -64,7 +66,7 @@ pub(super) struct Pilot<'a, 'c> {
 }
 
 impl<'a, 'c> Pilot<'a, 'c> {
-    /// Nothing yet. Error: there are no threads to be had.
+    /// A pilot that has learned nothing yet. Error: there are no threads to be had.
     pub fn new(scene: &'a Scene, settings: &Settings, control: &'c Control<'c>) -> Result<Self> {
         Ok(Self {
             scene,
