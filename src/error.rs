@@ -1,22 +1,24 @@
-//! The one error type: where, problem, what to do.
+//! The one error type of the crate, [`Error`]: where the problem is, what it is, and what to do
+//! about it. The checks and texts that many error messages share are here too.
 
 use std::fmt;
 
-/// Whose fault it is, and so the exit code.
+/// Whose fault an error is. It decides the exit code of the command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
     /// Wrong usage or input: exit code 2.
     Input,
     /// The run itself failed (disk full, ...): exit code 1.
     Run,
-    /// Somebody ended it: exit code 130.
+    /// The user interrupted the command: exit code 130.
     Interrupted,
 }
 
-/// How an interrupted command leaves what it does, as a rule.
+/// What an interrupted command usually says about its files; the end of an error message.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
-/// A sentence for a person: where it is, what is wrong there, and what would mend it.
+/// An error as a sentence for a person: where the problem is, what is wrong there, and what would
+/// mend it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     kind: ErrorKind,
@@ -25,10 +27,11 @@ pub struct Error {
     remedy: Option<String>,
 }
 
-/// Things that a sentence names, as a rule.
+/// How many items a sentence usually lists before it says how many more there are.
 pub(crate) const LISTED: usize = 5;
 
-/// The first few of some things, and how many more there are: `a, b and 3 more`. Empty where there is none.
+/// Lists the first `most` of `things` and says how many more there are: `a, b and 3 more`. The text
+/// is empty where there are no things.
 pub(crate) fn some(things: impl IntoIterator<Item: fmt::Display>, most: usize) -> String {
     let mut things = things.into_iter();
     let first: Vec<String> = things.by_ref().take(most).map(|thing| thing.to_string()).collect();
@@ -42,17 +45,19 @@ pub(crate) fn some(things: impl IntoIterator<Item: fmt::Display>, most: usize) -
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// Wrong input at `place` (a file, with JSON pointer or line where there is one).
+    /// Makes an error for wrong input at `place`: a file, with the JSON pointer or line if there is
+    /// one.
     pub fn input(place: impl fmt::Display, problem: impl fmt::Display) -> Self {
         Self::new(ErrorKind::Input, place, problem)
     }
 
-    /// The run failed at `place`, through no fault of the input.
+    /// Makes an error for a run that failed at `place`, through no fault of the input.
     pub fn run(place: impl fmt::Display, problem: impl fmt::Display) -> Self {
         Self::new(ErrorKind::Run, place, problem)
     }
 
-    /// Somebody ended what goes on at `place` (a run, a merge); `left` says how that leaves it.
+    /// Makes an error for work at `place` (a run, a merge) that the user interrupted; `left` says
+    /// in which state that leaves it.
     pub fn interrupted(place: impl fmt::Display, left: impl fmt::Display) -> Self {
         Self::new(ErrorKind::Interrupted, place, format!("interrupted, {left}"))
     }
@@ -62,23 +67,23 @@ impl Error {
         Self { kind, place, problem, remedy: None }
     }
 
-    /// Adds what to do about it.
+    /// Adds what the user can do about the error.
     pub fn remedy(mut self, remedy: impl fmt::Display) -> Self {
         self.remedy = Some(remedy.to_string());
         self
     }
 
-    /// The same at another place.
+    /// Returns the same error at another place.
     pub fn at(self, place: impl fmt::Display) -> Self {
         Self { place: place.to_string(), ..self }
     }
 
-    /// Where it is.
+    /// Where the error is.
     pub fn place(&self) -> &str {
         &self.place
     }
 
-    /// Whose fault it is.
+    /// Whose fault the error is.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
@@ -94,7 +99,7 @@ impl fmt::Display for Error {
     }
 }
 
-/// What is wrong with a value and what to do about it, before it is said where.
+/// What is wrong with a value and what to do about it, before the place of the value is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     problem: String,
@@ -102,29 +107,30 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// From both.
+    /// Makes a problem from what is wrong and what to do about it.
     pub fn new(problem: impl fmt::Display, remedy: impl fmt::Display) -> Self {
         Self { problem: problem.to_string(), remedy: Some(remedy.to_string()) }
     }
 
-    /// The same of a part of what is checked.
+    /// Says that the problem lies in `part` of the value that was checked.
     pub fn of(self, part: impl fmt::Display) -> Self {
         Self { problem: format!("{part}: {}", self.problem), ..self }
     }
 
-    /// The same with one more thing that can be done.
+    /// Adds `other` as an alternative remedy.
     pub fn or(self, other: impl fmt::Display) -> Self {
         let first = self.remedy.map_or(String::new(), |remedy| remedy + ", or ");
         Self { remedy: Some(format!("{first}{other}")), ..self }
     }
 
-    /// As an error of the input at `place`.
+    /// Makes the problem an error of the input at `place`.
     pub fn at(self, place: impl fmt::Display) -> Error {
         Error { remedy: self.remedy, ..Error::input(place, self.problem) }
     }
 }
 
-/// Refuses a number that is not in [`low`, `high`], as NaN is not; a `high` of `f64::MAX` says that there is no limit.
+/// Refuses a number outside the closed range from `low` to `high`, and NaN. A `high` of `f64::MAX`
+/// means that there is no upper limit.
 pub fn check_range(value: f64, low: f64, high: f64) -> std::result::Result<(), Problem> {
     if (low..=high).contains(&value) {
         return Ok(());
@@ -137,7 +143,7 @@ pub fn check_range(value: f64, low: f64, high: f64) -> std::result::Result<(), P
     Err(Problem { problem: format!("{}, must be {range}", number(value)), remedy })
 }
 
-/// Refuses a list that has not one number for each of so many bands.
+/// Refuses a list of `numbers` entries unless it has one entry for each of the `bands` bands.
 pub fn check_length(numbers: usize, bands: usize) -> std::result::Result<(), Problem> {
     if numbers == bands {
         return Ok(());
@@ -147,10 +153,10 @@ pub fn check_length(numbers: usize, bands: usize) -> std::result::Result<(), Pro
     Err(Problem::new(problem, "give one number, or one per band"))
 }
 
-/// Runs `work`, and makes an error of a panic in it, which is a fault of this program or of a function
-/// that it was given to call.
+/// Runs `work` and returns an error if it panics, which is a fault of this program or of a function
+/// that a caller gave it.
 pub fn catch_panic<T>(place: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
-    // whatever `work` has left half done goes with it
+    // whatever `work` has left half done is dropped together with it
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
@@ -160,7 +166,8 @@ pub fn catch_panic<T>(place: &str, work: impl FnOnce() -> Result<T>) -> Result<T
     })
 }
 
-/// Text of which parts may come from a file: without its control characters, and not without end.
+/// Shows text that may come from a file on one line: control characters are escaped, and the text
+/// is cut off after 1000 characters.
 struct OneLine<'a>(&'a str);
 
 impl fmt::Display for OneLine<'_> {
@@ -178,7 +185,7 @@ impl fmt::Display for OneLine<'_> {
 
 impl std::error::Error for Error {}
 
-/// A number as a person would write it, however large or small.
+/// Formats a number as a person would write it, however large or small it is.
 pub fn number(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
@@ -187,9 +194,10 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// The name in `known` nearest to `name`, where one is near enough to be a typo.
+/// Returns the name in `known` that is nearest to `name`, or `None` where no name is so near that
+/// `name` may be a typo of it.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // comparing takes time and memory of the product of the lengths
+    // time and memory of a comparison grow with the product of the lengths
     let short = |name: &str| name.len() <= 100;
     known
         .into_iter()

@@ -2,10 +2,11 @@
 //! growth chamber receives.
 //!
 //! Light leaves a lamp ([`Light`]), photons travel ([`simulate`]), those that meet a captor are
-//! counted and stored ([`PhotonMap`]), and captors are read ([`RunResult`]). Or paths go back from
-//! the captors to the lights ([`Estimator`]). A scene comes from a file ([`load`]) or from parts made
-//! in memory ([`Scene::new`]). For pictures photons are stored on all surfaces ([`light_surfaces`]), and
-//! seen through a camera ([`render()`]).
+//! counted and stored ([`PhotonMap`]), and the result tells what each captor received
+//! ([`RunResult`]). In place of photons, paths can go back from the captors to the lights
+//! ([`Estimator`]). A scene comes from a file ([`load`]) or from parts made in memory
+//! ([`Scene::new`]). For pictures, photons are stored on all surfaces ([`light_surfaces`]), and a
+//! camera looks at this light ([`render()`]).
 //!
 //! ```no_run
 //! use std::{path::Path, sync::atomic::AtomicBool};
@@ -18,18 +19,19 @@
 //! # Ok::<(), phylux::Error>(())
 //! ```
 //!
-//! Cargo features: `cli` (the command line), `studies` (sweeps, convergence studies, checks), `show` (pictures,
-//! charts, pages, exports), `exr` and `parquet` (these formats). All are on by default; without them, by
-//! `default-features = false`, there are scenes, transport and results, and their files.
+//! Cargo features: `cli` (the command line), `studies` (sweeps, convergence studies, checks),
+//! `show` (pictures, charts, pages, exports), `exr` and `parquet` (support for these two file
+//! formats). All features are on by default. With `default-features = false` there remain scenes,
+//! transport and results, and their files.
 
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
-// without the command line, what only it uses is left over
+// without the command line, the code that it alone uses is dead
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 mod error;
 
-// a module uses only those above it
+// each of these modules uses only those declared above it
 mod math;
 
 mod scene;

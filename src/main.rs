@@ -1,4 +1,5 @@
-//! The command `phylux`: parse, run, print the error, exit code.
+//! The command `phylux`: parses its arguments, runs, prints an error if there is one, and ends with
+//! the exit code.
 
 use std::{env, process::ExitCode};
 

@@ -1,4 +1,4 @@
-//! `phylux calibrate`
+//! `phylux calibrate`: fits the powers of the lamps to the readings of an instrument.
 
 use std::{
     fmt::Write,
@@ -38,36 +38,38 @@ use crate::{
     },
 };
 
-/// Lamps that are listed.
+/// The most lamps that are listed.
 const LISTED: usize = 20;
 
 #[derive(Args)]
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Table of readings (CSV): captor (or x,y,z), band, value and, if wanted, sd, face, use (fit or test), block
+    /// Table of readings (CSV): captor (or x,y,z), band, value and, if wanted, sd, face, use (fit
+    /// or test), block
     measured: PathBuf,
-    /// Where the scene with the calibrated powers goes; calibration.json goes beside it
+    /// File for the scene with the calibrated powers; calibration.json goes into the same folder
     #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
     output: PathBuf,
-    /// Take these results of `phylux run --by-light` of the scene, and trace nothing
+    /// Use these results of `phylux run --by-light` of the scene, and trace nothing
     #[arg(long, value_name = "FILE", conflicts_with_all = ["photons", "seed", "tolerance", "guiding", "threads", "vary"])]
     results: Option<PathBuf>,
-    /// How the factors may differ: auto takes the simplest of the others that predicts blocks of readings as well as
-    /// the best when they are left out
+    /// How the factors may differ: auto takes the simplest of the other models that predicts
+    /// left-out blocks of readings as well as the best one does
     #[arg(long, value_name = "auto|common|bands|lamps|product", value_parser = model, default_value = "auto")]
     model: Chosen,
-    /// Relative standard deviation of the factors of lamps about the common one, or `none`
+    /// Relative standard deviation of the lamps' factors about the common factor, or `none`
     #[arg(long, value_name = "FRACTION", value_parser = prior, allow_negative_numbers = true, default_value = "0.2")]
     prior: Prior,
-    /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given again
+    /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given
+    /// several times
     #[arg(long, value_name = "PATTERN")]
     group: Vec<String>,
-    /// Also find a number of the scene, by a grid of 5 runs: its place as JSON pointer and its range, as in
-    /// /materials/wall/reflectance=0.7:0.85; can be given twice, for 25 runs
+    /// Also fit a number of the scene, by a grid of 5 runs: its place as a JSON pointer and its
+    /// range, as in /materials/wall/reflectance=0.7:0.85; can be given twice, for 25 runs
     #[arg(long, value_name = "PLACE=FROM:TO", value_parser = Vary::parse)]
     vary: Vec<Vary>,
-    /// Photons to trace, in each run [default: the scene's]
+    /// Photons to trace in each run [default: the scene's]
     #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers [default: the scene's]
@@ -76,10 +78,10 @@ pub(super) struct Arguments {
     /// Trace until the relative standard error of every captor is at most this
     #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// What helps photons to sensors that light hardly reaches [default: the scene's]
+    /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
-    /// No longer an option: --guiding takes its place
+    /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]
     splitting: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it
@@ -87,7 +89,7 @@ pub(super) struct Arguments {
     threads: Option<usize>,
 }
 
-/// A model, or none for the best.
+/// The model that is asked for; `None` for `auto`.
 #[derive(Clone, Copy, Debug)]
 struct Chosen(Option<Model>);
 
@@ -100,7 +102,7 @@ fn model(text: &str) -> Checked<Chosen> {
     }
 }
 
-/// A prior, if there is one.
+/// Relative standard deviation of the prior; `None` without a prior.
 #[derive(Clone, Copy, Debug)]
 struct Prior(Option<f64>);
 
@@ -171,7 +173,7 @@ fn write_report(file: OutputFile, read: &FilesRead, calibration: &Calibration) -
     file.write(read, |writer| write_lines(calibration, writer))
 }
 
-/// The results at `path`, which must be those of the scene.
+/// Reads the results at `path`. Error: they are not of this scene.
 fn results_of(path: &Path, loaded: &LoadedScene) -> Result<RunResult> {
     let result = read_json(path)?;
     let lights = result.energy.by_light.iter().flat_map(|lights| lights.keys());
@@ -185,7 +187,7 @@ fn results_of(path: &Path, loaded: &LoadedScene) -> Result<RunResult> {
     }
 }
 
-/// What a run of the scene finds, by light.
+/// Runs the scene with photons, and returns the results by light.
 fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> Result<RunResult> {
     let usual = &loaded.settings;
     let settings = Settings {
@@ -212,7 +214,8 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
     Ok(RunResult::new(&loaded.scene, &settings, &simulation))
 }
 
-/// The scene with the values of what varies that explain the readings best, and its calibration.
+/// Finds the values of the varied numbers that explain the readings best, and returns the scene
+/// with these values and its calibration.
 fn search(
     arguments: &Arguments,
     document: &Value,
@@ -230,7 +233,7 @@ fn search(
         let calibration = calibrate(&result, rows, &arguments.measured, plan)?;
         Ok((document, loaded, calibration))
     };
-    // one model for all: the one that is chosen in the middle
+    // all runs take the same model: the one that is chosen in the middle of the grid
     let (_, _, middle) = fitted(&grid.values(grid.middle()), &plan)?;
     let plan = CalibrationPlan { model: Some(middle.model), ..plan };
     let deviance = |run: usize| match run == grid.middle() {
@@ -247,7 +250,7 @@ fn search(
     Ok((document, loaded, found))
 }
 
-/// The factors and how well they predict, as tables.
+/// Returns the factors, and how well they predict readings, as tables.
 fn describe(found: &Calibration) -> String {
     let bands = &found.measured_bands[..found.measured_bands.len().min(SHOWN_BANDS)];
     let mut text = format!("{}: model {}", found.scene, found.model.name());

@@ -1,4 +1,4 @@
-//! `phylux chart`
+//! `phylux chart`: charts the error of every estimator against its cost in a scene.
 
 use std::{
     collections::BTreeMap,
@@ -33,19 +33,20 @@ use crate::{
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Folder for the pictures (SVG) and their numbers (CSV, JSON); made if it is not there
+    /// Folder for the pictures (SVG) and their numbers (CSV, JSON); made if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Table of true irradiances: columns captor, band, irradiance and, if wanted, face and
-    /// standard_error. Without it a run of 16 times the largest budget stands in for the truth
+    /// standard_error. Without it, a run of 16 times the largest budget stands in for the truth
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
     tracing: TracingArguments,
-    /// Runs of each budget: with the seed, the number after it, and so on
+    /// Number of runs for each budget: the first has the seed, the second the number after it, and
+    /// so on
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..=1000))]
     seeds: u64,
-    /// k of the k-nearest estimates, with commas between them
+    /// Values of k for the k-nearest estimates, separated by commas
     #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
     k: Vec<usize>,
 }
@@ -63,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     let drawn = draw(arguments, &interrupt, new);
     if new && drawn.is_err() {
-        // only if it is empty: nothing was written
+        // this fails, as it should, if anything was written into the folder
         let _ = fs::remove_dir(folder);
     }
     drawn

@@ -1,4 +1,4 @@
-//! `phylux check`
+//! `phylux check`: says what a scene holds, and warns of what looks wrong in it.
 
 mod polar;
 
@@ -19,17 +19,17 @@ use crate::{
     studies::check::{SceneSummary, check, decimals},
 };
 
-/// Materials and lights that are listed; what is beyond is only in the totals.
+/// The most materials, objects or lights that are listed. Totals count those beyond, too.
 const LISTED: usize = 30;
 
 #[derive(Args)]
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// End with exit code 1 where there is a warning
+    /// End with exit code 1 if there is a warning
     #[arg(long)]
     strict: bool,
-    /// Print all of it as JSON, warnings included
+    /// Print everything as JSON, warnings included
     #[arg(long)]
     json: bool,
 }
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 struct Checked<'a> {
     /// Name of the scene.
     scene: &'a str,
-    /// Of everything in it together, along x, y and z, m.
+    /// Size of all that is in the scene together, along x, y and z, m.
     size: [f64; 3],
     /// Names of the bands.
     bands: Vec<&'a str>,
@@ -83,12 +83,12 @@ struct Checked<'a> {
     warnings: &'a [String],
 }
 
-/// The surfaces of a material.
+/// The surfaces that have one material.
 #[derive(Serialize)]
 struct Surfaces<'a> {
     material: &'a str,
     triangles: usize,
-    /// One-sided, m2.
+    /// One-sided area, m2.
     area: f64,
 }
 
@@ -96,39 +96,39 @@ struct Surfaces<'a> {
 #[derive(Serialize)]
 struct Object<'a> {
     name: &'a str,
-    /// Its box: lowest and highest coordinates, m.
+    /// Lowest and highest coordinates of the object's box, m.
     from: [f64; 3],
     to: [f64; 3],
-    /// Its lowest and highest point above the lowest of the scene, m.
+    /// Height of the object's lowest and highest point above the lowest point of the scene, m.
     height: [f64; 2],
-    /// Share of its area whose front looks up.
+    /// Fraction of the object's area whose front faces up.
     facing_up: f64,
 }
 
-/// The means that the bands have of a spectrum.
+/// Mean of a spectrum over each band.
 #[derive(Serialize)]
 struct Average<'a> {
-    /// Place in the scene file.
+    /// Place of the spectrum in the scene file, as a JSON pointer.
     at: &'a str,
-    /// Per band.
+    /// Mean, per band.
     means: &'a [f64],
 }
 
 #[derive(Serialize)]
 struct Powers<'a> {
     name: &'a str,
-    /// Per band.
+    /// Power, per band.
     power: &'a [f64],
 }
 
-/// Where the sun stands, degrees.
+/// Position of the sun, degrees.
 #[derive(Serialize)]
 struct Sun {
     elevation: f64,
     azimuth: f64,
 }
 
-/// How many there are.
+/// Number of captors of each kind.
 #[derive(Serialize)]
 struct Captors {
     #[serde(rename = "virtual")]
@@ -183,7 +183,7 @@ impl<'a> Checked<'a> {
     }
 }
 
-/// The text of the command.
+/// Returns the text that the command prints.
 pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     let scene = &loaded.scene;
     let size = summary.size;
@@ -219,7 +219,7 @@ fn surfaces(text: &mut String, summary: &SceneSummary) {
     Table { title: "surfaces".into(), columns, rows: rows.collect() }.write(text);
 }
 
-/// Where each object is, so that one sees a wrong unit, scale or axis.
+/// Writes where each object is, so that one sees a wrong unit, scale or axis.
 fn objects(text: &mut String, summary: &SceneSummary) {
     if summary.objects.is_empty() {
         return;
@@ -233,7 +233,7 @@ fn objects(text: &mut String, summary: &SceneSummary) {
     line(["", "", "", "above the", "facing"].map(String::from));
     line(["objects, m", "from", "to", "lowest point", "up"].map(String::from));
     for object in summary.objects.iter().take(LISTED) {
-        // no minus before what is shown as zero
+        // rounded first, and 0 added, so that no minus stands before a zero
         let shown = 10_f64.powi(digits as i32);
         let show = |x: f64| format!("{:.digits$}", (x * shown).round() / shown + 0.0);
         let point = |p: glam::DVec3| p.to_array().map(show).join(" ");
@@ -262,7 +262,7 @@ fn lights(text: &mut String, scene: &Scene) {
     Table { title, columns, rows: rows.collect() }.write(text);
 }
 
-/// What spectra are in each band.
+/// Writes the mean of each spectrum over each band.
 fn averages(text: &mut String, loaded: &LoadedScene) {
     if loaded.averages.is_empty() {
         return;
@@ -277,7 +277,8 @@ fn averages(text: &mut String, loaded: &LoadedScene) {
     }
 }
 
-/// Where the sun stands and how bright it is outside, so that one sees a wrong clock or place.
+/// Writes where the sun stands and how bright it is in the open, so that one sees a wrong clock or
+/// place.
 fn daylight(text: &mut String, open_field: &OpenField) {
     if let Some(sun) = open_field.sun {
         let [elevation, azimuth] = [sun.elevation, sun.azimuth].map(f64::to_degrees);
@@ -312,7 +313,7 @@ fn captors(text: &mut String, scene: &Scene) {
 
 type Show = fn(f64) -> String;
 
-/// Named rows of numbers, and their total.
+/// A table of named rows of numbers, with a total if there are several rows.
 struct Table<'a> {
     title: String,
     columns: Vec<(String, Show)>,

@@ -1,4 +1,4 @@
-//! `phylux compare`
+//! `phylux compare`: compares two results captor by captor.
 
 use std::{
     fmt::Write,
@@ -22,22 +22,23 @@ use crate::{
 
 #[derive(Args)]
 pub(super) struct Arguments {
-    /// Results file (JSON)
+    /// Results file (JSON), called a
     a: PathBuf,
-    /// Another one, of the same captors
+    /// Results file (JSON) of another run with the same captors, called b
     b: PathBuf,
-    /// How many to list, worst first
+    /// How many values to list, worst first
     #[arg(long, value_name = "N", default_value_t = 10)]
     worst: usize,
-    /// Also write all of them as a table: captor, what, band, a, b, z
+    /// Also write all values as a table (CSV): captor, what, band, a, b, z
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// End with exit code 1 where they differ by more than chance, or have not the same captors
+    /// End with exit code 1 if the results differ by more than chance, or do not have the same
+    /// captors
     #[arg(long)]
     exit_code: bool,
 }
 
-/// The exit code of `--exit-code` where they differ.
+/// Exit code with `--exit-code` if the results differ.
 const DIFFERENT: u8 = 1;
 
 pub(super) fn run(arguments: &Arguments) -> Result<u8> {

@@ -1,5 +1,5 @@
-//! What the commands know, for programs that embed phylux, such as the Python package: options mean there what they
-//! mean on the command line, and texts are the same.
+//! The commands for programs that embed phylux, such as the Python package: options mean there what
+//! they mean on the command line, and texts are the same.
 
 use std::{error::Error as _, path::Path, sync::atomic::AtomicBool};
 
@@ -17,19 +17,19 @@ use crate::{
     transport::{settings::Settings, simulate::Control},
 };
 
-/// A text for a person, and what to be warned of.
+/// A text for a person, with warnings.
 pub struct Words {
-    /// As the command prints it.
+    /// The text, as the command prints it.
     pub text: String,
-    /// One sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// A picture, and the numbers that it shows.
+/// A picture, with the numbers that it shows.
 pub struct Rendering {
-    /// As the command writes it.
+    /// The picture, as the command writes it.
     pub picture: Picture,
-    /// The light on surfaces; none in pictures of captors or photons.
+    /// The light on surfaces; `None` in pictures of captors or photons.
     pub pixels: Option<Pixels>,
 }
 
@@ -45,16 +45,17 @@ struct RenderOptions {
     arguments: render::Arguments,
 }
 
-/// The settings of a run with the options of `phylux run`, such as `["--photons=1e7", "--by-light"]`, in place of
-/// those of the scene. Errors: an option that there is not, or a value that it cannot have; the place is the option's
-/// name.
+/// Returns the settings of a run: those of the scene, replaced by options of `phylux run` such as
+/// `["--photons=1e7", "--by-light"]`. Errors: an unknown option, or a value that it cannot have.
+/// The place of the error is the option's name.
 pub fn run_settings(options: &[String], of_scene: &Settings) -> Result<Settings> {
     let parsed: RunOptions = parse(&["phylux", "scene"], options)?;
     parsed.arguments.settings(of_scene.clone())
 }
 
-/// Runs the scene with options of `phylux run`. A run with `--checkpoint` goes on from there, and the file goes once
-/// the result is known. Errors: those of [`run_settings`], and those of a run.
+/// Runs the scene with options of `phylux run`. A run with `--checkpoint` goes on from its file if
+/// that exists, and the file is removed once the result is known. Errors: those of
+/// [`run_settings`], and those of a run.
 pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Result<RunResult> {
     let RunOptions { arguments } = parse(&["phylux", "scene"], options)?;
     loaded.check_captors()?;
@@ -68,21 +69,22 @@ pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Res
     Ok(result)
 }
 
-/// What `phylux check` says of a scene.
+/// Returns what `phylux check` says of a scene.
 pub fn describe(loaded: &LoadedScene) -> Result<Words> {
     let summary = crate::studies::check::check(loaded)?;
     Ok(Words { text: check::describe(loaded, &summary), warnings: summary.warnings })
 }
 
-/// The summary that ends `phylux run`.
+/// Returns the summary that `phylux run` prints at its end.
 pub fn summarise(result: &RunResult) -> Words {
     let found = summary(result, "");
     Words { text: found.text, warnings: found.warnings }
 }
 
-/// What the run would have found with these factors on the powers of its lights; `row*` stands for all whose names
-/// begin so. They come on top of those of a file that `phylux calibrate` has written, if one is given. Errors: those of
-/// [`RunResult::mix_bands`], and a file that cannot be read or is of other bands.
+/// Returns what the run would have found with these factors on the powers of its lights; the name
+/// `row*` stands for all lights whose names begin so. The factors are multiplied by those of a file
+/// that `phylux calibrate` has written, if one is given. Errors: those of [`RunResult::mix_bands`];
+/// a file that cannot be read or that has other bands.
 pub fn mixed(
     result: &RunResult,
     factors: Vec<(String, Factor)>,
@@ -93,8 +95,8 @@ pub fn mixed(
     mix::mixed(result, calibration.as_ref(), &factors)
 }
 
-/// A picture with the options of `phylux render`, such as `["--show=irradiance", "--width=400"]`; `stop` ends it.
-/// Errors: those of [`run_settings`] and of the command.
+/// Makes a picture with options of `phylux render`, such as `["--show=irradiance", "--width=400"]`.
+/// Setting `stop` ends the work. Errors: those of [`run_settings`] and of the command.
 pub fn picture(loaded: &LoadedScene, options: &[String], stop: &AtomicBool) -> Result<Rendering> {
     let parsed: RenderOptions = parse(&["phylux", "scene", "--output=picture.png"], options)?;
     render::check(&parsed.arguments)?;

@@ -1,4 +1,4 @@
-//! `phylux export`
+//! `phylux export`: writes a scene and its light for other programs.
 
 use std::path::PathBuf;
 
@@ -18,17 +18,18 @@ use crate::{
 pub(super) struct Arguments {
     #[command(flatten)]
     source: Source,
-    /// File to write; its ending says what: .vtp, .vtu (all values, for ParaView), .glb (coloured by
-    /// one value, for Blender and browsers), .ply (photons)
+    /// File to write; its ending chooses the form: .vtp, .vtu (all values, for ParaView), .glb
+    /// (coloured by one value, for Blender and browsers), .ply (photons)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// What the colours of a .glb show [default: irradiance]
+    /// Quantity that the colours of a .glb show [default: irradiance]
     #[arg(long, value_enum)]
     quantity: Option<Quantity>,
-    /// Band or sum over bands of a .glb [default: the first sum, or the first band]
+    /// Band, or sum over bands, of a .glb [default: the first sum, or the first band]
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
-    /// Values of the first and the last colour of a .glb [default: 0 to what 99 % are below]
+    /// Values at the first and the last colour of a .glb [default: 0 to the value that 99 % are
+    /// below]
     #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_negative_numbers = true)]
     range: Option<(f64, f64)>,
     /// Colour a .glb by the logarithm of the values
@@ -38,9 +39,9 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Quantity {
-    /// What arrives at each face
+    /// Light that arrives at each face
     Irradiance,
-    /// What surfaces absorb, per area
+    /// Light that surfaces absorb, per area
     Absorbed,
 }
 

@@ -1,11 +1,12 @@
-//! What `--help` says beside the options: commands by what they are for, and examples.
+//! What `--help` says besides the options: the commands in groups by their purpose, examples, and
+//! exit codes. The manual pages take these from here too.
 
 use clap::{Command, builder::Styles};
 
-/// A command and examples of it.
+/// The name of a command, and examples of its use.
 type Examples = (&'static str, &'static [&'static str]);
 
-/// Every command, by what it is for.
+/// Titles of the groups, by the purpose of the commands, each with its commands.
 pub const GROUPS: &[(&str, &[Examples])] = &[
     (
         "Find the light",
@@ -130,10 +131,10 @@ pub const EXIT_CODES: &[(u8, &str)] = &[
     (130, "interrupted, by Ctrl-C or SIGTERM"),
 ];
 
-/// Where the help of a command is.
+/// Says where the help of a single command is.
 const MORE: &str = "`phylux COMMAND --help` says more about a command, with examples.";
 
-/// Gives the commands of `phylux` their groups and examples.
+/// Adds groups, examples and exit codes to the help of `phylux`.
 pub fn add(mut phylux: Command) -> Command {
     let styles = Styles::styled();
     let (header, literal) = (styles.get_header(), styles.get_literal());
@@ -169,7 +170,7 @@ mod tests {
         GROUPS.iter().flat_map(|(_, commands)| *commands)
     }
 
-    /// The words of a command, without what a shell does with its output.
+    /// Returns the words of a command, without what the shell does with its output.
     fn words(example: &str) -> Vec<String> {
         let own = example.split([';', '|', '>']).next().unwrap_or_default();
         let quoted = own.split('"').enumerate().flat_map(|(i, part)| match i % 2 {
@@ -204,7 +205,8 @@ mod tests {
         }
     }
 
-    /// Help is read in a terminal of any width, and in logs.
+    /// No line of help is longer than 100 characters, since help is read in terminals of any width
+    /// and in logs.
     #[test]
     fn lines_of_help_are_not_longer_than_100() {
         let mut phylux = command().term_width(100);

@@ -1,5 +1,5 @@
-//! Ctrl-C and SIGTERM: an orderly end while photons fly, an immediate one at any other time. Nothing
-//! stays behind either way.
+//! Ctrl-C and SIGTERM. While light is traced, a signal ends the command in an orderly way; at any
+//! other time, and at a second signal, at once. No temporary file stays behind either way.
 
 use std::{
     fs, io,
@@ -20,13 +20,13 @@ use crate::{
     },
 };
 
-/// The exit code of a command that was interrupted: 128 and the number of the signal of Ctrl-C.
+/// Exit code of a command that was interrupted: 128 plus the number of the signal of Ctrl-C.
 pub(super) const EXIT_CODE: u8 = 130;
 
-/// The path that stands for the standard output.
+/// Path that stands for the standard output.
 pub(super) const STANDARD_OUTPUT: &str = "-";
 
-/// Error: `path` is that of the standard output, where a folder is to be.
+/// Refuses the standard output as `path`, where a folder is needed.
 pub(super) fn check_folder(path: &Path) -> Result<()> {
     match path == Path::new(STANDARD_OUTPUT) {
         true => {
@@ -37,24 +37,24 @@ pub(super) fn check_folder(path: &Path) -> Result<()> {
     }
 }
 
-/// Watches for signals from when it is installed to the end of the process.
+/// Watches for signals, from its installation to the end of the process.
 pub(super) struct Interrupt {
     stop: Arc<AtomicBool>,
     phase: Arc<Mutex<Phase>>,
 }
 
-/// What a signal finds the command at.
+/// What the command is doing when a signal comes.
 struct Phase {
-    /// It looks at `stop` now and then.
+    /// Whether the command looks at `stop` now and then.
     listening: bool,
-    /// Results may have been put in their place.
+    /// Whether results may already be in their places.
     writing: bool,
-    /// Temporary files and folders.
+    /// Temporary files and folders, to be removed at an immediate end.
     temporary: Vec<Temporary>,
 }
 
 impl Interrupt {
-    /// Error: the system gives no signals.
+    /// Begins to watch for signals. Error: the system does not allow it.
     pub fn install() -> Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let phase = Phase { listening: false, writing: false, temporary: Vec::new() };
@@ -71,12 +71,13 @@ impl Interrupt {
         Ok(Self { stop, phase })
     }
 
-    /// Set once the command should end.
+    /// Flag that is set once the command should end.
     pub fn stop(&self) -> &AtomicBool {
         &self.stop
     }
 
-    /// Prepares to write a file, or `-`, which is the standard output, and removes what that has made at an immediate end.
+    /// Prepares to write a file, or the standard output if `path` is `-`. What is prepared is
+    /// removed if a signal ends the command at once.
     pub fn file(&self, path: &Path) -> Result<OutputFile> {
         if path == Path::new(STANDARD_OUTPUT) {
             terminal::take_output()?;
@@ -85,13 +86,15 @@ impl Interrupt {
         self.make(|| OutputFile::create(path), |file| file.temporary())
     }
 
-    /// Prepares to write files into a folder, and removes what that has made at an immediate end.
+    /// Prepares to write files into a folder. What is prepared is removed if a signal ends the
+    /// command at once.
     pub fn folder(&self, path: &Path) -> Result<OutputFolder> {
         check_folder(path)?;
         self.make(|| OutputFolder::create(path), |folder| Some(folder.temporary()))
     }
 
-    /// Makes something that an immediate end removes; such an end comes before or after, not meanwhile.
+    /// Makes something that is removed if a signal ends the command at once; such an end waits
+    /// while `make` is at work.
     pub fn make<T>(
         &self,
         make: impl FnOnce() -> Result<T>,
@@ -104,7 +107,7 @@ impl Interrupt {
         })
     }
 
-    /// Does `work`, which looks at the stop flag.
+    /// Does `work`, which looks at the stop flag: a first signal meanwhile only sets the flag.
     pub fn listening<T>(&self, work: impl FnOnce() -> T) -> T {
         self.change(|phase| phase.listening = true);
         let done = work();
@@ -112,7 +115,7 @@ impl Interrupt {
         done
     }
 
-    /// From here on results are put in their places.
+    /// Says that from here on results are put in their places.
     pub fn writing(&self) {
         self.change(|phase| phase.writing = true);
     }
@@ -123,13 +126,15 @@ impl Interrupt {
 }
 
 impl Drop for Interrupt {
-    /// A command does not end while an immediate end removes what it has made: that ends the process.
+    /// Waits while an immediate end is removing what the command has made: it then ends the
+    /// process, so that the command cannot end otherwise.
     fn drop(&mut self) {
         self.change(|_| ());
     }
 }
 
-/// Removes a folder into which another thread may still write: under another name it finds it no more.
+/// Removes a folder that another thread may still write into: once the folder has another name,
+/// that thread no longer finds it.
 fn remove_folder(path: &Path) -> io::Result<()> {
     let gone = path.with_extension("gone");
     fs::rename(path, &gone)?;

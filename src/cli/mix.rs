@@ -1,4 +1,5 @@
-//! `phylux mix`
+//! `phylux mix`: says what a run would have found with other powers of its lights, without a new
+//! run.
 
 use std::{
     fmt::Write,
@@ -18,18 +19,20 @@ use crate::{
     results::result::{ByLight, Factor, RunResult},
 };
 
-/// Lights that are listed.
+/// The most lights that are listed.
 const LISTED: usize = 20;
 
 #[derive(Args)]
 pub(super) struct Arguments {
     /// Results file (JSON) of `phylux run --by-light`
     results: PathBuf,
-    /// Factors on the powers that the lights had in the run, as in "row 1=0.5,row 2=2"; 0 puts a light
-    /// out, `row *` stands for all lights whose names begin so, and those not named stay as they were
+    /// Factors on the powers that the lights had in the run, as in "row 1=0.5,row 2=2"; 0 switches
+    /// a light off, `row *` stands for all lights whose names begin so, and lights that are not
+    /// named stay as they were
     #[arg(long, value_name = "LIGHT=FACTOR,...", required_unless_present = "calibration")]
     power: Vec<String>,
-    /// Factors per band from a file that `phylux calibrate` has written; --power comes on top
+    /// Factors per band from a file that `phylux calibrate` has written; those of --power are
+    /// multiplied on top
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
@@ -60,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     super::terminal::print(&(summary.text + &powers(&mixed) + &wrote))
 }
 
-/// Names and factors, from text such as `row 1=0.5,row 2=2`; names may have commas.
+/// Parses names and factors from texts such as `row 1=0.5,row 2=2`; names may contain commas.
 fn entries(texts: &[String]) -> Result<Vec<(String, f64)>> {
     let mut entries = Vec::new();
     for text in texts {
@@ -85,7 +88,7 @@ fn entries(texts: &[String]) -> Result<Vec<(String, f64)>> {
     Ok(entries)
 }
 
-/// The factors of a calibration, which must be of the bands of the results.
+/// Reads the factors of a calibration. Error: its bands are not those of the results.
 pub(super) fn calibrated(file: &Path, result: &RunResult) -> Result<ByLight<Factor>> {
     let calibration = calibration_file::read(file)?;
     let names = result.bands.iter().filter(|band| band.sum_of.is_none());
@@ -97,7 +100,8 @@ pub(super) fn calibrated(file: &Path, result: &RunResult) -> Result<ByLight<Fact
     Ok(factors.map(|(light, factors)| (light, Factor::Bands(factors))).collect())
 }
 
-/// The results with the factors of a calibration, if there is one, and others on top.
+/// Returns the results with the factors of a calibration, if there is one, and with other factors
+/// on top.
 pub(super) fn mixed(
     result: &RunResult,
     calibration: Option<&ByLight<Factor>>,
@@ -109,7 +113,8 @@ pub(super) fn mixed(
     }
 }
 
-/// Factors by light: a name that ends with `*` and that none has stands for all that begin so.
+/// Returns the factor of each light that is named. A name that ends with `*`, and that is not
+/// itself the name of a light, stands for all names that begin so.
 pub(super) fn factors(
     entries: Vec<(String, Factor)>,
     result: &RunResult,
@@ -124,7 +129,7 @@ pub(super) fn factors(
             }
             _ => vec![name.clone()],
         };
-        // of none an error names the lights that there are
+        // a name that stands for no light is kept, so that an error lists the lights that exist
         for light in if all.is_empty() { vec![name] } else { all } {
             if factors.contains_key(&light) {
                 let problem = format!("light `{light}` stands there twice");
@@ -136,7 +141,7 @@ pub(super) fn factors(
     Ok(factors)
 }
 
-/// The power of each light in the mix.
+/// Returns a table of the power of each light in the mix.
 fn powers(mixed: &RunResult) -> String {
     let lights = mixed.energy.by_light.iter().flatten();
     let bands = mixed.bands.len().min(SHOWN_BANDS);

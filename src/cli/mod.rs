@@ -1,4 +1,6 @@
-//! The command line: one file per command.
+//! The command line: the list of commands, how one is chosen and run, and its exit code. Each
+//! command has a file of its own with its arguments and their help. What several commands share is
+//! in `outputs`, `progress`, `interrupt`, `terminal`, `tracing`, `rendered` and `summary`.
 
 mod calibrate;
 mod chart;
@@ -31,7 +33,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use crate::error::{ErrorKind, Result};
 use crate::scene::bvh::Kernel;
 
-/// What `--version` says.
+/// Text that `--version` prints.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     format!("{}\nrays traced by the {} kernel", env!("CARGO_PKG_VERSION"), Kernel::used().name())
 });
@@ -71,15 +73,15 @@ enum Command {
     View(view::Arguments),
     /// Write surfaces, captors and their light, or photons, for ParaView, Blender and others
     Export(export::Arguments),
-    /// Run a scene with many values of some of its numbers, and tabulate what was found
+    /// Run a scene with many values of some of its numbers, and tabulate the results
     Sweep(sweep::Arguments),
-    /// Daylight and lamps by the hour of a period or a year, and its daily light integrals
+    /// Find daylight and lamps by the hour of a period or year, and daily light integrals
     Year(Box<year::Arguments>),
     /// Join the shards of a sweep, or of one run
     Merge(sweep::MergeArguments),
     /// Print the JSON Schema of scenes, sweeps, results, control files or files of one captor
     Schema {
-        /// Of which files
+        /// Kind of files that the schema describes
         #[arg(value_enum, default_value = "scene")]
         of: schema::Of,
     },
@@ -87,7 +89,7 @@ enum Command {
     ///
     /// bash reads it from ~/.local/share/bash-completion/completions/phylux, fish from
     /// ~/.config/fish/completions/phylux.fish, zsh from a file named _phylux in a folder of its
-    /// $fpath. Make the folder first where it is not there.
+    /// $fpath. Make the folder first if it does not exist.
     Completions(shell::CompletionArguments),
     /// Write manual pages
     ///
@@ -96,15 +98,17 @@ enum Command {
     Man(shell::ManArguments),
 }
 
-/// The command line, with its help.
+/// Returns the parser of the command line, with its help.
 fn command() -> clap::Command {
     help::add(Cli::command())
 }
 
-/// Runs a command line, whose first argument is the name of the program, and returns the exit code: 0 done, 1 the run
-/// failed, 2 wrong usage or input, 3 a tolerance was not met (results are written), 130 interrupted.
+/// Runs a command line, whose first argument is the name of the program, and returns the exit code:
+/// 0 done, 1 the run failed, 2 wrong usage or input, 3 a tolerance was not met (the results are
+/// written), 130 interrupted.
 ///
-/// It is for a process of its own: it takes over Ctrl-C, and may end the process there.
+/// It is meant for a process of its own: it takes over Ctrl-C, and may end the process at that
+/// signal.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = command().try_get_matches_from(arguments);
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
@@ -114,7 +118,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return 2;
         }
         Err(help) => {
-            // a reader that has gone away has read enough
+            // printing fails if the reader has closed the pipe, and then it has read enough
             let _ = help.print();
             return 0;
         }
@@ -141,7 +145,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     finish(outcome.map(|()| 0))
 }
 
-/// The exit code; prints the error, if there is one.
+/// Returns the exit code of a command, and prints its error if there is one.
 fn finish(outcome: Result<u8>) -> u8 {
     let error = match outcome {
         Ok(code) => return code,

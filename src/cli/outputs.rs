@@ -1,4 +1,4 @@
-//! Where a command puts a result.
+//! The files that a command writes results to.
 
 use std::{
     collections::HashSet,
@@ -18,7 +18,7 @@ use crate::{
     results::result::RunResult,
 };
 
-/// Heading of options in the help.
+/// Heading of a group of options in the help.
 pub(super) const FILES: &str = "Files";
 
 #[derive(Args)]
@@ -30,12 +30,13 @@ pub(super) struct OutputArguments {
     /// Also write one JSON file per captor into this folder
     #[arg(long, value_name = "DIR")]
     per_captor: Option<PathBuf>,
-    /// Also write a tidy table: captor, face, band, quantity, value, standard error, position, area, group
+    /// Also write a tidy table (CSV): captor, face, band, quantity, value, standard error,
+    /// position, area, group
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 }
 
-/// Files of a result, to be written whole or not at all.
+/// The files of a result, each of which is written as a whole or not at all.
 pub(super) struct Outputs {
     output: OutputFile,
     per_captor: Option<OutputFolder>,
@@ -43,7 +44,7 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Prepares them all; an immediate end removes what that has made.
+    /// Prepares all files. If a signal ends the command at once, what was prepared is removed.
     pub(super) fn create(arguments: &OutputArguments, interrupt: &Interrupt) -> Result<Self> {
         let output = interrupt.file(&arguments.output)?;
         let csv = arguments.csv.as_deref().map(|csv| interrupt.file(csv)).transpose()?;
@@ -56,13 +57,14 @@ impl Outputs {
         std::iter::once(&self.output).chain(&self.csv)
     }
 
-    /// Where the files and the folder will be.
+    /// Returns where the files and the folder will be.
     pub(super) fn places(&self) -> Vec<PathBuf> {
         let folder = self.per_captor.iter().map(OutputFolder::place);
         self.files().filter_map(OutputFile::place).chain(folder).map(Path::to_path_buf).collect()
     }
 
-    /// Where the files of captors of these ids will be. Error: one cannot be there.
+    /// Returns where the files of the captors with these ids will be. Error: one of them cannot be
+    /// there.
     pub(super) fn captor_places<'a>(
         &self,
         ids: impl Iterator<Item = &'a str>,
@@ -70,7 +72,7 @@ impl Outputs {
         self.per_captor.as_ref().map_or(Ok(Vec::new()), |folder| folder.places(ids))
     }
 
-    /// Writes something else into the results file alone.
+    /// Writes something other than results into the results file, and leaves out the other files.
     pub(super) fn write_part(
         self,
         read: &FilesRead,
@@ -88,7 +90,7 @@ impl Outputs {
     }
 }
 
-/// Where a result was written, for a sentence that begins with `wrote`.
+/// Names the place of a result, for a sentence that begins with `wrote`.
 pub(super) fn place_of(path: &Path) -> String {
     match path == Path::new(STANDARD_OUTPUT) {
         true => "to the standard output".into(),
@@ -96,8 +98,9 @@ pub(super) fn place_of(path: &Path) -> String {
     }
 }
 
-/// Before any work: no output may take the place of another, or of a file that is read. (Whatever a command
-/// checks here, [`OutputFile`] refuses to replace what was read.)
+/// Refuses an output that would take the place of another output, or of a file that is read. It is
+/// called before any work. (Even where a command does not check this here, [`OutputFile`] refuses
+/// to replace a file that was read.)
 pub(super) fn check_places(places: &[PathBuf], read: &FilesRead) -> Result<()> {
     let mut named = HashSet::new();
     for place in places {

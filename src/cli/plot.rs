@@ -1,4 +1,4 @@
-//! `phylux plot`
+//! `phylux plot`: draws results as a map, a profile, by plants or as spectra.
 
 use std::path::{Path, PathBuf};
 
@@ -19,24 +19,26 @@ use crate::{
 pub(super) struct Arguments {
     /// Results file (JSON) of `phylux run` or `phylux mix`
     results: PathBuf,
-    /// Picture: .svg (also `-`, the standard output), or .png with twice as many pixels each way
+    /// Picture: .svg (also `-`, the standard output), or .png with twice as many pixels in each
+    /// direction
     #[arg(short, long, value_name = "FILE", default_value = "plot.svg")]
     output: PathBuf,
     /// What to plot
     #[arg(long, value_enum, default_value = "map")]
     show: What,
-    /// A band or a sum [default: the first sum, or the first band]
+    /// Band or sum to plot [default: the first sum, or the first band]
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
-    /// Only the captors of this id; `ID*` stands for all that begin so, as `bench-grid/*`
+    /// Plot only the captors with this id; `ID*` stands for all ids that begin so, as
+    /// `bench-grid/*`
     #[arg(long, value_name = "ID")]
     captors: Option<String>,
-    /// With --show map: the numbers at the ends of the colour bar [default: chosen for the sensors]
+    /// With --show map: values at the ends of the colour bar [default: chosen for the sensors]
     #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_negative_numbers = true)]
     range: Option<(f64, f64)>,
 }
 
-/// What to plot.
+/// Kind of plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum What {
     /// Sensors on the planes that they lie in: irradiance as colours with contours

@@ -1,4 +1,5 @@
-//! Progress: a bar on a terminal, and elsewhere, as in the log of a batch job, a line every minute.
+//! Progress of a command: a bar on a terminal, and a line every minute elsewhere, as in the log of
+//! a batch job.
 
 use std::{
     io::{self, IsTerminal},
@@ -11,10 +12,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, T
 use super::terminal;
 use crate::transport::simulate::Progress;
 
-/// How often there is a line where there is no terminal.
+/// Time between two lines where there is no terminal.
 const EVERY: Duration = Duration::from_secs(60);
 
-/// Progress in the form of `template`, which may begin with a bar; nothing with `--quiet`.
+/// Makes a progress bar in the form of `template`, which may begin with `{bar:30}`. With `--quiet`
+/// it shows nothing.
 pub fn terminal_bar(template: &str) -> ProgressBar {
     let is_terminal = io::stderr().is_terminal();
     let target = match (terminal::is_quiet(), is_terminal) {
@@ -26,7 +28,7 @@ pub fn terminal_bar(template: &str) -> ProgressBar {
         }
     };
     let bar = ProgressBar::with_draw_target(None, target);
-    // a bar of blocks says nothing in a log
+    // a bar of block characters says nothing in a log
     let template = if is_terminal { template } else { template.trim_start_matches("{bar:30} ") };
     if let Ok(style) = ProgressStyle::with_template(template) {
         let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
@@ -45,7 +47,7 @@ pub fn show(bar: &ProgressBar, progress: Progress) {
     bar.set_position(progress.photons);
 }
 
-/// Stands in for a terminal: of all that a bar draws, one line now and then.
+/// Stands in for a terminal: of all that a bar draws, it writes one line at most every `every`.
 struct Lines<W> {
     every: Duration,
     last: Mutex<Instant>,

@@ -1,4 +1,4 @@
-//! `phylux render`
+//! `phylux render`: makes a picture of a scene, as a camera sees it or in false colour.
 
 mod arguments;
 mod captors;
@@ -80,7 +80,7 @@ fn list(paths: &[PathBuf]) -> String {
     names.join(", ")
 }
 
-/// Refuses what does not go together.
+/// Refuses options that do not go together.
 pub(super) fn check(arguments: &Arguments) -> Result<()> {
     let show = arguments.show;
     let misplaced = |option: &str, with: &str| {
@@ -127,7 +127,7 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// The form of a picture.
+/// File format of a picture.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Png,

@@ -1,4 +1,5 @@
-//! What `view` and `export` have in common: the scene, its results, tracing what they do not tell.
+//! What `view` and `export` have in common: they read a scene and perhaps the results of a run,
+//! trace what these results do not tell, and write a file.
 
 use std::{
     io::{self, Write},
@@ -30,15 +31,15 @@ use crate::{
     },
 };
 
-/// The scene and where its light comes from.
+/// Arguments that name the scene and the source of its light.
 #[derive(Args)]
 pub(super) struct Source {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Results of a run of this scene, for the captors; without it the scene is run first
+    /// Results of a run of this scene, for its captors; without this option the scene is run first
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
-    /// With --results: trace nothing, so that surfaces that are no captors have no values
+    /// With --results: trace nothing; surfaces that are not captors then have no values
     #[arg(long, requires = "results")]
     no_trace: bool,
     #[command(flatten)]
@@ -52,8 +53,8 @@ impl Source {
     }
 }
 
-/// Checks the scene, makes what is shown, of `photons` alone or of everything, and writes it to `output`;
-/// `others` are files that were read besides.
+/// Reads and checks the scene, finds its light (with `photons`, only photons to show), and writes
+/// it to `output`. `others` are files that were read besides.
 pub(super) fn write(
     source: &Source,
     others: &[PathBuf],
@@ -77,7 +78,8 @@ pub(super) fn write(
     super::terminal::warn(&warnings);
 
     let asked = source.tracing.settings(&settings);
-    // a scene's photons are those of a run for its captors
+    // the number of photons in the scene's settings is meant for a run for its captors, not for
+    // photons to show
     let settings =
         if photons { Settings { photons: source.tracing.photons, ..asked } } else { asked };
     let plan = match results {
@@ -87,7 +89,7 @@ pub(super) fn write(
     };
     let bars = Mutex::new(None);
     let progress = |stage: RenderStage, progress: Progress| {
-        // a bar that cannot be drawn is not worth a failure
+        // a progress bar that cannot be drawn is not worth a failure
         let Ok(mut bars) = bars.lock() else { return };
         if !matches!(&*bars, Some((shown, _)) if *shown == stage) {
             let what = match stage {

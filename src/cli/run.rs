@@ -1,4 +1,5 @@
-//! `phylux run`
+//! `phylux run`: traces photons or paths through a scene, or one shard of them, and writes the
+//! results.
 
 use std::{
     path::{Path, PathBuf},
@@ -38,7 +39,7 @@ use crate::{
     },
 };
 
-/// Headings of options in the help.
+/// Headings of groups of options in the help.
 const ENDS: &str = "When the run ends";
 const PARTS: &str = "Long runs";
 
@@ -46,51 +47,55 @@ const PARTS: &str = "Long runs";
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// How to find the light: by photons from the lights, or by paths back from the captors [default: the scene's]
+    /// Method: photons from the lights, or paths back from the captors [default: the scene's]
     #[arg(long, value_enum)]
     estimator: Option<Estimator>,
-    /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: at most so many
+    /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: the most to trace
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// Go on until the relative standard error of every captor, face and band is at most this. Where a limit
-    /// ends the run before that, the results are written and the exit code is 3
+    /// Go on until the relative standard error of every captor, face and band is at most this. If a
+    /// limit ends the run earlier, the results are written and the exit code is 3
     #[arg(long, help_heading = ENDS, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// What --tolerance is asked of, in place of the irradiance of all faces: captors or groups by a pattern of their
-    /// names, a quantity (irradiance, back or absorbed) and a band, as in "plant*:absorbed:PAR"; can be given again
+    /// What --tolerance is asked of, in place of the irradiance of all faces: captors or groups by
+    /// a pattern of their names, a quantity (irradiance, back or absorbed) and a band, as in
+    /// "plant*:absorbed:PAR"; can be given several times
     #[arg(long, help_heading = ENDS, value_name = "PATTERN[:QUANTITY[:BAND]]", value_parser = Target::parse)]
     of: Vec<Target>,
-    /// End soon after this time, if --photons or --tolerance have not ended it before: give a large
-    /// --photons. The photons that it reports, given as --photons, give the same results
+    /// End soon after this time, if --photons or --tolerance have not ended the run before: give a
+    /// large --photons. The number of photons that the run reports, given as --photons, gives the
+    /// same results
     #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
     max_time: Option<Duration>,
-    /// Photons of a k-nearest estimate; 0 makes none and stores no photons [default: the scene's, or
-    /// the number of those on the face to the power 2/3, at least 50]
+    /// Photons of each k-nearest estimate; 0 makes no such estimates and stores no photons
+    /// [default: the scene's, or the number of photons on the face to the power 2/3, at least 50]
     #[arg(long, value_name = "N", value_parser = k, allow_negative_numbers = true)]
     k: Option<usize>,
     /// The most arrivals to store for k-nearest estimates
     #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
     map_photons: Option<usize>,
-    /// What helps photons to captors that light hardly reaches [default: the scene's, or what a trial finds cheapest]
+    /// What guides photons to captors that light hardly reaches [default: the scene's, or what a
+    /// trial finds cheapest]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
-    /// No longer an option: --guiding takes its place
+    /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = splitting)]
     splitting: Option<u64>,
-    /// Also say what each light brings, for `phylux mix`; of photons only
+    /// Also write what each light contributes, for `phylux mix`; with photons only
     #[arg(long)]
     by_light: bool,
-    /// Trace the I-th of N shards of the run; `phylux merge` joins the files to the results
+    /// Trace the I-th of N shards of the run; `phylux merge` joins their files to the results
     #[arg(long, help_heading = PARTS, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
     shard: Option<Shard>,
-    /// Keep what is done in this file, and go on from there when it is there already: the same command, after a
-    /// kill or the end of a job's time, finds the same results. The file goes once these are written
+    /// Keep what is done in this file, and go on from there if the file exists: the same command,
+    /// after a kill or the end of a job's time, finds the same results. The file is removed once
+    /// the results are written
     #[arg(long, help_heading = PARTS, value_name = "FILE", conflicts_with = "shard")]
     checkpoint: Option<PathBuf>,
-    /// With --checkpoint: the least time between two times of writing it
+    /// With --checkpoint: least time between two writings of the file
     #[arg(long, help_heading = PARTS, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
     checkpoint_every: Duration,
     /// Threads; 0 takes all processors. The results do not depend on it
@@ -104,7 +109,8 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// The settings of a scene, with those that are given here in their place. Error: `--of` without a tolerance.
+    /// Returns the settings of a scene, replaced by those that are given as options. Error: `--of`
+    /// is given without a tolerance.
     pub(super) fn settings(&self, of_scene: Settings) -> Result<Settings> {
         let settings = Settings {
             estimator: self.estimator.unwrap_or(of_scene.estimator),
@@ -129,12 +135,13 @@ impl Arguments {
         }
     }
 
-    /// Where such a run of the scene is kept, if it is.
+    /// Returns the checkpoint of a run of this scene with these settings; `None` without
+    /// `--checkpoint`.
     pub(super) fn checkpoint(&self, scene: &Scene, settings: &Settings) -> Option<Checkpoint> {
         Some(Checkpoint::new(self.checkpoint.as_deref()?, scene, settings))
     }
 
-    /// Runs the scene, from where it stopped if there is a checkpoint of it.
+    /// Runs the scene, and goes on from the checkpoint if its file exists.
     pub(super) fn simulate(
         &self,
         scene: &Scene,
@@ -149,7 +156,7 @@ impl Arguments {
     }
 }
 
-/// A whole number that may be written 1e8.
+/// Parses a whole number, which may be written like 1e8.
 pub(super) fn count(text: &str) -> Checked<u64> {
     if let Ok(count) = text.parse() {
         return Ok(count);
@@ -177,7 +184,7 @@ pub(super) fn map_photons(text: &str) -> Checked<usize> {
     Settings::check_map_photons(count(text)?)
 }
 
-/// Refuses an option that there was.
+/// Refuses an option that no longer exists.
 pub(super) fn splitting(_: &str) -> Checked<u64> {
     Err("photons are no longer split: flights aimed at the sensors find them better; take it out, or say --guiding aim"
         .into())
@@ -195,7 +202,7 @@ pub(super) fn max_time(text: &str) -> Checked<Duration> {
     Settings::check_max_time(number(text)?)
 }
 
-/// Times and speeds of a run: what must not be in the results, which are the same each time.
+/// Times and speeds of a run. They are not in the results, which are the same each time.
 #[derive(Serialize)]
 struct Stats {
     photons: u64,
@@ -208,7 +215,7 @@ struct Stats {
     segments_per_second: f64,
 }
 
-/// The exit code of a run that ended before its tolerance was met; its results are written.
+/// Exit code of a run that ended before its tolerance was met; its results are written.
 const TOLERANCE_NOT_MET: u8 = 3;
 
 pub(super) fn run(arguments: &Arguments) -> Result<u8> {
@@ -240,7 +247,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let loaded = Instant::now();
 
     if let Some(shard) = arguments.shard {
-        // what the trial chooses stands in the part
+        // the trial is made here, since the file of the shard must say what it has chosen
         let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
         check_shardable(&settings)?;
         let plan = interrupt.listening(|| Plan::make(&scene, &settings, &quiet))?;
@@ -328,7 +335,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     })
 }
 
-/// Runs the scene, or goes on with that, and keeps what is done in `checkpoint`, at most once in `every`.
+/// Runs the scene, or goes on with a run that `checkpoint` holds, and keeps what is done there; it
+/// is written at most once in `every`.
 fn kept(
     scene: &Scene,
     settings: &Settings,
@@ -356,7 +364,7 @@ fn kept(
     })
 }
 
-/// Traces a part of the run, and writes it with `write`.
+/// Traces one shard of the run, and hands it to `write`.
 fn run_shard(
     scene: &Scene,
     plan: &Plan,
@@ -375,7 +383,8 @@ fn run_shard(
     super::terminal::print(&text)
 }
 
-/// Why it ended, behind a comma.
+/// Says why the run ended, after a comma; empty if all its photons were traced and no tolerance was
+/// asked for.
 fn reason(end: End, result: &RunResult) -> &'static str {
     match (end, &result.tolerance) {
         (End::Tolerance, _) => ", tolerance met",

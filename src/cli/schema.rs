@@ -1,4 +1,4 @@
-//! `phylux schema`
+//! `phylux schema`: prints the JSON Schema of a kind of files.
 
 use clap::ValueEnum;
 
@@ -11,7 +11,7 @@ use crate::{
     results::result::RunResult,
 };
 
-/// What to print the schema of.
+/// Kind of files to print the schema of.
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum Of {
     /// Scene files

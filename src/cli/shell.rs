@@ -1,4 +1,4 @@
-//! `phylux completions` and `phylux man`: what a shell and the system's manual know of the commands.
+//! `phylux completions` and `phylux man`: tell a shell and the system's manual about the commands.
 
 use std::{
     fs,
@@ -17,25 +17,25 @@ use crate::{
 
 #[derive(Args)]
 pub(super) struct CompletionArguments {
-    /// The shell that they are for
+    /// Shell that the script is for
     #[arg(value_enum)]
     shell: Shell,
 }
 
 #[derive(Args)]
 pub(super) struct ManArguments {
-    /// Folder for the pages, made if it is not there: phylux.1, phylux-run.1, ...
+    /// Folder for the pages (phylux.1, phylux-run.1, ...); made if it does not exist
     folder: PathBuf,
 }
 
-/// Prints what lets the shell complete the commands of `phylux`.
+/// Prints the script that lets a shell complete the commands of `phylux`.
 pub(super) fn complete(arguments: &CompletionArguments, mut phylux: Command) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut phylux, "phylux", &mut script);
     terminal::print_result(&String::from_utf8_lossy(&script))
 }
 
-/// Writes a page for `phylux` and one for each command.
+/// Writes a manual page for `phylux` and one for each command.
 pub(super) fn man(arguments: &ManArguments, phylux: Command) -> Result<()> {
     let folder = &arguments.folder;
     check_folder(folder)?;
@@ -43,7 +43,7 @@ pub(super) fn man(arguments: &ManArguments, phylux: Command) -> Result<()> {
         Error::input(folder.display(), format!("cannot be created: {}", e.kind()))
             .remedy("write elsewhere")
     })?;
-    // with the options that all commands have; `help` has no page
+    // building adds the options that all commands share; `help` gets no page
     let mut phylux = phylux.disable_help_subcommand(true);
     phylux.build();
     for (name, examples) in help::GROUPS.iter().flat_map(|(_, commands)| *commands) {
@@ -55,7 +55,7 @@ pub(super) fn man(arguments: &ManArguments, phylux: Command) -> Result<()> {
     terminal::print(&format!("wrote {}\n", folder.display()))
 }
 
-/// Writes one page; `more` stands behind the options.
+/// Writes one manual page; `more` stands after the options.
 fn write(folder: &Path, name: &str, command: &Command, more: &str) -> Result<()> {
     let version = concat!("phylux ", env!("CARGO_PKG_VERSION"));
     let page = Man::new(command.clone()).source(version).manual("phylux");
@@ -73,7 +73,8 @@ fn write(folder: &Path, name: &str, command: &Command, more: &str) -> Result<()>
     })
 }
 
-/// The commands in their groups, each with the name of its page.
+/// Returns the sections of the page of `phylux`: the commands in their groups, each with the name
+/// of its page.
 fn command_sections(phylux: &Command) -> String {
     let mut text = String::new();
     for (title, commands) in help::GROUPS {
@@ -86,13 +87,13 @@ fn command_sections(phylux: &Command) -> String {
     text
 }
 
-/// The examples of a command, each on a line of its own.
+/// Returns the section with the examples of a command, each on a line of its own.
 fn examples_section(examples: &[&str]) -> String {
     let lines = examples.iter().map(|example| format!("{}\n", escaped(example)));
     format!(".SH EXAMPLES\n.nf\n{}.fi\n", lines.collect::<String>())
 }
 
-/// The text of a line as roff reads it: its hyphens are those that a shell wants.
+/// Returns a line of text as roff must read it: with hyphens that can be copied into a shell.
 fn escaped(text: &str) -> String {
     text.replace('\\', "\\e").replace('-', "\\-")
 }

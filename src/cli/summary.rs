@@ -1,4 +1,4 @@
-//! What a run found, on one screen.
+//! The summary of a result that fits on one screen, as `phylux run` prints it at its end.
 
 use std::{collections::HashSet, fmt::Write};
 
@@ -10,11 +10,11 @@ use crate::{
     transport::settings::Guiding,
 };
 
-/// More bands than this are not shown.
+/// The most bands that are shown.
 pub(super) const SHOWN_BANDS: usize = 8;
-/// More groups than this are not shown.
+/// The most groups that are shown.
 const SHOWN_GROUPS: usize = 20;
-/// Share of a captor above which a gather disc is no longer local.
+/// Share of a captor's area above which the disc of a k-nearest estimate is no longer local.
 const WIDE_DISC: f64 = 0.5;
 
 pub(super) struct Summary {
@@ -22,7 +22,7 @@ pub(super) struct Summary {
     pub(super) warnings: Vec<String>,
 }
 
-/// `reason`: why it ended, behind a comma.
+/// Makes the summary of a result; `reason` says why the run ended, after a comma.
 pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     let mut text = String::new();
     let _ = writeln!(
@@ -56,9 +56,10 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     Summary { text, warnings }
 }
 
-/// What is farthest from the tolerance, and what was not waited for.
+/// Writes what is farthest from the tolerance, and how many faces are so dark that the run did not
+/// wait for them.
 fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
-    // in percent, without the last digits that the product of a decimal fraction has
+    // in percent, rounded so that the product of a decimal fraction has no stray last digits
     let asked = (1e12 * found.asked).round() / 1e10;
     if let Some(worst) = &found.worst {
         let _ = writeln!(text, "farthest from the tolerance of {asked} %: {}", far_off(worst));
@@ -78,7 +79,7 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
     }
 }
 
-/// What is farthest from a tolerance, and how far off it is.
+/// Says what is farthest from a tolerance, and how far off it is.
 pub(super) fn far_off(worst: &WorstResult) -> String {
     let WorstResult { captor, face, band, relative_error, batches_with_light } = worst;
     let error = match relative_error {
@@ -99,7 +100,7 @@ fn energy(text: &mut String, result: &RunResult) {
         return;
     }
     let unit = &result.unit.flux;
-    // daylight passes by what is there
+    // only daylight can miss the scene
     let daylight = !energy.missed.is_empty();
     let missed = if daylight { format!("{:>11}", "missed") } else { String::new() };
     let _ = writeln!(
@@ -180,7 +181,8 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     nearest(text, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
 }
 
-/// The mean irradiance of the fronts of each group of several captors, and what its surfaces absorbed.
+/// Writes the mean irradiance of the fronts of each group of several captors, and what its surfaces
+/// absorbed.
 fn groups(text: &mut String, result: &RunResult) {
     let several: Vec<&GroupResult> = result.groups.iter().filter(|g| g.captors > 1).collect();
     if several.is_empty() {
@@ -207,7 +209,7 @@ fn groups(text: &mut String, result: &RunResult) {
     }
 }
 
-/// A line of values, and the range of their relative errors.
+/// Writes a line of values, with the range of their relative errors.
 fn row(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
     let relative = values.iter().zip(errors).filter_map(|(value, error)| Some((*error)? / value));
     let relative: Vec<f64> = relative.collect();
@@ -216,7 +218,8 @@ fn row(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
     let _ = writeln!(text, "{name}{values}   {spread}");
 }
 
-/// How even the irradiance of the fronts of each group of several sensors is; leaves are not meant to be.
+/// Writes how even the irradiance on the fronts of each group of several sensors is; surfaces are
+/// left out, since leaves are not meant to be lit evenly.
 fn uniformity(text: &mut String, result: &RunResult) {
     let sensors = result.groups.iter().filter(|group| group.absorbed.is_none());
     let even = sensors.filter_map(|group| Some((&group.id, group.front.uniformity.as_ref()?)));
@@ -243,7 +246,8 @@ fn uniformity(text: &mut String, result: &RunResult) {
     }
 }
 
-/// How sure and how local the k-nearest estimates are.
+/// Writes how large the errors of the k-nearest estimates are, and how much of its captor each
+/// covers.
 fn nearest(text: &mut String, found: Vec<&NearestResult>) {
     let bands = |knn: &&NearestResult| knn.irradiance.len().min(SHOWN_BANDS);
     let errors: Vec<f64> = found
@@ -279,7 +283,7 @@ struct Spread {
 }
 
 impl Spread {
-    /// Of at least one value.
+    /// Finds the least, the middle and the largest of `values`, of which there is at least one.
     fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let (min, max) = (values[0], values[values.len() - 1]);
@@ -299,7 +303,7 @@ impl Spread {
     }
 }
 
-/// Four digits, however large or small.
+/// Formats a number with four significant digits, however large or small it is.
 pub(super) fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),

@@ -1,4 +1,5 @@
-//! `phylux sweep` and `phylux merge`
+//! `phylux sweep` runs a scene with many values of some of its numbers; `phylux merge` joins the
+//! shards of a sweep, or of one run.
 
 use std::{
     fmt::Write,
@@ -34,25 +35,27 @@ use crate::{
     },
 };
 
-/// Failed runs that are listed; all are in the table of runs.
+/// The most failed runs that are listed; all of them are in the table of runs.
 const LISTED: usize = 10;
 
 #[derive(Args)]
 pub(super) struct Arguments {
     /// Sweep file (JSON)
     sweep: PathBuf,
-    /// Folder for the results and tables; made if it is not there. What is finished in it stays
+    /// Folder for the results and tables; made if it does not exist. Finished runs in it are kept
     #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
     output: Option<PathBuf>,
-    /// List the runs, with what they would take of time and disk, and write nothing; needs no -o
+    /// List the runs, and the time and disk space that they would take, and write nothing; needs no
+    /// -o
     #[arg(long)]
     dry_run: bool,
-    /// Do the I-th of N shards of the runs, in a folder of its own; `phylux merge` joins them
+    /// Do the I-th of N shards of the runs, each shard in a folder of its own; `phylux merge` joins
+    /// them
     #[arg(long, value_name = "I/N", value_parser = Shard::parse, default_value = "1/1")]
     shard: Shard,
     #[command(flatten)]
     tracing: TracingArguments,
-    /// The most runs at a time; 0 takes as many as there are threads. Fewer take less memory
+    /// The most runs at the same time; 0 takes as many as there are threads. Fewer take less memory
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_negative_numbers = true)]
     jobs: usize,
 }
@@ -63,13 +66,14 @@ fn jobs(text: &str) -> Checked<usize> {
 
 #[derive(Args)]
 pub(super) struct MergeArguments {
-    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has written
+    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has
+    /// written
     #[arg(required = true)]
     parts: Vec<PathBuf>,
-    /// Folder for all of a sweep, made if it is not there; or results file (JSON) of the run
+    /// Folder for the whole sweep, made if it does not exist; or results file (JSON) of the run
     #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,
-    /// Scene file of a run, where it is not where the parts were traced
+    /// Scene file of a run, if it is not where it was when the shards were traced
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
 }
@@ -109,12 +113,13 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
     finish(&outcome, &arguments.output)
 }
 
-/// Joins the parts of one run.
+/// Joins the shards of one run.
 fn run_join(arguments: &MergeArguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let output = interrupt.file(&arguments.output)?;
     let place = output.place().map(Path::to_path_buf);
-    // before parts are read that it would replace, for it says more than their errors
+    // checked before the shards are read: this says more than the errors of a shard that the output
+    // would replace
     check_places(place.as_slice(), &FilesRead::new(&arguments.parts))?;
     let bar = terminal_bar("{elapsed} adding up, {pos} batches");
     bar.enable_steady_tick(Duration::from_millis(200));
@@ -137,7 +142,7 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     )
 }
 
-/// Does `work` with a progress bar, and ends it in order at a signal.
+/// Does `work` with a progress bar, and ends it in an orderly way at a signal.
 fn watched<T>(interrupt: &Interrupt, work: impl FnOnce(&SweepControl) -> Result<T>) -> Result<T> {
     interrupt.writing();
     let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
@@ -156,7 +161,7 @@ fn show(bar: &ProgressBar, progress: SweepProgress) {
     bar.set_position((1000.0 * runs) as u64);
 }
 
-/// Says how it ended. Error: runs have failed.
+/// Prints how a sweep or a merge ended. Error: some of its runs have failed.
 fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
     let Outcome { runs, kept, damaged, simulations, failed, missing, warned } = outcome;
     if *damaged > 0 {

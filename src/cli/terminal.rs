@@ -1,5 +1,5 @@
-//! All that reaches the terminal. Names come from files of others, and a terminal obeys some characters: those are
-//! shown and not sent.
+//! All output to the terminal. Names come from files of other people, and a terminal obeys some
+//! characters: these are shown as their codes and not sent.
 
 use std::{
     borrow::Cow,
@@ -10,23 +10,24 @@ use std::{
 
 use crate::error::{Error, Result};
 
-/// Whether nothing is to be said that is neither a result nor a warning nor an error.
+/// Whether only results, warnings and errors are printed (`--quiet`).
 static QUIET: AtomicBool = AtomicBool::new(false);
-/// Whether the standard output is for a result, so that all else goes to the standard error.
+/// Whether the standard output is taken by a result, so that all other text goes to the standard
+/// error.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Begins a command.
+/// Begins a command: says whether it is quiet, and frees the standard output.
 pub fn begin(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
     TAKEN.store(false, Ordering::Relaxed);
 }
 
-/// Whether only results, warnings and errors are to be said.
+/// Whether only results, warnings and errors are printed.
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Keeps the standard output for a result. Error: another one has it.
+/// Takes the standard output for a result. Error: another result has taken it.
 pub fn take_output() -> Result<()> {
     match TAKEN.swap(true, Ordering::Relaxed) {
         false => Ok(()),
@@ -35,8 +36,8 @@ pub fn take_output() -> Result<()> {
     }
 }
 
-/// Prints a summary, unless the command is to be quiet: to the standard output, or beside it where that is for a
-/// result. Whoever stops reading has read enough.
+/// Prints a summary, unless the command is quiet: to the standard output, or to the standard error
+/// if a result has taken the standard output.
 pub fn print(text: &str) -> Result<()> {
     match (is_quiet(), TAKEN.load(Ordering::Relaxed)) {
         (true, _) => Ok(()),
@@ -48,7 +49,8 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Prints the result of a command to the standard output.
+/// Prints the result of a command to the standard output. A reader that has closed the pipe has
+/// read enough: that is no error.
 pub fn print_result(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
@@ -57,25 +59,25 @@ pub fn print_result(text: &str) -> Result<()> {
     }
 }
 
-/// A line for each warning.
+/// Prints a line for each warning.
 pub fn warn(warnings: &[String]) {
     for warning in warnings {
         complain(&format!("warning: {}\n", warning.replace('\n', "\\n")));
     }
 }
 
-/// The line of an error.
+/// Prints the line of an error.
 pub fn fail(error: impl Display) {
     complain(&format!("error: {error}\n"));
 }
 
-/// Lines beside the results, such as what went wrong; a reader that has gone away needs none.
+/// Prints lines to the standard error, such as warnings. If no one reads there, that is no error.
 pub fn complain(text: &str) {
     let _ = io::stderr().write_all(harmless(text).as_bytes());
 }
 
-/// The text with all its lines, and with no character that moves the cursor, changes colours or turns the order
-/// of writing: such a one stands there as its code.
+/// Returns the text with all its lines, but with the code of each character that would move the
+/// cursor, change colours or turn the direction of writing, in place of the character.
 pub fn harmless(text: &str) -> Cow<'_, str> {
     let obeyed = |c: char| {
         let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

@@ -1,26 +1,28 @@
-//! What every command that traces can be told.
+//! The options that are common to commands that trace.
 
 use clap::Args;
 
 use super::run;
 use crate::transport::settings::Settings;
 
-/// The options that are alike in all commands that trace; without them the scene's settings hold.
+/// Options that are the same in several commands that trace; the scene's settings hold for those
+/// that are not given.
 #[derive(Args)]
 pub struct TracingArguments {
     /// Photons to trace, e.g. 5e6 [default: the scene's]
     #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
     pub photons: Option<u64>,
-    /// Seed of the random numbers: the same seed gives the same output, byte for byte [default: the scene's]
+    /// Seed of the random numbers: the same seed gives the same output, byte for byte [default: the
+    /// scene's]
     #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Threads; 0 takes all processors. What is found does not depend on it [default: the scene's]
+    /// Threads; 0 takes all processors. The results do not depend on it [default: the scene's]
     #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
 
 impl TracingArguments {
-    /// The settings of a scene with those that are given here in their place.
+    /// Returns the settings of a scene, replaced by those that are given as options.
     pub fn settings(&self, of_scene: &Settings) -> Settings {
         Settings {
             photons: self.photons.or(of_scene.photons),

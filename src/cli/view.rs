@@ -1,4 +1,4 @@
-//! `phylux view`
+//! `phylux view`: writes a page that shows a scene and its light in a browser.
 
 use std::path::PathBuf;
 
@@ -16,10 +16,11 @@ use crate::{
 pub(super) struct Arguments {
     #[command(flatten)]
     source: Source,
-    /// Folder that `phylux year` has written for this scene: captors in the light of any hour, by sliders
+    /// Folder that `phylux year` has written for this scene: sliders show the captors in the light
+    /// of any hour
     #[arg(long, value_name = "DIR")]
     year: Option<PathBuf>,
-    /// The page, which opens in a browser and needs no network
+    /// Page to write; it opens in a browser and needs no network
     #[arg(short, long, value_name = "FILE", default_value = "view.html")]
     output: PathBuf,
 }

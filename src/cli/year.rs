@@ -1,4 +1,5 @@
-//! `phylux year`
+//! `phylux year`: finds the light of each hour of a period or a year, from the sky, the sun and
+//! lamps.
 
 use std::{
     fmt::Write,
@@ -35,7 +36,7 @@ use crate::{
     },
 };
 
-/// Months, captors and groups that are shown.
+/// The most months, and the most captors or groups, that are shown.
 const MONTHS: usize = 12;
 const SHOWN: usize = 12;
 
@@ -43,25 +44,26 @@ const SHOWN: usize = 12;
 pub(super) struct Arguments {
     /// Scene file (JSON) with a weather file and a period or "year" as `time`
     scene: PathBuf,
-    /// Folder for the tables: hours, days, months, year and lamps; made if it is not there
+    /// Folder for the tables (hours, days, months, year and lamps); made if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Control file (JSON): when lamps are on. Without it all are off
+    /// Control file (JSON): when lamps are on. Without it all lamps are off
     #[arg(long, value_name = "FILE")]
     control: Option<PathBuf>,
-    /// Patches of the sky: 577 of some 6 degrees, or 145 of 12
+    /// Patches that the sky is divided into: 577 of some 6 degrees, or 145 of 12
     #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
     /// Photons to trace, e.g. 5e7, for all hours together [default: the scene's]
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
     photons: Option<u64>,
-    /// Seed of the random numbers: the same seed gives the same results, byte for byte [default: the scene's]
+    /// Seed of the random numbers: the same seed gives the same results, byte for byte [default:
+    /// the scene's]
     #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// What helps photons to sensors that light hardly reaches [default: the scene's]
+    /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_enum, value_name = "NAME")]
     guiding: Option<Guiding>,
-    /// No longer an option: --guiding takes its place
+    /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = super::run::splitting)]
     splitting: Option<u64>,
     /// Write the table of hours as CSV, not as Parquet
@@ -74,10 +76,10 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Patches {
-    /// Rows 12 degrees high (Tregenza)
+    /// 145 patches, in rows 12 degrees high (Tregenza)
     #[value(name = "145")]
     Tregenza,
-    /// Rows 6 degrees high (Reinhart)
+    /// 577 patches, in rows 6 degrees high (Reinhart)
     #[value(name = "577")]
     Reinhart,
 }
@@ -92,18 +94,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
     });
-    // empty once the files in it are gone
+    // at an immediate end the files in the folder are removed first, and then the folder if it is
+    // empty
     let gone = |_: &Result<YearTables>| Some(Temporary::IfEmpty(folder.clone()));
     let tables = interrupt.make(|| Ok(tables), gone)?;
     let done = tables.and_then(|tables| find(arguments, &interrupt, tables, &places));
     if made && done.is_err() {
-        // of what is in it nothing is removed
+        // this removes the folder only if it is empty
         let _ = fs::remove_dir(folder);
     }
     done
 }
 
-/// Makes the folder, unless it is there; whether it was made.
+/// Makes the folder, unless it exists, and returns whether it was made.
 fn make_folder(folder: &Path, interrupt: &Interrupt) -> Result<bool> {
     if folder.is_dir() {
         return Ok(false);
@@ -172,7 +175,7 @@ fn describe(loaded: &LoadedScene, year: &Year) -> String {
     let months: Vec<_> = year.periods(month).into_iter().take(MONTHS).collect();
     let sums: Vec<_> = months.iter().map(|(_, slots)| year.daily(slots)).collect();
     let width = year.bands.len();
-    // groups say more than captors
+    // if there are groups, they are shown in place of captors, for they say more
     let first = if year.ids.len() > year.run.captors.len() { year.run.captors.len() } else { 0 };
     for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
         let _ = write!(text, "\n{:<24}", format!("{}, {}", band.name, year.unit));

@@ -1,4 +1,9 @@
-//! Scene files: JSON with its OBJ, MTL and CSV files -> [`Scene`], with all checking.
+//! Scene files: reads the JSON of a scene and the files that it names (OBJ, MTL, CSV and others),
+//! checks all of it, and makes a [`Scene`].
+//!
+//! [`load`] is the usual entry. The JSON is read into the types of `format`; a `Loader` (`loader`)
+//! then puts the scene together in the order of `Loader::load`, at the end of this file. Each of
+//! the other files of the folder loads what its name says.
 
 mod captors;
 mod daylight;
@@ -54,42 +59,45 @@ use crate::{
     transport::settings::Settings,
 };
 
-/// The most numbers for the bands of all materials and lights.
+/// The largest product of the number of bands, rounded up as in memory, and the number of materials
+/// and lights.
 const MAX_NUMBERS: usize = 100_000_000;
 
-/// A scene as loaded from files.
+/// A scene as it was loaded, with what its files say besides.
 #[derive(Debug)]
 pub struct LoadedScene {
     /// The scene.
     pub scene: Scene,
     /// The unit of every length in the file; the scene itself is in metres.
     pub unit: LengthUnit,
-    /// How the file asks to run it.
+    /// Settings that the file asks a run to use.
     pub settings: Settings,
-    /// How the file asks to look at it.
+    /// The view that the file asks a picture to show; `None` where it has no camera.
     pub view: Option<View>,
     /// What a user should know before trusting a result.
     pub warnings: Vec<String>,
     /// Materials of the file that no surface has.
     pub unused_materials: Vec<String>,
-    /// Names of suns and skies without light of the ground.
+    /// Names of the suns and skies without a `ground`: no light comes to the scene from below the
+    /// horizon.
     pub without_ground: Vec<String>,
-    /// Daylight by the hour, where it was loaded so.
+    /// Daylight by the hour, or `None` unless the scene was loaded by [`load_by_hour`].
     pub hourly: Option<HourlyLights>,
-    /// Daylight in the open, where there is any.
+    /// Daylight in the open, or `None` where the scene has no sun, sky or environment map.
     pub open_field: Option<OpenField>,
-    /// What spectra are in each band.
+    /// Mean of each spectrum over each band.
     pub averages: Vec<SpectrumAverage>,
-    /// What is known of measured materials.
+    /// How far each material that was measured as a scattering function is from reciprocity.
     pub tables: Vec<TableNote>,
-    /// Thin leaves whose transmittance differs between the faces.
+    /// Leaves whose transmittance differs between the faces, which makes them non-reciprocal.
     pub non_reciprocal_leaves: Vec<String>,
-    /// The scene file and all OBJ, MTL and CSV files that were read for it.
+    /// The scene file, unless the scene was in memory, and every file that was read for it (OBJ,
+    /// MTL, CSV, ...).
     pub files: Vec<PathBuf>,
 }
 
 impl LoadedScene {
-    /// Error: it has no captor, so that a run would find nothing.
+    /// Refuses a scene without captors, since a run would find nothing.
     pub fn check_captors(&self) -> Result<()> {
         if !self.scene.captors.is_empty() {
             return Ok(());
@@ -110,12 +118,13 @@ pub fn load(path: &Path) -> Result<LoadedScene> {
     parse(&bytes, path)
 }
 
-/// Like [`load`], with a SHA-256 of the scene file and of every file that was read for it, in that order.
+/// Loads a scene like [`load`], and returns with it a SHA-256 in hexadecimal digits, over the scene
+/// file and every file that was read for it, in the order of reading.
 pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {
     let hash = RefCell::new(Sha256::new());
     let read = |path: &Path| {
         let bytes = read_bytes(path)?;
-        // each by itself, so that none can pass for two
+        // each file is hashed by itself, so that no file can pass for two
         hash.borrow_mut().update(Sha256::digest(&bytes));
         Ok(bytes)
     };
@@ -127,13 +136,14 @@ pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {
     Ok((loaded, digest))
 }
 
-/// Like [`load`], from the bytes of the file at `path`.
+/// Loads a scene like [`load`], from the bytes of the file at `path`.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedScene> {
     load_value(json::parse(&path.display().to_string(), bytes)?, path, &read_bytes, None)
 }
 
-/// Like [`load`], from the JSON of the file at `path`; `read` fetches the files that it names, and `kept` has
-/// what of other scenes can be used again.
+/// Loads a scene like [`load`], from the JSON of the file at `path`. `read` fetches the files that
+/// the JSON names; `kept` holds files and arranged triangles of other scenes, which are used again
+/// where they are the same.
 pub fn load_value(
     value: Value,
     path: &Path,
@@ -144,8 +154,9 @@ pub fn load_value(
     load_sources(value, path, &Sources { read, kept, meshes, tables, by_hour: None })
 }
 
-/// Like [`load`], with the sun and the sky as lights of which the light of each hour is a weighted sum: what
-/// `hourly` of the loaded scene says. Errors: the scene's time is no period, or it has neither sun nor sky.
+/// Loads a scene like [`load`], but divides the sun and the sky into lights such that the light of
+/// each hour is a weighted sum of theirs. The weights are in `hourly` of the loaded scene. Errors:
+/// the scene's time is not a period, or the scene has neither sun nor sky.
 pub fn load_by_hour(path: &Path, sky: SkyDivision) -> Result<LoadedScene> {
     let name = path.display().to_string();
     let bytes = read_bytes(path)
@@ -155,11 +166,12 @@ pub fn load_by_hour(path: &Path, sky: SkyDivision) -> Result<LoadedScene> {
     load_sources(json::parse(&name, &bytes)?, path, &sources)
 }
 
-/// A scene that is in memory: the JSON of a scene file, the folder that the files it names are
-/// relative to, and the meshes that it names as `"obj": "mesh:NAME"` where a path would stand.
+/// Loads a scene that is in memory: `scene` is the JSON of a scene file, `folder` the folder that
+/// the files it names are relative to, and `meshes` holds the meshes that it names, as
+/// `"mesh:NAME"`, where the path of an OBJ file would stand.
 ///
-/// It makes the same scene, with the same ids, as [`load`] from files that say the same. Errors: those
-/// of [`load`]; their place is `scene` with a JSON pointer.
+/// The scene is the same, with the same ids, as the one that [`load`] makes of files that say the
+/// same. Errors: those of [`load`]; their place is `scene` in that folder, with a JSON pointer.
 pub fn load_with(
     scene: Value,
     folder: &Path,
@@ -170,17 +182,17 @@ pub fn load_with(
     load_in_memory(scene, &folder.join("scene"), &sources)
 }
 
-/// What a program hands over in the place of files that a scene names.
+/// Meshes and tables that a program hands over in place of files that a scene names.
 #[derive(Clone, Debug, Default)]
 pub struct InMemory {
-    /// Meshes, by name: `"obj": "mesh:NAME"`.
+    /// Meshes by name; a scene names one by `"obj": "mesh:NAME"`.
     pub meshes: HashMap<String, Mesh>,
-    /// Tables of captors, the bytes of CSV files, by name: `"csv": "table:NAME"`.
+    /// Tables of captors (bytes of CSV files) by name; a scene names one by `"csv": "table:NAME"`.
     pub tables: HashMap<String, Vec<u8>>,
 }
 
-/// Like [`load_with`], with tables too. `path` is where the scene would stand: its folder is what files are
-/// relative to, and it is the place of errors.
+/// Loads a scene like [`load_with`], with tables as well as meshes. `path` says where the scene
+/// file would be: files are relative to its folder, and errors name it as their place.
 pub fn load_from(scene: Value, path: &Path, memory: &InMemory) -> Result<LoadedScene> {
     let InMemory { meshes, tables } = memory;
     let sources = Sources { read: &read_bytes, kept: None, meshes, tables, by_hour: None };

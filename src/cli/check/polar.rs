@@ -1,4 +1,5 @@
-//! Measured intensities, drawn as text, so that one sees whether a lamp is turned or upside down.
+//! Draws measured intensities as text (polar diagrams), so that one sees whether a lamp is turned
+//! or upside down.
 
 use std::{fmt::Write, sync::Arc};
 
@@ -9,13 +10,15 @@ use crate::scene::{
     world::Scene,
 };
 
-/// Drawings at most; lamps are seldom of so many kinds.
+/// The most drawings; scenes seldom have so many kinds of lamps.
 const MOST: usize = 4;
-/// Rows and columns from the middle; a character is about twice as high as wide.
+/// Rows and columns from the middle of a drawing to its edge; a character is about twice as high as
+/// wide.
 const ROWS: i32 = 12;
 const COLUMNS: i32 = 2 * ROWS;
 
-/// One drawing for each table and way to aim it, with the names of its lights.
+/// Writes one drawing for each intensity table and way to aim it, with the names of the lights that
+/// emit so.
 pub(super) fn distributions(text: &mut String, scene: &Scene) {
     let mut drawn: Vec<(&Arc<IntensityTable>, &Intensity, Vec<&str>)> = Vec::new();
     for light in &scene.lights {
@@ -36,10 +39,11 @@ pub(super) fn distributions(text: &mut String, scene: &Scene) {
     }
 }
 
-/// A point of the curve of a half-plane: sine and cosine of V, and the intensity there.
+/// A point of the curve in one half-plane: sine and cosine of V, and the intensity there.
 type CurvePoint = (f32, f32, f32);
 
-/// Those of each half degree from V = 0 to 180.
+/// Returns the points of the half-plane on the side of `across`, one for each half degree from V =
+/// 0 to 180.
 fn curve(intensity: &Intensity, across: Vec3) -> Vec<CurvePoint> {
     let at = |i: i32| {
         let (sin, cos) = (0.5 * i as f32).to_radians().sin_cos();

@@ -14,12 +14,13 @@ use crate::{
 pub struct Arguments {
     /// Scene file (JSON)
     pub scene: PathBuf,
-    /// Picture: .png (also `-`, the standard output), or .exr for the numbers (W/m2/sr, W/m2); may be given twice for both
+    /// Picture: .png (also `-`, the standard output), or .exr for the numbers (W/m2/sr, W/m2); may
+    /// be given twice for both
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
-    /// What to show: what a camera sees, or in false colour the light that arrives at or is absorbed by
-    /// every surface, the relative standard error of what arrives, the captors by their results, the photons
-    /// themselves
+    /// What to show: what a camera sees; in false colour the light that arrives at every surface or
+    /// is absorbed by it, or the relative standard error of the light that arrives; the captors
+    /// coloured by their results; or the photons themselves
     #[arg(long, value_enum, default_value = "radiance")]
     pub show: What,
     #[command(flatten)]
@@ -27,47 +28,51 @@ pub struct Arguments {
     /// Rays of each pixel
     #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub rays: u32,
-    /// End soon after this time: rays are taken four by four for each pixel until it would be over, or --rays are
-    /// taken; give a large --rays. Four are taken in any case
+    /// End soon after this time: each pixel gets four rays at a time until the next four would end
+    /// too late, or --rays are reached; give a large --rays. The first four are taken in any case
     #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_negative_numbers = true)]
     pub max_time: Option<Duration>,
-    /// Look into so many directions where a ray meets a surface that scatters, and join it with the lamps: sharp
-    /// shadows and true corners. 0 takes the light there from the photons alone: sooner, and blurred; not of captors
-    /// and photons [default: 1]
+    /// Number of directions to look into, and of shadow rays to the lamps, where a ray meets a
+    /// surface that scatters: sharp shadows and true corners. 0 takes the light there from the
+    /// photons alone, which is faster and blurred; not for captors and photons [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub gather: Option<u32>,
-    /// Whether the light on each piece of surface is evened out in PNG pictures, and --show error is that of what is
-    /// left; other numbers (EXR) never are; not of captors and photons [default: on]
+    /// Whether noise in the light on each surface is smoothed out in PNG pictures; --show error
+    /// then shows the error that is left. The other numbers in EXR files are never smoothed; not
+    /// for captors and photons [default: on]
     #[arg(long, value_enum, value_name = "ON")]
     pub denoise: Option<Denoise>,
-    /// With --show radiance: a value of 2^-STOPS is about white, and half of it as bright as half [default: chosen for the picture]
+    /// With --show radiance: a value of 2^-STOPS is about white, and half of it half as bright
+    /// [default: chosen for the picture]
     #[arg(long, value_name = "STOPS", value_parser = stops, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
-    /// A band or a sum of the scene, or `sum` for all bands together [default: all; sum in false colour]
+    /// Band or sum of the scene to show, or `sum` for all bands together [default: all; sum in
+    /// false colour]
     #[arg(long, value_name = "NAME")]
     pub band: Option<String>,
-    /// Colours by equal ratios, not equal differences
+    /// Space the colours by equal ratios of the values, not by equal differences
     #[arg(long)]
     pub log: bool,
-    /// The numbers at the ends of the colour bar, to compare pictures [default: chosen for the picture]
+    /// Values at the ends of the colour bar, to compare pictures [default: chosen for the picture]
     #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_negative_numbers = true)]
     pub range: Option<(f64, f64)>,
-    /// With --show captors: take their results from this file of `phylux run`, and trace nothing
+    /// With --show captors: take the results from this file of `phylux run`, and trace nothing
     #[arg(long, value_name = "FILE")]
     pub results: Option<PathBuf>,
     /// With --show photons: colour them by their power, or by how often they were scattered before
     #[arg(long, value_enum, default_value = "power")]
     pub colour: By,
-    /// With --show photons: also draw the paths of so many of them
+    /// With --show photons: also draw the paths of this many photons
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=10_000))]
     pub paths: u64,
     /// Arrivals of photons to trace and store [default: 2e6, and 1e5 to show photons]
     #[arg(long, value_name = "N", value_parser = run::map_photons, allow_negative_numbers = true)]
     pub map_photons: Option<usize>,
-    /// Photons of an estimate: more are smoother and blur more
+    /// Photons of each estimate: more are smoother and blur more
     #[arg(long, value_name = "N", default_value_t = SurfaceLight::DEFAULT_K as u64, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub k: u64,
-    /// Photons to trace [default: as many as bring --map-photons arrivals; with --show captors the scene's]
+    /// Photons to trace [default: as many as bring --map-photons arrivals; with --show captors the
+    /// scene's]
     #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
     pub photons: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same picture, byte for byte
@@ -78,7 +83,7 @@ pub struct Arguments {
     pub threads: Option<usize>,
 }
 
-/// What to show.
+/// What a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum What {
     Radiance,
@@ -89,14 +94,14 @@ pub enum What {
     Photons,
 }
 
-/// Whether noise is taken out of a picture.
+/// Whether noise is smoothed out in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Denoise {
     On,
     Off,
 }
 
-/// What colours photons.
+/// What the colours of photons show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum By {
     Power,

@@ -1,4 +1,4 @@
-//! Captors in the colours of their results.
+//! Pictures of captors, in false colour by the results of a run.
 
 use super::task::{Made, Task};
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     transport::{settings::Settings, simulate::simulate},
 };
 
-/// Irradiances per band and sum, front and back, of one captor.
+/// Irradiances of one captor, per band and then per sum, on the front and on the back.
 struct Faces([Option<Vec<f64>>; 2]);
 
 impl Task<'_> {
@@ -44,7 +44,8 @@ impl Task<'_> {
         Ok(Made { picture: picture.with_bar(&legend), pixels: None, words })
     }
 
-    /// Runs the scene as `phylux run` would.
+    /// Runs the scene as `phylux run` would, and returns the irradiances of its captors with a line
+    /// about the run.
     fn simulated(&self, settings: &Settings) -> Result<(Vec<Faces>, String)> {
         let Settings { seed, threads, photons, .. } = self.settings;
         let photons = photons.or(settings.photons);

@@ -1,4 +1,4 @@
-//! What an EXR file of a picture holds.
+//! The channels of an EXR file of a picture.
 
 use super::arguments::What;
 use crate::{
@@ -6,7 +6,9 @@ use crate::{
     show::{picture::BandColours, render::Pixels},
 };
 
-/// The channels of an EXR file: each band under its name and what it is, and for eyes R, G, B.
+/// Returns the channels of an EXR file: each band, named by the quantity and the band; and for
+/// display R, G and B with radiance, or else the covered fraction of each pixel as A. Pictures of
+/// the error have one channel, `error`, and A.
 pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(String, Vec<f32>)> {
     let count = pixels.covered.len();
     let what = match show {

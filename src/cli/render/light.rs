@@ -57,7 +57,7 @@ impl Task<'_> {
         })
     }
 
-    /// The relative standard error of the irradiance that is shown, in per cent.
+    /// Makes a picture of the relative standard error of the irradiance, in per cent.
     pub fn error(&self) -> Result<Made> {
         let light = self.light()?;
         let fragments = self.fragments(&light, Show::Error { bands: &self.band.bands })?;
@@ -71,7 +71,7 @@ impl Task<'_> {
         })
     }
 
-    /// Values of pixels in false colour, with a bar.
+    /// Makes a picture of the values of pixels in false colour, with a colour bar.
     fn in_colours(
         &self,
         pixels: &Pixels,
@@ -81,7 +81,8 @@ impl Task<'_> {
     ) -> Picture {
         let count = pixels.covered.len();
         let seen = (0..count).filter(|&i| pixels.covered[i] > 0.0);
-        // lamp housings are small and bright
+        // the brightest 5 % of the pixels do not stretch the scale, for lamp housings are small and
+        // bright
         let scale = self.scale(seen.map(&value).collect(), 0.95);
         let colours = (0..count).map(|i| PAPER.lerp(scale.colour(value(i)), pixels.covered[i]));
         let picture = Picture::new(pixels.width, colours);

@@ -34,7 +34,7 @@ impl Task<'_> {
             By::Power => power(i),
             By::Bounce => f64::from(map.ways()[i].bounces),
         };
-        // few photons live long
+        // few photons are scattered often, so those do not stretch the scale
         let share = if self.arguments.colour == By::Bounce { 0.95 } else { 0.999 };
         let scale = self.scale(dots.iter().map(|dot| value(dot.index)).collect(), share);
         let size = (picture.width / 400).max(1);
@@ -44,7 +44,7 @@ impl Task<'_> {
                 picture.set(x + i % size, y + i / size, colour);
             }
         };
-        // a photon without power in these bands is not there
+        // a photon without power in the chosen bands is not drawn
         for dot in dots.iter().filter(|dot| power(dot.index) > 0.0) {
             draw(dot.at, scale.colour(value(dot.index)));
         }

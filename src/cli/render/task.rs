@@ -1,4 +1,5 @@
-//! A picture to make, and what all kinds of pictures need.
+//! The picture to make, and what all kinds of pictures need: the bands, the camera, the light,
+//! scales and legends.
 
 use std::{sync::atomic::AtomicBool, time::Instant};
 
@@ -25,12 +26,12 @@ use crate::{
     },
 };
 
-/// Rays of each pixel between two looks at the clock.
+/// Rays of each pixel between two looks at the clock, with `--max-time`.
 const ROUND: u32 = 4;
-/// Photons to store for dots: more would cover everything.
+/// Photons to store for a picture of photons: more dots would cover everything.
 const DOTS: usize = 100_000;
 
-/// What was made.
+/// A finished picture, the light in it as numbers, and a line about how it was found.
 pub struct Made {
     pub picture: Picture,
     pub pixels: Option<Pixels>,
@@ -46,7 +47,7 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
         None => None,
     };
     let viewpoint = arguments.view.viewpoint(loaded)?;
-    // before photons are traced for it
+    // checked here, before photons are traced for a picture that is too large
     check_size(&viewpoint, scene.bands.len().max(3))?;
     let few = if arguments.show == What::Photons { DOTS } else { settings.map_photons };
     let settings = Settings {
@@ -74,13 +75,13 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
     }
 }
 
-/// A name of a band or sum, and its bands.
+/// The bands to show, and the name of the band or sum that they make up.
 pub(super) struct ChosenBands {
     pub name: String,
     pub bands: Vec<usize>,
-    /// Whether the user named it.
+    /// Whether the user named the band or sum.
     pub named: bool,
-    /// Place among bands followed by sums, where it is one of them.
+    /// Index among the bands followed by the sums; `None` for the sum of all bands.
     pub index: Option<usize>,
 }
 
@@ -125,7 +126,7 @@ pub(super) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// Does `work` under a progress bar.
+    /// Does `work` with a progress bar.
     pub fn watched<T>(&self, what: &str, work: impl FnOnce(&Control) -> Result<T>) -> Result<T> {
         let bar = terminal_bar(&format!(
             "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"
@@ -141,7 +142,8 @@ impl<'a> Task<'a> {
         self.watched("photons", |control| light_surfaces(self.scene, &self.settings, control))
     }
 
-    /// What the rays of all pixels find: all that are asked for, or as many as there is time for.
+    /// Returns what the rays of all pixels find: `--rays` of them for each pixel, or as many as
+    /// `--max-time` allows.
     pub fn fragments(&self, light: &SurfaceLight, show: Show) -> Result<Fragments> {
         let Sampling { rays, .. } = self.sampling;
         let gather = match self.arguments.gather.unwrap_or(1) {
@@ -159,7 +161,7 @@ impl<'a> Task<'a> {
         let Some(most) = self.arguments.max_time else { return round(0, rays) };
         let mut from = Instant::now();
         let mut all = round(0, rays.min(ROUND))?;
-        // as long as another round will end in time
+        // as long as another round is expected to end in time
         while all.rays() < rays && self.started.elapsed() + from.elapsed() <= most {
             from = Instant::now();
             all = all.joined(&round(all.rays(), (rays - all.rays()).min(ROUND))?);
@@ -167,7 +169,8 @@ impl<'a> Task<'a> {
         Ok(all)
     }
 
-    /// What of it the picture shows: without noise, unless the user wants it.
+    /// Returns the pixels that the picture shows: with noise smoothed out, unless the user turns
+    /// this off.
     pub fn shown(&self, fragments: &Fragments) -> Result<Pixels> {
         match self.denoises() {
             true => fragments.denoised(self.sampling.threads),
@@ -179,7 +182,7 @@ impl<'a> Task<'a> {
         self.arguments.denoise != Some(Denoise::Off)
     }
 
-    /// The user's, or one that a share of the values is inside.
+    /// Returns the scale of the user, or else one that reaches beyond this share of the values.
     pub fn scale(&self, values: Vec<f64>, share: f64) -> Scale {
         self.scale.unwrap_or_else(|| Scale::of(values, share, self.arguments.log))
     }
@@ -189,8 +192,8 @@ impl<'a> Task<'a> {
         Legend { title: vec![what.into(), short, unit.into()], scale }
     }
 
-    /// A pale picture of what `see` says is seen; captors have the colour that `colour` gives them and
-    /// the face seen.
+    /// Makes a pale picture of what `see` says each ray meets first. `colour` gives the colour of a
+    /// captor and the face of it that is seen (true for the front); what has no colour is grey.
     pub fn pale(
         &self,
         see: impl Fn(&Viewpoint<'a>, &Ray) -> FirstVisible + Sync,
@@ -212,7 +215,7 @@ pub(super) fn photons(light: &SurfaceLight) -> String {
     format!("{} arrivals of {} photons", light.map.photons.len(), light.map.histories)
 }
 
-/// The same, and the rays of each pixel.
+/// Describes the photons, and the number of rays of each pixel.
 pub(super) fn photons_and_rays(light: &SurfaceLight, found: &Fragments) -> String {
     format!("{}, {} rays a pixel", photons(light), found.rays())
 }

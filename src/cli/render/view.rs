@@ -1,4 +1,4 @@
-//! Where a picture is seen from.
+//! The camera of a picture: its options, and how they are joined with the camera of the scene.
 
 use clap::Args;
 use glam::DVec3;
@@ -11,26 +11,27 @@ use crate::{
     transport::settings::Checked,
 };
 
-/// The camera; what is not given is the scene's, or chosen.
+/// Options of the camera. For those that are not given, the scene's camera is taken, or one is
+/// chosen.
 #[derive(Args)]
 pub struct ViewArguments {
-    /// Where the camera is, in the scene's unit of length [default: the scene's camera, or outside with
-    /// what is in the way cut off]
+    /// Where the camera is, in the scene's unit of length [default: the scene's camera, or outside
+    /// with the surfaces in the way cut off]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
     position: Option<DVec3>,
     /// The point in the middle of the picture [default: the camera's, or the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
     look_at: Option<DVec3>,
-    /// The way that is up in the picture [default: the camera's, or 0,0,1]
+    /// Direction that points up in the picture [default: the camera's, or 0,0,1]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
     up: Option<DVec3>,
-    /// Angle of view across the picture, degrees [default: the camera's, or 45]
+    /// Angle of view from left to right across the picture, degrees [default: the camera's, or 45]
     #[arg(long, value_name = "DEGREES", value_parser = fov, allow_negative_numbers = true)]
     fov_deg: Option<f64>,
-    /// Pixels across [default: the camera's, or 800]
+    /// Width of the picture in pixels [default: the camera's, or 800]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]
     width: Option<u64>,
-    /// Pixels down [default: the camera's, or 600]
+    /// Height of the picture in pixels [default: the camera's, or 600]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]
     height: Option<u64>,
 }
@@ -49,7 +50,8 @@ fn fov(text: &str) -> Checked<f64> {
 }
 
 impl ViewArguments {
-    /// The camera that looks at the scene.
+    /// Returns the camera that looks at the scene. Error: its directions do not fit, or the scene
+    /// cannot be seen with it.
     pub fn viewpoint<'a>(&self, loaded: &'a LoadedScene) -> Result<Viewpoint<'a>> {
         let LoadedScene { scene, unit, view, .. } = loaded;
         let pixels = |asked: Option<u64>, own: usize| asked.map_or(own, |n| n as usize);

@@ -1,4 +1,5 @@
-//! Virtual captors: discs from CSV files or the scene, groups of OBJ files.
+//! Loads virtual captors: discs (single, in a grid or from CSV files), spheres, line sensors, and
+//! the groups of OBJ files. Makes groups of captors by patterns of their ids, too.
 
 use std::{
     collections::BTreeMap,
@@ -25,9 +26,9 @@ use crate::{
     },
 };
 
-/// Triangles of a disc.
+/// Number of triangles that a disc is made of.
 const DISC_TRIANGLES: usize = 32;
-/// Pieces that each edge of a sphere's octahedron is cut into.
+/// Number of segments that each edge of a sphere's octahedron is cut into.
 const SPHERE_CUTS: usize = 16;
 
 impl Loader<'_> {
@@ -116,7 +117,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The bytes of a table in memory.
+    /// Returns the bytes of a table that is in memory.
     fn table(&self, pointer: &str, name: &str) -> Result<&[u8]> {
         self.sources.tables.get(name).map(Vec::as_slice).ok_or_else(|| {
             self.error(pointer, format!("there is no table {} in memory", quoted(name)))
@@ -202,7 +203,8 @@ impl Loader<'_> {
         let side = 0.5 * file.width * self.metres * across;
         let [a, b, c, d] = [from - side, from + side, to + side, to - side];
         self.count_triangles(2)?;
-        // (b - a) x (c - b) is along across x axis, which is the normal less what of it is along the axis
+        // across x axis is opposite to the normal (less its component along the axis), hence this
+        // order of the corners
         let triangles = vec![[a, c, b], [a, d, c]];
         self.add_captor(entry, &self.place(&pointer), entry.name.clone(), triangles)
     }
@@ -215,7 +217,8 @@ impl Loader<'_> {
         Err(self.error(pointer, format!("{size}, must be above 0")).remedy("a sensor has a size"))
     }
 
-    /// Groups of captors by patterns of their ids, once all captors are known.
+    /// Makes the groups that are given by patterns of captors' ids. All captors must be known by
+    /// then.
     pub(super) fn load_groups(&mut self, groups: &BTreeMap<String, Patterns>) -> Result<()> {
         const MOST: usize = 1_000_000_000;
         let patterns: usize = groups.values().map(|patterns| patterns.all().len()).sum();
@@ -306,7 +309,7 @@ impl Loader<'_> {
     }
 }
 
-/// What the captors of one entry share.
+/// What the captors of one entry of the scene file share.
 struct Entry {
     pointer: String,
     name: String,
@@ -315,7 +318,8 @@ struct Entry {
     sensor: Sensor,
 }
 
-/// A fan of triangles with the area of the disc; front where the unit vector `normal` points.
+/// Makes a fan of triangles with the area of the disc; its front is on the side that the unit
+/// vector `normal` points to.
 fn disc(center: DVec3, normal: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     let (x, y) = normal.any_orthonormal_pair();
     let n = DISC_TRIANGLES as f64;
@@ -327,8 +331,9 @@ fn disc(center: DVec3, normal: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     (0..DISC_TRIANGLES).map(|i| [center, corner(i), corner(i + 1)]).collect()
 }
 
-/// An octahedron of which each face is cut into triangles that lie on the sphere, with normals out and four times the
-/// area of the sphere's cross-section: then its mean cross-section is that too (Cauchy).
+/// Makes an octahedron whose faces are cut into triangles with corners on a sphere and normals out.
+/// Their total area is four times that of the wanted sphere's cross-section: then their mean
+/// cross-section is that of the sphere, too (Cauchy).
 fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     let n = SPHERE_CUTS;
     let mut triangles = Vec::with_capacity(8 * n * n);
@@ -358,7 +363,8 @@ fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
 mod tests {
     use super::*;
 
-    /// Its area, that all normals point out, and that its outline from any side has the circle's area to 0.2 %.
+    /// The sphere has its area, all its normals point out, and its outline from any side has the
+    /// circle's area to 0.2 %.
     #[test]
     fn a_sphere_is_round() {
         let center = DVec3::new(1.0, -2.0, 3.0);

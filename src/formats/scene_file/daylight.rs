@@ -1,4 +1,5 @@
-//! Sun, sky and environment maps: when and where, and what the weather says.
+//! Loads the sun, the sky and environment maps: where and when the scene is, its weather, and the
+//! lights that follow from these.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -26,15 +27,17 @@ use crate::{
 /// What daylight is like in the open, for people to check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenField {
-    /// Where the sun stands; none for a period.
+    /// Position of the sun; `None` for a period, and where the scene does not say it.
     pub sun: Option<SunPosition>,
-    /// Broadband irradiances by the weather: mean direct normal, direct on a horizontal plane, diffuse
-    /// horizontal, W/m2; none where no light uses the weather.
+    /// Broadband irradiances by the weather, W/m2, as means over the period: direct on a plane that
+    /// faces the sun, direct on a horizontal plane, diffuse on a horizontal plane. `None` where the
+    /// scene has no weather.
     pub weather: Option<[f64; 3]>,
 }
 
 impl OpenField {
-    /// Photon flux density of 400 to 700 nm on a horizontal plane, umol/m2/s, by the standard's spectra.
+    /// Photon flux density from 400 to 700 nm on a horizontal plane in the open, umol/m2/s, by the
+    /// standard's spectra of direct and diffuse light; `None` where the scene has no weather.
     pub fn ppfd(&self) -> Option<f64> {
         let [_, direct, diffuse] = self.weather?;
         let share = |source| band_share(source, Quantity::Micromole, 400.0, 700.0);
@@ -42,21 +45,22 @@ impl OpenField {
     }
 }
 
-/// When and where it is, and the weather.
+/// When and where the scene is, and its weather.
 pub(super) struct Sky {
     /// Azimuth of north, rad, clockwise from +y.
     pub(super) north: f64,
-    /// rad; 0 where it is not known.
+    /// Latitude, rad; 0 where it is not known.
     pub(super) latitude: f64,
-    /// Where the sun stands, if the scene says so; none for a period.
+    /// Position of the sun, if the scene says it; `None` for a period.
     sun: Option<SunPosition>,
     pub(super) is_period: bool,
-    /// None where the scene has no weather.
+    /// Hours of the weather, without the dark hours of a weather file; `None` where the scene has
+    /// no weather.
     hours: Option<Vec<Hour>>,
 }
 
 impl LightFile {
-    /// The name of a sun or a sky that has no light of the ground.
+    /// Returns the name of a sun or a sky that has no `ground`.
     pub(super) fn without_ground(&self) -> Option<String> {
         match self {
             Self::Sun(SunFile { name, ground: None, .. }) => {
@@ -71,7 +75,8 @@ impl LightFile {
 }
 
 impl Loader<'_> {
-    /// What the scene says about daylight; nothing without a sun, sky or map.
+    /// Reads what the scene says about daylight; `None` for a scene without sun, sky or environment
+    /// map.
     pub(super) fn load_sky(&mut self, file: &SceneFile) -> Result<Option<Sky>> {
         let keys = [
             ("site", file.site.is_some()),
@@ -168,7 +173,7 @@ impl Loader<'_> {
         Weather::parse(&self.bytes("/weather/file", &path)?, &path, stamp)
     }
 
-    /// Where the scene is: as it says, or as its weather file does.
+    /// Returns where the scene is: what the scene file says, or else what its weather file says.
     fn site(&mut self, file: &SceneFile, weather: Option<&Weather>) -> Result<Option<Site>> {
         let of_file = weather.and_then(|weather| weather.site);
         let Some(site) = &file.site else { return Ok(of_file) };
@@ -234,7 +239,7 @@ impl Loader<'_> {
         Ok(selected.hours)
     }
 
-    /// The weather that the scene itself gives.
+    /// Returns the weather that the scene file itself gives, as a single hour.
     fn given_hour(&self, given: &WeatherFile, sky: &Sky, when: Option<Period>) -> Result<Hour> {
         for (key, given) in [("stamp", given.stamp.is_some()), ("shift_h", given.shift_h.is_some())]
         {
@@ -291,7 +296,7 @@ impl Loader<'_> {
         OpenField { sun: sky.sun, weather }
     }
 
-    /// Half angle of a sun's disc, rad.
+    /// Returns the half angle of a sun's disc, rad.
     pub(super) fn half_angle(&self, pointer: &str, light: &SunFile) -> Result<f64> {
         let half_angle = light.half_angle_deg.unwrap_or(0.2666);
         self.in_range(&format!("{pointer}/half_angle_deg"), half_angle, 0.0, 5.0)?;
@@ -409,7 +414,8 @@ impl Loader<'_> {
         })
     }
 
-    /// A light, with what the ground below the horizon sends back of it.
+    /// Makes a light of `part` and of what the ground below the horizon reflects of the light of
+    /// `part`, whose irradiance of an open horizontal plane is `horizontal`, per band.
     fn with_ground(
         &mut self,
         pointer: &str,
@@ -479,7 +485,7 @@ impl Loader<'_> {
         Ok(LightShape::Infinite(InfiniteLight::new("environment".into(), self.bands, vec![part])))
     }
 
-    /// Where the sun stands, for a light whose irradiance is given.
+    /// Returns the position of the sun, for a light whose irradiance is given.
     fn position(&self, pointer: &str, sky: &Sky) -> Result<SunPosition> {
         if sky.is_period {
             return Err(self
@@ -508,7 +514,7 @@ impl Loader<'_> {
         }
     }
 
-    /// The scene's quantity per W of the whole spectrum, per band.
+    /// Returns, per band, the amount of the scene's quantity per W of the whole spectrum.
     pub(super) fn shares(
         &self,
         pointer: &str,

@@ -1,4 +1,7 @@
-//! The scene file as it is written: the types that its JSON is read into and its schema made of.
+//! The scene file as it is written: the types that serde reads its JSON into, and that `phylux
+//! schema` makes the JSON Schema of. Their doc comments are the descriptions in that schema.
+//! Nothing is checked here beyond keys and types; ranges are checked by the other files of this
+//! folder.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -15,23 +18,23 @@ use crate::{
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// Where an editor finds the schema; not read.
+    /// Where an editor finds the JSON Schema; phylux does not read it.
     #[serde(rename = "$schema")]
     pub _schema: Option<String>,
-    /// Title (default: the file's name).
+    /// Title (default: the file's name without extension).
     pub name: Option<String>,
-    /// Unit of every length in the scene, its OBJ and its captor files (default m).
+    /// Unit of every length in the scene, in its OBJ files and in its captor files (default m).
     #[serde(default)]
     pub unit: LengthUnit,
-    /// What power and flux are measured in (default W).
+    /// Quantity that power and flux are measured in (default W).
     #[serde(default)]
     pub quantity: Quantity,
     /// Wavelength intervals, all traced in one pass (default: one named `all`).
     pub bands: Option<Vec<BandFile>>,
-    /// Totals over bands, reported like bands: name -> names of bands.
+    /// Totals over bands, reported like bands: name of the total -> names of its bands.
     #[serde(default)]
     pub sums: BTreeMap<String, Vec<String>>,
-    /// How spectra are averaged over the bands.
+    /// How spectra are averaged over each band.
     #[serde(default)]
     pub spectra: SpectraFile,
     /// Materials by name.
@@ -47,19 +50,20 @@ pub struct SceneFile {
     /// Sensors that do not disturb light.
     #[serde(default)]
     pub captors: Vec<CaptorFile>,
-    /// Groups of captors by their ids: name -> a pattern or a list of patterns, `*` stands for any characters.
+    /// Groups of captors by their ids: name -> a pattern or a list of patterns, in which `*` stands
+    /// for any characters.
     #[serde(default)]
     pub groups: BTreeMap<String, Patterns>,
-    /// Defaults of the run, which the command line overrides.
+    /// Defaults of a run; options of the command line override them.
     #[serde(default)]
     pub settings: SettingsFile,
-    /// The view to render.
+    /// The view to render as a picture.
     pub camera: Option<CameraFile>,
-    /// Where on the earth the scene is, and its north; +z is up.
+    /// Where on the earth the scene is, and where its north lies; +z is up.
     pub site: Option<SiteFile>,
-    /// When it is: an ISO 8601 time with offset, a period, or "year".
+    /// When the scene is: an ISO 8601 time with offset, a period, or "year".
     pub time: Option<TimeFile>,
-    /// Irradiances of the whole spectrum.
+    /// Irradiances of the whole solar spectrum, or a file of them.
     pub weather: Option<WeatherFile>,
     /// Where the sun stands, in place of `site` and `time`.
     pub sun_at: Option<SunAtFile>,
@@ -69,11 +73,11 @@ pub struct SceneFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SiteFile {
-    /// Degrees, north is positive.
+    /// Latitude in degrees; north is positive.
     pub latitude: Option<f64>,
-    /// Degrees, east is positive.
+    /// Longitude in degrees; east is positive.
     pub longitude: Option<f64>,
-    /// Where north is (default [0, 1, 0]); its z does not matter.
+    /// Vector that points north (default [0, 1, 0]); its z does not matter.
     pub north: Option<[f64; 3]>,
 }
 
@@ -81,10 +85,10 @@ pub struct SiteFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SunAtFile {
-    /// Degrees above the horizon.
+    /// Elevation in degrees above the horizon.
     #[schemars(range(min = -90, max = 90))]
     pub elevation_deg: f64,
-    /// Degrees clockwise from north: east is 90.
+    /// Azimuth in degrees clockwise from north: east is 90.
     pub azimuth_deg: f64,
 }
 
@@ -94,11 +98,11 @@ pub struct SunAtFile {
 pub enum TimeFile {
     /// ISO 8601 with offset, or "year".
     Text(String),
-    /// A period.
+    /// A period of time.
     Span {
-        /// Its start.
+        /// Start of the period.
         from: String,
-        /// Its end, not included.
+        /// End of the period, not included.
         to: String,
     },
 }
@@ -130,33 +134,33 @@ impl<'de> Deserialize<'de> for TimeFile {
     }
 }
 
-/// Irradiances of the whole spectrum, W/m2, or a file of them.
+/// Irradiances of the whole solar spectrum, W/m2, or a file of them.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeatherFile {
-    /// Direct irradiance across the sun's direction, W/m2.
+    /// Direct irradiance of a plane that faces the sun, W/m2.
     #[schemars(range(min = 0, max = 2000))]
     pub direct_normal: Option<f64>,
     /// Diffuse irradiance of a horizontal plane, W/m2.
     #[schemars(range(min = 0, max = 2000))]
     pub diffuse_horizontal: Option<f64>,
-    /// EPW, TMY3 or CSV (time, ghi, dni, dhi) file.
+    /// Weather file: EPW, TMY3 or CSV (columns time, ghi, dni, dhi).
     pub file: Option<String>,
-    /// Hours that the file's clock is put forward (default 0).
+    /// How many hours the clock of the file is put forward (default 0).
     pub shift_h: Option<f64>,
-    /// Of CSV: where in its interval the time of a row stands.
+    /// For a CSV file: which moment of its interval the time of a row is.
     pub stamp: Option<StampFile>,
 }
 
-/// Where in its interval a time stands.
+/// Which moment of its interval the time of a row is.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum StampFile {
-    /// At its start.
+    /// The start of the interval.
     Start,
-    /// In its middle.
+    /// The middle of the interval.
     Middle,
-    /// At its end.
+    /// The end of the interval.
     End,
 }
 
@@ -176,11 +180,11 @@ pub struct BandFile {
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
 pub enum PerBand {
-    /// The same for all.
+    /// The same number for all bands.
     All(#[schemars(range(min = 0))] f64),
-    /// One for each.
+    /// One number for each band.
     Each(#[schemars(inner(range(min = 0)))] Vec<f64>),
-    /// The mean of a spectrum over each band.
+    /// A spectrum, of which each band takes the mean.
     Spectrum(SpectrumFile),
 }
 
@@ -188,36 +192,36 @@ pub enum PerBand {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumFile {
-    /// Table: first column nm, rising.
+    /// File with a table: the first column holds wavelengths in nm, rising.
     pub spectrum: String,
-    /// Name or number of the column (default 2).
+    /// Name or number of the column with the spectrum (default 2).
     pub column: Option<ColumnFile>,
-    /// Whether its values are in percent (default false).
+    /// Whether the values of the column are in percent (default false).
     #[serde(default)]
     pub percent: bool,
-    /// What they are multiplied with (default 1).
+    /// Factor that the values are multiplied by (default 1).
     pub times: Option<f64>,
 }
 
-/// The spectrum of a lamp, and its flux.
+/// The spectrum of a lamp, and the flux of the lamp.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LampSpectrumFile {
-    /// Table: first column nm, rising.
+    /// File with a table: the first column holds wavelengths in nm, rising.
     pub spectrum: String,
-    /// Name or number of the column (default 2).
+    /// Name or number of the column with the spectrum (default 2).
     pub column: Option<ColumnFile>,
     /// What the table counts per nm (default photons).
     #[serde(default)]
     pub unit: SpectralUnitFile,
-    /// Flux from `from_nm` to `to_nm`.
+    /// Flux of the lamp from `from_nm` to `to_nm`.
     #[schemars(range(min = 0))]
     pub total: f64,
-    /// Of `total` (default: the quantity of the scene).
+    /// Quantity that `total` is measured in (default: the quantity of the scene).
     pub quantity: Option<Quantity>,
-    /// Where `total` begins, nm (default: where the table does).
+    /// Wavelength where `total` begins, nm (default: where the table begins).
     pub from_nm: Option<f64>,
-    /// Where `total` ends, nm (default: where the table does).
+    /// Wavelength where `total` ends, nm (default: where the table ends).
     pub to_nm: Option<f64>,
 }
 
@@ -236,9 +240,10 @@ pub enum SpectralUnitFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectraFile {
-    /// "lights" (default: the light of the lamps), "flat", or the table of a lamp.
+    /// What the mean of a spectrum is weighted with: "lights" (default: the light of the lamps),
+    /// "flat", or the file of a lamp's table.
     pub weight: Option<String>,
-    /// What such a table counts per nm (default photons).
+    /// What the table of `weight` counts per nm (default photons).
     #[serde(default)]
     pub unit: SpectralUnitFile,
 }
@@ -247,9 +252,9 @@ pub struct SpectraFile {
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
 pub enum ColumnFile {
-    /// From 1; the first are the wavelengths.
+    /// Number of the column, from 1; the first column holds the wavelengths.
     Number(Count),
-    /// In the header.
+    /// Name of the column in the header.
     Name(String),
 }
 
@@ -309,21 +314,21 @@ impl<'de> Deserialize<'de> for PerBand {
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub enum PowerFile {
-    /// As given.
+    /// The flux itself, or a spectrum that is averaged over each band.
     Given(PerBand),
-    /// What the photometry says.
+    /// "file": the flux that the photometry file states.
     #[schemars(with = "FileWord")]
     File,
-    /// A spectrum, and the flux between two wavelengths.
+    /// A spectrum of any scale, and the flux between two wavelengths.
     Spectrum(LampSpectrumFile),
 }
 
-/// The word that stands for a file's own value.
+/// The word that stands for the value in the photometry file.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "lowercase")]
 #[allow(dead_code)] // for the schema alone
 enum FileWord {
-    /// What the file says.
+    /// The value that the file states.
     File,
 }
 
@@ -365,7 +370,7 @@ impl<'de> Deserialize<'de> for PowerFile {
     }
 }
 
-/// A whole number, which may be written 1e8.
+/// A whole number, which may be written like 1e8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
 #[schemars(transparent)]
 pub struct Count(#[schemars(range(min = 0))] pub u64);
@@ -399,15 +404,15 @@ impl<'de> Deserialize<'de> for Count {
 tagged! {
     /// What a surface does with light; every interaction conserves energy.
     pub enum MaterialFile {
-        /// Opaque, Lambertian, alike on both faces.
+        /// Opaque, Lambertian, both faces alike.
         "lambert" => Lambert(LambertFile),
-        /// Smooth dielectric: the interface of a closed solid, normals out, or a thin pane.
+        /// Smooth dielectric: the interface of a closed solid (normals out), or a thin pane.
         "transparent" => Transparent(TransparentFile),
         /// A leaf: a thin sheet, or a closed solid.
         "leaf" => Leaf(LeafFile),
         /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
         "phong" => Phong(PhongFile),
-        /// A mirror, alike at every angle.
+        /// A mirror whose reflectance is the same at every angle.
         "mirror" => Mirror(MirrorFile),
         /// A thin sheet as it was measured.
         "table" => Table(TableFile),
@@ -418,7 +423,7 @@ tagged! {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LambertFile {
-    /// In [0, 1].
+    /// Fraction that is reflected, in [0, 1].
     pub reflectance: PerBand,
 }
 
@@ -426,27 +431,28 @@ pub struct LambertFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorFile {
-    /// In [0, 1].
+    /// Fraction that is reflected, in [0, 1].
     pub reflectance: PerBand,
 }
 
-/// Material `table`: a file of the scattering function, or the values of a cover by the angle of incidence.
+/// Material `table`: a file of the scattering function, or a cover's values by angle of incidence.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["angles_deg"]}]))]
 pub struct TableFile {
-    /// CSV (theta_i,phi_i,theta_o,phi_o and the bands; f in 1/sr) or Klems XML.
+    /// File of the scattering function f (1/sr): CSV (theta_i,phi_i,theta_o,phi_o, bands) or Klems
+    /// XML.
     pub file: Option<String>,
-    /// Of a file: whether f(i, o) and f(o, i) are made alike by their mean (default false).
+    /// With `file`: whether f(i, o) and f(o, i) are both replaced by their mean (default false).
     pub reciprocal: Option<bool>,
     /// Angles of incidence, degrees, rising.
     #[schemars(length(min = 1), inner(range(min = 0, max = 90)))]
     pub angles_deg: Option<Vec<f64>>,
-    /// Transmittance straight on, at each of these (default 0).
+    /// Transmittance straight on, one entry for each of `angles_deg` (default 0).
     pub direct: Option<Vec<PerBand>>,
-    /// Transmittance into all directions, Lambertian, at each of these (default 0).
+    /// Diffuse (Lambertian) transmittance, one entry for each of `angles_deg` (default 0).
     pub diffuse: Option<Vec<PerBand>>,
-    /// Reflectance of the mirror that it is, at each of these (default 0).
+    /// Reflectance as by a mirror, one entry for each of `angles_deg` (default 0).
     pub reflectance: Option<Vec<PerBand>>,
 }
 
@@ -457,9 +463,10 @@ pub struct TransparentFile {
     /// Index of refraction, at least 1.
     #[schemars(range(min = 1, max = 1000))]
     pub ior: f64,
-    /// In [0, 1]: multiplies what is transmitted at each crossing (default 1).
+    /// Factor on transmitted light, at each crossing of a solid's face or passage inside a pane
+    /// (default 1).
     pub tint: Option<PerBand>,
-    /// Whether the polygon stands for a pane with two parallel faces (default false).
+    /// Whether the polygon stands for a whole pane with two parallel faces (default false).
     #[serde(default)]
     pub thin: bool,
 }
@@ -471,16 +478,16 @@ pub struct LeafFile {
     /// Index of refraction of the cuticle, at least 1 (default 1.425).
     #[schemars(range(min = 1, max = 1000))]
     pub ior: Option<f64>,
-    /// Hemispherical reflectance near normal incidence; of the upper (front) face.
+    /// Hemispherical reflectance of the upper (front) face near normal incidence.
     pub reflectance: Option<PerBand>,
-    /// Hemispherical transmittance near normal incidence; of light entering the front face.
+    /// Hemispherical transmittance near normal incidence of light that enters the front face.
     pub transmittance: Option<PerBand>,
-    /// The lower (back) face; what it lacks is that of the front.
+    /// The lower (back) face; a value that it lacks is that of the front.
     pub back: Option<LeafBackFile>,
-    /// A thin sheet (default true), or a closed solid with a dielectric interface.
+    /// Whether it is a thin sheet (default true) or a closed solid with a dielectric interface.
     #[serde(default = "yes")]
     pub thin: bool,
-    /// Of a solid leaf only: multiplies what is transmitted at each crossing (default 1).
+    /// For a solid leaf only: factor on the light that is transmitted at each crossing (default 1).
     pub tint: Option<PerBand>,
 }
 
@@ -492,9 +499,9 @@ fn yes() -> bool {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeafBackFile {
-    /// Hemispherical reflectance near normal incidence.
+    /// Hemispherical reflectance of this face near normal incidence (default: that of the front).
     pub reflectance: Option<PerBand>,
-    /// Hemispherical transmittance of light entering this face.
+    /// Hemispherical transmittance of light that enters this face (default: that of the front).
     pub transmittance: Option<PerBand>,
 }
 
@@ -504,36 +511,37 @@ pub struct LeafBackFile {
 pub struct PhongFile {
     /// Lambertian reflectance (default 0).
     pub reflectance: Option<PerBand>,
-    /// Specular reflectance (default 0).
+    /// Reflectance of the glossy or mirror lobe (default 0).
     pub specular: Option<PerBand>,
     /// Lambertian transmittance (default 0).
     pub transmittance: Option<PerBand>,
-    /// Exponent of the glossy lobe, at least 0; without it the lobe is a mirror.
+    /// Exponent of the glossy lobe, at least 0; without it the lobe is that of a mirror.
     #[schemars(range(min = 0))]
     pub exponent: Option<f64>,
 }
 
-/// Scale, then rotation about x, then y, then z, then translation.
+/// Placement: scale, then rotation about x, then y, then z, then translation.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TransformFile {
-    /// Positive (default 1).
+    /// Scale factor, positive (default 1).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
-    /// Angles about x, y and z, degrees (default 0).
+    /// Angles of rotation about x, y and z, degrees (default 0).
     pub rotate_deg: Option<[f64; 3]>,
-    /// Shift, in the scene's unit (default 0).
+    /// Translation, in the scene's unit (default 0).
     pub translate: Option<[f64; 3]>,
 }
 
-/// How the materials of a file of Radiance are meant.
+/// How the materials of a file in the format of Radiance are meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DialectFile {
-    /// As in Radiance.
+    /// As Radiance reads them.
     #[default]
     Radiance,
-    /// As in SEC2: the colour is the whole reflectance, and a trans passes its transmission.
+    /// As SEC2 reads them: the colour is the whole reflectance, and a trans transmits its
+    /// transmission, whatever its colour.
     Sec2,
 }
 
@@ -542,27 +550,29 @@ pub enum DialectFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["rad"]}]))]
 pub struct ObjectFile {
-    /// Name (default: the OBJ file's).
+    /// Name of the object (default: the file's name without extension).
     pub name: Option<String>,
     /// OBJ file, relative to the scene file.
     pub obj: Option<String>,
     /// File in the format of Radiance, in place of an OBJ file.
     pub rad: Option<String>,
-    /// How its materials are meant (default radiance).
+    /// How the materials of the `rad` file are meant (default radiance).
     pub dialect: Option<DialectFile>,
-    /// Material of all its faces, in place of the file's own.
+    /// Material of all faces, in place of the materials that the file names.
     pub material: Option<String>,
-    /// Which axis of the OBJ file points up (default z); y turns (x, y, z) to (x, -z, y) before `transform`.
+    /// Which axis of the file points up (default z); y turns (x, y, z) to (x, -z, y) before
+    /// `transform`.
     #[serde(default)]
     pub up: UpFile,
-    /// Where it stands.
+    /// Where the object stands.
     pub transform: Option<TransformFile>,
-    /// Copies, each placed after `transform`.
+    /// Copies of the object, each placed after `transform`.
     pub instances: Option<Vec<TransformFile>>,
-    /// Whether its surfaces count light: true (one captor per OBJ group) or "triangle".
+    /// Whether the surfaces count light: true (one captor per OBJ group and instance) or "triangle"
+    /// (one per triangle).
     #[serde(default)]
     pub captor: SurfaceCaptorFile,
-    /// One more group that its captors belong to.
+    /// Name of one more group that the captors of the object belong to.
     pub group: Option<String>,
 }
 
@@ -570,25 +580,25 @@ pub struct ObjectFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UpFile {
-    /// As in the scene.
+    /// z, as in the scene.
     #[default]
     Z,
-    /// As many modelling programs have it.
+    /// y, as in many modelling programs.
     Y,
 }
 
-/// One pattern, or several.
+/// One pattern of captors' ids, or several.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub enum Patterns {
-    /// One.
+    /// One pattern.
     One(String),
-    /// Several.
+    /// Several patterns.
     Several(Vec<String>),
 }
 
 impl Patterns {
-    /// All of them.
+    /// All patterns, as a slice.
     pub fn all(&self) -> &[String] {
         match self {
             Self::One(pattern) => std::slice::from_ref(pattern),
@@ -623,7 +633,7 @@ impl<'de> Deserialize<'de> for Patterns {
 /// Whether, and how finely, the surfaces of an object count light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SurfaceCaptorFile {
-    /// Not at all.
+    /// The surfaces are no captors.
     #[default]
     Off,
     /// One captor per OBJ group and instance.
@@ -666,41 +676,41 @@ impl<'de> Deserialize<'de> for SurfaceCaptorFile {
 tagged! {
     /// Where photons start. `power` is the total emitted flux, per band.
     pub enum LightFile {
-        /// A point, alike in all directions.
+        /// A point that emits alike in all directions, or as `photometry` or `cosine` says.
         "point" => Point(PointFile),
         /// A point with uniform intensity inside a cone.
         "spot" => Spot(SpotFile),
-        /// Lateral surface of a cylinder, Lambertian; or a line.
+        /// The lateral surface of a cylinder, Lambertian; or a line.
         "tube" => Tube(TubeFile),
-        /// Polygon or OBJ file, Lambertian.
+        /// A polygon or the faces of an OBJ file, Lambertian or as `photometry` says.
         "area" => Area(AreaFile),
-        /// Lamps of a room in the format of Radiance.
+        /// Lamps of an object that is a file in the format of Radiance.
         "rad" => Rad(RadLightFile),
         /// The sun: a disc infinitely far away.
         "sun" => Sun(SunFile),
         /// The sky above the horizon.
         "sky" => Sky(SkyFile),
-        /// A picture of the light from all directions.
+        /// A picture of the light that comes from all directions.
         "environment" => Environment(EnvironmentFile),
     }
 }
 
 impl LightFile {
-    /// Whether it is infinitely far away.
+    /// Whether the light is infinitely far away.
     pub fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Sky(_) | Self::Environment(_))
     }
 }
 
-/// Light `rad`: the lamps of a material in an object that is a file of Radiance.
+/// Light `rad`: the lamps of one material in an object that is a file in the format of Radiance.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RadLightFile {
-    /// Name of the object.
+    /// Name of the object that has the lamps.
     pub object: String,
-    /// Name of the lamps' material in its file.
+    /// Name of the lamps' material in the object's file.
     pub material: String,
-    /// Flux of all of them together; each takes its share by area.
+    /// Flux of all these lamps together; each emits a share of it by its area.
     pub power: PowerFile,
 }
 
@@ -710,17 +720,18 @@ pub struct RadLightFile {
 pub struct SunFile {
     /// Unique name (default sun).
     pub name: Option<String>,
-    /// Half angle of its disc, degrees (default 0.2666); 0 is parallel rays.
+    /// Half angle of the sun's disc, degrees (default 0.2666); 0 makes its rays parallel.
     #[schemars(range(min = 0, max = 5))]
     pub half_angle_deg: Option<f64>,
-    /// Irradiance across its direction, in the scene's quantity per m2; or `weather`.
+    /// Irradiance of a plane that faces the sun, in the scene's quantity per m2 (default: from
+    /// `weather`).
     pub irradiance: Option<PerBand>,
     /// The scene's quantity per J of the whole spectrum (default: by the band's wavelengths).
     pub share: Option<PerBand>,
-    /// Reflectance of the ground below the horizon, lit without shadows (default 0).
+    /// Reflectance of the ground below the horizon, which is lit without shadows (default 0).
     pub ground: Option<PerBand>,
-    /// Planar polygons just outside a roof or window, front to the sky, that its light comes in through alone
-    /// (default: everywhere).
+    /// Planar polygons just outside a roof or window, front to the sky, through which alone the
+    /// light enters (default: it enters everywhere).
     #[schemars(extend("minItems" = 1))]
     pub through: Option<Vec<Vec<[f64; 3]>>>,
 }
@@ -731,36 +742,36 @@ pub struct SunFile {
 pub struct SkyFile {
     /// Unique name (default sky).
     pub name: Option<String>,
-    /// How its radiance is spread (default perez).
+    /// How the radiance is distributed over the sky (default perez).
     #[serde(default)]
     pub model: SkyModelFile,
-    /// Of the model `cie`: 1 to 15.
+    /// With the model `cie`: number of the sky type, 1 to 15.
     #[schemars(range(min = 1, max = 15))]
     pub cie_type: Option<Count>,
-    /// Irradiance of a horizontal plane, in the scene's quantity per m2; or `weather`.
+    /// Irradiance of a horizontal plane, in the scene's quantity per m2 (default: from `weather`).
     pub irradiance: Option<PerBand>,
     /// The scene's quantity per J of the whole spectrum (default: by the band's wavelengths).
     pub share: Option<PerBand>,
-    /// Reflectance of the ground below the horizon, lit without shadows (default 0).
+    /// Reflectance of the ground below the horizon, which is lit without shadows (default 0).
     pub ground: Option<PerBand>,
-    /// Planar polygons just outside a roof or window, front to the sky, that its light comes in through alone
-    /// (default: everywhere).
+    /// Planar polygons just outside a roof or window, front to the sky, through which alone the
+    /// light enters (default: it enters everywhere).
     #[schemars(extend("minItems" = 1))]
     pub through: Option<Vec<Vec<[f64; 3]>>>,
 }
 
-/// How the radiance of the sky is spread.
+/// How the radiance is distributed over the sky.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SkyModelFile {
     /// By the weather (Perez, Seals and Michalsky, 1993).
     #[default]
     Perez,
-    /// Alike everywhere.
+    /// The same radiance everywhere.
     Uniform,
     /// The traditional overcast sky: the zenith three times as bright as the horizon.
     Overcast,
-    /// A general sky of the CIE.
+    /// One of the general skies of the CIE, named by `cie_type`.
     Cie,
 }
 
@@ -770,16 +781,16 @@ pub enum SkyModelFile {
 pub struct EnvironmentFile {
     /// Unique name (default environment).
     pub name: Option<String>,
-    /// Latitude-longitude picture, .exr or .hdr.
+    /// Latitude-longitude picture: a .exr or .hdr file.
     pub file: String,
-    /// Azimuth of its middle column, degrees clockwise from north (default 0).
+    /// Azimuth of the picture's middle column, degrees clockwise from north (default 0).
     pub heading_deg: Option<f64>,
-    /// What its texels are multiplied with to be radiances (default 1).
+    /// Factor from the picture's values to radiances (default 1).
     pub scale: Option<PerBand>,
-    /// Irradiance of an upward plane, in place of `scale`.
+    /// Irradiance of a plane that faces up, in place of `scale`.
     pub irradiance: Option<PerBand>,
-    /// Planar polygons just outside a roof or window, front to the sky, that its light comes in through alone
-    /// (default: everywhere).
+    /// Planar polygons just outside a roof or window, front to the sky, through which alone the
+    /// light enters (default: it enters everywhere).
     #[schemars(extend("minItems" = 1))]
     pub through: Option<Vec<Vec<[f64; 3]>>>,
 }
@@ -790,17 +801,18 @@ pub struct EnvironmentFile {
 pub struct PointFile {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
-    /// Where it is.
+    /// Position of the light.
     pub position: [f64; 3],
-    /// Total emitted flux; with `photometry` also "file".
+    /// Total emitted flux; with `photometry` also "file": the flux that the file states.
     pub power: PowerFile,
-    /// IES (LM-63) or EULUMDAT file of its intensity; without it alike in all directions.
+    /// IES (LM-63) or EULUMDAT file of the intensity (default: alike in all directions).
     pub photometry: Option<String>,
-    /// With `photometry` or `cosine`: where it aims (default [0, 0, -1], down).
+    /// With `photometry` or `cosine`: the direction that the light aims in (default [0, 0, -1],
+    /// down).
     pub aim: Option<[f64; 3]>,
-    /// With `photometry`: where C = 0 lies (default [1, 0, 0]).
+    /// With `photometry`: the direction of the half-plane C = 0 (default [1, 0, 0]).
     pub zero_plane: Option<[f64; 3]>,
-    /// Exponent n of an intensity ~ cos^n of the angle to `aim`.
+    /// Exponent n of an intensity proportional to cos^n of the angle to `aim`.
     #[schemars(range(min = 0))]
     pub cosine: Option<f64>,
 }
@@ -811,7 +823,7 @@ pub struct PointFile {
 pub struct SpotFile {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
-    /// Where it is.
+    /// Position of the light.
     pub position: [f64; 3],
     /// Axis of the cone; not zero.
     pub direction: [f64; 3],
@@ -828,21 +840,22 @@ pub struct SpotFile {
 pub struct TubeFile {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
-    /// One end of its axis.
+    /// One end of the tube's axis.
     pub from: [f64; 3],
-    /// The other end.
+    /// The other end of the axis.
     pub to: [f64; 3],
-    /// At least 0; 0 is a line.
+    /// Radius of the tube, at least 0; 0 is a line.
     #[schemars(range(min = 0))]
     pub radius: f64,
-    /// Pattern of a line (default lambert).
+    /// How the tube emits; isotropic only for a line (default lambert).
     #[serde(default)]
     pub emission: EmissionFile,
     /// Total emitted flux.
     pub power: PowerFile,
-    /// With `opening_deg`: the middle of the part of the circumference that shines, from the axis.
+    /// With `opening_deg`: direction from the axis to the middle of the part of the circumference
+    /// that emits.
     pub toward: Option<[f64; 3]>,
-    /// With `toward`: how much of the circumference shines, degrees, in (0, 360].
+    /// With `toward`: how much of the circumference emits, degrees, in (0, 360].
     #[schemars(range(max = 360), extend("exclusiveMinimum" = 0))]
     pub opening_deg: Option<f64>,
     /// Makes the tube an obstacle of this material, with black ends.
@@ -856,7 +869,7 @@ pub enum EmissionFile {
     /// Lambertian.
     #[default]
     Lambert,
-    /// Alike in all directions (radius 0 only).
+    /// Each point alike in all directions (radius 0 only).
     Isotropic,
 }
 
@@ -866,60 +879,63 @@ pub enum EmissionFile {
 pub struct AreaFile {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
-    /// Corners of a polygon, counter-clockwise seen from its front; or `obj`.
+    /// Corners of a polygon, counter-clockwise seen from its front; in place of `obj`.
     pub vertices: Option<Vec<[f64; 3]>>,
-    /// OBJ file; or `vertices`.
+    /// OBJ file of the surface; in place of `vertices`.
     pub obj: Option<String>,
-    /// Where the OBJ stands.
+    /// Where the surface of the OBJ file stands.
     pub transform: Option<TransformFile>,
-    /// Copies of the OBJ, each placed after `transform`.
+    /// Copies of the surface of the OBJ file, each placed after `transform`.
     pub instances: Option<Vec<TransformFile>>,
-    /// Total emitted flux, with `photometry` also "file"; or `radiance`.
+    /// Total emitted flux, in place of `radiance`; with `photometry` also "file": the flux that the
+    /// file states.
     pub power: Option<PowerFile>,
-    /// Radiance of each emitting side; or `power`.
+    /// Radiance of each emitting side, in place of `power`.
     pub radiance: Option<PerBand>,
     /// Whether the back emits too (default false).
     #[serde(default)]
     pub two_sided: bool,
     /// Makes the light an obstacle of this material.
     pub material: Option<String>,
-    /// IES (LM-63) or EULUMDAT file of its intensity; without it Lambertian.
+    /// IES (LM-63) or EULUMDAT file of the intensity (default: Lambertian).
     pub photometry: Option<String>,
-    /// With `photometry`: where it aims (default: the mean normal).
+    /// With `photometry`: the direction that the light aims in (default: the mean normal).
     pub aim: Option<[f64; 3]>,
-    /// With `photometry`: where C = 0 lies (default [1, 0, 0]).
+    /// With `photometry`: the direction of the half-plane C = 0 (default [1, 0, 0]).
     pub zero_plane: Option<[f64; 3]>,
 }
 
-/// Captors: one of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`.
+/// Captors: exactly one of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["csv"]}, {"required": ["obj"]}, {"required": ["disc"]},
     {"required": ["sphere"]}, {"required": ["grid"]}, {"required": ["line"]}]))]
 pub struct CaptorFile {
-    /// First part of its captors' ids (default: the file's name; what is in no file needs one).
+    /// First part of the captors' ids (default: the file's name without extension; needed without a
+    /// file).
     pub name: Option<String>,
-    /// Table of discs: x,y,z,radius,nx,ny,nz and optional id.
+    /// CSV file of discs: columns x,y,z,radius,nx,ny,nz and optional id.
     pub csv: Option<String>,
-    /// OBJ file, one captor per group.
+    /// OBJ file; each of its groups is one captor.
     pub obj: Option<String>,
-    /// Columns of the table that are passed over.
+    /// Columns of the `csv` file to ignore.
     #[serde(default)]
     pub ignore: Vec<String>,
     /// A single disc.
     pub disc: Option<DiscFile>,
-    /// A sphere, which counts what enters it: its irradiance is the fluence rate.
+    /// A sphere, which counts the light that enters it: its irradiance is the fluence rate.
     pub sphere: Option<SphereFile>,
     /// Discs in rows and columns.
     pub grid: Option<GridFile>,
-    /// A strip.
+    /// A strip, as a line sensor has.
     pub line: Option<LineFile>,
-    /// Factor on what arrives, by its angle to the normal, degrees: linear between these, held at the ends.
+    /// Pairs of an angle to the normal in degrees and the factor on light that arrives at this
+    /// angle: linear between the angles, constant beyond the first and the last.
     pub response: Option<Vec<[f64; 2]>>,
     /// Which faces count (default front).
     #[serde(default)]
     pub sides: SidesFile,
-    /// One more group that its captors belong to.
+    /// Name of one more group that the captors belong to.
     pub group: Option<String>,
 }
 
@@ -927,10 +943,10 @@ pub struct CaptorFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SidesFile {
-    /// Light against the normal.
+    /// The front alone: light that arrives against the normal.
     #[default]
     Front,
-    /// Both faces, apart.
+    /// Both faces, counted separately.
     Both,
 }
 
@@ -938,11 +954,11 @@ pub enum SidesFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiscFile {
-    /// Its middle.
+    /// Centre of the disc.
     pub center: [f64; 3],
-    /// Where its front looks; not zero.
+    /// Direction in which the front faces; not zero.
     pub normal: [f64; 3],
-    /// Positive.
+    /// Radius, positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,
 }
@@ -951,37 +967,37 @@ pub struct DiscFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereFile {
-    /// Its middle.
+    /// Centre of the sphere.
     pub center: [f64; 3],
-    /// Positive.
+    /// Radius, positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,
 }
 
-/// Discs in the middles of the cells of a grid.
+/// A grid of discs, each in the middle of its cell.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridFile {
-    /// Where it begins and ends along x.
+    /// Where the grid begins and ends along x.
     pub x: [f64; 2],
-    /// Where it begins and ends along y.
+    /// Where the grid begins and ends along y.
     pub y: [f64; 2],
-    /// Cells along x, at least 1.
+    /// Number of cells along x, at least 1.
     #[schemars(extend("minimum" = 1))]
     pub nx: Count,
-    /// Cells along y, at least 1.
+    /// Number of cells along y, at least 1.
     #[schemars(extend("minimum" = 1))]
     pub ny: Count,
-    /// Height of the discs.
+    /// Height z of the discs.
     pub z: f64,
-    /// Their radius, positive.
+    /// Radius of each disc, positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,
-    /// Where their fronts look (default [0, 0, 1]); not zero.
+    /// Direction in which the fronts face (default [0, 0, 1]); not zero.
     pub normal: Option<[f64; 3]>,
 }
 
-/// A strip, as a line sensor is.
+/// A strip, as a line sensor has.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LineFile {
@@ -989,10 +1005,11 @@ pub struct LineFile {
     pub from: [f64; 3],
     /// The middle of the other end.
     pub to: [f64; 3],
-    /// Positive.
+    /// Width of the strip, positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub width: f64,
-    /// Where its front looks; not along the line, and what of it is along the line does not count.
+    /// Direction in which the front faces: not along the line, and its component along the line
+    /// does not count.
     pub normal: [f64; 3],
 }
 
@@ -1000,32 +1017,33 @@ pub struct LineFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SettingsFile {
-    /// Photons to trace, or paths over all captors, at least 1 (default 1e6).
+    /// Photons to trace, or paths over all captors; at least 1 (default 1e6).
     #[schemars(extend("minimum" = 1))]
     pub photons: Option<Count>,
     /// Seed of the random numbers (default 1).
     pub seed: Option<u64>,
-    /// Photons of a k-nearest estimate, 0 for none (default: the number of those on the face to the
-    /// power 2/3, at least 50).
+    /// Photons of each k-nearest estimate, 0 for no such estimates (default: the number of photons
+    /// on the face to the power 2/3, at least 50).
     pub k: Option<Count>,
-    /// The most arrivals in the photon map (default 2e6).
+    /// The most arrivals that the photon map stores (default 2e6).
     pub map_photons: Option<Count>,
-    /// What helps photons to captors that light hardly reaches (default: what a trial finds cheapest).
+    /// What guides photons to captors that light hardly reaches (default: what a trial finds
+    /// cheapest).
     #[serde(default)]
     pub guiding: Guiding,
-    /// No longer a setting: `guiding` takes its place.
+    /// No longer a setting: `guiding` has taken its place.
     #[schemars(skip)]
     pub splitting: Option<Count>,
-    /// Largest relative standard error to stop at.
+    /// Relative standard error to reach on every captor; the run goes on until then.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub tolerance: Option<f64>,
-    /// Time to stop at, s.
+    /// Time after which the run stops, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time: Option<f64>,
-    /// How to read the captors (default photons).
+    /// Method that finds the light on the captors (default photons).
     #[serde(default)]
     pub estimator: Estimator,
-    /// Threads, 0 for all processors (default 0).
+    /// Number of threads, 0 for one per processor (default 0).
     pub threads: Option<Count>,
 }
 
@@ -1033,16 +1051,16 @@ pub struct SettingsFile {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {
-    /// Where the camera stands.
+    /// Where the camera is.
     pub position: [f64; 3],
     /// The point in the middle of the picture.
     pub look_at: [f64; 3],
-    /// The way that is up in the picture (default z).
+    /// The direction that points up in the picture (default [0, 0, 1]).
     pub up: Option<[f64; 3]>,
-    /// Angle of view across the picture, from left to right, degrees, in (0, 180) (default 45).
+    /// Angle of view from left to right across the picture, degrees, in (0, 180) (default 45).
     pub fov_deg: Option<f64>,
-    /// Pixels across (default 800).
+    /// Width of the picture in pixels (default 800).
     pub width: Option<Count>,
-    /// Pixels down (default 600).
+    /// Height of the picture in pixels (default 600).
     pub height: Option<Count>,
 }

@@ -1,5 +1,5 @@
-//! Scenes gone wrong, for a property test: sound ones whose numbers, keys and values are changed.
-//! Whatever the change, there is an error with its place, or a run that adds up.
+//! A property test of scenes gone wrong: sound scenes whose numbers, keys and values are changed.
+//! Whatever the change, there is an error with its place, or a run whose energies add up.
 
 use std::{
     sync::{LazyLock, atomic::AtomicBool},
@@ -126,7 +126,7 @@ const SCENES: &[&str] = &[
 const WORDS: &[&str] =
     &["{", "}", "[", "]", ":", "null", "true", "\"type\"", "\"power\"", "1e-300"];
 
-/// A scene that a failure shows as text.
+/// The bytes of a scene, which a failure of the test shows as text.
 struct Text(Vec<u8>);
 
 impl std::fmt::Debug for Text {
@@ -135,7 +135,7 @@ impl std::fmt::Debug for Text {
     }
 }
 
-/// What may stand in the place of any value.
+/// Generates values that may stand in the place of any value of a scene.
 fn odd_value() -> impl Strategy<Value = Value> {
     let numbers: &[f64] = &[
         0.0,
@@ -210,7 +210,7 @@ fn odd_value() -> impl Strategy<Value = Value> {
     ]
 }
 
-/// One of the scenes after up to six changes.
+/// Generates one of the scenes after up to five changes.
 fn changed() -> impl Strategy<Value = Vec<u8>> {
     let change = (0..10u8, any::<Index>(), any::<Index>(), odd_value());
     (select(SCENES), vec(change, 0..6)).prop_map(|(scene, changes)| {
@@ -267,7 +267,7 @@ fn change_value(value: &mut Value, kind: u8, here: Index, there: Index, new: Val
                 *target = copy;
             }
         }
-        // a number by some powers of ten more or less
+        // multiplies a number by some power of ten
         (4 | 5, _) => {
             if let Some(target) = value.pointer_mut(&at)
                 && let Some(x) = target.as_f64()
@@ -279,7 +279,8 @@ fn change_value(value: &mut Value, kind: u8, here: Index, there: Index, new: Val
     }
 }
 
-/// A folder with the files; its scene does not exist, it comes as bytes.
+/// A folder with the files that the scenes name. The scene itself is in no file: it is handed over
+/// as bytes.
 static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, content) in FILES {
@@ -288,7 +289,8 @@ static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// What holds of every result, whatever the text.
+/// Checks what holds of every text, be it a scene or not: the error is one line with its place, or
+/// the run adds up.
 fn check(bytes: &[u8]) {
     let started = Instant::now();
     let path = FOLDER.path().join("scene.json");
@@ -331,7 +333,8 @@ fn check_result(result: &RunResult) {
     check_finite(&serde_json::to_value(result).expect("JSON"), "");
 }
 
-/// JSON writes what is not finite as null, which only some numbers may be.
+/// Checks that all numbers are finite: JSON writes others as null, which is allowed for some keys
+/// alone.
 fn check_finite(value: &Value, key: &str) {
     match value {
         Value::Null => assert!(

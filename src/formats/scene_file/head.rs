@@ -1,4 +1,4 @@
-//! Bands, sums, settings and camera.
+//! Loads what stands at the head of a scene file: bands, sums, settings and camera.
 
 use glam::DVec3;
 

@@ -1,4 +1,5 @@
-//! Sun and sky of a period as lights of which the light of each hour is a weighted sum.
+//! Loads the sun and the sky of a period as several lights, such that the light of each hour is a
+//! weighted sum of theirs (as `phylux year` needs them).
 
 use super::{
     daylight::Sky,
@@ -19,7 +20,7 @@ use crate::{
 };
 
 impl Loader<'_> {
-    /// Adds the lights of a sun or a sky; false for another light.
+    /// Adds the lights that stand for a sun or a sky; returns false for any other light.
     pub(super) fn load_by_hour(
         &mut self,
         pointer: &str,
@@ -100,7 +101,7 @@ impl Loader<'_> {
         self.add_light(pointer, LightPart { name, power: vec![0.0; self.bands], shape })
     }
 
-    /// Error: a scene that is to be run by the hour has no daylight.
+    /// Refuses a scene that is to be loaded by the hour but has neither sun nor sky.
     pub(super) fn check_hourly(&self) -> Result<()> {
         if self.sources.by_hour.is_none() || !self.hourly.slots.is_empty() {
             return Ok(());

@@ -1,46 +1,49 @@
-//! The lights that sun and sky of a period become, and how much of each shines in each hour.
+//! The lights that stand for the sun and the sky of a period, and how bright each is in each hour.
 
 use crate::{formats::weather::Slot, scene::daylight::Hour};
 
-/// How many patches a sky is cut into.
+/// How finely the sky is divided into patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyDivision {
-    /// 145, of some 12 degrees.
+    /// 145 patches, each some 12 degrees wide.
     Tregenza,
-    /// 577, of some 6 degrees.
+    /// 577 patches, each some 6 degrees wide.
     Reinhart,
 }
 
 /// The daylight of a period by the hour.
 #[derive(Clone, Debug, Default)]
 pub struct HourlyLights {
-    /// All hours of the period, in order.
+    /// All hours of the period, in order, dark ones included.
     pub slots: Vec<Slot>,
     /// The hours that are not dark.
     pub hours: Vec<Hour>,
-    /// What the scene has in the place of sun and sky. In the mean of the period each has the power that the scene
-    /// gives it.
+    /// The lights that stand for the sun and the sky in the scene. The scene holds each of them
+    /// with the mean of its power over the period.
     pub lights: Vec<HourlyLight>,
-    /// The suns that the scene's file has: where they stand in each hour.
+    /// The suns of the scene file; `hours` says where they stand in each hour.
     pub suns: Vec<HourlySun>,
     /// Azimuth of north, rad, clockwise from +y.
     pub north: f64,
 }
 
-/// A patch of sky, a sun of the grid, or the ground.
+/// A light of the scene that stands for a patch of the sky, a position of the sun on a grid, or the
+/// ground.
 #[derive(Clone, Debug)]
 pub struct HourlyLight {
     /// Index of the light in the scene.
     pub light: usize,
-    /// Index of an hour that is not dark, and its light over that of the mean, above 0.
+    /// Pairs of the index of an hour in [`HourlyLights::hours`] and the light of this hour relative
+    /// to its mean over the period, above 0. In hours without a pair the light is dark.
     pub factors: Vec<(usize, f64)>,
 }
 
-/// A sun that moves.
+/// A sun of the scene file, which moves during the period.
 #[derive(Clone, Debug)]
 pub struct HourlySun {
-    /// Half angle of its disc, rad.
+    /// Half angle of the sun's disc, rad.
     pub half_angle: f64,
-    /// Irradiance across its direction over that of the whole spectrum, per band: the scene's quantity per J.
+    /// Irradiance of each band on a plane that faces the sun, over that of the whole spectrum: the
+    /// scene's quantity per J.
     pub shares: Vec<f64>,
 }

@@ -1,4 +1,5 @@
-//! What many scenes have in common: OBJ files and triangles arranged for rays, each made once.
+//! What the scenes of a sweep have in common: OBJ files and triangles arranged for rays. Each is
+//! read or arranged once and kept.
 
 use std::{
     cell::RefCell,
@@ -15,7 +16,8 @@ use crate::{
     scene::world::KeptShapes,
 };
 
-/// Triangles of OBJ files that are kept, about 150 MB.
+/// The most triangles that the kept OBJ files have together: about 150 MB. When one more file would
+/// exceed it, all others are dropped.
 const MAX_TRIANGLES: usize = 2_000_000;
 
 /// What many scenes share: OBJ files as they were read, and triangles arranged for rays.
@@ -27,15 +29,17 @@ pub struct Kept {
 
 #[derive(Clone, Debug)]
 struct KeptObj {
-    /// SHA-256 of the file.
+    /// SHA-256 of the OBJ file.
     digest: [u8; 32],
-    /// Its MTL files; none for one that could not be read.
+    /// Paths of the MTL files that the OBJ file names, each with its SHA-256, or `None` for one
+    /// that could not be read.
     mtl: Vec<(PathBuf, Option<[u8; 32]>)>,
     file: Arc<ObjFile>,
 }
 
 impl Kept {
-    /// The OBJ file at `path` with these `bytes`, and its MTL files.
+    /// Returns the OBJ file at `path`, which has these `bytes`, with its MTL files. It is parsed
+    /// only if it or one of its MTL files has changed since it was kept.
     pub(super) fn obj(&self, bytes: &[u8], path: &Path, fetch: &Fetch) -> Result<Arc<ObjFile>> {
         let digest = Sha256::digest(bytes).into();
         let digest_of = |path: &Path| fetch(path).ok().map(|bytes| Sha256::digest(bytes).into());

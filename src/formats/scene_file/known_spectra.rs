@@ -1,19 +1,21 @@
-//! Spectra of a scene while it is read.
+//! What is known of a scene's spectra while it is loaded: the light that averages are weighted
+//! with, the tables that were read, and the averages that were made.
 
 use std::{cell::RefCell, collections::BTreeMap, sync::Arc};
 
 use super::format::*;
 use crate::{math::curve::Curve, scene::daylight::DaylightSource};
 
-/// What a spectrum is in each band of a scene.
+/// The mean of a spectrum over each band of a scene.
 #[derive(Clone, Debug)]
 pub struct SpectrumAverage {
-    /// Where the scene file has it, as a JSON pointer.
+    /// Where the scene file has the spectrum, as a JSON pointer.
     pub pointer: String,
-    /// Mean over each band, weighted by the light.
+    /// Mean over each band, weighted with the light of the scene.
     pub means: Vec<f64>,
-    /// For each band the mean square over the square of the mean, weighted alike: how far one number is from the
-    /// spectrum after two passages.
+    /// For each band, the mean of the square over the square of the mean, both weighted like
+    /// `means`. It says how far one number is from the spectrum for light that meets the surface
+    /// twice: the fraction that remains of such light, over the fraction that the mean gives.
     pub spreads: Vec<f64>,
 }
 
@@ -21,15 +23,15 @@ pub struct SpectrumAverage {
 #[derive(Default)]
 pub(super) struct Spectra {
     pub(super) weight: Vec<Part>,
-    /// Lights that count as flat for want of a spectrum.
+    /// Names of lights without a spectrum, which count as flat over each band.
     pub(super) flat: Vec<String>,
     pub(super) curves: RefCell<BTreeMap<String, Arc<Curve>>>,
-    /// By what stands in the scene file.
+    /// Means per band of spectra that were averaged, by the text of their entry in the scene file.
     pub(super) means: RefCell<BTreeMap<String, Vec<f64>>>,
     pub(super) averages: RefCell<Vec<SpectrumAverage>>,
 }
 
-/// Light that is carried, per nm in the scene's quantity.
+/// One source of the light that averages are weighted with, per nm in the scene's quantity.
 pub(super) enum Part {
     Lamp {
         curve: Arc<Curve>,
@@ -37,6 +39,6 @@ pub(super) enum Part {
         scale: f64,
     },
     Daylight(DaylightSource),
-    /// Of each band.
+    /// Power in each band, spread evenly over the band.
     Flat(Vec<f64>),
 }

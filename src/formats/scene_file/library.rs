@@ -1,4 +1,4 @@
-//! The materials that a scene can use, and those that it does.
+//! The materials that a scene can use, and the indices of those that its surfaces use.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -7,7 +7,8 @@ use crate::{
     scene::{material::Material, world::NamedMaterial},
 };
 
-/// The materials of a scene: all of its file's, and the MTL entries that are used.
+/// The materials known while a scene is loaded: all of the scene file, those entries of MTL and
+/// Radiance files that surfaces use, and the black material of the ends of tubes.
 #[derive(Default)]
 pub(super) struct Library {
     entries: Vec<Entry>,
@@ -19,9 +20,10 @@ pub(super) struct Library {
 
 struct Entry {
     name: String,
-    /// Or what is wrong with it, which matters only to those who use it.
+    /// The material, or what is wrong with it: an error only if a surface has this material.
     material: Result<Material>,
-    /// Index among the materials that surfaces have.
+    /// Index of the material in the scene, which holds only the materials that surfaces have;
+    /// `None` while no surface has it.
     used: Option<usize>,
     reciprocal: bool,
 }
@@ -33,13 +35,14 @@ impl Library {
         self.entries.len() - 1
     }
 
-    /// Adds a material that a surface has. Its index in the scene.
+    /// Adds a material that a surface has and returns its index in the scene.
     pub fn add_used(&mut self, name: String, material: Material) -> usize {
         let entry = self.add(name, Ok(material), true);
         self.index(entry)
     }
 
-    /// The index that a material has in the scene, now that a surface has it. Error: what is wrong with it.
+    /// Returns the index that a material has in the scene, giving it one if no surface had it
+    /// before. Error: what is wrong with the material.
     pub fn use_entry(&mut self, entry: usize) -> Result<usize> {
         match &self.entries[entry].material {
             Ok(_) => Ok(self.index(entry)),
@@ -54,13 +57,15 @@ impl Library {
         })
     }
 
-    /// Whether the surfaces of the material with this index in the scene have to say where azimuth 0 is.
+    /// Whether the surfaces with this material (`index` in the scene) have to say where azimuth 0
+    /// lies.
     pub fn needs_tangents(&self, index: usize) -> bool {
         let mut entries = self.entries.iter().filter(|entry| entry.used == Some(index));
         entries.any(|entry| matches!(&entry.material, Ok(material) if material.needs_tangents()))
     }
 
-    /// What is wrong with materials that no surface has.
+    /// Returns what is wrong with each material that could not be read; a scene is loaded only if
+    /// no surface has one of these.
     pub fn unused_errors(&self) -> impl Iterator<Item = Error> + '_ {
         self.entries.iter().filter_map(|entry| entry.material.clone().err())
     }

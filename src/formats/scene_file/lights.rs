@@ -1,4 +1,5 @@
-//! Lights.
+//! Loads lights: point, spot, tube and area lights here; those of rooms of Radiance in `radiance`,
+//! and those that are infinitely far away in `daylight`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -24,7 +25,7 @@ use crate::{
     },
 };
 
-/// Sides of the prism that a tube with a material is.
+/// Sides of the prism that stands for a tube with a material.
 const TUBE_SIDES: usize = 64;
 
 impl Loader<'_> {
@@ -55,7 +56,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Adds a light at infinity, if `file` is one.
+    /// Adds a light that is infinitely far away, if `file` is one, and returns whether it is.
     fn load_infinite(&mut self, pointer: &str, file: &LightFile, sky: &Sky) -> Result<bool> {
         if let Some(division) = self.sources.by_hour
             && self.load_by_hour(pointer, file, sky, division)?
@@ -79,15 +80,16 @@ impl Loader<'_> {
             light.through = self.openings(pointer, polygons)?;
         }
         let name = name.clone().unwrap_or(usual.into());
-        // what enters the scene is known when all of it is
+        // 0 for now: the power that enters the scene is known only when all of the scene is
         let power = vec![0.0; self.bands];
         self.add_light(pointer, LightPart { name, power, shape })?;
         Ok(true)
     }
 
-    /// Polygons that light comes in through, m.
+    /// Returns the polygons that light comes in through, in metres. Error: one of them is not a
+    /// planar polygon, or they are too many.
     fn openings(&self, pointer: &str, polygons: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<DVec3>>> {
-        /// Corners of all of them.
+        /// The most corners of all polygons together.
         const MOST: usize = 10_000;
         let corners: usize = polygons.iter().map(Vec::len).sum();
         if polygons.is_empty() || corners > MOST {
@@ -119,7 +121,8 @@ impl Loader<'_> {
         polygons.iter().enumerate().map(polygon).collect()
     }
 
-    /// Adds a light; its name must be new, and its power one that single precision can carry.
+    /// Adds a light. Error: its name is taken, or its power is not one that single precision can
+    /// carry, or there are too many lights.
     pub(super) fn add_light(&mut self, pointer: &str, light: LightPart) -> Result<()> {
         if !self.light_names.insert(light.name.clone()) {
             return Err(self
@@ -136,7 +139,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Makes a light with a material part of the scene.
+    /// Adds the surfaces of a light to the scene, if the light has a material.
     fn make_solid(&mut self, name: &str, light: &Glowing) {
         let Some(material) = light.material else { return };
         let object = Some(self.parts.objects.len());
@@ -231,7 +234,8 @@ impl Loader<'_> {
         Ok(Glowing { power, shape, material, dark, caps })
     }
 
-    /// Where a tube shines, as seen from its axis, and how much of its circumference does, rad; none if all.
+    /// Returns which part of a tube's circumference emits, or `None` if all of it does: the unit
+    /// vector from the axis to the middle of that part, and its angle, rad.
     fn aperture(
         &self,
         pointer: &str,
@@ -354,12 +358,12 @@ impl Loader<'_> {
     }
 }
 
-/// A light and, where it has a material, what it adds to the surfaces.
+/// A light and, if it has a material, the surfaces that it adds to the scene.
 struct Glowing {
     power: Vec<f64>,
     shape: LightShape,
     material: Option<usize>,
-    /// What is of its material, but does not shine.
+    /// Triangles of the light's material that do not emit: the sides of a tube beyond its aperture.
     dark: Vec<[DVec3; 3]>,
     caps: Vec<[DVec3; 3]>,
 }
@@ -372,13 +376,14 @@ impl Glowing {
 
 struct Prism {
     sides: Vec<[DVec3; 3]>,
-    /// The sides beyond the aperture.
+    /// The sides beyond the aperture, which do not emit.
     dark: Vec<[DVec3; 3]>,
     caps: Vec<[DVec3; 3]>,
 }
 
-/// A closed prism of the same lateral area as the cylinder, normals out. Of an aperture (its middle, and how wide it is) the
-/// borders are edges of the prism.
+/// Makes a closed prism, normals out, that has the same lateral area as the cylinder. If there is
+/// an `aperture` (the unit vector to its middle, and its angle, rad), its borders are edges of the
+/// prism.
 fn prism(
     from: DVec3,
     to: DVec3,
@@ -411,7 +416,8 @@ fn prism(
         rim * (cos * x + sin * y)
     };
     let mut prism = Prism { sides: Vec::new(), dark: Vec::new(), caps: Vec::new() };
-    // both pairs are right-handed with the axis: corners run counter-clockwise around it
+    // x, y and the axis are right-handed in both cases above: corners run counter-clockwise around
+    // the axis
     for i in 0..TUBE_SIDES {
         let (p, q) = (corner(i), corner(i + 1));
         let side = if i < lit { &mut prism.sides } else { &mut prism.dark };
@@ -441,7 +447,8 @@ mod tests {
         }
     }
 
-    /// Of every opening the prism is closed, has the cylinder's lateral area, and shines within it.
+    /// For every opening the prism is closed, has the cylinder's lateral area, and emits within the
+    /// opening alone.
     #[test]
     fn a_prism_shines_within_its_aperture() {
         let (from, to, axis) = (DVec3::ZERO, 3.0 * DVec3::Z, DVec3::Z);

@@ -1,4 +1,5 @@
-//! What is known and collected while a scene is put together, and the errors that say where.
+//! The [`Loader`]: what is known and collected while a scene is put together, and errors that say
+//! where in the scene file they are. The other files of this folder add to it what they load.
 
 use std::{
     cell::RefCell,
@@ -30,17 +31,18 @@ use crate::{
     scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
 };
 
-/// Where a scene finds what its JSON only names.
+/// The places where a scene finds the files, meshes and tables that its JSON only names.
 pub(super) struct Sources<'a> {
-    /// Fetches files.
+    /// Reads the file at a path.
     pub(super) read: &'a Fetch<'a>,
-    /// What of other scenes can be used again.
+    /// Files and arranged triangles of other scenes, to be used again if they are the same.
     pub(super) kept: Option<&'a Kept>,
     /// Meshes in memory, by name.
     pub(super) meshes: &'a HashMap<String, Mesh>,
-    /// Tables of captors in memory, by name.
+    /// Tables of captors in memory (the bytes of CSV files), by name.
     pub(super) tables: &'a HashMap<String, Vec<u8>>,
-    /// Whether sun and sky become the lights of [`HourlyLights`], and how fine its sky is.
+    /// How finely the sky is divided, if the sun and the sky are to become the lights of
+    /// [`HourlyLights`]; else `None`.
     pub(super) by_hour: Option<SkyDivision>,
 }
 
@@ -48,11 +50,11 @@ pub(super) struct Sources<'a> {
 pub(super) struct Loader<'a> {
     pub(super) path: PathBuf,
     pub(super) sources: &'a Sources<'a>,
-    /// Every file that was read.
+    /// Every file that was read, the scene file first.
     pub(super) files: RefCell<Vec<PathBuf>>,
     pub(super) metres: f64,
     pub(super) bands: usize,
-    /// Whether the file names its bands.
+    /// Whether the scene file names its bands.
     pub(super) bands_named: bool,
     pub(super) parts: SceneParts,
     pub(super) obj_files: HashMap<PathBuf, Arc<ObjFile>>,
@@ -60,7 +62,8 @@ pub(super) struct Loader<'a> {
     pub(super) spectra: Spectra,
     pub(super) materials: Library,
     pub(super) groups: BTreeMap<String, usize>,
-    /// Names of captor entries and captor objects: each is a group of its own.
+    /// Names of the captor entries and of the objects with captors. Each is the name of a group of
+    /// captors too.
     pub(super) entries: HashSet<String>,
     pub(super) captor_ids: HashSet<String>,
     pub(super) light_names: HashSet<String>,
@@ -102,12 +105,12 @@ impl<'a> Loader<'a> {
         Ok(loader)
     }
 
-    /// A JSON pointer of the scene file.
+    /// Names the place of a JSON pointer in the scene file, for errors.
     pub(super) fn place(&self, pointer: impl Display) -> String {
         json::place(&self.path.display().to_string(), &pointer.to_string())
     }
 
-    /// An error there.
+    /// Makes an error at a JSON pointer of the scene file.
     pub(super) fn error(&self, pointer: impl Display, problem: impl Display) -> Error {
         Error::input(self.place(pointer), problem)
     }
@@ -121,12 +124,12 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// The path of a file that the scene file names.
+    /// Returns the path of a file that the scene file names, relative to the scene file.
     pub(super) fn sibling(&self, file: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(file)
     }
 
-    /// The bytes of a file that the scene file names at `pointer`.
+    /// Reads the bytes of a file that the scene file names at `pointer`.
     pub(super) fn bytes(&self, pointer: &str, path: &Path) -> Result<Vec<u8>> {
         let error = |why| self.error(pointer, format!("{}: {why}", path.display()));
         self.fetch(path).map_err(|why| error(why).remedy(RELATIVE))
@@ -152,13 +155,13 @@ impl<'a> Loader<'a> {
         DVec3::from(p) * self.metres
     }
 
-    /// The index of the group `name`.
+    /// Returns the index of the group `name`; a group that is new gets the next index.
     pub(super) fn group(&mut self, name: &str) -> usize {
         let next = self.groups.len();
         *self.groups.entry(name.to_string()).or_insert(next)
     }
 
-    /// Takes the name of a captor entry or captor object, which must be new.
+    /// Claims the name of a captor entry or of an object with captors. Error: the name is taken.
     pub(super) fn claim_group(&mut self, pointer: &str, name: &str) -> Result<()> {
         if self.entries.insert(name.to_string()) {
             return Ok(());
@@ -168,7 +171,7 @@ impl<'a> Loader<'a> {
             .remedy("give one of them a `name` of its own"))
     }
 
-    /// Takes a captor's id, which must be new.
+    /// Claims the id of a captor. Error: the id is taken, or there are too many captors.
     pub(super) fn claim_id(&mut self, pointer: &str, id: &str) -> Result<()> {
         if self.captor_ids.len() == MAX_CAPTORS {
             return Err(self
@@ -184,12 +187,13 @@ impl<'a> Loader<'a> {
     }
 }
 
-/// The name of a file without folder and extension.
+/// Returns the name of a file without its folder and extension.
 pub(super) fn stem(path: &Path) -> String {
     path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Adds to an error about an unknown `name` the nearest known one, or all.
+/// Adds to an error about an unknown `name` the nearest known name, if one is near, and a list of
+/// the known names.
 pub(super) fn unknown<'a>(
     error: Error,
     name: &str,

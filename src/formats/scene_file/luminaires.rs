@@ -1,15 +1,15 @@
-//! Lights of measured intensity, and what power lights have.
+//! Lights whose intensity was measured, and the power of lights.
 
 use glam::DVec3;
 
 use super::{format::*, loader::Loader};
 use crate::{error::Result, formats::photometry::Photometry, scene::light::Intensity};
 
-/// Where a luminaire aims, as the file says.
+/// Where a luminaire aims, as the scene file says.
 pub(super) struct Aim {
     pub(super) aim: Option<[f64; 3]>,
     pub(super) zero_plane: Option<[f64; 3]>,
-    /// Where it aims otherwise.
+    /// Direction in which the luminaire aims if the scene file does not say it.
     pub(super) default: DVec3,
 }
 
@@ -19,15 +19,15 @@ impl Aim {
     }
 }
 
-/// A measured intensity.
+/// The intensity that a photometry file gives.
 pub(super) struct Measured {
     pub(super) intensity: Intensity,
-    /// The integral of the file's intensities.
+    /// The integral of the intensities in the file.
     pub(super) flux: f64,
 }
 
 impl Loader<'_> {
-    /// The intensity that `photometry` names, if it does.
+    /// Reads the photometry file of a light; `None` if the light names none.
     pub(super) fn measured(
         &mut self,
         pointer: &str,
@@ -59,7 +59,7 @@ impl Loader<'_> {
         Ok(Some(Measured { intensity, flux: photometry.flux }))
     }
 
-    /// Refuses a key that is given without what it belongs to.
+    /// Refuses a key that is given without the key that it belongs to.
     pub(super) fn only_with<T>(
         &self,
         pointer: &str,
@@ -75,7 +75,8 @@ impl Loader<'_> {
         }
     }
 
-    /// The power of a light per band; `"file"` is that of its photometry, for a single band.
+    /// Returns the power of a light per band. `"file"` stands for the flux in its photometry file,
+    /// and is for scenes with a single band.
     pub(super) fn power(
         &self,
         pointer: &str,

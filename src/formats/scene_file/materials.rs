@@ -1,4 +1,4 @@
-//! Materials: of the scene file, and of MTL entries.
+//! Loads materials: those of the scene file, and those of the entries of MTL files.
 
 use std::collections::BTreeMap;
 
@@ -41,12 +41,12 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The scene's index of the material that the scene file calls `name`.
+    /// Returns the index in the scene of the material that the scene file calls `name`.
     pub(super) fn named_material(&mut self, pointer: &str, name: &str) -> Result<usize> {
         let broken = self.materials.unused_errors().next();
         match (self.materials.by_name.get(name), broken) {
             (Some(&entry), _) => self.materials.use_entry(entry),
-            // it may be the one that was meant
+            // the material that cannot be read may be the one that was meant
             (None, Some(error)) => Err(error),
             (None, None) => Err(unknown(
                 self.error(pointer, format!("no material `{name}` in the scene")),
@@ -56,14 +56,15 @@ impl Loader<'_> {
         }
     }
 
-    /// A perfectly black material of the program's own.
+    /// Adds a perfectly black material, which no file has, and returns its index in the scene.
     pub(super) fn black(&mut self, name: String) -> usize {
         let material = Material::Lambert(Lambert::new(&single(&vec![0.0; self.bands])));
         self.materials.add_used(name, material)
     }
 
-    /// The scene's index of the material that an OBJ file calls `name` at `place`: of the scene
-    /// file, else of its MTL files. For the latter also the radiance that it emits, if it does.
+    /// Returns the index in the scene of the material that an OBJ file calls `name` at `place`: the
+    /// material of the scene file with this name, or else the entry of the MTL files. With an MTL
+    /// entry that emits light comes its radiance, per band.
     pub(super) fn obj_material(
         &mut self,
         place: &str,
@@ -106,7 +107,8 @@ impl Loader<'_> {
         }
     }
 
-    /// r, g, b as bands: in order for three, their mean for one.
+    /// Returns the values of a colour (r, g, b) per band: in this order for three bands, and their
+    /// mean for one band. Each must be from 0 to `high`.
     fn rgb_bands(&self, entry: &MtlEntry, key: &str, rgb: [f64; 3], high: f64) -> Result<Vec<f64>> {
         if let Some(bad) = rgb.iter().find(|v| !(0.0..=high).contains(*v)) {
             let range = if high == 1.0 { "from 0 to 1" } else { "at least 0" };
@@ -256,7 +258,7 @@ impl Loader<'_> {
         }
     }
 
-    /// A fraction per band that may be left out.
+    /// Returns the fractions of a key per band, or `default` where the key is left out.
     fn fraction(
         &self,
         pointer: &str,
@@ -296,7 +298,8 @@ impl Loader<'_> {
         self.parts.bands.iter().map(|band| band.name.as_str()).collect()
     }
 
-    /// Fractions that have been checked one by one.
+    /// Returns the values per band of fractions that have been checked one by one; 0 where there
+    /// are none.
     fn checked(&self, values: Option<&PerBand>) -> Vec<f64> {
         match values {
             None => vec![0.0; self.bands],
@@ -321,7 +324,7 @@ impl Loader<'_> {
         material.check(&self.band_names()).map(|()| material)
     }
 
-    /// The leaf, and a warning where its cuticle alone reflects more than was measured.
+    /// Makes a thin leaf, and a warning where its cuticle alone reflects more than was measured.
     fn thin_leaf(
         &self,
         file: &LeafFile,
@@ -351,7 +354,7 @@ impl Loader<'_> {
     }
 }
 
-/// What is wrong with a material of an MTL file.
+/// Makes an error of what is wrong with a material of an MTL file.
 fn of_mtl(problem: Problem, place: &str) -> Error {
     problem.or("give the scene a material of this name").at(place)
 }

@@ -1,10 +1,11 @@
-//! What is told of a scene's materials.
+//! What a check of a scene tells about its measured materials.
 
-/// What is told of a measured material.
+/// How far a material that was measured as a scattering function f is from reciprocity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableNote {
     /// JSON pointer of the material.
     pub pointer: String,
-    /// Mean difference of f(i, o) and f(o, i) in its file, relative to their mean; of the worst band.
+    /// Mean of |f(i, o) - f(o, i)| in the material's file over the mean of f, in the band where
+    /// this is largest.
     pub reciprocity: f64,
 }

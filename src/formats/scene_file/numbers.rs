@@ -1,15 +1,15 @@
-//! Numbers in their ranges, one for each band.
+//! Checks numbers against their ranges, and values that have one number per band.
 
 use super::{format::PerBand, loader::Loader};
 use crate::error::{Result, check_length, check_range};
 
 impl Loader<'_> {
-    /// Refuses a number outside [`low`, `high`].
+    /// Refuses a number outside the closed range from `low` to `high`.
     pub(super) fn in_range(&self, pointer: &str, value: f64, low: f64, high: f64) -> Result<()> {
         check_range(value, low, high).map_err(|problem| problem.at(self.place(pointer)))
     }
 
-    /// One number per band, each in [0, `high`].
+    /// Returns one number per band, each from 0 to `high`; a spectrum is averaged over each band.
     pub(super) fn per_band(&self, pointer: &str, values: &PerBand, high: f64) -> Result<Vec<f64>> {
         match values {
             PerBand::All(value) => {
@@ -28,7 +28,7 @@ impl Loader<'_> {
     }
 }
 
-/// The same in single precision.
+/// Converts numbers to single precision.
 pub(super) fn single(values: &[f64]) -> Vec<f32> {
     values.iter().map(|v| *v as f32).collect()
 }

@@ -1,4 +1,5 @@
-//! Objects: placed OBJ files, with their materials, captors and glowing surfaces.
+//! Loads objects: placed OBJ files (and files in the format of Radiance), with their materials,
+//! their captors and their surfaces that emit light.
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 
@@ -28,13 +29,14 @@ struct Object<'a> {
     name: String,
     file: &'a ObjectFile,
     obj: Arc<ObjFile>,
-    /// Name of the OBJ's faces outside any group.
+    /// Name of the file without its extension: the group of faces outside any group of the file.
     stem: String,
-    /// Material of each part.
+    /// Index in the scene of the material of each part of the file.
     materials: Vec<usize>,
-    /// Where azimuth 0 is on each of its triangles, if one of its materials is turned about the normal.
+    /// Direction of azimuth 0 on each triangle of the file; empty unless one of the materials needs
+    /// it, since it can be turned about the normal.
     tangents: Vec<DVec3>,
-    /// What the MTL entries that emit make glow, by entry.
+    /// Surfaces that emit light, by the name of their MTL entry.
     glows: BTreeMap<String, Glow>,
 }
 
@@ -105,7 +107,8 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// What an object is made of; of a room in the format of Radiance also the rest of it.
+    /// Reads the file of an object. The file of a room in the format of Radiance is returned as a
+    /// whole, too, for its materials and lamps.
     fn object_file(
         &mut self,
         pointer: &str,
@@ -134,7 +137,7 @@ impl Loader<'_> {
         }
     }
 
-    /// The material of a part that the object does not override.
+    /// Finds the material of a part, if the object has no material of its own.
     fn part_material(&mut self, object: &mut Object, part: &ObjPart) -> Result<usize> {
         let file = object.file.obj.as_deref().unwrap_or_default();
         let place = format!("{}:{}", self.sibling(file).display(), part.line);
@@ -238,7 +241,8 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Says where azimuth 0 is on the triangles of the surface that is added next.
+    /// Says where azimuth 0 lies on the triangles of the surface that is added next; does nothing
+    /// if `tangents` is empty.
     pub(super) fn turn_next(&mut self, tangents: impl IntoIterator<Item = DVec3>) {
         let tangents: Vec<DVec3> = tangents.into_iter().collect();
         if !tangents.is_empty() {
@@ -262,9 +266,9 @@ impl Loader<'_> {
 
 /// The surface captors of one copy of an object.
 struct SurfaceCaptors {
-    /// The groups of captors that they belong to.
+    /// Indices of the groups of captors that all of these captors belong to.
     groups: Vec<usize>,
-    /// What has been made of each group of the OBJ file so far.
+    /// What has been made so far of each group of the OBJ file.
     of_group: Vec<Seen>,
 }
 

@@ -1,4 +1,4 @@
-//! OBJ files, and where their copies stand.
+//! Reads OBJ files, and finds where the copies of objects stand.
 
 use std::{path::Path, sync::Arc};
 
@@ -18,7 +18,8 @@ use crate::{
 };
 
 impl Loader<'_> {
-    /// An OBJ file, read once, or what stands in its place: a mesh in memory.
+    /// Returns an OBJ file, which is read once, or the mesh in memory that `file` names in place of
+    /// a file.
     pub(super) fn obj(&mut self, pointer: &str, file: &str) -> Result<Arc<ObjFile>> {
         if let Some(name) = file.strip_prefix("mesh:") {
             return self.mesh(pointer, name);
@@ -61,7 +62,8 @@ impl Loader<'_> {
         Ok(obj)
     }
 
-    /// Where azimuth 0 is on each triangle of an OBJ file or mesh, in the order of its parts.
+    /// Returns the direction of azimuth 0 on each triangle of an OBJ file or mesh, in the order of
+    /// its parts: along the texture coordinate u or, without it, along the triangle's longest edge.
     pub(super) fn tangents(
         &self,
         pointer: &str,
@@ -92,7 +94,8 @@ impl Loader<'_> {
         })
     }
 
-    /// Placements of an object: `transform` alone, or each instance after it.
+    /// Returns where the copies of an object stand: at `transform` alone, or at each of
+    /// `instances`, applied after `transform`.
     pub(super) fn placements(
         &self,
         pointer: &str,
@@ -104,7 +107,7 @@ impl Loader<'_> {
             self.transform(&format!("{pointer}/transform"), transform.unwrap_or_default())?;
         let base = match up {
             UpFile::Z => base,
-            // (x, y, z) to (x, -z, y)
+            // turns (x, y, z) to (x, -z, y)
             UpFile::Y => base.after(&Transform::new(1.0, DVec3::new(90.0, 0.0, 0.0), DVec3::ZERO)),
         };
         let Some(instances) = instances else { return Ok(vec![base]) };
@@ -135,7 +138,7 @@ impl Loader<'_> {
         Ok(Transform::new(scale, rotate, translate))
     }
 
-    /// Triangles in metres, placed.
+    /// Converts triangles to metres and places them.
     pub(super) fn placed(
         &mut self,
         triangles: &[[DVec3; 3]],

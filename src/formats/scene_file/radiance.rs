@@ -1,4 +1,5 @@
-//! Rooms in the format of Radiance: surfaces as those of an OBJ file, materials, and lamps that lights make shine.
+//! Loads rooms in the format of Radiance: their surfaces in the form of an OBJ file, their
+//! materials, and their lamps, which lights of the scene give power to.
 
 use std::{collections::HashMap, f64::consts::TAU, sync::Arc};
 
@@ -29,14 +30,15 @@ use crate::{
     },
 };
 
-/// Index of refraction of Radiance's glass, where the file has no other.
+/// Index of refraction of Radiance's glass, where the file states none.
 const GLASS_IOR: f64 = 1.52;
 
-/// What to do about a material that cannot be read.
+/// What a user can do about a material that cannot be read; the remedy of errors.
 const OWN: &str = "give the scene a material of this name";
 
 impl Loader<'_> {
-    /// A room, and its surfaces as an OBJ file would have them.
+    /// Reads a room, and returns its surfaces also in the form of an OBJ file, whose groups are the
+    /// identifiers.
     pub(super) fn rad(
         &mut self,
         pointer: &str,
@@ -67,7 +69,8 @@ impl Loader<'_> {
         Ok((rad, Arc::new(obj)))
     }
 
-    /// The scene's index of a material of a room: that of the scene with its name, else its own.
+    /// Returns the index in the scene of a material of a room: the material of the scene file with
+    /// this name, or else the one in the file of the room.
     pub(super) fn rad_material(
         &mut self,
         place: &str,
@@ -94,7 +97,8 @@ impl Loader<'_> {
         self.materials.use_entry(index)
     }
 
-    /// Values per band of a colour: in order for three bands, their mean for one.
+    /// Returns the values of a colour per band: red, green and blue in this order for three bands,
+    /// and their mean for one band.
     fn colour(&self, file: &RadMaterial) -> Result<Vec<f64>> {
         let rgb = &file.numbers[..3];
         if let Some(bad) = rgb.iter().find(|value| !(0.0..=1.0).contains(*value)) {
@@ -159,7 +163,7 @@ impl Loader<'_> {
                 if s == 0.0 && transmitted.iter().all(|&t| t == 0.0) {
                     Material::Lambert(Lambert::new(&single(&reflected)))
                 } else {
-                    // Ward's lobe and Phong's are about as wide
+                    // with this exponent Phong's lobe is about as wide as Ward's
                     let exponent = 0.5 / (roughness * roughness);
                     let rough = !sec2 && roughness > 0.0 && exponent <= MAX_EXPONENT;
                     Material::Phong(Phong::new(
@@ -179,7 +183,8 @@ impl Loader<'_> {
         Ok(material)
     }
 
-    /// Keeps the lamps of a room where they stand, until a light names them.
+    /// Keeps the lamps of a room, at the place of this copy of it, until a light of the scene gives
+    /// them power.
     pub(super) fn place_lamps(
         &mut self,
         pointer: &str,
@@ -222,7 +227,8 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Makes the lamps of a material in an object shine: each takes its share of the power by its area.
+    /// Gives power to the lamps of one material in an object: each lamp gets a share of the power
+    /// by its area.
     pub(super) fn rad_light(&mut self, pointer: &str, light: &RadLightFile) -> Result<()> {
         let power = self.power(pointer, &light.power, None)?;
         let wanted =
@@ -261,7 +267,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Refuses lamps of rooms that no light makes shine.
+    /// Refuses a scene with lamps of rooms that no light gives power to.
     pub(super) fn check_lamps(&self) -> Result<()> {
         let Some(dark) = self.room_lamps.iter().find(|lamps| !lamps.lit) else { return Ok(()) };
         let RoomLamps { object, material, pointer, lamps, .. } = dark;

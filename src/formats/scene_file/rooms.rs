@@ -1,4 +1,4 @@
-//! Lamps of rooms in the format of Radiance, which wait for a light of the scene.
+//! Lamps of rooms in the format of Radiance, kept until a light of the scene gives them power.
 
 use crate::scene::light::LightShape;
 
@@ -8,15 +8,15 @@ pub(super) struct RoomLamps {
     pub(super) material: String,
     /// JSON pointer of the object.
     pub(super) pointer: String,
-    /// Whether a light has made them shine.
+    /// Whether a light of the scene has given the lamps power.
     pub(super) lit: bool,
     pub(super) lamps: Vec<RoomLamp>,
 }
 
-/// One of them.
+/// One lamp of a room.
 pub(super) struct RoomLamp {
     pub(super) identifier: String,
-    /// m2
+    /// Area that emits, m2.
     pub(super) area: f64,
     pub(super) shape: LightShape,
 }

@@ -1,4 +1,5 @@
-//! Spectra: what they are in each band, weighted by the light that is carried there.
+//! Averages measured spectra over the bands, weighted with the light of the scene, and divides the
+//! flux of lamps with a measured spectrum among the bands.
 
 use std::sync::Arc;
 
@@ -17,7 +18,7 @@ use crate::{
     scene::daylight::{DaylightSource, WAVELENGTHS, band_share},
 };
 
-/// What a table per nm of photons (umol) or energy (J) is in a quantity.
+/// Converts a value per nm of a table, in photons (umol) or energy (J), to `quantity`.
 fn density(value: f64, nm: f64, unit: SpectralUnitFile, quantity: Quantity) -> f64 {
     match (unit, quantity) {
         (SpectralUnitFile::Photons, Quantity::Micromole)
@@ -28,7 +29,7 @@ fn density(value: f64, nm: f64, unit: SpectralUnitFile, quantity: Quantity) -> f
 }
 
 impl Loader<'_> {
-    /// Finds what averages are weighted with.
+    /// Finds the light that averages of spectra are weighted with.
     pub(super) fn load_spectra(&mut self, file: &SceneFile) -> Result<()> {
         let weight = file.spectra.weight.as_deref().unwrap_or("lights");
         match weight {
@@ -77,7 +78,8 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Ends with the averages that were asked for; warns of lights without spectrum.
+    /// Returns all averages that were made, and warns of lights without a spectrum if there are any
+    /// averages.
     pub(super) fn take_averages(&mut self) -> Vec<SpectrumAverage> {
         let averages = self.spectra.averages.take();
         if !averages.is_empty() && !self.spectra.flat.is_empty() {
@@ -91,7 +93,8 @@ impl Loader<'_> {
         averages
     }
 
-    /// A column of the table that the scene file names at `pointer`.
+    /// Returns a column of the table `file`, which the scene file names at `pointer`; each column
+    /// is read once.
     fn curve(&self, pointer: &str, file: &str, column: Option<&ColumnFile>) -> Result<Arc<Curve>> {
         let key = format!("{file} {column:?}");
         if let Some(known) = self.spectra.curves.borrow().get(&key) {
@@ -109,7 +112,8 @@ impl Loader<'_> {
         Ok(curve)
     }
 
-    /// The limits of a band, nm, within which a spectrum must be known.
+    /// Returns the limits of a band, nm. Error: the band has no wavelengths, or the spectrum does
+    /// not reach over all of it.
     fn limits(&self, pointer: &str, band: usize, file: &str, curve: &Curve) -> Result<[f64; 2]> {
         let band = &self.parts.bands[band];
         let (Some(from), Some(to)) = (band.from_nm, band.to_nm) else {
@@ -131,7 +135,8 @@ impl Loader<'_> {
         Ok([from, to])
     }
 
-    /// The mean of a spectrum over each band, at least 0.
+    /// Returns the mean of a spectrum over each band, from 0 to `high`, weighted with the light of
+    /// the scene.
     pub(super) fn average(
         &self,
         pointer: &str,
@@ -162,12 +167,12 @@ impl Loader<'_> {
             };
             let dark = weighted(0) <= 0.0;
             let mean = |power: i32| match dark {
-                // no lamp shines there
+                // no light is emitted in this band, so the mean is plain
                 true => integral(from, to, knots, |nm| curve.at(nm).powi(power)) / (to - from),
                 false => weighted(power) / weighted(0),
             };
             let (first, second) = (mean(1), mean(2));
-            // below zero is noise
+            // a mean below zero comes from noise
             let value = (first * factor).max(0.0);
             self.in_range(pointer, value, 0.0, high)?;
             means.push(value);
@@ -182,13 +187,14 @@ impl Loader<'_> {
         Ok(means)
     }
 
-    /// The same of one that has been averaged before.
+    /// Returns the means of a spectrum that has been averaged before.
     pub(super) fn averaged(&self, spectrum: &SpectrumFile) -> Vec<f64> {
         let means = self.spectra.means.borrow();
         means.get(&format!("{spectrum:?}")).cloned().unwrap_or_else(|| vec![0.0; self.bands])
     }
 
-    /// The light that is carried in a band, per nm; the same everywhere where nothing is known.
+    /// Returns the light of the scene per nm at a wavelength in a band, which averages are weighted
+    /// with; it is the same at all wavelengths where no weight is known.
     fn weight(&self, band: usize, nm: f64) -> f64 {
         if self.spectra.weight.is_empty() {
             return 1.0;
@@ -212,7 +218,8 @@ impl Loader<'_> {
         self.spectra.weight.iter().map(of_part).sum()
     }
 
-    /// The spectrum of a lamp, and what its table is multiplied with to be its flux per nm.
+    /// Returns the spectrum of a lamp, and the factor that turns the values of its table into the
+    /// lamp's flux per nm.
     fn lamp(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<(Arc<Curve>, f64)> {
         let curve =
             self.curve(&format!("{pointer}/spectrum"), &lamp.spectrum, lamp.column.as_ref())?;
@@ -237,7 +244,8 @@ impl Loader<'_> {
         Ok((curve, lamp.total / whole))
     }
 
-    /// The integral of a lamp's table in a quantity; what is below zero is noise.
+    /// Returns the integral of a lamp's table from `from` to `to`, nm, in `quantity`. Values below
+    /// zero are noise and count as 0.
     fn flux(
         &self,
         curve: &Curve,
@@ -248,7 +256,7 @@ impl Loader<'_> {
         integral(from, to, curve.places(), |nm| density(curve.at(nm).max(0.0), nm, unit, quantity))
     }
 
-    /// The power of a lamp in each band.
+    /// Returns the power of a lamp in each band.
     pub(super) fn lamp_power(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<Vec<f64>> {
         let (curve, scale) = self.lamp(pointer, lamp)?;
         let of_band = |band: usize| {

@@ -1,4 +1,4 @@
-//! Materials that were measured.
+//! Loads measured materials: files of a scattering function, and covers by the angle of incidence.
 
 use super::{format::*, loader::Loader, notes::TableNote, numbers::single};
 use crate::{
@@ -10,14 +10,14 @@ use crate::{
     scene::material::{Bsdf, Cover, CoverRow, Material, Table},
 };
 
-/// The most angles of a cover.
+/// The most angles of incidence of a cover.
 const MAX_ANGLES: usize = 1000;
 
-/// Mean difference of f(i, o) and f(o, i), relative to their mean, that is warned of.
+/// A mean difference of f(i, o) and f(o, i), relative to their mean, above this leads to a warning.
 const NOT_RECIPROCAL: f64 = 0.05;
 
 impl Loader<'_> {
-    /// A measured material.
+    /// Loads a measured material: the file that it names, or a cover.
     pub(super) fn table_material(&mut self, pointer: &str, file: &TableFile) -> Result<Material> {
         let Some(name) = &file.file else {
             if file.reciprocal.is_some() {
@@ -66,7 +66,7 @@ impl Loader<'_> {
         Ok(material)
     }
 
-    /// A cover, by the angle of incidence.
+    /// Loads a cover, whose values are given by the angle of incidence.
     fn cover(&mut self, pointer: &str, file: &TableFile) -> Result<Material> {
         let Some(angles) = &file.angles_deg else {
             return Err(self.error(pointer, "a table with neither `file` nor `angles_deg`").remedy(
@@ -114,7 +114,8 @@ impl Loader<'_> {
         Ok(material)
     }
 
-    /// One fraction per band at each of so many angles; 0 where none is given.
+    /// Returns one fraction per band at each of `angles` angles; all are 0 where `values` is
+    /// `None`.
     fn by_angle(
         &self,
         pointer: &str,
