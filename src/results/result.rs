@@ -122,7 +122,7 @@ pub struct BandResult {
 }
 
 /// The energy balance per band: emitted = absorbed + escaped + lost, plus `chance` where photons
-/// were split or ended. For paths only `power` is known; the other entries are null in the file.
+/// were split or ended. For paths only `power` is known; the other entries are null or absent.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Energy {
     /// Nominal power of all lights, W (or umol/s).
