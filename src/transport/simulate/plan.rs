@@ -25,11 +25,11 @@ use crate::{
 };
 
 /// Number of photons with which each kind of guiding is tried first. It is multiplied by four as
-/// long as aimed photons reach too few faces and few rays have been traced, up to [`MOST`] ...
+/// long as aimed photons reach too few faces and few rays have been traced.
 const FIRST: u64 = 1 << 12;
-/// ... or, where unguided photons leave most faces dark, up to [`MOST_IN_THE_DARK`].
+/// The most photons of such a trial, unless unguided photons leave most faces dark.
 const MOST: u64 = 1 << 14;
-/// See [`MOST`].
+/// The most photons of such a trial where unguided photons leave most faces dark.
 const MOST_IN_THE_DARK: u64 = 1 << 16;
 /// Number of histories that must have reached a face for its variance to be meaningful.
 const SEEN: u64 = 30;

@@ -1,7 +1,8 @@
 //! A short trial of both estimators on the scene itself, which chooses the cheaper one.
 //!
 //! Cost is counted as work, never by the clock: the number of rays times the relative variance.
-//! This is the number of rays for a relative standard error of 1; it falls as 1 / error^2.
+//! This is the number of rays for a relative standard error of 1; other errors take 1 / error^2
+//! times as many.
 
 use super::{
     BATCHES, Control, Keep, Run, Simulation, Work, faces,
