@@ -2,7 +2,7 @@
 
 use crate::error::{Problem, number};
 
-/// A function of one variable by its values at rising places, linear in between.
+/// A function of one variable, given by its values at rising places and linear in between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     x: Vec<f64>,
@@ -10,7 +10,8 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// From pairs of place and value. Refuses less than two, and places that do not rise.
+    /// Makes a curve of pairs of place and value. Errors: fewer than two points; places that do not
+    /// rise.
     pub fn new(points: impl IntoIterator<Item = [f64; 2]>) -> Result<Self, Problem> {
         let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().map(|[x, y]| (x, y)).unzip();
         if x.len() < 2 {
@@ -26,7 +27,7 @@ impl Curve {
         Ok(Self { x, y })
     }
 
-    /// The value at a place; beyond the ends that of the end.
+    /// Returns the value at a place; beyond the ends, the value at the end.
     pub fn at(&self, x: f64) -> f64 {
         let last = self.x.len() - 1;
         let i = self.x.partition_point(|&other| other <= x).clamp(1, last);
@@ -34,17 +35,18 @@ impl Curve {
         (1.0 - part) * self.y[i - 1] + part * self.y[i]
     }
 
-    /// The places of its points.
+    /// Returns the places of the points.
     pub fn places(&self) -> &[f64] {
         &self.x
     }
 
-    /// Its first and last place.
+    /// Returns the first and the last place.
     pub fn range(&self) -> [f64; 2] {
         [self.x[0], self.x[self.x.len() - 1]]
     }
 
-    /// Whether it reaches from one place to another, but for at most its first and last step.
+    /// Returns whether the curve reaches from one place to another. At either end, up to the length
+    /// of its first or last step may be missing.
     pub fn reaches(&self, from: f64, to: f64) -> bool {
         let [first, last] = self.range();
         let n = self.x.len();
@@ -53,8 +55,8 @@ impl Curve {
     }
 }
 
-/// Integral over [`from`, `to`] of a function that is smooth between `knots`, in any order: exact for polynomials of
-/// degree 9 (Gauss's rule of five points).
+/// Integrates over [`from`, `to`] a function that is smooth between `knots`, which may be in any
+/// order. The result is exact for polynomials of degree 9 (Gauss's rule of five points).
 pub fn integral(from: f64, to: f64, knots: &[f64], f: impl Fn(f64) -> f64) -> f64 {
     const POINTS: [[f64; 2]; 5] = [
         [0.0, 0.568_888_888_888_888_9],

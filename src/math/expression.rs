@@ -1,4 +1,4 @@
-//! Expressions of numbers, as in `1.2 * x + max(rise, 0.1)`.
+//! Arithmetic expressions, as in `1.2 * x + max(rise, 0.1)`.
 
 use crate::error::Problem;
 
@@ -7,7 +7,8 @@ const DEEPEST: usize = 50;
 const HELP: &str = "write it as in \"=1.2 * x + 0.1\": numbers, names, + - * / ^, parentheses, abs, sqrt, min, max, \
                     and sin, cos and tan of degrees";
 
-/// An expression that can be evaluated: its steps in the order in which they are done (reverse Polish notation).
+/// An expression that can be evaluated: its steps in the order of evaluation (reverse Polish
+/// notation).
 #[derive(Clone, Debug)]
 pub struct Expression(Vec<Step>);
 
@@ -15,15 +16,16 @@ pub struct Expression(Vec<Step>);
 enum Step {
     Number(f64),
     Name(String),
-    /// Of the last value.
+    /// A function of the last value.
     One(fn(f64) -> f64),
-    /// Of the last two.
+    /// A function of the last two values.
     Two(fn(f64, f64) -> f64),
 }
 
 impl Expression {
-    /// From text. `^` binds before the sign before it, and to the right; a name is letters, digits and `_`, or anything
-    /// in braces. Errors: what is no expression, or nested too deeply.
+    /// Reads an expression. `^` binds more tightly than a sign before it, and to the right. A name
+    /// consists of letters, digits and `_`, or of anything in braces. Errors: the text is no
+    /// expression, or is nested too deeply.
     pub fn parse(text: &str) -> Result<Self, Problem> {
         let mut parser = Parser { rest: text.trim_start(), steps: Vec::new(), depth: 0 };
         parser.sum()?;
@@ -33,7 +35,7 @@ impl Expression {
         }
     }
 
-    /// The names in it.
+    /// Returns the names in the expression.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.iter().filter_map(|step| match step {
             Step::Name(name) => Some(name.as_str()),
@@ -41,7 +43,8 @@ impl Expression {
         })
     }
 
-    /// Its value, which is not finite where there is none, with the values of names.
+    /// Returns the value of the expression, where `of` returns the values of names. It is not
+    /// finite where the expression has no value.
     pub fn value(&self, of: impl Fn(&str) -> f64) -> f64 {
         let mut values: Vec<f64> = Vec::new();
         for step in &self.0 {
@@ -60,27 +63,27 @@ impl Expression {
     }
 }
 
-/// A character for a sentence.
+/// Returns the character as it may be shown in a message.
 fn shown(c: char) -> char {
     if c.is_control() { '?' } else { c }
 }
 
 struct Parser<'a> {
-    /// What is still to be read; blanks before it are gone.
+    /// The text that is still to be read, without leading blanks.
     rest: &'a str,
     steps: Vec<Step>,
     depth: usize,
 }
 
 impl<'a> Parser<'a> {
-    /// Goes on behind so many bytes.
+    /// Reads so many bytes, and the blanks after them. Returns the text read, without these blanks.
     fn skip(&mut self, bytes: usize) -> &'a str {
         let (taken, rest) = self.rest.split_at(bytes);
         self.rest = rest.trim_start();
         taken
     }
 
-    /// Whether this character comes next; then it is read.
+    /// Reads this character if it comes next, and returns whether it does.
     fn take(&mut self, c: char) -> bool {
         let is_next = self.rest.starts_with(c);
         if is_next {
@@ -123,7 +126,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// All nesting goes through here.
+    /// Reads a factor with its sign. All nesting goes through here.
     fn signed(&mut self) -> Result<(), Problem> {
         if self.depth == DEEPEST {
             return Err(Problem::new(format!("nested more than {DEEPEST} deep"), "simplify it"));
@@ -161,7 +164,7 @@ impl<'a> Parser<'a> {
         match self.rest.chars().next() {
             Some(c) if c.is_ascii_digit() || c == '.' => {
                 let mut end = length(&|c| c.is_ascii_digit() || c == '.');
-                // 1e3, 1e-3
+                // exponents, as in 1e3 and 1e-3
                 if let Some(exponent) = self.rest[end..].strip_prefix(['e', 'E']) {
                     let digits = exponent.trim_start_matches(['+', '-']);
                     let sign = exponent.len() - digits.len();
@@ -191,7 +194,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A function of what is in parentheses.
+    /// Reads the arguments of a function.
     fn call(&mut self, name: &str) -> Result<(), Problem> {
         let two: Option<fn(f64, f64) -> f64> = match name {
             "min" => Some(f64::min),
@@ -284,7 +287,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: a number or a sentence.
+        /// Any text gives a number or an error message.
         #[test]
         fn no_text_panics(text in "[-+*/^(){},.0-9exa_ sinmü]{0,60}") {
             if let Ok(expression) = Expression::parse(&text) {

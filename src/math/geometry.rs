@@ -1,12 +1,12 @@
-//! Rays, triangles, frames and transforms. Lengths are metres; single precision is relative to
-//! the centre of the scene, double precision to the user's origin.
+//! Rays, triangles, frames and transforms. Lengths are in metres. Vectors in single precision are
+//! relative to the centre of the scene, vectors in double precision to the user's origin.
 
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 #[cfg(test)]
 mod tests;
 
-/// A half-line: `origin + t direction`, t > 0; `direction` is of unit length.
+/// A half-line: `origin + t direction`, with t > 0 and a `direction` of unit length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Start of the ray, m.
@@ -16,13 +16,13 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The point at distance `t`, m.
+    /// Returns the point at distance `t`, m.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
     }
 }
 
-/// A triangle; its front is the side from which a, b, c run counter-clockwise.
+/// A triangle. Its front is the side from which a, b, c run counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
     /// First corner, m.
@@ -34,36 +34,36 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// Twice the area, along the front normal, m2.
+    /// Returns a vector along the front normal whose length is twice the area, m2.
     pub fn cross(&self) -> Vec3 {
         (self.b - self.a).cross(self.c - self.a)
     }
 
-    /// Area, m2.
+    /// Returns the area, m2.
     pub fn area(&self) -> f32 {
         0.5 * self.cross().length()
     }
 
-    /// Unit normal of the front; zero for a triangle without area.
+    /// Returns the unit normal of the front; zero for a triangle without area.
     pub fn normal(&self) -> Vec3 {
         let cross = self.cross();
-        // the squares of a very small area vanish
+        // the squares of a very small area would vanish
         let tiny = cross.length_squared() < 1e-30;
         if tiny { cross / cross.abs().max_element() } else { cross }.normalize_or_zero()
     }
 
-    /// Mean of the corners.
+    /// Returns the mean of the corners.
     pub fn centroid(&self) -> Vec3 {
         (self.a + self.b + self.c) / 3.0
     }
 
-    /// The point a + u (b - a) + v (c - a).
+    /// Returns the point a + u (b - a) + v (c - a).
     pub fn point(&self, u: f32, v: f32) -> Vec3 {
         (1.0 - u - v) * self.a + u * self.b + v * self.c
     }
 
-    /// How fast each corner's barycentric weight grows with the distance from the edge opposite it,
-    /// 1/m; zero for a triangle without area.
+    /// Returns how fast the barycentric weight of each corner grows with the distance from the edge
+    /// opposite it, 1/m; zero for a triangle without area.
     pub fn slopes(&self) -> Vec3 {
         let double_area = self.cross().length();
         if double_area == 0.0 {
@@ -77,20 +77,22 @@ impl Triangle {
         edges / double_area
     }
 
-    /// Barycentric weights of the points at `distance` from the edge opposite each corner, at most
-    /// those of the centroid, for a triangle of these slopes.
+    /// For a triangle of these slopes, returns the barycentric weights, one per corner, of the
+    /// points at `distance` (m) from the edge opposite that corner; at most 1/3, the weight of the
+    /// centroid.
     #[inline]
     pub fn margins(slopes: Vec3, distance: f32) -> Vec3 {
         (slopes * distance).min(Vec3::splat(1.0 / 3.0))
     }
 
-    /// The point a + u (b - a) + v (c - a), drawn in to the margins from edges that are nearer.
+    /// Returns the point a + u (b - a) + v (c - a), moved inwards to the margins where it is nearer
+    /// to an edge.
     #[inline]
     pub fn point_within(&self, u: f32, v: f32, margins: Vec3) -> Vec3 {
         self.draw_in(self.point(u, v), u, v, margins)
     }
 
-    /// `point`, which is a + u (b - a) + v (c - a), drawn in likewise.
+    /// Returns `point`, which must be a + u (b - a) + v (c - a), moved inwards in the same way.
     #[inline]
     pub fn draw_in(&self, point: Vec3, u: f32, v: f32, margins: Vec3) -> Vec3 {
         let weights = Vec3::new(1.0 - u - v, u, v);
@@ -116,9 +118,10 @@ impl Triangle {
         point
     }
 
-    /// Whether a ray along `direction` that meets both triangles is to meet this one first, because they share an
-    /// edge and are folded back there, as the two faces at the outline of a mesh are: the other one lies behind the
-    /// plane of this one. The corners alone tell that; where near the edge the two are met, does not matter.
+    /// Returns whether a ray along `direction` that meets both triangles must meet this one first,
+    /// because they share an edge and are folded back there, like the two faces at the outline of a
+    /// mesh: the other triangle lies behind the plane of this one. Only the corners decide that;
+    /// the exact points near the edge where the ray meets the triangles do not matter.
     pub fn is_before_at_fold(&self, other: &Self, direction: Vec3) -> bool {
         let corners = |t: &Self| [t.a, t.b, t.c].map(|corner| corner.as_dvec3());
         let (mine, theirs) = (corners(self), corners(other));
@@ -129,7 +132,7 @@ impl Triangle {
         let (Some(my_apex), Some(their_apex)) = (apex(mine, theirs), apex(theirs, mine)) else {
             return false;
         };
-        // above 0 on the side of the triangle's plane that the ray goes to
+        // above 0 on the side of the triangle's plane to which the ray goes
         let behind = |[a, b, c]: [DVec3; 3], point: DVec3| {
             let normal = (b - a).cross(c - a);
             normal.dot(point - a) * normal.dot(direction.as_dvec3())
@@ -138,7 +141,8 @@ impl Triangle {
         behind(mine, their_apex) > 0.0 && behind(theirs, my_apex) < 0.0
     }
 
-    /// The point of the triangle nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
+    /// Returns the point of the triangle nearest to `p` (Ericson, Real-Time Collision Detection,
+    /// 5.1.5).
     pub fn nearest_point(&self, p: Vec3) -> Vec3 {
         let (ab, ac, ap) = (self.b - self.a, self.c - self.a, p - self.a);
         let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -171,8 +175,9 @@ impl Triangle {
         self.a + vb / denominator * ab + vc / denominator * ac
     }
 
-    /// Area of the part of the triangle inside the ball of `radius` around `center`, m2, exact:
-    /// the ball cuts a disc out of the plane, and each edge adds its sector or triangle.
+    /// Returns the area of the part of the triangle inside the ball of `radius` around `center`,
+    /// m2. It is exact: the ball cuts a disc out of the plane, and each edge contributes its sector
+    /// or triangle.
     pub fn area_in_ball(&self, center: Vec3, radius: f32) -> f32 {
         let frame = Frame::new(self.normal());
         let height = frame.normal.dot(self.a - center);
@@ -196,7 +201,8 @@ impl From<[Vec3; 3]> for Triangle {
     }
 }
 
-/// Signed area between the origin and the edge p-q inside the disc of squared radius `r2`.
+/// Returns the signed area between the origin and the edge p-q, within the disc of squared radius
+/// `r2`.
 fn edge_in_disc(p: Vec2, q: Vec2, r2: f32) -> f32 {
     let edge = q - p;
     let length2 = edge.length_squared();
@@ -204,7 +210,7 @@ fn edge_in_disc(p: Vec2, q: Vec2, r2: f32) -> f32 {
         return 0.0;
     }
     let sector = |u: Vec2, v: Vec2| 0.5 * r2 * u.perp_dot(v).atan2(u.dot(v));
-    // where the edge's line enters and leaves the disc, as fractions of the edge
+    // where the line of the edge enters and leaves the disc, as fractions of the edge
     let middle = -p.dot(edge) / length2;
     let half2 = (r2 - (p + middle * edge).length_squared()) / length2;
     if half2 <= 0.0 {
@@ -236,30 +242,30 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// The box around nothing, which joins others without a trace.
+    /// The empty box; joined with another box it leaves that one unchanged.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
-    /// The box around `points`.
+    /// Returns the smallest box around `points`.
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |e, p| Self { min: e.min.min(p), max: e.max.max(p) })
     }
 
-    /// The box around `triangles`.
+    /// Returns the smallest box around `triangles`.
     pub fn of_triangles<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> Self {
         Self::of(triangles.into_iter().flat_map(|t| [t.a, t.b, t.c]))
     }
 
-    /// The box around both.
+    /// Returns the smallest box around both boxes.
     pub fn join(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// The box that is wider by `margin`, m, on all sides.
+    /// Returns the box that is wider by `margin`, m, on all sides.
     pub fn wider(self, margin: f32) -> Self {
         Self { min: self.min - margin, max: self.max + margin }
     }
 
-    /// Whether a ray meets it, or starts in it (Kay and Kajiya, SIGGRAPH 1986).
+    /// Returns whether a ray meets the box or starts in it (Kay and Kajiya, SIGGRAPH 1986).
     pub fn is_met(&self, ray: &Ray) -> bool {
         let along = ray.direction.recip();
         let [a, b] = [self.min, self.max].map(|side| (side - ray.origin) * along);
@@ -267,23 +273,23 @@ impl Extent {
         enters <= leaves && leaves >= 0.0
     }
 
-    /// Lengths of the sides, m; zero around no point.
+    /// Returns the lengths of the sides, m; zero for the empty box.
     pub fn size(&self) -> Vec3 {
         (self.max - self.min).max(Vec3::ZERO)
     }
 
-    /// Half of its surface, m2.
+    /// Returns half of the surface area, m2.
     pub fn half_area(&self) -> f32 {
         let size = self.size();
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 
-    /// Centre of the box.
+    /// Returns the centre of the box.
     pub fn center(&self) -> Vec3 {
         0.5 * (self.min + self.max)
     }
 
-    /// Whether the two are farther apart than `gap`, m, along some axis.
+    /// Returns whether the two boxes are farther apart than `gap`, m, along some axis.
     pub fn is_clear_of(&self, other: &Self, gap: f32) -> bool {
         let gap = Vec3::splat(gap);
         (self.min - gap).cmpgt(other.max).any() || (other.min - gap).cmpgt(self.max).any()
@@ -297,12 +303,12 @@ pub struct Frame {
     pub tangent: Vec3,
     /// Second axis across the normal.
     pub bitangent: Vec3,
-    /// The axis z of the frame.
+    /// Third axis, along the normal.
     pub normal: Vec3,
 }
 
 impl Frame {
-    /// The frame whose z is the unit vector `normal` (Duff et al., JCGT 6 (1), 2017).
+    /// Returns the frame whose z axis is the unit vector `normal` (Duff et al., JCGT 6 (1), 2017).
     #[inline]
     pub fn new(normal: Vec3) -> Self {
         let sign = 1f32.copysign(normal.z);
@@ -322,13 +328,13 @@ impl Frame {
     }
 }
 
-/// The direction of `v`; none where it has no length or is not finite. Squares neither overflow nor
-/// vanish.
+/// Returns the direction of `v`; `None` where `v` has no length or is not finite. Squares of the
+/// components neither overflow nor vanish.
 pub fn unit_vector(v: DVec3) -> Option<DVec3> {
     (v / v.abs().max_element()).try_normalize()
 }
 
-/// Scale, then rotation about x, then y, then z, then translation.
+/// A transform: scaling, then rotation about x, then y, then z, then translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     linear: DMat3,
@@ -336,7 +342,7 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// From a positive `scale`, angles in degrees and a shift in metres.
+    /// Makes the transform of a positive `scale`, angles in degrees and a translation in metres.
     pub fn new(scale: f64, rotate_deg: DVec3, translate: DVec3) -> Self {
         let r = DVec3::new(
             rotate_deg.x.to_radians(),
@@ -348,38 +354,40 @@ impl Transform {
         Self { linear: rotation * scale, translate }
     }
 
-    /// Applies it to a point, m.
+    /// Returns the transformed point, m.
     pub fn point(&self, p: DVec3) -> DVec3 {
         self.linear * p + self.translate
     }
 
-    /// A vector, turned and scaled with everything.
+    /// Returns a vector rotated and scaled by the transform, but not translated.
     pub fn turned(&self, v: DVec3) -> DVec3 {
         self.linear * v
     }
 
-    /// What takes it back; not finite where a scale is too small for a number.
+    /// Returns the inverse transform; not finite where the scale is too small for a number.
     pub fn inverse(&self) -> Self {
         let linear = self.linear.inverse();
         Self { linear, translate: -(linear * self.translate) }
     }
 
-    /// `self` after `first`.
+    /// Returns the transform that applies `first`, then `self`.
     pub fn after(&self, first: &Self) -> Self {
         Self { linear: self.linear * first.linear, translate: self.point(first.translate) }
     }
 }
 
-/// Twice the vector area of a polygon (Newell): robust for collinear corners and slightly bent
-/// outlines; from a corner, as nothing would be left of a small polygon far from the origin.
+/// Returns twice the vector area of a polygon (Newell), which is robust for collinear corners and
+/// slightly bent outlines. It is computed relative to the first corner, as otherwise nothing would
+/// be left of a small polygon far from the origin.
 fn newell(polygon: &[DVec3]) -> DVec3 {
     let n = polygon.len();
     let from_first = |i: usize| polygon[i % n] - polygon[0];
     (1..n).map(|i| from_first(i).cross(from_first(i + 1))).sum()
 }
 
-/// Cuts a planar polygon, convex or not, into triangles (corner indices, same orientation).
-/// A convex one becomes a fan; one that no ear can be cut from yields what could be cut.
+/// Cuts a planar polygon, convex or not, into triangles (corner indices, same orientation). A
+/// convex polygon becomes a fan. Where no further ear can be cut, the triangles cut so far are
+/// returned.
 pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     let fan = || (1..polygon.len().saturating_sub(1)).map(|i| [0, i, i + 1]).collect();
     let n = polygon.len();
@@ -406,8 +414,9 @@ pub fn triangulate(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// Whether a corner of the polygon is off its mean plane by more than a hundredth of its size, the largest distance of a
-/// corner from the middle: then it has more than one surface.
+/// Returns whether a corner of the polygon is off its mean plane by more than a hundredth of its
+/// size, the largest distance of a corner from the middle. Such a polygon has more than one
+/// possible surface.
 pub fn is_bent(polygon: &[DVec3]) -> bool {
     let Some(normal) = newell(polygon).try_normalize() else { return false };
     let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
@@ -416,8 +425,8 @@ pub fn is_bent(polygon: &[DVec3]) -> bool {
     from_middle().any(|corner| corner.dot(normal).abs() > 0.01 * size)
 }
 
-/// Whether the triangles of [`triangulate`] do not cover the polygon just once: seen along its normal,
-/// their areas sum to its own unless its outline crosses itself.
+/// Returns whether the `triangles` of [`triangulate`] do not cover the polygon exactly once. Seen
+/// along its normal, their areas add up to that of the polygon, unless its outline crosses itself.
 pub fn is_tangled(polygon: &[DVec3], triangles: &[[usize; 3]]) -> bool {
     let whole = newell(polygon);
     let area = |t: &[usize; 3]| {

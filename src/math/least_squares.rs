@@ -1,15 +1,17 @@
-//! Least squares with parameters that may not be negative, by their normal equations.
+//! Least squares with parameters that may not be negative, from the normal equations.
 
 /// A symmetric matrix, row by row.
 pub type Matrix = Vec<Vec<f64>>;
 
-/// Sweeps over all parameters after which the search ends, converged or not.
+/// Number of sweeps over all parameters after which the search ends, whether it has converged or
+/// not.
 const SWEEPS: usize = 20_000;
 
-/// Minimises θᵀNθ/2 - cᵀθ over θ >= 0 by cyclic coordinate descent, from `theta` on: each parameter in turn takes
-/// its best value, the others held. `normal` is positive semidefinite; a parameter of which it says nothing stays.
-/// (Franc, Hlaváč and Navara, "Sequential coordinate-wise algorithm for the non-negative least squares problem",
-/// CAIP 2005.)
+/// Minimises θᵀNθ/2 - cᵀθ over θ >= 0 by cyclic coordinate descent (Franc, Hlaváč and Navara,
+/// "Sequential coordinate-wise algorithm for the non-negative least squares problem", CAIP 2005).
+/// `normal` is N, positive semidefinite; `target` is c. The search starts from `theta`, and writes
+/// the minimum there. In turn, each parameter takes its best value while the others are held; a
+/// parameter on which nothing depends keeps its value.
 pub fn nonnegative(normal: &Matrix, target: &[f64], theta: &mut [f64]) {
     for _ in 0..SWEEPS {
         let (mut change, mut size) = (0.0f64, 0.0f64);
@@ -29,8 +31,8 @@ pub fn nonnegative(normal: &Matrix, target: &[f64], theta: &mut [f64]) {
     }
 }
 
-/// The inverse of a positive definite matrix, by Cholesky's factors; none where it is singular to working
-/// precision.
+/// Returns the inverse of a positive definite matrix, by Cholesky factorisation. `None` where the
+/// matrix is singular to working precision.
 pub fn inverse(matrix: &Matrix) -> Option<Matrix> {
     const SINGULAR: f64 = 1e-12;
     let n = matrix.len();
@@ -77,19 +79,19 @@ mod tests {
         assert_eq!(super::inverse(&vec![vec![1.0, 1.0], vec![1.0, 1.0]]), None);
     }
 
-    /// Inside the bounds the solution of the equations; at a bound the one that the conditions of Karush, Kuhn and
-    /// Tucker single out.
+    /// Within the bounds the minimum is the solution of the equations; at a bound it is the one
+    /// that the conditions of Karush, Kuhn and Tucker determine.
     #[test]
     fn the_minimum_is_found_inside_and_at_a_bound() {
         let normal = vec![vec![2.0, 1.0], vec![1.0, 2.0]];
         let mut theta = [0.0; 2];
         nonnegative(&normal, &[4.0, 5.0], &mut theta);
         assert!((theta[0] - 1.0).abs() < 1e-12 && (theta[1] - 2.0).abs() < 1e-12);
-        // without bounds (-1, 2)
+        // without bounds the minimum would be at (-1, 2)
         nonnegative(&normal, &[0.0, 3.0], &mut theta);
         assert_eq!(theta[0], 0.0);
         assert!((theta[1] - 1.5).abs() < 1e-12);
-        // of a parameter that nothing depends on, nothing is learnt
+        // a parameter on which nothing depends keeps its value
         let mut theta = [7.0, 1.0];
         nonnegative(&vec![vec![0.0, 0.0], vec![0.0, 2.0]], &[0.0, 6.0], &mut theta);
         assert_eq!(theta, [7.0, 3.0]);

@@ -1,29 +1,30 @@
-//! What the machine has to give: processors and memory.
+//! The processors and the memory of the machine.
 
 use std::{num::NonZero, thread};
 
 use crate::error::{Error, Result};
 
-/// Threads for each processor, at most: more only wait for each other, and a thousand of them for seconds.
+/// The most threads for each processor. More threads would only wait for each other, a thousand of
+/// them for seconds.
 const THREADS_EACH: usize = 4;
 
-/// The number of threads that are started where `asked` are asked for: one for each processor for 0, and
-/// never more than four for each.
+/// Returns the number of threads to start where `asked` threads are asked for: one for each
+/// processor if `asked` is 0, and never more than four for each.
 pub fn threads(asked: usize) -> usize {
     let processors = thread::available_parallelism().map_or(1, NonZero::get);
     if asked == 0 { processors } else { asked.min(THREADS_EACH * processors) }
 }
 
-/// A pool of so many [`threads`]. Errors: they cannot be started.
+/// Starts a pool of that many [`threads`]. Error: the threads cannot be started.
 pub fn pool(asked: usize) -> Result<rayon::ThreadPool> {
-    // for 0 the environment variable of rayon has a say
+    // for 0, rayon's environment variable may set the number
     let number = if asked == 0 { 0 } else { threads(asked) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
     pool.map_err(|e| Error::run("threads", e).remedy("ask for fewer"))
 }
 
-/// Bytes of memory that this process may still take, as far as the system tells: what is free, and what
-/// limits on the process (`ulimit -v`) and on its control group leave.
+/// Returns the bytes of memory that this process may still take, as far as the system tells: what
+/// is free, and what the limits on the process (`ulimit -v`) and on its control group leave.
 pub fn memory_left() -> u64 {
     #[cfg(target_os = "linux")]
     let left = linux::memory_left();
@@ -41,7 +42,7 @@ mod linux {
         left.into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
-    /// The first number behind `key` at the beginning of a line.
+    /// Returns the first number after `key`, which must be at the beginning of a line.
     pub fn number(text: &str, key: &str) -> Option<u64> {
         let line = text.lines().find_map(|line| line.strip_prefix(key))?;
         line.split_whitespace().next()?.parse().ok()
@@ -88,7 +89,7 @@ mod tests {
         assert_eq!(linux::number(text, "MemAvailable:"), Some(12));
         assert_eq!(linux::number(text, "Max address space"), None);
         assert_eq!(linux::number(text, "SwapFree:"), None);
-        // a test needs some itself, and no machine has more
+        // a test needs some memory itself, and no machine has more
         assert!((1 << 20..1 << 50).contains(&memory_left()), "{}", memory_left());
     }
 }

@@ -1,10 +1,13 @@
-//! Mathematics that knows nothing of light: vectors and frames ([`geometry`]), random streams ([`rng`]),
-//! samplers with their densities ([`sampling`]), numbers per band ([`spectrum`]), means with standard
-//! errors ([`stats`]), fits ([`least_squares`]) and units ([`units`]); what the machine has to give for it
-//! ([`machine`]), patterns of names ([`pattern`]) and expressions of numbers ([`expression`]).
+//! Mathematics without any notion of light.
 //!
-//! Read `rng` and `sampling` first: every estimator draws from them. What knows a light, a surface or a
-//! photon belongs to a later module.
+//! Read [`rng`] and [`sampling`] first: every estimator draws from the random streams and samplers
+//! with their densities that these define. [`geometry`] holds vectors and frames, [`spectrum`]
+//! numbers per band, [`stats`] means with standard errors, [`curve`] measured curves,
+//! [`least_squares`] fits and [`units`] units. [`machine`] says how many processors and how much
+//! memory there are. [`pattern`] and [`expression`] read patterns of names and arithmetic
+//! expressions.
+//!
+//! Whatever needs to know about a light, a surface or a photon belongs to a later module.
 
 pub mod curve;
 pub mod expression;

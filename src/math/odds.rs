@@ -1,22 +1,22 @@
-//! Statistics of the random tests. Each assertion fails by accident with odds of about 1e-6; as
-//! every seed is fixed, it does so always or never.
+//! Statistics of the random tests. Each assertion fails by chance with odds of about 1e-6; as every
+//! seed is fixed, it fails always or never.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
 
-/// Standard normal deviate with odds of 1e-6 beyond it, on one side.
+/// The standard normal deviate that is exceeded with odds of 1e-6, on one side.
 const ONE_SIDED: f64 = 4.7534;
-/// Standard normal quantile with the same odds for both tails together.
+/// The standard normal deviate that is exceeded with the same odds on both sides together.
 const TWO_SIDED: f64 = 4.8916;
 
-/// Whether chi-square is beyond the 1e-6 quantile (Wilson and Hilferty, 1931).
+/// Returns whether chi-square is above its 1e-6 quantile (Wilson and Hilferty, 1931).
 fn is_unlikely(chi2: f64, freedom: usize) -> bool {
     let spread = 2.0 / (9.0 * freedom as f64);
     (chi2 / freedom as f64).cbrt() > 1.0 - spread + ONE_SIDED * spread.sqrt()
 }
 
-/// Pearson's test of counts against what is expected of them; bins that expect fewer than 10 are
+/// Tests counts against their expectations, by Pearson's test. Bins that expect fewer than 10 are
 /// merged with their neighbours. The expectations must add up to the counts.
 #[track_caller]
 pub fn assert_counts(what: &str, observed: &[u64], expected: &[f64]) {
@@ -44,7 +44,7 @@ pub fn assert_counts(what: &str, observed: &[u64], expected: &[f64]) {
     assert!(!is_unlikely(chi2, freedom), "{what}: chi-square {chi2:.1} for {freedom} freedoms");
 }
 
-/// Chi-square of independent standardised deviations.
+/// Tests independent standardised deviations by chi-square.
 #[track_caller]
 pub fn assert_deviations(what: &str, deviations: &[f64]) {
     let chi2: f64 = deviations.iter().map(|z| z * z).sum();
@@ -52,17 +52,17 @@ pub fn assert_deviations(what: &str, deviations: &[f64]) {
     assert!(!is_unlikely(chi2, n), "{what}: chi-square {chi2:.1} for {n}, worst {worst:.2} sigma");
 }
 
-/// A count of `trials` that each succeed with `chance`.
+/// Tests a count of `trials`, each of which succeeds with probability `chance`.
 #[track_caller]
 pub fn assert_shard(what: &str, count: u64, trials: u64, chance: f64) {
     let n = trials as f64;
     let (miss, sigma) = (count as f64 - n * chance, (n * chance * (1.0 - chance)).max(0.0).sqrt());
-    // half a count for its discreteness; rare events by Poisson's law
+    // half a count because counts are discrete; for rare events Poisson's law
     let allowed = TWO_SIDED * sigma + if n * chance < 20.0 { 10.0 } else { 0.5 };
     assert!(miss.abs() <= allowed, "{what}: {count} of {trials}, chance {chance}");
 }
 
-/// A sample mean against what is expected of it.
+/// A sample mean that is tested against its expectation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
     n: f64,
@@ -86,7 +86,7 @@ impl Mean {
         ((self.squares / self.n - mean * mean).max(0.0) / (self.n - 1.0)).sqrt()
     }
 
-    /// Within the standard errors of odds 1e-6, plus `rounding`.
+    /// Asserts that the mean is within so many standard errors, by odds of 1e-6, plus `rounding`.
     #[track_caller]
     pub fn assert(&self, what: &str, expected: f64, rounding: f64) {
         let (mean, error) = (self.mean(), self.standard_error());
@@ -95,7 +95,8 @@ impl Mean {
     }
 }
 
-/// Bins of the sphere around an axis: rings between versines 1 - cos, cut into equal turns.
+/// Bins of the sphere around an axis: rings between versines 1 - cos, cut into sectors of equal
+/// azimuth.
 pub struct SphereBins {
     axis: DVec3,
     across: [DVec3; 2],
@@ -110,12 +111,12 @@ impl SphereBins {
         Self { axis, across: [x, y], versines, turns: 12 }
     }
 
-    /// 20 rings of equal solid angle; the horizon is a border.
+    /// Returns 20 rings of equal solid angle; the horizon is a border.
     pub fn even(axis: Vec3) -> Self {
         Self::new(axis, (0..=20).map(|i| f64::from(i) / 10.0).collect())
     }
 
-    /// Rings that resolve a lobe cos^exponent around the axis, then even ones.
+    /// Returns rings that resolve a lobe cos^exponent around the axis, then even ones.
     pub fn lobe(axis: Vec3, exponent: f64) -> Self {
         let quantile = |missing: f64| -(missing.ln() / (exponent + 1.0)).exp_m1();
         let mut versines: Vec<f64> = (0..10).map(|i| quantile(1.0 - f64::from(i) / 10.0)).collect();
@@ -129,7 +130,7 @@ impl SphereBins {
         (self.versines.len() - 1) * self.turns
     }
 
-    /// The bin of a unit vector.
+    /// Returns the index of the bin that contains a unit vector.
     pub fn index(&self, direction: Vec3) -> usize {
         let d = direction.as_dvec3();
         let versine = 0.5 * (d - self.axis).length_squared();
@@ -142,7 +143,7 @@ impl SphereBins {
         self.versines.len() - 1
     }
 
-    /// Integral over each bin by the midpoint rule on 24 x 24 points.
+    /// Returns the integral over each bin, by the midpoint rule on 24 x 24 points.
     pub fn integrals<const K: usize>(&self, f: impl Fn(Vec3) -> [f64; K]) -> Vec<[f64; K]> {
         const STEPS: usize = 24;
         let middle = |from: f64, to: f64, i: usize| from + (to - from) * (i as f64 + 0.5) / 24.0;
@@ -171,7 +172,7 @@ impl SphereBins {
     }
 }
 
-/// Odds of the tests themselves: a fair sample passes, a sample 2 % off does not.
+/// The tests themselves: a fair sample passes, and a sample that is wrong by a few per cent fails.
 #[test]
 fn tests_can_fail() {
     let expected = [10_000.0, 20_000.0, 30_000.0, 5.0, 5.0];

@@ -1,12 +1,12 @@
-//! Patterns of names: `*` stands for any characters, also none.
+//! Patterns of names, in which `*` stands for any characters, or for none.
 
-/// Whether a name fits a pattern, to its end.
+/// Returns whether the whole `name` fits the pattern.
 pub fn fits(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();
     let Some(mut rest) = name.strip_prefix(first) else { return false };
     let Some(last) = parts.next_back() else { return rest.is_empty() };
-    // each part at its first place leaves most for those behind it
+    // each part at its first place leaves most for the parts after it
     for part in parts {
         let Some(at) = rest.find(part) else { return false };
         rest = &rest[at + part.len()..];
@@ -47,7 +47,7 @@ mod tests {
         }
     }
 
-    /// By its definition, character by character.
+    /// Checks a pattern by its definition, character by character.
     fn fits_slowly(pattern: &[u8], name: &[u8]) -> bool {
         match pattern {
             [] => name.is_empty(),

@@ -1,5 +1,5 @@
-//! The random stream of one history, from (seed, purpose, batch, history): no stream depends on threads, and
-//! none is used twice, however many histories there are.
+//! Random streams: one for each history, from (seed, purpose, batch, history). No stream depends on
+//! threads, and none is used twice, however many histories there are.
 
 use glam::Vec2;
 use rand_core::{Rng, SeedableRng};
@@ -12,11 +12,11 @@ pub struct Stream {
     sobol: SobolPoint,
 }
 
-/// What random numbers are for. Histories of two purposes have nothing to do with each other.
+/// The purpose of random numbers. Histories of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
-    /// The histories whose results are told.
+    /// Histories of a run, the results of which are reported.
     Run,
     /// The trial that chooses an estimator or a number of photons.
     Trial,
@@ -30,23 +30,23 @@ pub enum Purpose {
     Picture,
     /// The photons that a picture shows.
     Dots,
-    /// How often light is scattered on its way.
+    /// Photons that measure how often light is scattered on its way.
     Bounces,
-    /// Numbers that stand for themselves, as for the design of a sweep.
+    /// Random numbers of no other purpose, such as those for the design of a sweep.
     Other,
-    /// Shadow rays to the sun, by the hour.
+    /// Shadow rays to the sun through the day.
     DirectSun,
-    /// Photons that find what lamps light from close by.
+    /// Photons that find the places which lamps light from close by.
     Spots,
-    /// The trial that says whether photons are guided.
+    /// The trial that decides whether photons are guided.
     Guiding,
     /// Importons, which find where light matters to captors.
     Importons,
-    /// Photons that find what guided ones are to be guided by.
+    /// The pilot run: photons from which it is learned how photons are to be guided.
     Pilot,
     /// Photons that find which light of the lamps matters.
     Lamps,
-    /// Photons that find the light which mirrors, refraction or gloss alone bring, for pictures.
+    /// Photons that find the light which comes by mirrors, refraction or gloss alone, for pictures.
     Focused,
 }
 
@@ -55,15 +55,16 @@ pub enum Purpose {
 pub struct Streams(u64);
 
 impl Streams {
-    /// Those of `batch`, any number of which there may be. Of one seed and purpose no two batches share a stream.
+    /// Returns the streams of `batch`; there may be any number of batches. No two batches of one
+    /// seed and purpose share a stream.
     #[inline]
     pub fn new(seed: u64, purpose: Purpose, batch: u64) -> Self {
-        // one after the other, each time one to one: no bit of any of them is lost
+        // one after the other, each time one to one, so that no bit of any of them is lost
         Self(mix(mix(mix(seed) ^ purpose as u64) ^ batch))
     }
 
-    /// The stream of a history. No other history of this batch has it: its state of 256 bits holds the batch in one
-    /// word, mixed one to one, and the history in another.
+    /// Returns the stream of a history. No other history of this batch has the same stream: the
+    /// state of 256 bits holds the batch in one word, mixed one to one, and the history in another.
     #[inline]
     pub fn history(self, history: u64) -> Stream {
         let own = mix(self.0 ^ history);
@@ -75,7 +76,8 @@ impl Streams {
         Stream { rng: Xoshiro256PlusPlus::from_seed(state), sobol: SobolPoint::default() }
     }
 
-    /// The Sobol sequence of `set`, as a face; no other set of this batch is scrambled like it.
+    /// Returns the Sobol sequence of a `set` of histories, such as those of one face. No other set
+    /// of this batch is scrambled alike.
     #[inline]
     pub fn sequence(self, set: u64) -> Sequence {
         // not the numbers of a history
@@ -83,35 +85,35 @@ impl Streams {
     }
 }
 
-/// A Sobol sequence; each has a scrambling of its own.
+/// A Sobol sequence with a scrambling of its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence(u64);
 
-/// First numbers of a history that can be [given](Stream::with_first).
+/// How many of the first numbers of a history can be [given](Stream::with_first).
 pub const FIRST: usize = 4;
 
-/// What is left of the first numbers of a history, where these are the coordinates of a point.
+/// The state of the first numbers of a history, if these are the coordinates of a point.
 #[derive(Clone, Debug, Default)]
 struct SobolPoint {
     point: u32,
-    /// How its coordinates are scrambled.
+    /// Determines how the coordinates are scrambled.
     key: u64,
     next: u32,
     end: u32,
-    /// Coordinates are made four at a time ...
+    /// Four coordinates: they are computed four at a time, unless they are given.
     four: [f32; FIRST],
-    /// ... unless they are given.
+    /// Whether the coordinates were given by [`Stream::with_first`].
     is_given: bool,
 }
 
 impl SobolPoint {
-    /// Out of the way of photons, which have none.
+    /// Returns the next coordinate. Kept out of line, because photons have no Sobol points.
     #[cold]
     #[inline(never)]
     fn next(&mut self) -> f32 {
         if self.next.is_multiple_of(4) && !self.is_given {
             let group = self.next / 4;
-            // the crate takes 32 bits of the key: the shift of the leading digits depends on all
+            // the crate takes 32 bits of the key; the shift of the leading digits depends on all 64
             let four = sobol_burley::sample_4d(self.point, group, self.key as u32);
             let shift = mix(self.key ^ u64::from(group));
             self.four = std::array::from_fn(|i| {
@@ -131,14 +133,15 @@ impl SobolPoint {
 }
 
 impl Stream {
-    /// A stream for whoever needs random numbers of no run's purpose.
+    /// Returns a stream for random numbers of no other purpose.
     pub fn new(seed: u64, batch: u64, history: u64) -> Self {
         Streams::new(seed, Purpose::Other, batch).history(history)
     }
 
-    /// The same, but its first `numbers` (at most 256) are the coordinates of a point of a Sobol
-    /// sequence with Owen scrambling (Burley, JCGT 9 (4), 2020) and a random shift of the leading digits. Each is
-    /// uniform by itself; those of neighbouring points are spread evenly.
+    /// Returns the same stream, except that its first `numbers` numbers (at most 256) are the
+    /// coordinates of a point of a Sobol sequence with Owen scrambling (Burley, JCGT 9 (4), 2020)
+    /// and a random shift of the leading digits. Each coordinate is uniform by itself; those of
+    /// neighbouring points are spread evenly.
     #[inline]
     pub fn with_sobol(self, sequence: Sequence, point: u64, numbers: u32) -> Self {
         // a sequence of the crate has 2^16 points
@@ -148,18 +151,18 @@ impl Stream {
         Self { sobol, ..self }
     }
 
-    /// The next numbers are these, in [0, 1), until [`without_first`](Self::without_first).
+    /// Makes the next numbers these four, in [0, 1), until [`without_first`](Self::without_first).
     pub fn with_first(&mut self, four: [f32; FIRST]) {
         self.sobol =
             SobolPoint { four, end: FIRST as u32, is_given: true, ..SobolPoint::default() };
     }
 
-    /// Drops those that are left of them.
+    /// Drops those of the given numbers that have not been drawn.
     pub fn without_first(&mut self) {
         self.sobol = SobolPoint::default();
     }
 
-    /// Uniform in [0, 1), in steps of 2^-24.
+    /// Draws a number uniform in [0, 1), in steps of 2^-24.
     #[inline]
     pub fn uniform(&mut self) -> f32 {
         if self.sobol.is_left() {
@@ -168,19 +171,19 @@ impl Stream {
         (self.rng.next_u64() >> 40) as f32 * STEP
     }
 
-    /// Uniform in [0, 1), in steps of 2^-53: for a choice among very many.
+    /// Draws a number uniform in [0, 1), in steps of 2^-53, for a choice among very many.
     #[inline]
     pub fn uniform_fine(&mut self) -> f64 {
         let step = 1.0 / (1u64 << 53) as f64;
         let bits = self.rng.next_u64();
         if self.sobol.is_left() {
-            // below its 24 bits 29 of the stream
+            // the 24 bits of the coordinate are followed by 29 bits of the stream
             return f64::from(self.sobol.next()) + (bits >> 35) as f64 * step;
         }
         (bits >> 11) as f64 * step
     }
 
-    /// Uniform in [0, 1)^2, in steps of 2^-24.
+    /// Draws a point uniform in [0, 1)^2, in steps of 2^-24.
     #[inline]
     pub fn square(&mut self) -> Vec2 {
         if self.sobol.is_left() {
@@ -193,10 +196,10 @@ impl Stream {
 
 const STEP: f32 = 1.0 / (1u64 << 24) as f32;
 
-/// The golden section of 2^64, odd.
+/// The golden section of 2^64, rounded to an odd number.
 const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// A one-to-one mix of 64 bits (SplitMix64; Steele et al., OOPSLA 2014).
+/// Mixes 64 bits one to one (SplitMix64; Steele et al., OOPSLA 2014).
 #[inline]
 fn mix(mut z: u64) -> u64 {
     z = z.wrapping_add(GAMMA);
@@ -213,9 +216,10 @@ mod tests {
 
     const STREAMS: Streams = Streams(0x0123_4567_89ab_cdef);
 
-    /// Batches and histories that a shift of one beside the other would mistake for each other, up to 1e15: no two
-    /// have the same first numbers of a stream, or of a Sobol sequence, nor has any another purpose or seed. 6e5
-    /// of each, compared by 128 and 64 bits: odds of a false alarm 1e-8.
+    /// Batches and histories up to 1e15 that could be confused if one were shifted against the
+    /// other: no two of them have the same first numbers of a stream, or the same Sobol sequence,
+    /// and neither has another purpose or seed. There are 6e5 of each, compared by 128 and 64 bits:
+    /// odds of a false alarm 1e-8.
     #[test]
     fn no_stream_is_used_twice() {
         let powers = (0..=50).flat_map(|bits| [(1 << bits) - 1, 1 << bits, (1 << bits) + 1]);
@@ -250,8 +254,8 @@ mod tests {
         assert_eq!(points.len(), numbers.iter().filter(|n| **n < 1 << 48).count());
     }
 
-    /// A change of these numbers moves every result: it belongs in the CHANGELOG. They are those of
-    /// a second implementation, in another language.
+    /// A change of these numbers changes every result: it belongs in the CHANGELOG. The numbers
+    /// come from a second implementation, in another language.
     #[test]
     fn stream_is_pinned() {
         let mut stream = Streams::new(1, Purpose::Run, 2).history(3);
@@ -262,9 +266,9 @@ mod tests {
         assert_eq!(stream.uniform_fine(), 4_943_204_803_373_718.0 * 2f64.powi(-53));
     }
 
-    /// The first numbers of 256 neighbouring points: one in each 256th of every coordinate, one in each
-    /// cell of 16 x 16 of the first two; after them come those of the stream. Another sequence has
-    /// other points, and so have the 65,536 that come next.
+    /// Of the first numbers of 256 neighbouring points, one lies in each 256th of every coordinate,
+    /// and one in each cell of 16 x 16 of the first two coordinates. After them come the numbers of
+    /// the stream. Another sequence has other points, and so have the next 65,536 points.
     #[test]
     fn points_are_spread_evenly() {
         let sequence = STREAMS.sequence(3);
@@ -286,15 +290,15 @@ mod tests {
         assert_eq!(seen, [1; 256]);
         assert_ne!(coordinates(sequence, 0), coordinates(STREAMS.sequence(4), 0));
         assert_ne!(coordinates(sequence, 0), coordinates(sequence, 1 << 16));
-        // a square is two of them, a fine number starts with one
+        // a square takes two coordinates, and a fine number starts with one
         let mut stream = STREAMS.history(3).with_sobol(sequence, 0, 3);
         let [x, y, z, ..] = coordinates(sequence, 0);
         assert_eq!(stream.square().to_array(), [x, y]);
         assert!((0.0..f64::from(STEP)).contains(&(stream.uniform_fine() - f64::from(z))));
     }
 
-    /// Mean and neighbour correlation of the first number of 1e6 neighbouring histories, each
-    /// within 5 standard errors (false alarm 1e-6).
+    /// The mean of the first numbers of 1e6 neighbouring histories, and the correlation of
+    /// neighbours, are each within 5 standard errors (false alarm 1e-6).
     #[test]
     fn neighbouring_histories_are_independent() {
         let n = 1_000_000;

@@ -1,12 +1,12 @@
-//! From the unit square to disk, hemisphere, cone, sphere and triangle. A local frame has the
-//! normal, or the axis, along z.
+//! Samplers: from the unit square to hemisphere, cone, circle, sphere and triangle, and from
+//! numbers to weighted choices. In a local frame the normal, or the axis, is along z.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-/// A direction around the z axis from its versine 1 - cos(theta), exact for the narrowest cone,
-/// and a uniform number for its turn.
+/// Returns a direction around the z axis from its versine 1 - cos(theta), which is exact for the
+/// narrowest cone, and from a uniform number for its azimuth.
 #[inline]
 fn around_z(versine: f32, u: f32) -> Vec3 {
     let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
@@ -14,34 +14,36 @@ fn around_z(versine: f32, u: f32) -> Vec3 {
     Vec3::new(sin * turn.x, sin * turn.y, 1.0 - versine)
 }
 
-/// Hemisphere with density cos(theta) / pi; the cosine is never zero (Malley's method).
+/// Draws a direction of the hemisphere with density cos(theta) / pi (Malley's method). The cosine
+/// is never zero.
 #[inline]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let turn = u.x.sqrt() * uniform_circle(u.y);
     Vec3::new(turn.x, turn.y, (1.0 - u.x).sqrt())
 }
 
-/// Density of [`cosine_hemisphere`], 1/sr.
+/// Returns the density of [`cosine_hemisphere`], 1/sr.
 #[inline]
 pub fn cosine_hemisphere_density(cos: f32) -> f32 {
     cos.max(0.0) / PI
 }
 
-/// Directions uniform in the cone whose half angle has this versine, in (0, 2]; the whole
-/// sphere at 2.
+/// Draws a direction uniform in the cone whose half angle has this versine, in (0, 2]; at 2 the
+/// cone is the whole sphere.
 #[inline]
 pub fn uniform_cone(versine: f32, u: Vec2) -> Vec3 {
     around_z(u.x * versine, u.y)
 }
 
-/// Density (n+1) / (2 pi) cos^n(alpha) around z (Lafortune and Willems, 1994).
+/// Draws a direction with density (n+1) / (2 pi) cos^n(alpha) around z (Lafortune and Willems,
+/// 1994).
 #[inline]
 pub fn cosine_power(exponent: f32, u: Vec2) -> Vec3 {
     around_z(-((-u.x).ln_1p() / (exponent + 1.0)).exp_m1(), u.y)
 }
 
-/// Density of [`cosine_power`], 1/sr, from the versine 1 - cos(alpha): a cosine is too coarse for
-/// narrow lobes. Zero from a right angle on, for every exponent.
+/// Returns the density of [`cosine_power`], 1/sr, from the versine 1 - cos(alpha), because a cosine
+/// is too coarse for narrow lobes. From a right angle on it is zero for every exponent.
 #[inline]
 pub fn cosine_power_density(exponent: f32, versine: f32) -> f32 {
     if versine >= 1.0 {
@@ -50,20 +52,22 @@ pub fn cosine_power_density(exponent: f32, versine: f32) -> f32 {
     (exponent + 1.0) / (2.0 * PI) * (exponent * (-versine).ln_1p()).exp()
 }
 
-/// Barycentric weights of the second and third corner, uniform over a triangle's area.
+/// Draws the barycentric weights of the second and third corner, uniform over the area of a
+/// triangle.
 #[inline]
 pub fn uniform_triangle(u: Vec2) -> Vec2 {
     let root = (1.0 - u.x).sqrt();
     Vec2::new((1.0 - u.y) * root, u.y * root)
 }
 
-/// A point uniform on the unit circle, right to 1.5e-7: cosine and sine of 2 pi `u`, `u` in [0, 1].
+/// Returns the point (cos 2 pi `u`, sin 2 pi `u`) of the unit circle, `u` in [0, 1], with an error
+/// of at most 1.5e-7. If `u` is uniform, so is the point.
 ///
-/// By their series about the nearest quarter of a turn: the system's functions take longer, and give
-/// other bits on other systems.
+/// Both are computed from their series about the nearest quarter turn: the functions of the system
+/// take longer, and give different bits on different systems.
 #[inline]
 pub fn uniform_circle(u: f32) -> Vec2 {
-    // the sum has no place for fractions: its last bits count the quarters
+    // the sum has no room for fractions: its last bits count the quarters
     let shift = (3 << 22) as f32;
     let shifted = 4.0 * u + shift;
     let quarter = shifted.to_bits();
@@ -78,7 +82,7 @@ pub fn uniform_circle(u: f32) -> Vec2 {
     Vec2::new(sign(quarter + 1) * x, sign(quarter) * y)
 }
 
-/// Of the sine or cosine of x quarters of a turn, what x^n is multiplied with.
+/// Returns the coefficient of x^n in the series of the sine or cosine of x quarter turns.
 const fn series_term(n: u32) -> f32 {
     let (mut term, mut i) = (1.0, 1);
     while i <= n {
@@ -93,7 +97,7 @@ const SINE: [f32; 5] =
 const COSINE: [f32; 5] =
     [series_term(0), series_term(2), series_term(4), series_term(6), series_term(8)];
 
-/// A choice among some, and what is left of the number that made it.
+/// A choice among several entries, and what is left of the random number that made it.
 pub struct Chosen {
     /// Index of the chosen entry.
     pub index: usize,
@@ -110,8 +114,8 @@ impl Chosen {
     }
 }
 
-/// What `u` in [0, 1) chooses in proportion to weights that are given by their running sums (at least
-/// one, the last above 0).
+/// Returns the entry that `u` in [0, 1) chooses in proportion to weights. These are given by their
+/// running sums (at least one, the last above 0).
 #[inline]
 pub fn weighted_choice(running_sums: &[f64], u: f64) -> Chosen {
     let last = running_sums.len() - 1;
@@ -120,17 +124,18 @@ pub fn weighted_choice(running_sums: &[f64], u: f64) -> Chosen {
     Chosen::new(running_sums, index, target)
 }
 
-/// Weights to choose by, with a table of where to begin to look, so that a choice among many takes about as long as one
-/// among few (Chen and Asau, AIIE Transactions 6, 1974).
+/// Weights for random choices, with a table that says where to begin the search, so that a choice
+/// among many entries takes about as long as one among few (Chen and Asau, AIIE Transactions 6,
+/// 1974).
 #[derive(Clone, Debug)]
 pub struct Discrete {
     running_sums: Vec<f64>,
-    /// What the numbers i / n choose, or one close to it.
+    /// The entries that the numbers i / n choose, or entries close to them.
     first: Vec<u32>,
 }
 
 impl Discrete {
-    /// At least one weight, their sum above 0.
+    /// Prepares the table for at least one weight; the sum of the weights must be above 0.
     pub fn new(weights: impl IntoIterator<Item = f64>) -> Self {
         let mut sum = 0.0;
         let add = |weight| {
@@ -143,7 +148,7 @@ impl Discrete {
         Self { running_sums, first }
     }
 
-    /// The same as [`weighted_choice`].
+    /// Chooses the same entry as [`weighted_choice`].
     #[inline]
     pub fn choose(&self, u: f64) -> Chosen {
         let sums = &self.running_sums;
@@ -160,7 +165,7 @@ impl Discrete {
     }
 }
 
-/// Every chi-square: 4e5 samples, seed 1, odds of a false alarm 1e-6.
+/// Every chi-square test: 4e5 samples, seed 1, odds of a false alarm 1e-6.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,7 +196,7 @@ mod tests {
         assert_counts(what, &counts, &expected);
     }
 
-    /// With weights alike, uneven and 0, at random numbers and those beside each border.
+    /// Equal weights, unequal weights and weights of 0, at random numbers and next to each border.
     #[test]
     fn a_table_chooses_what_a_search_does() {
         let uneven = (0..300).map(|i| f64::from(i % 7) * f64::from(i).powi(4));
@@ -210,7 +215,7 @@ mod tests {
         }
     }
 
-    /// 240 bins, the 120 below the horizon expected empty.
+    /// 240 bins, of which the 120 below the horizon must be empty.
     #[test]
     fn cosine_hemisphere_has_its_density() {
         let density = |d: Vec3| cosine_hemisphere_density(d.z).into();
@@ -219,7 +224,7 @@ mod tests {
         assert!(grazing.z > 0.0 && grazing.z < 3e-4);
     }
 
-    /// 240 bins each; the cones' borders are borders of bins, so that the density is exact.
+    /// 240 bins each; the borders of the cones are borders of bins, so that the density is exact.
     #[test]
     fn cones_are_uniform() {
         for versine in [2.0, 1.5, 1.0, 0.1] {
@@ -230,7 +235,7 @@ mod tests {
         }
     }
 
-    /// Versines of narrow cones: 20 bins each. No direction is outside by more than rounding.
+    /// Versines of narrow cones in 20 bins each. No direction is outside by more than rounding.
     #[test]
     fn narrow_cones_are_uniform() {
         for half_angle in [1e-3f64, 1e-2, 1.0].map(f64::to_radians) {
@@ -247,7 +252,7 @@ mod tests {
         }
     }
 
-    /// Up to 396 bins that resolve the lobe.
+    /// Up to 396 bins, which resolve the lobe.
     #[test]
     fn cosine_powers_have_their_density() {
         for exponent in [0.0, 0.3, 1.0, 10.0, 1e3, 1e6] {
@@ -259,7 +264,7 @@ mod tests {
         }
     }
 
-    /// The density in single precision is that in double precision.
+    /// The density in single precision equals that in double precision.
     #[test]
     fn cosine_power_density_is_exact() {
         for exponent in [0.0, 0.3, 1.0, 10.0, 1e3, 1e6, 1e9] {
@@ -274,7 +279,8 @@ mod tests {
         }
     }
 
-    /// 100 cells of equal area of the triangle's unit square (the first weight's complement squared).
+    /// 100 cells of equal area of the triangle's unit square (the complement of the first weight,
+    /// squared).
     #[test]
     fn triangle_is_uniform() {
         let mut rng = Stream::new(1, 0, 2);
@@ -283,7 +289,8 @@ mod tests {
             let weights = uniform_triangle(rng.square());
             let rest = 1.0 - weights.x - weights.y;
             assert!(weights.min_element() >= 0.0 && rest >= -1e-6, "{weights}");
-            // lines through the first corner and across it cut cells of equal area
+            // lines through the first corner, and parallel to the opposite edge, cut cells of equal
+            // area
             let across = weights.x + weights.y;
             let along = if across > 0.0 { weights.y / across } else { 0.0 };
             let [row, column] = [across * across, along].map(|u| ((10.0 * u) as usize).min(9));

@@ -1,24 +1,25 @@
-//! One number per band. Few bands lie in a fixed number of lanes that the compiler can unroll; many in memory
-//! that is used again.
+//! Spectra: one number per band. Few bands are stored in a fixed number of lanes, over which the
+//! compiler can unroll loops; many bands are stored in memory that is used again and again.
 
 use std::{array, cell::RefCell, fmt::Debug, mem, ops};
 
-/// One number for each band of a scene, and 0 in lanes beyond them.
+/// One number for each band of a scene, and 0 in the lanes beyond them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spectrum<L>(pub L);
 
 /// The largest number of bands that one run can carry.
 pub const MAX_BANDS: usize = 4096;
 
-/// Where the numbers of a spectrum lie.
+/// Storage for the numbers of a spectrum.
 pub trait Lanes: Clone + Debug + PartialEq + 'static {
-    /// The value of `f` in each lane; there are `lanes`, unless the type has a number of its own.
+    /// Makes a spectrum with the value of `f` in each lane. There are `lanes` lanes, unless the
+    /// type has a fixed number.
     fn from_fn(lanes: usize, f: impl FnMut(usize) -> f32) -> Self;
 
-    /// The numbers in order.
+    /// Returns the numbers in order.
     fn values(&self) -> &[f32];
 
-    /// The numbers in order, to be changed.
+    /// Returns the numbers in order, to be changed.
     fn values_mut(&mut self) -> &mut [f32];
 }
 
@@ -39,8 +40,8 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 }
 
-/// Any number of lanes. The memory of one that is dropped is kept for the next of the same thread, so that the loops
-/// of photons and paths allocate nothing.
+/// Any number of lanes. The memory of a dropped spectrum is kept for the next one of the same
+/// thread, so that the loops of photons and paths allocate nothing.
 #[derive(Debug, PartialEq)]
 pub struct Wide(Vec<f32>);
 
@@ -49,7 +50,7 @@ thread_local! {
 }
 
 impl Wide {
-    /// Empty, with memory of one that was dropped if there is any.
+    /// Returns an empty vector, with the memory of a dropped spectrum if there is any.
     #[inline]
     fn empty() -> Vec<f32> {
         FREE.with_borrow_mut(Vec::pop).unwrap_or_default()
@@ -89,12 +90,13 @@ impl Drop for Wide {
     fn drop(&mut self) {
         let mut values = mem::take(&mut self.0);
         values.clear();
-        // a thread that ends has no use for it
+        // a thread that ends no longer needs the memory
         let _ = FREE.try_with(|free| free.borrow_mut().push(values));
     }
 }
 
-/// Lanes of a scene with `bands` bands: the least of 1, 4 and 16 that holds them; beyond, as many as bands.
+/// Returns the number of lanes for `bands` bands: the smallest of 1, 4 and 16 that holds them; for
+/// more bands, their number.
 pub fn lanes(bands: usize) -> usize {
     [1, 4, 16].into_iter().find(|&n| n >= bands).unwrap_or(bands)
 }
@@ -125,69 +127,69 @@ macro_rules! with_lanes {
 pub(crate) use with_lanes;
 
 impl<L: Lanes> Spectrum<L> {
-    /// The value of `f` in each of so many lanes.
+    /// Makes a spectrum with the value of `f` in each of `lanes` lanes.
     #[inline]
     pub fn from_fn(lanes: usize, f: impl FnMut(usize) -> f32) -> Self {
         Self(L::from_fn(lanes, f))
     }
 
-    /// The same value in each of so many lanes.
+    /// Makes a spectrum with the same value in each of `lanes` lanes.
     #[inline]
     pub fn splat(lanes: usize, value: f32) -> Self {
         Self::from_fn(lanes, |_| value)
     }
 
-    /// From values per lane of the scene.
+    /// Makes a spectrum from one value per lane.
     #[inline]
     pub fn load(values: &[f32]) -> Self {
         Self::from_fn(values.len(), |b| values[b])
     }
 
-    /// The numbers, lane by lane.
+    /// Returns the numbers, lane by lane.
     #[inline]
     pub fn values(&self) -> &[f32] {
         self.0.values()
     }
 
-    /// Zero in each of its lanes.
+    /// Returns zero in each lane.
     #[inline]
     pub fn zero(&self) -> Self {
         Self::splat(self.values().len(), 0.0)
     }
 
-    /// Whether every band is zero.
+    /// Returns whether every number is zero.
     #[inline]
     pub fn is_zero(&self) -> bool {
         self.values().iter().all(|&v| v == 0.0)
     }
 
-    /// The largest value; 0 where none is above.
+    /// Returns the largest number; 0 if none is above 0.
     #[inline]
     pub fn largest(&self) -> f32 {
         self.values().iter().copied().fold(0.0, f32::max)
     }
 
-    /// The largest value among the bands in which `other` is above 0; 0 where none is.
+    /// Returns the largest number among the bands in which `other` is above 0; 0 if there is none.
     #[inline]
     pub fn largest_within(&self, other: &Self) -> f32 {
         let both = self.values().iter().zip(other.values());
         both.fold(0.0, |most, (&v, &o)| f32::max(most, if o > 0.0 { v } else { 0.0 }))
     }
 
-    /// Each band by itself.
+    /// Applies `f` to each number.
     #[inline]
     pub fn map(mut self, f: impl Fn(f32) -> f32) -> Self {
         self.0.values_mut().iter_mut().for_each(|v| *v = f(*v));
         self
     }
 
-    /// Each band times `factor`.
+    /// Multiplies each number by `factor`.
     #[inline]
     pub fn scaled(self, factor: f32) -> Self {
         self.map(|v| v * factor)
     }
 
-    /// Band by band.
+    /// Combines the two spectra by `f`, band by band.
     #[inline]
     pub fn zip(mut self, other: &Self, f: impl Fn(f32, f32) -> f32) -> Self {
         let values = self.0.values_mut().iter_mut().zip(other.values());
@@ -240,7 +242,7 @@ impl<L: Lanes> ops::AddAssign for Spectrum<L> {
 mod tests {
     use super::*;
 
-    /// Any number of bands up to 4096 has lanes; beyond 16 none is idle.
+    /// Every number of bands up to 4096 has lanes; above 16 bands no lane is idle.
     #[test]
     fn every_number_of_bands_has_lanes() {
         let of: Vec<usize> = (1..=MAX_BANDS).map(lanes).collect();
@@ -248,7 +250,8 @@ mod tests {
         assert!((17..=MAX_BANDS).all(|bands| of[bands - 1] == bands));
     }
 
-    /// Wide spectra calculate like those in fixed lanes, and take the memory of one that was dropped.
+    /// Wide spectra give the same numbers as those in fixed lanes, and reuse the memory of a
+    /// dropped one.
     #[test]
     fn wide_spectra_are_like_others() {
         fn both<L: Lanes>() -> Vec<f32> {

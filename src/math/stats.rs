@@ -1,11 +1,11 @@
-//! From batch sums to a mean and its standard error.
+//! Means and standard errors from the sums of batches.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
 use serde::{Deserialize, Serialize};
 
-/// Running sum, sum of squares and largest of equally weighted batch estimates that are not negative, and how
-/// many of them are above 0.
+/// The running sum, sum of squares and maximum of batch estimates of equal weight that are not
+/// negative, and the number of those above 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Running {
     sum: f64,
@@ -14,22 +14,23 @@ pub struct Running {
     above_zero: u64,
 }
 
-/// The largest number that is read as a result: squares of such numbers, and sums of them, stay finite.
+/// The largest number that is accepted as a result: squares of such numbers, and sums of them, stay
+/// finite.
 pub const LARGEST: f64 = 1e100;
 
-/// Whether a number that was read may be a result.
+/// Returns whether a number that was read from a file may be a result.
 pub fn is_possible(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
 impl Running {
-    /// Whether its numbers may have been found by a run.
+    /// Returns whether the numbers may have been found by a run.
     pub fn is_possible(&self) -> bool {
         let Self { sum, squares, largest, .. } = *self;
         [sum, squares.max(0.0).sqrt(), largest].into_iter().all(is_possible)
     }
 
-    /// Adds one batch's estimate; batches that are never added count as zero.
+    /// Adds the estimate of one batch. Batches that are never added count as zero.
     #[inline]
     pub fn add(&mut self, x: f64) {
         self.sum += x;
@@ -38,8 +39,9 @@ impl Running {
         self.above_zero += u64::from(x > 0.0);
     }
 
-    /// The sum of independent ones over the same `batches`, each times a factor: means and variances add
-    /// up. Exact of one alone; of several the largest batch is unknown, and how many are above 0.
+    /// Returns the sum of independent `parts` over the same `batches`, each multiplied by a factor:
+    /// means and variances add up. The sum is exact for a single part; for several parts the
+    /// largest batch is unknown, and so is the number of batches above 0.
     pub fn mixed(parts: impl Iterator<Item = (Self, f64)>, batches: u64) -> Self {
         let mut lit = parts.filter(|(part, factor)| part.sum != 0.0 && *factor != 0.0).peekable();
         let Some((first, factor)) = lit.next() else { return Self::default() };
@@ -59,17 +61,18 @@ impl Running {
         Self { sum, squares, largest: 0.0, above_zero: 0 }
     }
 
-    /// Batches of which the estimate is above 0.
+    /// Returns the number of batches whose estimate is above 0.
     pub fn above_zero(&self) -> u64 {
         self.above_zero
     }
 
-    /// The largest batch's estimate.
+    /// Returns the largest estimate of a batch.
     pub fn largest(&self) -> f64 {
         self.largest
     }
 
-    /// Mean over `batches` batches and, from two batches on, its standard error (1 sigma).
+    /// Returns the mean over `batches` batches and, from two batches on, its standard error (1
+    /// sigma).
     pub fn estimate(&self, batches: u64) -> Estimate {
         let n = batches as f64;
         let mean = self.sum / n;
@@ -77,9 +80,9 @@ impl Running {
         Estimate { mean, standard_error: (batches > 1).then(|| (spread / (n - 1.0)).sqrt()) }
     }
 
-    /// The part of the squared deviations from the mean that the largest of `batches` batches makes
-    /// up, in [0, 1]: about 0.06 of 128 normal ones; where it is large, the standard error rests on
-    /// what few batches have found.
+    /// Returns the fraction of the squared deviations from the mean that the largest of `batches`
+    /// batches makes up, in [0, 1]. For 128 normal batches it is about 0.06. Where it is large, the
+    /// standard error rests on what few batches have found.
     pub fn concentration(&self, batches: u64) -> f64 {
         let mean = self.sum / batches as f64;
         let squares = self.squares - self.sum * mean;
@@ -87,19 +90,21 @@ impl Running {
     }
 }
 
-/// The rate of events per batch that is exceeded with a confidence of 5 %, where `hit` of `batches` batches had
-/// any: the exact bound of a binomial share p (Clopper and Pearson, "The use of confidence or fiducial limits",
-/// Biometrika 26, 1934), and the rate -ln(1 - p) at which such a share of the batches has an event. Of no hit it
-/// is the rule of three, 3 / batches; infinite where every batch was hit.
+/// Returns the rate of events per batch that is exceeded with a confidence of 5 %, if `hit` of
+/// `batches` batches had any event. With the exact bound p of a binomial proportion (Clopper and
+/// Pearson, "The use of confidence or fiducial limits", Biometrika 26, 1934), it is the rate -ln(1
+/// - p) at which such a proportion of the batches has an event. Without any hit it is the rule of
+/// three, 3 / batches; it is infinite if every batch was hit.
 pub fn rate_bound(hit: u64, batches: u64) -> f64 {
     const CONFIDENCE: f64 = 0.05;
     if hit >= batches {
         return f64::INFINITY;
     }
-    // the odds of at most so many hits fall as the share grows: halve the interval, in the rate
+    // the odds of at most so many hits fall as the rate grows: halve the interval of the rate
     let n = batches as f64;
     let few = |rate: f64| {
-        // (1 - p)^n (p / (1 - p))^k (n over k), summed over k; in logarithms, as the first may vanish
+        // (1 - p)^n (p / (1 - p))^k (n over k), summed over k; in logarithms, as the first may
+        // vanish
         let odds = rate.exp_m1().ln();
         let (mut term, mut sum) = (-rate * n, 0.0);
         for k in 0..=hit {
@@ -119,9 +124,9 @@ pub fn rate_bound(hit: u64, batches: u64) -> f64 {
     high
 }
 
-/// The half width, in standard errors, of the interval that holds Student's t of so many degrees of `freedom` (at
-/// least 1, not only whole ones) with the probability `inside` in (0, 1). With t = √ν tan φ the density is
-/// cos^(ν-1) φ, which is integrated by Simpson's rule.
+/// Returns the half width, in standard errors, of the interval that contains Student's t with the
+/// probability `inside`, in (0, 1). The degrees of `freedom` are at least 1, and need not be whole.
+/// With t = √ν tan φ the density is cos^(ν-1) φ, which is integrated by Simpson's rule.
 pub fn student_half_width(freedom: f64, inside: f64) -> f64 {
     let power = freedom.max(1.0) - 1.0;
     let integral = |end: f64| {
@@ -132,7 +137,7 @@ pub fn student_half_width(freedom: f64, inside: f64) -> f64 {
         let terms = (0..=PANELS).map(|i| weight(i) * (step * i as f64).cos().abs().powf(power));
         terms.sum::<f64>() * step / 3.0
     };
-    // beyond this nothing is left of the density
+    // beyond this, nothing is left of the density
     let end = FRAC_PI_2.min(12.0 / power.sqrt());
     let sought = inside * integral(end);
     let (mut low, mut high) = (0.0, end);
@@ -143,9 +148,10 @@ pub fn student_half_width(freedom: f64, inside: f64) -> f64 {
     (power + 1.0).sqrt() * low.tan()
 }
 
-/// Mean and variance of the least of some independent normal numbers, each given by its mean and standard deviation:
-/// two by two, the least of two being taken for normal (Clark, "The greatest of a finite set of random variables",
-/// Operations Research 9, 1961). Exact for two; none gives 0.
+/// Returns the mean and variance of the smallest of some independent normal numbers, each given by
+/// its mean and standard deviation. The numbers are combined two by two, and the smaller of two is
+/// taken to be normal (Clark, "The greatest of a finite set of random variables", Operations
+/// Research 9, 1961). The result is exact for two numbers, and 0 for none.
 pub fn least_of_normals(numbers: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
     let least = numbers.map(|[mean, deviation]| [mean, deviation * deviation]).reduce(|a, b| {
         let ([low, of_low], [high, of_high]) = if a[0] <= b[0] { (a, b) } else { (b, a) };
@@ -153,11 +159,11 @@ pub fn least_of_normals(numbers: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
         if spread <= 0.0 {
             return [low, 0.0];
         }
-        // the chance that the lower one is not the least, and its density
+        // the chance that the number with the lower mean is not the smallest, and its density
         let x = distance / spread;
         let chance = 0.5 * libm::erfc(x * FRAC_1_SQRT_2);
         let density = (-0.5 * x * x).exp() / TAU.sqrt();
-        // moments from the lower mean on
+        // moments about the lower mean
         let first = distance * chance - spread * density;
         let second = of_low * (1.0 - chance) + (distance * distance + of_high) * chance
             - distance * spread * density;
@@ -171,7 +177,7 @@ pub fn least_of_normals(numbers: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
 pub struct Estimate {
     /// The mean over batches.
     pub mean: f64,
-    /// Standard deviation of that mean; none where it cannot be known (one batch).
+    /// Standard deviation of that mean; `None` where it cannot be known (one batch).
     pub standard_error: Option<f64>,
 }
 
@@ -194,8 +200,9 @@ mod tests {
         assert_eq!((running.concentration(1), Running::default().concentration(4)), (0.0, 0.0));
     }
 
-    /// Against closed forms: of no hit 1 - 0.05^(1/n); of one short of all 0.95^(1/n); and Clopper and Pearson's own
-    /// share of 3 in 20, and Poisson's bound of 2 events, 6.296.
+    /// Against closed forms: 1 - 0.05^(1/n) without a hit, and 0.95^(1/n) if all batches but one
+    /// were hit; and against Clopper and Pearson's own bound for 3 hits in 20, and Poisson's bound
+    /// for 2 events, 6.296.
     #[test]
     fn bounds_of_rates() {
         let share = |hit, batches| -f64::exp_m1(-rate_bound(hit, batches));
@@ -209,7 +216,8 @@ mod tests {
         assert!((rate_bound(2, 1_000_000) * 1e6 - 6.2958).abs() < 1e-3);
     }
 
-    /// Closed forms of one and two degrees of freedom, a printed table's 2.306 of eight, and the normal limit.
+    /// Closed forms for one and two degrees of freedom, 2.306 for eight from a printed table, and
+    /// the normal limit.
     #[test]
     fn half_widths_of_students_distribution() {
         let one = (0.5 * std::f64::consts::PI * 0.95).tan();
@@ -221,8 +229,8 @@ mod tests {
         assert_eq!(student_half_width(0.2, 0.95), student_half_width(1.0, 0.95));
     }
 
-    /// Closed forms of two and three standard normal numbers (the latter's mean to 1 %, its variance to 3 %), one that
-    /// has no rival, and the least of 100, 2.508 (to 3 %).
+    /// Closed forms for two and three standard normal numbers (for three the mean to 1 % and the
+    /// variance to 3 %), a number without rival, and the smallest of 100 numbers, 2.508 (to 3 %).
     #[test]
     fn the_least_of_normal_numbers() {
         let of = |numbers: &[[f64; 2]]| least_of_normals(numbers.iter().copied());

@@ -1,4 +1,4 @@
-//! Units: conversions and constants. Everything inside the program is metres.
+//! Units: conversions and constants. Inside the program every length is in metres.
 
 use std::borrow::Cow;
 
@@ -28,7 +28,7 @@ impl LengthUnit {
         }
     }
 
-    /// Metres in one unit.
+    /// Returns the number of metres in one unit.
     pub fn metres(self) -> f64 {
         match self {
             Self::M => 1.0,
@@ -38,10 +38,12 @@ impl LengthUnit {
     }
 }
 
-/// One photon's energy is h c / wavelength: umol of photons in 1 J, per nm.
+/// Number of micromoles of photons in 1 J, per nm of wavelength: the energy of one photon is h c /
+/// wavelength.
 pub const UMOL_PER_J_NM: f64 = 0.008_359_347_2;
 
-/// What photons carry. Nothing in the physics depends on it, only the names of the units.
+/// The quantity that photons carry. The physics does not depend on it, only the names of the units
+/// do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum Quantity {
     /// Radiant flux, W.
@@ -53,7 +55,7 @@ pub enum Quantity {
     Micromole,
 }
 
-/// The names of a result's units.
+/// The names of the units of a result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct UnitNames {
     /// Length and, squared, area.
@@ -70,7 +72,7 @@ pub struct UnitNames {
 }
 
 impl Quantity {
-    /// The names of the units that go with it.
+    /// Returns the names of the units that belong to this quantity.
     pub fn unit_names(self) -> UnitNames {
         let [flux, irradiance, radiance] = match self {
             Self::Watt => ["W", "W/m2", "W/m2/sr"],

@@ -1,4 +1,4 @@
-//! Two results, captor by captor: do they differ by more than chance?
+//! Compares two results captor by captor: do they differ by more than chance explains?
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,7 +13,7 @@ use crate::{
 pub const ODDS: f64 = 1e-3;
 
 impl ResultsFile {
-    /// Every value with what it belongs to, in the order of the file.
+    /// Returns every value with its captor, face and band, in the order of the file.
     fn values(&self) -> Vec<(Key<'_>, Value)> {
         let mut all = Vec::new();
         for captor in &self.captors {
@@ -40,7 +40,7 @@ impl ResultsFile {
     }
 }
 
-/// Captor; `front`, `back` (irradiance) or `absorbed` (power); band.
+/// Identifies a value: captor; `front` or `back` (irradiance) or `absorbed` (power); band.
 type Key<'a> = (&'a str, &'static str, &'a str);
 
 #[derive(Clone, Copy, Debug)]
@@ -50,12 +50,12 @@ struct Value {
     few_paths: bool,
 }
 
-/// One value of a captor, face and band as both results have it.
+/// One value, of a captor, face and band, as both results have it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Id of the captor.
     pub captor: String,
-    /// `front` or `back`: irradiance of that face; `absorbed`: power.
+    /// `front` or `back`, the irradiance of that face; or `absorbed`, the power.
     pub what: &'static str,
     /// Name of the band or sum.
     pub band: String,
@@ -63,28 +63,32 @@ pub struct Difference {
     pub a: f64,
     /// Value in the second results.
     pub b: f64,
-    /// b - a over the standard error of the difference; none where no error is known.
+    /// b - a, divided by the standard error of the difference; `None` where no standard error is
+    /// known.
     pub z: Option<f64>,
 }
 
-/// The comparison of two results: the values that both have, and what only one has.
+/// The comparison of two results: the values that both have, and the names of those that only one
+/// has.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// Worst first: by |z|, before them those that differ without a known error.
+    /// The differences, worst first: those without a known standard error, then the others by |z|.
     pub differences: Vec<Difference>,
-    /// How many more there are whose error says little, as it rests on few paths in one of them.
+    /// Number of further common values, which are not compared, because their standard error rests
+    /// on few paths in one of the results.
     pub few_paths: usize,
-    /// Captors, faces and bands of only one of the two.
+    /// Captors, faces and bands that only one of the results has.
     pub unmatched: Vec<String>,
-    /// The |z| that chance exceeds anywhere among them with odds below 1/1000.
+    /// The |z| that chance exceeds anywhere among the differences with odds below 1/1000.
     pub limit: f64,
-    /// Whether both are of one estimator and seed, so that they share random numbers and differ by
-    /// less than independent ones.
+    /// Whether both results have the same estimator and seed. They then share random numbers, and
+    /// differ by less than independent results.
     pub dependent: bool,
 }
 
 impl Comparison {
-    /// Compares the values that both have. Errors: nothing in common; different units.
+    /// Compares the values that both results have. Errors: they have nothing in common; their units
+    /// differ.
     pub fn new(a: &ResultsFile, b: &ResultsFile) -> Result<Self> {
         if a.unit != b.unit {
             let problem = format!("one is in {}, the other in {}", a.unit.flux, b.unit.flux);
@@ -114,34 +118,37 @@ impl Comparison {
         Ok(Self { differences, few_paths, unmatched, limit, dependent })
     }
 
-    /// Number of values that differ by more than chance explains.
+    /// Returns the number of values that differ by more than chance explains.
     pub fn beyond_chance(&self) -> usize {
         self.differences.iter().filter(|d| d.weight() > self.limit).count()
     }
 
-    /// Whether they have the same values, at least one, and none differs by more than chance explains.
+    /// Returns whether both results have the same captors, faces and bands, at least one, and no
+    /// value differs by more than chance explains.
     pub fn agrees(&self) -> bool {
         self.beyond_chance() == 0 && self.unmatched.is_empty() && !self.differences.is_empty()
     }
 
-    /// Root mean square of z, where errors are known: about 1 for two runs of one scene.
+    /// Returns the root mean square of z where standard errors are known: about 1 for two runs of
+    /// one scene.
     pub fn rms(&self) -> Option<f64> {
         let z: Vec<f64> = self.differences.iter().filter_map(|d| d.z).collect();
-        // squares of very large ones would be infinite
+        // squares of very large values would be infinite
         let length = z.iter().fold(0.0, |length, z| f64::hypot(length, *z));
         (!z.is_empty()).then(|| length / (z.len() as f64).sqrt())
     }
 }
 
 impl Difference {
-    /// Weight for sorting: |z|; without a known error infinite where the values differ, else 0.
+    /// Returns the weight for sorting: |z|; without a known standard error, infinite if the values
+    /// differ, else 0.
     fn weight(&self) -> f64 {
         self.z.map_or(if self.a == self.b { 0.0 } else { f64::INFINITY }, f64::abs)
     }
 }
 
 fn difference((captor, what, band): Key, a: Value, b: Value) -> Difference {
-    // a value that nothing has reached has no error: then the other's is all that is known
+    // where nothing has arrived there is no error, and only the error of the other value is known
     let variance = |value: Value| value.error.map(|error| error * error);
     let known = [variance(a), variance(b)].into_iter().flatten();
     let error = known.sum::<f64>().sqrt();

@@ -1,4 +1,4 @@
-//! What a run found as flat arrays, captor x channel x band, for programs that compute with it.
+//! The result of a run as flat arrays, captor x channel x band, for programs that compute with it.
 
 use crate::{
     math::stats::Estimate,
@@ -9,9 +9,9 @@ use crate::{
     transport::tally::Totals,
 };
 
-/// Fluxes of all captors with their standard errors, in arrays of captor x channel x column: the channels
-/// are flux on the front, flux on the back and absorbed power ([`CHANNELS`]); the columns are the bands,
-/// then the sums over bands. W or umol/s.
+/// Fluxes of all captors with their standard errors, W or umol/s, in arrays of captor x channel x
+/// column. The channels are flux on the front, flux on the back and absorbed power ([`CHANNELS`]);
+/// the columns are the bands, then the sums over bands.
 #[derive(Clone, Debug)]
 pub struct FlatResult {
     /// Number of captors, in the order of the scene.
@@ -20,14 +20,15 @@ pub struct FlatResult {
     pub columns: usize,
     /// Flux or absorbed power; NaN where the captor has no such channel.
     pub flux: Vec<f64>,
-    /// Standard error (1 sigma); NaN where it is not known: nothing arrived, or one batch only.
+    /// Standard error (1 sigma); NaN where it is not known, because nothing arrived or there was
+    /// one batch only.
     pub flux_se: Vec<f64>,
     /// Photons or paths that were counted, captor x channel; 0 where the captor has no such channel.
     pub photons: Vec<u64>,
 }
 
 impl FlatResult {
-    /// From the sums that a run of `scene` ended with, or those of one of its lights.
+    /// Makes the arrays from the totals of a run of `scene`, or from those of one of its lights.
     pub fn new(scene: &Scene, totals: &Totals) -> Self {
         let (captors, columns) = (scene.captors.len(), scene.bands.len() + scene.sums.len());
         let cells = captors * CHANNELS.len();
@@ -55,8 +56,8 @@ impl FlatResult {
         flat
     }
 
-    /// Flux and standard error of a captor's channel in a column; NaN where there is none. Panics where
-    /// `captor` or `column` is out of range.
+    /// Returns flux and standard error of a captor's channel in a column; NaN where there is none.
+    /// Panics where `captor` or `column` is out of range.
     pub fn get(&self, captor: usize, channel: Channel, column: usize) -> (f64, f64) {
         assert!(captor < self.captors && column < self.columns, "no such captor or column");
         let i = (captor * CHANNELS.len() + channel as usize) * self.columns + column;

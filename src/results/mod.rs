@@ -1,6 +1,11 @@
-//! What a run found, in numbers with standard errors: [`result`] makes them from sums, groups them,
-//! rescales lamps and warns; [`flat`] has them as arrays; [`calibration`] has factors on lamps found from readings; [`saved`] is what is known of results that come from a file, and
-//! [`compare`] sets two of them side by side. Nothing here reads or writes.
+//! Results: the numbers that a run has found, with standard errors.
+//!
+//! Read [`result`] first: it makes results from sums, groups them, rescales lamps and warns.
+//! [`flat`] holds the same numbers as arrays, [`saved`] results that were read from a file.
+//! [`compare`] compares two results. [`calibration`] holds factors on the powers of lamps that were
+//! found from readings.
+//!
+//! Nothing in this module reads or writes files.
 
 pub mod calibration;
 pub mod compare;

@@ -1,5 +1,9 @@
-//! What a run found: plain data, in the form of the results file. Lengths are metres; fluxes W or
-//! umol/s; errors are standard errors (1 sigma).
+//! The result of a run: plain data, in the form of the results file. Lengths are metres, fluxes W
+//! or umol/s, errors standard errors (1 sigma).
+//!
+//! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `dli`
+//! adds daily light integrals, `warnings` adds warnings, `mix` rescales lamps, and `validate`
+//! checks results that were read from a file.
 
 mod dli;
 mod found;
@@ -28,42 +32,44 @@ pub use warnings::{FEW_HISTORIES, Warning};
 /// A value for each light by the light's name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;
 
-/// Number of the form of results: goes up where a program that reads the one before would misread them.
+/// Version of the format of results. It increases when a program that reads the version before
+/// would misread them.
 pub const FORMAT: u32 = 1;
 
 /// The results of one run, as they are written to JSON.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct RunResult {
-    /// Number of the form that it has: 1; 0 where it does not say.
+    /// Version of the format: 1; 0 where the file does not say.
     #[serde(default)]
     pub format: u32,
-    /// Version of phylux that wrote it.
+    /// Version of phylux that wrote the results.
     pub phylux: String,
     /// Name of the scene.
     pub scene: String,
-    /// [`Scene::digest`](crate::Scene::digest): the same for the same scene, from files and from memory.
+    /// [`Scene::digest`](crate::Scene::digest) of the scene: the same for the same scene, whether
+    /// it comes from files or from memory.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub scene_hash: String,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Photons traced, or paths from all faces.
+    /// Number of photons traced, or of paths from all faces.
     pub photons: u64,
-    /// Batches that the standard errors come from.
+    /// Number of batches, from whose spread the standard errors come.
     #[serde(rename = "blocks")]
     pub batches: u64,
-    /// How the numbers were estimated.
+    /// The estimator: photons or paths.
     pub estimator: Estimator,
-    /// What helped photons to virtual captors; absent where nothing did.
+    /// The guiding of photons to virtual captors; absent where there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guiding: Option<Guiding>,
-    /// Whether too few pilot photons found light that matters to say how lamps are to emit, so that they were not guided.
+    /// Whether lamps were not guided, because too few pilot photons found light that matters.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub starved: bool,
-    /// Reason of the choice, where the estimator was left to a trial.
+    /// The reason for the estimator, where a trial has chosen it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
-    /// In a mix: factors on the powers that the lights had in the run, each for all bands or a list with one for
-    /// each; 1 for those that are not named.
+    /// In a mix: factors on the powers that the lights had in the run, each one number for all
+    /// bands or a list with one for each band; lights that are not named have the factor 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mixed: Option<ByLight<Factor>>,
     /// The settings that decide the numbers.
@@ -74,20 +80,20 @@ pub struct RunResult {
     pub warnings: Vec<String>,
     /// Names of the units.
     pub unit: UnitNames,
-    /// What the entries of every array stand for: the bands, then the sums over bands.
+    /// The bands, then the sums over bands, to which the entries of every array belong.
     pub bands: Vec<BandResult>,
     /// The energy balance.
     pub energy: Energy,
-    /// In a run of paths: about which share of the flux on all captors together they cannot find
-    /// (light of points and lines by way of mirrors or refraction, of the sun by way of more than one flat mirror),
-    /// per band, in [0, 1]; absent where there can be none.
+    /// For paths: about which fraction of the flux on all captors together they cannot find (light
+    /// of points and lines by way of mirrors or refraction, and light of the sun by way of more
+    /// than one flat mirror), per band, in [0, 1]. Absent where there can be none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Vec<f64>>,
-    /// In a run of paths: the share of them that the length limits cut off, in [0, 1]; light that
-    /// they could still have found is missing. Absent where there is none.
+    /// For paths: the fraction of them that the length limits cut off, in [0, 1]; light that they
+    /// could still have found is missing. Absent where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_off: Option<f64>,
-    /// Of a run that was to go on until a tolerance is met: whether it is.
+    /// Whether the tolerance is met, for a run that was to go on until it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<ToleranceResult>,
     /// The photon map that the k-nearest estimates were made from.
@@ -102,24 +108,24 @@ pub struct RunResult {
 /// A band, or a sum over bands.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct BandResult {
-    /// Name that is unique among its kind.
+    /// Unique name of the band or sum.
     pub name: String,
-    /// Wavelength, nm.
+    /// Lower end of the band, nm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from_nm: Option<f64>,
-    /// Wavelength, nm.
+    /// Upper end of the band, nm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to_nm: Option<f64>,
-    /// Names of the bands that a sum adds up; only where the entry is a sum.
+    /// Names of the bands that a sum adds up; absent for bands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sum_of: Option<Vec<String>>,
 }
 
-/// The energy balance per band: emitted = absorbed + escaped + lost, and `chance` where there is such. Paths from the captors know
-/// `power` alone: the rest is empty or none, and null in the file.
+/// The energy balance per band: emitted = absorbed + escaped + lost, plus `chance` where photons
+/// were split or ended. For paths only `power` is known; the other entries are null or absent.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Energy {
-    /// Nominal power of all lights.
+    /// Nominal power of all lights, W (or umol/s).
     pub power: Vec<f64>,
     /// Power that the lights emitted per band, W (or umol/s).
     #[schemars(with = "Option<Vec<f64>>")]
@@ -133,15 +139,15 @@ pub struct Energy {
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub escaped: Vec<f64>,
-    /// What of that met no surface, where light comes from infinitely far away.
+    /// The part of `escaped` that met no surface, where light comes from infinitely far away.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<f64>,
     /// Power per band of photons that were cut off by the limits on path length.
     #[schemars(with = "Option<Vec<f64>>")]
     #[serde(with = "or_null")]
     pub lost: Vec<f64>,
-    /// Of photons that were split or ended by what light at a place matters to the captors: what that took, less what it
-    /// gave, per band; 0 on average.
+    /// Where photons were split or ended depending on how much light at a place matters to the
+    /// captors: the power that this took, less the power that it gave, per band; 0 on average.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chance: Option<Vec<f64>>,
     /// Standard error of the value above; null where there was one batch.
@@ -172,26 +178,27 @@ mod or_null {
 pub struct ToleranceResult {
     /// The largest relative standard error that was asked for, in (0, 1).
     pub asked: f64,
-    /// Whether every face meets the tolerance in every band that carries power, or is dark.
+    /// Whether every value meets the tolerance, in every band that carries power, or is dark.
     pub met: bool,
     /// The value that is farthest from the tolerance; null where there is none.
     pub worst: Option<WorstResult>,
-    /// Faces that hardly any light reaches, which were not waited for.
+    /// Values that were left out because hardly any light reaches the captor.
     pub dark: Vec<DarkResult>,
 }
 
 /// The value of a run that is farthest from its tolerance.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct WorstResult {
-    /// Id of the captor.
+    /// Id of the captor, or name of the group.
     pub captor: String,
-    /// `front` or `back`.
+    /// `front`, `back` or `absorbed`.
     pub face: Cow<'static, str>,
-    /// Name of the band, or sum.
+    /// Name of the band or sum.
     pub band: String,
     /// Relative standard error; null where nothing arrived.
     pub relative_error: Option<f64>,
-    /// Batches that found light there: of fewer than 30 the error is not to be trusted, and the tolerance is not met.
+    /// Number of batches that found light there. With fewer than 30 the standard error cannot be
+    /// trusted, and the tolerance is not met.
     #[serde(rename = "blocks_with_light")]
     pub batches_with_light: u64,
 }
@@ -199,11 +206,11 @@ pub struct WorstResult {
 /// A face that hardly any light reaches, in a band.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct DarkResult {
-    /// Id of the captor.
+    /// Id of the captor, or name of the group.
     pub captor: String,
-    /// `front` or `back`.
+    /// `front`, `back` or `absorbed`.
     pub face: Cow<'static, str>,
-    /// Name of the band, or sum.
+    /// Name of the band or sum.
     pub band: String,
     /// Upper bound of the irradiance with 95 % confidence.
     pub below: f64,
@@ -212,7 +219,7 @@ pub struct DarkResult {
 /// The photon map that k-nearest estimates were made from.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct MapResult {
-    /// Arrivals stored.
+    /// Number of arrivals stored.
     pub arrivals: u64,
     /// Number of histories, counted from the first, whose arrivals are all in the map.
     pub photons: u64,
@@ -229,11 +236,11 @@ pub struct CaptorResult {
     pub area: f64,
     /// Area centroid, m.
     pub center: [f64; 3],
-    /// Area-weighted mean normal; zeros where it cancels.
+    /// Area-weighted mean normal; zeros where the normals cancel.
     pub normal: [f64; 3],
-    /// Light against the normal.
+    /// Light that arrived against the normal.
     pub front: FaceResult,
-    /// Light along the normal.
+    /// Light that arrived along the normal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub back: Option<FaceResult>,
     /// Power absorbed by a surface, per band.
@@ -253,15 +260,15 @@ pub struct CaptorResult {
 /// Light that a group of captors received together.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct GroupResult {
-    /// Name that is unique among its kind.
+    /// Unique name of the group.
     pub id: String,
     /// Number of captors.
     pub captors: usize,
     /// Sum of the captors' one-sided areas, m2.
     pub area: f64,
-    /// Light that comes against the normals; irradiance is the mean over the area.
+    /// Light that arrived against the normals; the irradiance is the mean over the area.
     pub front: FaceResult,
-    /// Light along the normals, of those captors that count it.
+    /// Light that arrived along the normals, on those captors that count it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub back: Option<FaceResult>,
     /// Power absorbed by the surfaces, per band.
@@ -285,7 +292,7 @@ pub struct Absorbed {
 }
 
 impl CaptorResult {
-    /// The front face and, for two-sided captors, the back face.
+    /// Returns the front face and, for two-sided captors, the back face.
     pub fn faces(&self) -> impl Iterator<Item = &FaceResult> {
         std::iter::once(&self.front).chain(&self.back)
     }
@@ -294,10 +301,10 @@ impl CaptorResult {
 /// Light that arrived on one face of a captor.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct FaceResult {
-    /// Photons counted; paths that started here.
+    /// Number of photons counted here, or of paths that started here.
     pub photons: u64,
-    /// Histories that they are of: emitted photons that came here, however often and in however many flights;
-    /// not known of groups.
+    /// Number of histories to which the photons belong: of emitted photons that came here, however
+    /// often and in however many flights. Not known for groups.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub histories: Option<u64>,
     /// Power that arrived, per band.
@@ -308,28 +315,29 @@ pub struct FaceResult {
     pub irradiance: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub irradiance_se: Vec<Option<f64>>,
-    /// Of a scene in umol/s over a period: the daily light integral, the mean of its days, mol/m2/d; null for
-    /// bands and sums that are not within 400 to 700 nm.
+    /// For a scene in umol/s over a period: the daily light integral, averaged over its days,
+    /// mol/m2/d. Null for bands and sums that are not within 400 to 700 nm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dli: Option<Vec<Option<f64>>>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dli_se: Option<Vec<Option<f64>>>,
-    /// Whether the error rests on what few paths found, or none of what photons know of, or the value on few photons
-    /// with aimed flights, so that both may be far too small.
+    /// Whether value and standard error may be far too small: because few paths found most of the
+    /// light, because paths missed light that photons found here, or because fewer than 30
+    /// histories of photons came here.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub few_paths: bool,
-    /// Of a group of several: the least irradiance of its captors, per band.
+    /// For a group of several captors: the smallest irradiance of its captors, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<Vec<f64>>,
-    /// The greatest irradiance of them; noise drives least and greatest apart.
+    /// The largest irradiance of its captors, per band; noise drives smallest and largest apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<Vec<f64>>,
-    /// Of a group of several: how even its irradiance is.
+    /// For a group of several captors: how evenly it is lit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uniformity: Option<Uniformity>,
-    /// The k-nearest estimate; null where nothing arrived, absent where none was asked for;
-    /// null in a run of paths and in a mix.
+    /// The k-nearest estimate. Null where nothing arrived, for paths and in a mix; absent where
+    /// none was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "maybe_null")]
     pub knn: Option<Option<NearestResult>>,
     /// The same values for each light, where results are kept by light.
@@ -337,7 +345,7 @@ pub struct FaceResult {
     pub by_light: Option<ByLight<FaceResult>>,
 }
 
-/// Keeps apart a value that is null and one that is absent.
+/// Distinguishes a value that is null from one that is absent.
 fn maybe_null<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<Option<T>>, D::Error> {
@@ -347,19 +355,19 @@ fn maybe_null<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
 /// The k-nearest estimate at the middle of a captor.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct NearestResult {
-    /// Photons gathered.
+    /// Number of photons gathered.
     pub k: usize,
     /// Radius of the gather ball, m.
     pub radius: f64,
-    /// Share of the captor's area that it is a mean over, in (0, 1]: near 1 it says nothing of the
-    /// middle that the summed flux does not say better.
+    /// Fraction of the captor's area over which the estimate is a mean, in (0, 1]. Near 1 it says
+    /// nothing about the middle that the flux on the captor does not say better.
     pub coverage: f64,
     /// Irradiance estimate per band.
     pub irradiance: Vec<f64>,
-    /// Its standard error: the noise alone, not the bias of a mean over the disc; null for fewer than
-    /// two photons and where nothing arrived.
+    /// Standard error of the irradiance estimate: of the noise alone, without the bias of a mean
+    /// over the disc. Null for fewer than two photons and where nothing arrived.
     pub irradiance_se: Vec<Option<f64>>,
-    /// Sent along the face's normal, per band; null on transparent and mirror surfaces.
+    /// Radiance along the normal of the face, per band; null on transparent and mirror surfaces.
     pub radiance: Option<Vec<f64>>,
     /// Standard error of the radiance estimate, with the same shape.
     pub radiance_se: Option<Vec<Option<f64>>>,

@@ -1,4 +1,5 @@
-//! Results as far as comparisons and tables need them, whether of this run or saved by an earlier one.
+//! Results with the values that comparisons and tables need, from this run or from an earlier one
+//! that was saved.
 
 use serde::Deserialize;
 
@@ -17,7 +18,7 @@ pub struct ResultsFile {
     pub scene: String,
     /// Seed of the random streams.
     pub seed: u64,
-    /// How many photons or paths.
+    /// Number of photons or paths.
     pub photons: u64,
     /// Name of the estimator that made the results.
     pub estimator: String,
@@ -35,13 +36,14 @@ pub struct ResultsFile {
 }
 
 impl ResultsFile {
-    /// Kinds of the warnings; only in results of sweeps, of which those without a format have them as warnings.
+    /// Returns the kinds of the warnings. Only results of sweeps hold them; those without a format
+    /// version hold them in place of the warnings.
     pub(crate) fn warning_kinds(&self) -> &[String] {
         self.warning_kinds.as_ref().unwrap_or(&self.warnings)
     }
 
-    /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
-    /// sums and squares of such ones are infinite.
+    /// Returns whether every list has an entry for each band, as the lists of a run have, and no
+    /// number is so large that sums and squares of such numbers are infinite.
     pub(crate) fn is_valid(&self) -> bool {
         let bands = self.bands.len();
         let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
@@ -86,7 +88,7 @@ pub(crate) struct Band {
     pub name: String,
 }
 
-/// The energy balance, per band; paths know the power alone.
+/// The energy balance, per band; for paths only the power is known.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct EnergyValues {
     pub power: Vec<f64>,
@@ -100,16 +102,16 @@ pub(crate) struct EnergyValues {
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct CaptorValues {
     pub id: String,
-    /// m2
+    /// Area, m2.
     pub area: f64,
-    /// m; groups have none.
+    /// Area centroid, m; groups have none.
     #[serde(default)]
     pub center: Option<[f64; 3]>,
     pub front: FaceValues,
     pub back: Option<FaceValues>,
     pub absorbed: Option<Vec<f64>>,
     pub absorbed_se: Option<Vec<Option<f64>>>,
-    /// What was absorbed of each light, where results are split by light.
+    /// Power absorbed of each light, where results are split by light.
     #[serde(default)]
     pub by_light: Option<ByLight<Absorbed>>,
 }
@@ -132,7 +134,7 @@ pub(crate) struct FaceValues {
     pub uniformity: Option<Uniformity>,
     #[serde(default)]
     pub few_paths: bool,
-    /// The same of each light, where results are split by light.
+    /// The same values for each light, where results are split by light.
     #[serde(default)]
     pub by_light: Option<ByLight<FaceValues>>,
 }

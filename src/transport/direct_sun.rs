@@ -1,4 +1,4 @@
-//! Light straight from suns on the fronts of captors, by shadow rays.
+//! Direct sunlight on the fronts of captors, found by shadow rays.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,15 +12,18 @@ use crate::{
     transport::paths::Face,
 };
 
-/// Sets of points of which the spread tells the error, and points of each, spread evenly.
+/// The points are drawn in this many sets, the spread of which gives the standard error. The
+/// [`POINTS`] points of a set are spread evenly.
 const SETS: u64 = 8;
 const POINTS: u64 = 8;
-/// Random numbers that a shadow ray takes.
+/// Number of random numbers that a shadow ray takes.
 const NUMBERS: u32 = 8;
 
-/// Irradiance of the front of each captor by each of some lights at infinity, straight or through thin panes, and
-/// its standard error. A list for each captor: light by light, per band and then per sum. Each is by shadow
-/// rays from 64 points; what no point faces is 0. Same seed, same result on any number of threads.
+/// Returns the irradiance (W/m2) that each of some lights at infinity brings to the front of each
+/// captor, straight or through thin panes, and its standard error. There is one list for each
+/// captor; it holds the lights one after the other, and for each of them the bands and then the
+/// sums over bands. Each value is found by 64 shadow rays; a light that shines on no triangle of a
+/// captor gives 0. The same seed gives the same result on any number of threads.
 pub fn direct_sun(scene: &Scene, lights: &[InfiniteLight], seed: u64) -> Vec<Vec<[f32; 2]>> {
     with_lanes!(scene.lanes(), L => {
         let captors = (0..scene.captors.len()).into_par_iter();

@@ -1,9 +1,15 @@
-//! How light travels: photons from the lights ([`trace`]: the loop to read first), flights beside them for captors that
-//! they hardly reach ([`guiding`]), paths back from the captors ([`paths`]), what they are counted in ([`tally`], [`photon_map`]) and what is estimated from
-//! that ([`nearest`], [`surface_light`]).
+//! Light transport: photons, backward paths, and what is counted of them.
 //!
-//! [`simulate`] cuts a run into batches for threads and machines and decides when it ends. Nothing here
-//! knows files or pictures.
+//! Read [`trace`] first: it is the loop that follows one photon. [`guiding`] adds flights that are
+//! aimed at captors which photons hardly reach. [`paths`] traces backward paths, from the captors
+//! to the lights. [`tally`] and [`photon_map`] hold what is counted and stored; [`nearest`] and
+//! [`surface_light`] make radiance estimates of the stored photons; [`direct_sun`] finds direct
+//! sunlight by shadow rays.
+//!
+//! [`simulate`] cuts a run into batches and tasks, for threads and machines, and decides when it
+//! ends. [`settings`] says how a run is to be done, [`shard`] which part of it a machine does.
+//!
+//! Nothing in this module reads or writes files or draws pictures.
 
 pub mod direct_sun;
 pub mod guiding;

@@ -1,6 +1,7 @@
-//! The k-nearest estimate: irradiance and radiance at a captor's middle from the photons stored
-//! there (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 7), each with equal
-//! weight. Biased by the size of the gather disc; with the default k consistent as photons grow.
+//! The k-nearest estimate: irradiance and radiance at the middle of a captor, from the photons
+//! stored nearest to it, each with equal weight (Jensen, Realistic Image Synthesis Using Photon
+//! Mapping, 2001, ch. 7). The estimate is biased, because it is a mean over the gather disc; with
+//! the default k it is consistent as the number of photons grows.
 
 use std::f64::consts::PI;
 
@@ -22,37 +23,41 @@ use crate::{
 #[cfg(test)]
 mod tests;
 
-/// What the k nearest photons of one face say. Standard errors are of the noise alone; none for fewer
-/// than two photons and where nothing arrived.
+/// The k-nearest estimates for one face of a captor. Standard errors are those of the noise alone;
+/// they are `None` where fewer than two photons count, and where nothing arrived.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearestEstimate {
-    /// Photons gathered: the asked-for k, or all there are.
+    /// Number of photons gathered: k, or all photons if there are fewer.
     pub k: usize,
-    /// Distance of the k-th photon, m; with fewer than k, of the captor's farthest point.
+    /// Distance of the k-th photon, m; with fewer than k photons, the distance of the captor's
+    /// farthest point.
     pub radius: f64,
-    /// Share of the captor's area that it is a mean over, in (0, 1].
+    /// Fraction of the captor's area over which the estimate is a mean, in (0, 1].
     pub coverage: f64,
-    /// Per band and sum over bands, W/m2 or umol/m2/s.
+    /// Irradiance per band, then per sum over bands, W/m2 or umol/m2/s.
     pub irradiance: Vec<Estimate>,
-    /// Sent along the face's mean normal by scattering that is no mirror, per band and sum, W/m2/sr or
-    /// umol/m2/s/sr; none where the surface has no such scattering or no mean normal.
+    /// Radiance along the mean normal of the face, by scattering other than mirror reflection, per
+    /// band, then per sum, W/m2/sr or umol/m2/s/sr. `None` if the surface has no such scattering,
+    /// or no mean normal.
     pub radiance: Option<Vec<Estimate>>,
 }
 
-/// The least k that is chosen: an error of 14 %.
+/// The least k that is chosen; it gives an error of 14 %.
 const LEAST_K: usize = 50;
 
-/// The k for a face that `photons` of so many `histories` arrived on: those of the number of histories to the power
-/// 2/3, the law of the least mean square error in the plane (Silverman, Density Estimation, 1986, 5.2). The
-/// relative error and the share of the captor's area are then alike, histories^(-1/3), from 354 histories on:
-/// photons that come of one, as flights that it was split into, are no more independent for being many.
+/// Returns the k for a face on which `photons` photons of `histories` histories arrived. Counted in
+/// histories it is their number to the power 2/3, the law of the least mean square error in the
+/// plane (Silverman, Density Estimation, 1986, 5.2), and at least [`LEAST_K`]. From 354 histories
+/// on, the relative error and the fraction of the captor's area are then equal, histories^(-1/3).
+/// Photons of the same history, such as copies made by splitting, are not independent, so they do
+/// not count as several.
 fn chosen_k(photons: usize, histories: usize) -> usize {
     let independent = (histories as f64).powf(2.0 / 3.0).round().max(LEAST_K as f64);
     (independent * photons as f64 / histories.max(1) as f64).ceil() as usize
 }
 
-/// The estimates for a captor, front then back; none for a face that no photon has reached. Without
-/// `k` each face has its own, after the photons on it.
+/// Returns the estimates for a captor, front then back; `None` for a face that no photon has
+/// reached. Without `k`, each face has a k of its own that depends on the photons there.
 pub fn estimate(
     scene: &Scene,
     map: &PhotonMap,
@@ -85,20 +90,21 @@ pub fn estimate(
     })
 }
 
-/// The photons, each with what makes an irradiance of its power, 1/m2.
+/// Returns the photons, each with the factor that turns its power into an irradiance, 1/m2.
 fn weighted(gathered: &Gathered) -> impl Iterator<Item = (usize, f64)> {
     gathered.photons.iter().map(|photon| (photon.index, gathered.weight))
 }
 
-/// The radiance of an ideal white Lambertian receiver.
+/// Returns the radiance of an ideal white Lambertian receiver.
 fn white(irradiance: &Estimate) -> Estimate {
     let Estimate { mean, standard_error } = irradiance;
     Estimate { mean: mean / PI, standard_error: standard_error.map(|error| error / PI) }
 }
 
-/// The sum of what weighted photons score, per band and sum over bands. Where n - 1 independent x
-/// lie within the n-th, the variance of their sum / area is on average the sum of (x / area)^2; the
-/// photons of one history are one x.
+/// Returns the sum of what weighted photons score, per band, then per sum over bands. Let n
+/// independent scores x be sorted by distance. The variance of the sum of the first n - 1 of them,
+/// over the area within the n-th, is on average the sum of (x / area)^2. All photons of one history
+/// together make one x.
 fn sum(
     scene: &Scene,
     map: &PhotonMap,
@@ -125,7 +131,7 @@ fn sum(
     sums.into_iter().zip(squares).map(estimate).collect()
 }
 
-/// The point of the captor nearest to its area centroid.
+/// Returns the point of the captor nearest to its area centroid.
 fn middle(scene: &Scene, captor: &Captor) -> Vec3 {
     let center = (captor.center - scene.center).as_vec3();
     let distance = |p: &Vec3| p.distance_squared(center);
@@ -137,7 +143,8 @@ fn middle(scene: &Scene, captor: &Captor) -> Vec3 {
         .unwrap_or(center)
 }
 
-/// The photons on a face nearest to `query`, and the area of the captor that they fell on.
+/// Returns the photons on a face that are nearest to `query`, and the area of the captor on which
+/// they arrived.
 fn gather(
     scene: &Scene,
     map: &PhotonMap,
@@ -157,14 +164,15 @@ fn gather(
     })
 }
 
-/// Distance of the captor's farthest point, m.
+/// Returns the distance from `query` to the farthest point of the captor, m.
 fn reach(scene: &Scene, captor: &Captor, query: Vec3) -> f32 {
     let corners = scene.triangles_of(captor).iter().flat_map(|t| [t.a, t.b, t.c]);
     corners.map(|p| p.distance(query)).fold(0.0, f32::max)
 }
 
-/// Radiance along the mean normal of `face`: reflected from its own photons, transmitted from
-/// those of the other face.
+/// Returns the radiance along the mean normal of `face`: reflected from photons on this face, and
+/// transmitted from photons on the other face. `None` if the surface does not scatter diffusely, or
+/// has no mean normal.
 fn radiance<L: Lanes>(
     scene: &Scene,
     map: &PhotonMap,
@@ -184,7 +192,7 @@ fn radiance<L: Lanes>(
         let surface = scene.surface(stored.triangle as usize);
         let interaction = Interaction::new(stored.direction.unpack(), surface.normal)
             .on(stored.triangle as usize);
-        // what leaves the other side of a bent leaf is not seen from this face
+        // light that leaves a bent leaf on its other side is not seen from this face
         let leaves_front = outgoing.dot(surface.normal) > 0.0;
         if leaves_front != (face == Channel::Front) {
             return;

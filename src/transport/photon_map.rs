@@ -1,4 +1,4 @@
-//! The photon map: stored arrivals, and the k nearest of them (kiddo's kd-tree).
+//! The photon map: stored arrivals, and the search for the k nearest of them (kiddo's kd-tree).
 
 use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
 
@@ -13,57 +13,58 @@ mod tests;
 pub use builder::{MapBuilder, TaskArrivals, TaskKey};
 pub use direction::PackedDirection;
 
-/// A photon that arrived on, or crossed, a surface.
+/// A photon that arrived on a surface, or crossed a virtual captor.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Where, relative to the centre of the scene, m.
+    /// Position relative to the centre of the scene, m.
     pub position: Vec3,
-    /// What it is filed under: a channel of a captor, for a run.
+    /// The bin under which the arrival is filed; in a run, a channel of a captor.
     pub bin: u32,
-    /// The rest of it.
+    /// The other properties of the photon.
     pub photon: StoredPhoton,
 }
 
-/// What a map keeps of an arrival beside its power: the place is kept by the tree of its bin.
+/// What a map keeps of an arrival besides its power. The tree of the bin keeps the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoredPhoton {
-    /// The way it travelled.
+    /// Direction of flight.
     pub direction: PackedDirection,
-    /// Index of the triangle, among the surfaces or the virtual captors.
+    /// Index of the triangle, among those of the surfaces or of the virtual captors.
     pub triangle: u32,
-    /// Index of the light that it came from.
+    /// Index of the light that emitted the photon.
     pub light: u32,
-    /// Index of its history in the task; in a map, among the histories that it holds.
+    /// Index of its history: within its task in an arrival, and among the histories that arrived in
+    /// a map.
     pub history: u32,
 }
 
-/// How a photon came from its light.
+/// The way by which a photon came from its light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Way {
-    /// How often it was scattered in a random direction.
+    /// Number of times that it was scattered by a diffuse or glossy lobe.
     pub bounces: u16,
-    /// Whether it was mirrored or refracted, too.
+    /// Whether it was also mirrored or refracted.
     pub mirrored: bool,
     /// Whether one of those bounces was at a surface without a glossy lobe.
     pub diffused: bool,
 }
 
 impl Way {
-    /// Whether it came by way of mirrors, refraction or gloss alone: light that no path from a camera should look for,
-    /// as it would find it seldom, and much of it then.
+    /// Returns whether the photon came by way of mirrors, refraction or gloss alone. A path from a
+    /// camera should not look for such light, because it would seldom find any, and then much.
     pub fn is_focused(self) -> bool {
         !self.diffused && (self.mirrored || self.bounces > 0)
     }
 }
 
-/// Stored photons, bin by bin, with a tree over each large bin.
+/// Stored photons, bin by bin, with a kd-tree over each large bin.
 pub struct PhotonMap {
-    /// All photons; those of one bin stand side by side.
+    /// All photons, sorted by bin.
     pub photons: Arc<Vec<StoredPhoton>>,
     power: Vec<f32>,
     ways: Vec<Way>,
     bands: usize,
-    /// The histories that these are all arrivals of.
+    /// Number of histories, all arrivals of which are stored here.
     pub histories: u64,
     bins: Arc<BTreeMap<u32, Bin>>,
 }
@@ -73,11 +74,11 @@ struct Bin {
     places: Places,
 }
 
-/// Where the photons of a bin are.
+/// The positions of the photons of a bin.
 enum Places {
-    /// One by one: few, or such as kiddo refuses.
+    /// A list, searched one by one: of few photons, or of positions that kiddo refuses.
     List(Vec<Vec3>),
-    /// Turned.
+    /// A kd-tree of the positions, which are turned by [`ROTATION`].
     Tree(ImmutableKdTree<f32, 3>),
 }
 
@@ -86,7 +87,7 @@ enum Places {
 pub struct Neighbour {
     /// Index of the photon.
     pub index: usize,
-    /// Squared distance, m2.
+    /// Squared distance from the point, m2.
     pub distance2: f32,
 }
 
@@ -94,12 +95,12 @@ pub struct Neighbour {
 const SMALL_SHELF: usize = 1024;
 
 impl PhotonMap {
-    /// A map of all arrivals of `histories`, and their powers per band times `histories`, one after the
-    /// other.
+    /// Makes a map of all arrivals of `histories` histories. `power` holds the powers of the first
+    /// arrival per band, then those of the second, and so on, each multiplied by `histories`.
     ///
     /// # Panics
     ///
-    /// Unless there are `bands` powers for each arrival, and fewer than 2^32 arrivals.
+    /// If there are not `bands` powers for each arrival, or 2^32 arrivals or more.
     pub fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
         Self::file(arrivals, power, Vec::new(), bands, histories)
     }
@@ -134,12 +135,13 @@ impl PhotonMap {
         Self { photons, power: sorted, ways, bands, histories, bins }
     }
 
-    /// Power of a photon per band, W or umol/s x [`histories`](Self::histories).
+    /// Returns the power of a photon per band, W or umol/s, times [`histories`](Self::histories).
     pub fn power(&self, index: usize) -> &[f32] {
         &self.power[index * self.bands..][..self.bands]
     }
 
-    /// The same map with the powers of each light times these factors, which are per band.
+    /// Returns the same map with the powers of each light multiplied by `factors` of that light,
+    /// per band.
     pub fn at_powers<'a>(&self, factors: impl Fn(usize) -> &'a [f64]) -> Self {
         let scaled = |(photon, power): (&StoredPhoton, &[f32])| {
             let factors = factors(photon.light as usize);
@@ -155,7 +157,7 @@ impl PhotonMap {
         }
     }
 
-    /// The photons that came in some ways, of a map that keeps them.
+    /// Returns the photons that came by a wanted way, of a map that stores ways.
     pub fn part(&self, wanted: impl Fn(Way) -> bool) -> Self {
         let (mut arrivals, mut power, mut ways) = (Vec::new(), Vec::new(), Vec::new());
         let positions = self.positions();
@@ -169,18 +171,19 @@ impl PhotonMap {
         Self::file(arrivals, power, ways, self.bands, self.histories)
     }
 
-    /// The bins that have photons, and the indices of these.
+    /// Returns the bins that have photons, and the indices of these photons.
     pub fn bins(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
         self.bins.iter().map(|(bin, Bin { range, .. })| (*bin, range.clone()))
     }
 
-    /// How each photon came, in the order of `photons`; empty in a map that does not keep it.
+    /// Returns the way by which each photon came, in the order of `photons`; empty in a map that
+    /// does not store ways.
     pub fn ways(&self) -> &[Way] {
         &self.ways
     }
 
-    /// Where each photon is, in the order of `photons`, m relative to the centre of the scene; those in
-    /// trees to rounding.
+    /// Returns the position of each photon, in the order of `photons`, m relative to the centre of
+    /// the scene; positions in trees are exact up to rounding.
     pub fn positions(&self) -> Vec<Vec3> {
         let mut positions = vec![Vec3::ZERO; self.photons.len()];
         for Bin { range, places } in self.bins.values() {
@@ -195,21 +198,22 @@ impl PhotonMap {
         positions
     }
 
-    /// How many photons a bin has.
+    /// Returns the number of photons of a bin.
     pub fn count(&self, bin: u32) -> usize {
         self.bins.get(&bin).map_or(0, |bin| bin.range.len())
     }
 
-    /// How many histories these are of.
+    /// Returns the number of histories to which the photons of a bin belong.
     pub fn histories_on(&self, bin: u32) -> usize {
         let Some(Bin { range, .. }) = self.bins.get(&bin) else { return 0 };
-        // they are stored in the order of their histories
+        // the photons of a bin are stored in the order of their histories
         self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count()
     }
 
-    /// The photons of a bin nearer to `point` than the k-th, and the area inside the ball that this one spans, as `inside`
-    /// tells it from the radius, m. With fewer than `k` (at least 1) photons all of them, and the `whole` area, m2. None
-    /// where there is no photon or no area.
+    /// Gathers the photons of a bin that are nearer to `point` than the k-th, and the area within
+    /// the distance of the k-th, which `inside` returns for a radius in m. With fewer than `k` (at
+    /// least 1) photons, gathers all of them and takes the `whole` area, m2. `None` if there are no
+    /// photons or no area.
     pub fn gather(
         &self,
         bin: u32,
@@ -231,8 +235,8 @@ impl PhotonMap {
         some.then_some(Gathered { photons, found, radius, area, weight })
     }
 
-    /// The `k` (at least 1) photons of a bin nearest to `point`, nearest first; fewer where the
-    /// bin has fewer.
+    /// Returns the `k` (at least 1) photons of a bin that are nearest to `point`, nearest first;
+    /// all photons if the bin has fewer.
     pub fn nearest(&self, bin: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
         let (Some(Bin { range, places }), Some(k)) = (self.bins.get(&bin), NonZero::new(k)) else {
             return Vec::new();
@@ -243,17 +247,17 @@ impl PhotonMap {
     }
 }
 
-/// The photons that count at a point of one face, and the area that they fell on.
+/// The photons that count at a point of one face, and the area on which they arrived.
 pub struct Gathered {
-    /// All but the k-th.
+    /// The photons, without the k-th.
     pub photons: Vec<Neighbour>,
-    /// How many there were, with the k-th.
+    /// Number of photons found, with the k-th.
     pub found: usize,
-    /// Distance of the k-th, m; none where there are fewer.
+    /// Distance of the k-th photon, m; `None` if there are fewer than k.
     pub radius: Option<f32>,
-    /// m2.
+    /// Area on which the photons arrived, m2.
     pub area: f64,
-    /// What makes an irradiance of their powers: 1 / (area x histories), 1/m2.
+    /// Factor that turns their powers into irradiances: 1 / (area x histories), 1/m2.
     pub weight: f64,
 }
 
@@ -297,8 +301,8 @@ impl Places {
     }
 }
 
-/// Photons lie on walls, and a wall across an axis wastes the splits along it: turn everything
-/// once by a generic rotation.
+/// Photons lie on walls, and a wall perpendicular to an axis wastes the splits along that axis. All
+/// positions are therefore turned once by this generic rotation.
 const ROTATION: Mat3 = Mat3::from_cols_array(&[
     -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132, -0.681_633,
     0.453_596,

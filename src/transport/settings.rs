@@ -1,4 +1,4 @@
-//! How a run is to be done, and what its numbers may be.
+//! Settings of a run, and the limits within which their numbers must lie.
 
 use std::{fmt, time::Duration};
 
@@ -7,25 +7,25 @@ use serde::{Deserialize, Serialize};
 
 use crate::{error::number, scene::captor::Channel};
 
-/// The most histories that a run can have.
+/// The most photons, or paths, that a run can have.
 pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
 
-/// How captors are read.
+/// The method by which the light on the captors is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
-    /// Photons from the lights, counted where they arrive.
+    /// Photons are traced from the lights and counted where they arrive.
     #[default]
     Photons,
-    /// Paths back from the captors.
+    /// Paths are traced backward, from the captors to the lights.
     Paths,
-    /// What a short trial finds cheaper.
+    /// A short trial chooses the cheaper one of the two.
     Auto,
 }
 
 impl fmt::Display for Estimator {
-    /// What it traces.
+    /// Writes what this estimator traces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Photons => "photons",
@@ -35,20 +35,21 @@ impl fmt::Display for Estimator {
     }
 }
 
-/// What a tolerance is asked of: captors and groups, a quantity of them, and a band.
+/// What a tolerance applies to: captors and groups, one of their quantities, and a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     /// Pattern of the ids of captors or names of groups; `*` stands for any characters.
     pub pattern: String,
     /// The channel: light on the front or back, or what is absorbed.
     pub quantity: Channel,
-    /// Name of a band or sum; none: all.
+    /// Name of a band or of a sum over bands; `None` means all of them.
     pub band: Option<String>,
 }
 
 impl Target {
-    /// From `PATTERN[:QUANTITY[:BAND]]`; quantities are `irradiance` and `front` (the same, and the default), `back`
-    /// and `absorbed`. A colon before anything else belongs to the pattern. Error: no pattern.
+    /// Reads `PATTERN[:QUANTITY[:BAND]]`. The quantities are `irradiance` and `front` (which mean
+    /// the same, and are the default), `back` and `absorbed`. A colon before anything else belongs
+    /// to the pattern. Error: the pattern is empty.
     pub fn parse(text: &str) -> Checked<Self> {
         let named = text.match_indices(':').find_map(|(at, _)| {
             let (word, band) = match text[at + 1..].split_once(':') {
@@ -83,49 +84,57 @@ impl fmt::Display for Target {
     }
 }
 
-/// What helps photons to captors that light hardly reaches.
+/// The help that photons get to reach captors that little light reaches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Guiding {
-    /// Nothing: photons alone.
+    /// None: photons are left to chance.
     Off,
-    /// Flights aimed at virtual captors, from wherever a photon starts or is scattered diffusely.
+    /// Flights are aimed at virtual captors, from wherever a photon is emitted or scattered
+    /// diffusely.
     Aim,
-    /// These, and photons split and ended by how much light at a place matters to the captors.
+    /// As `aim`, and photons are also split or ended depending on how much light at a place matters
+    /// to the captors.
     Full,
-    /// Off, aim or full, as a short trial finds cheaper.
+    /// A short trial chooses the cheapest of `off`, `aim` and `full`.
     #[default]
     Auto,
 }
 
-/// How a run is to be done.
+/// Settings of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How captors are read.
+    /// The method by which the light on the captors is found.
     pub estimator: Estimator,
-    /// Histories, or paths over all faces: how many (none: [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS)).
+    /// Number of photons, or of paths over all faces together; `None` means
+    /// [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS).
     pub photons: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Photons of a k-nearest estimate, at least 2 (none: the number of those on each face to the power
-    /// 2/3, at least 50); 0 stores no photons.
+    /// Number of photons of a k-nearest estimate, at least 2. With `None`, each face has its own:
+    /// the number of histories that reached it, to the power 2/3 and at least 50, times the photons
+    /// per history. With 0, no photons are stored.
     pub k: Option<usize>,
-    /// The most arrivals in the photon map; fewer where they would take more than 1 GiB.
+    /// The most arrivals that the photon map holds. It holds fewer where they would take more than
+    /// 1 GiB.
     pub map_photons: usize,
-    /// What is sent out beside photons, for virtual captors.
+    /// The help that photons get to reach captors that little light reaches.
     pub guiding: Guiding,
-    /// Goes on until every captor's relative standard error is at most this, in (0, 1).
+    /// The run goes on until the relative standard error of every captor is at most this, in (0,
+    /// 1).
     pub tolerance: Option<f64>,
-    /// With a tolerance: the most histories, if they are limited.
+    /// With a tolerance: the most photons, or paths, if their number is limited.
     pub tolerance_limit: Option<u64>,
-    /// With a tolerance: what must meet it; empty: the irradiance of all faces in all bands.
+    /// With a tolerance: what must meet it. An empty list means the irradiance of all faces in all
+    /// bands.
     pub of: Vec<Target>,
-    /// Ends at the first batch border after this time.
+    /// Time limit. With a tolerance the run ends after the round in which the limit is passed;
+    /// without one it ends at the border between tasks that is nearest to the limit.
     pub max_time: Option<Duration>,
-    /// Whether results are split by light; of photons only.
+    /// Whether results are split by light, which only photons can do.
     pub by_light: bool,
-    /// Threads; 0 takes as many as there are processors.
+    /// Number of threads; 0 means one for each processor.
     pub threads: usize,
 }
 
@@ -148,14 +157,14 @@ impl Default for Settings {
     }
 }
 
-/// A checked number, or what it must be.
+/// A number that has been checked, or a message that says what it must be.
 pub type Checked<T> = Result<T, String>;
 
 impl Settings {
-    /// Histories of a run that is given no number.
+    /// Number of photons of a run for which no number is given.
     pub const DEFAULT_PHOTONS: u64 = 1_000_000;
 
-    /// A number of photons to trace.
+    /// Checks a number of photons to trace, 1 to [`MAX_PHOTONS`].
     pub fn check_photons(count: u64) -> Checked<u64> {
         match count {
             1..=MAX_PHOTONS => Ok(count),
@@ -163,7 +172,7 @@ impl Settings {
         }
     }
 
-    /// A number of photons for a k-nearest estimate.
+    /// Checks a number of photons for a k-nearest estimate: 0, or at least 2.
     pub fn check_k(k: u64) -> Checked<usize> {
         match usize::try_from(k) {
             Ok(1) | Err(_) => {
@@ -173,7 +182,7 @@ impl Settings {
         }
     }
 
-    /// A bound on the arrivals in the photon map.
+    /// Checks the most arrivals that the photon map may hold, at most 1e9.
     pub fn check_map_photons(count: u64) -> Checked<usize> {
         const MOST: u64 = 1_000_000_000;
         match count {
@@ -182,7 +191,7 @@ impl Settings {
         }
     }
 
-    /// A relative standard error to stop at.
+    /// Checks a relative standard error at which a run stops, in (0, 1).
     pub fn check_tolerance(tolerance: f64) -> Checked<f64> {
         if tolerance > 0.0 && tolerance < 1.0 {
             return Ok(tolerance);
@@ -190,7 +199,7 @@ impl Settings {
         Err(format!("{}, must be between 0 and 1 (1 % is 0.01)", number(tolerance)))
     }
 
-    /// A time to stop at, from seconds.
+    /// Checks a time limit in seconds, above 0 and below 1e19 s.
     pub fn check_max_time(seconds: f64) -> Checked<Duration> {
         match Duration::try_from_secs_f64(seconds) {
             Ok(time) if !time.is_zero() => Ok(time),
@@ -198,7 +207,7 @@ impl Settings {
         }
     }
 
-    /// A number of threads.
+    /// Checks a number of threads, at most 1024.
     pub fn check_threads(threads: u64) -> Checked<usize> {
         match threads {
             0..=1024 => Ok(threads as usize),

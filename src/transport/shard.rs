@@ -1,10 +1,10 @@
-//! Work cut into fixed shards, for several machines.
+//! Work that is cut into fixed shards, one for each of several machines.
 
 use std::{fmt, ops::Range};
 
 use crate::transport::settings::Checked;
 
-/// A fixed share of the runs of a sweep, or of the batches of a run.
+/// A shard: a fixed share of the runs of a sweep, or of the batches of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     index: usize,
@@ -12,10 +12,11 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All runs.
+    /// The shard that holds everything.
     pub const WHOLE: Self = Self { index: 0, of: 1 };
 
-    /// From text such as `3/16`.
+    /// Reads text such as `3/16`, the third of sixteen shards. Error: the text does not have this
+    /// form.
     pub fn parse(text: &str) -> Checked<Self> {
         let numbers =
             text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
@@ -25,24 +26,25 @@ impl Shard {
         }
     }
 
-    /// Whether the entry `index` of a list is in it: neighbours, which take about as long, are in
-    /// different ones.
+    /// Returns whether the shard holds entry `index` of a list. Neighbouring entries, which take
+    /// about the same time, are in different shards.
     pub fn holds(self, index: usize) -> bool {
         index % self.of == self.index
     }
 
-    /// Its range of so many things that must stay in order; as many as the others' or one more.
+    /// Returns the shard's range of `of` entries that must stay in order. The ranges of the shards
+    /// differ in length by at most one.
     pub fn range(self, of: u64) -> Range<u64> {
         let border = |index: usize| (of as u128 * index as u128 / self.of as u128) as u64;
         border(self.index)..border(self.index + 1)
     }
 
-    /// Which, from 0.
+    /// Index of the shard, from 0.
     pub fn index(self) -> usize {
         self.index
     }
 
-    /// Of how many.
+    /// Number of shards.
     pub fn of(self) -> usize {
         self.of
     }

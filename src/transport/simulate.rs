@@ -1,8 +1,15 @@
-//! Batches, threads, ordered merge: from a scene and settings to totals and a photon map.
+//! Runs: from a scene and settings to totals and a photon map.
 //!
-//! A run is cut into batches of histories, a batch into tasks. Each task emits every light in its
-//! exact share, and random streams belong to (seed, purpose, batch, history): so neither the number of
-//! threads nor the moment at which a run ends early can be seen in what it found.
+//! A run is cut into batches of histories, which are the unit of statistics, and each batch into
+//! tasks, which are the unit of scheduling. Sums of tasks are merged in order. Each task emits
+//! every light in its exact share, and each random stream belongs to one (seed, purpose, batch,
+//! history). The result therefore depends neither on the number of threads nor on the moment at
+//! which a run ends early.
+//!
+//! Reading order: `schedule` cuts a run, `task` follows the histories of one task, `batches` puts
+//! tasks on threads, `until` ends runs that are accurate enough or out of time. `plan`, `trial`,
+//! `tried`, `pilot` and `lamps` are the short runs that come before; `checkpoint` divides one run
+//! over time, and `shard` over machines.
 
 mod accuracy;
 mod batches;
@@ -53,30 +60,30 @@ pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
 pub use surfaces::{focused_light, light_surfaces};
 pub use trial::{Choice, other_estimator};
 
-/// Histories of a task, unless there are more lights than that.
+/// Number of histories of a task, unless there are more lights than that.
 const TASK: u64 = 1024;
 /// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
-/// The most memory that the photon map may take, bytes. Building it takes twice as much, and in a
-/// room of mirrors the task of each thread may be as large.
+/// The most memory that the photon map may take, in bytes. Building it takes twice as much, and in
+/// a room of mirrors the arrivals of the task of each thread may take as much again.
 const MAX_MAP_BYTES: usize = 1 << 30;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Histories done.
+    /// Number of photons, or paths, done.
     pub photons: u64,
-    /// Histories to do, where that is known.
+    /// Number of photons, or paths, to do, if it is known.
     pub of: Option<u64>,
-    /// With a tolerance: what was farthest from it when it was last looked at.
+    /// With a tolerance: the value that was farthest from it when the run was last checked.
     pub worst: Option<Worst>,
 }
 
-/// What a run is watched and stopped by.
+/// How a caller watches and stops a run.
 pub struct Control<'a> {
-    /// Set it to end the run with an error.
+    /// Setting it to `true` ends the run with an error.
     pub stop: &'a AtomicBool,
-    /// Called now and then, from any thread.
+    /// Is called now and then, from any thread.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
@@ -91,42 +98,43 @@ pub enum End {
     Time,
 }
 
-/// What a run found.
+/// The result of a run.
 pub struct Simulation {
-    /// What was traced: photons or paths.
+    /// The estimator that was used: photons or paths.
     pub estimator: Estimator,
-    /// Why, where a trial has chosen it.
+    /// The reason for the estimator, if a trial has chosen it.
     pub choice: Option<Choice>,
-    /// What guided photons.
+    /// The guiding that was used.
     pub guiding: Guiding,
-    /// Whether too little was found to say how lamps are to emit.
+    /// Whether the pilot found too little light to say how the lamps should emit.
     pub starved: bool,
     /// Sums per captor, group and band, and the ledger.
     pub totals: Totals,
-    /// Stored arrivals on captors; none for k = 0.
+    /// The arrivals stored on captors; `None` for k = 0 and for paths.
     pub map: Option<PhotonMap>,
-    /// In a run of paths: what they cannot find, where there may be such light.
+    /// For paths: the light that they cannot find, if there may be such light.
     pub unseen: Option<Unseen>,
-    /// Per channel of captors and groups, whether photons know of more light there that paths find by chance alone than
-    /// its error does; empty where there is no such light, and in a run of photons.
+    /// For paths, per channel of captors and groups: whether its standard error is too small for
+    /// the light that paths find by chance alone, as photons show. Empty if there is no such light,
+    /// and for photons.
     pub too_small: Vec<bool>,
-    /// Why it ended.
+    /// The reason why the run ended.
     pub end: End,
-    /// With a tolerance: whether it is met, and what is farthest from it.
+    /// With a tolerance: whether it is met, and which value is farthest from it.
     pub accuracy: Option<Accuracy>,
-    /// Threads that took part.
+    /// Number of threads that took part.
     pub threads: usize,
 }
 
-/// Runs `scene`. Errors: fewer photons than lights, no captor for paths to start from, paths that are
-/// to be split by light, stopped by `control`, no threads to be had, too many captors for a time limit, a
-/// panic in `control`'s callback or in the program.
+/// Runs `scene`. Errors: there are fewer photons than lights; there is no captor for paths to start
+/// from; paths are to be split by light; `control` stops the run; no threads are to be had; there
+/// are too many captors for a time limit; `control`'s callback or the program panics.
 pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
     simulate_kept(scene, settings, control, None)
 }
 
-/// Like [`simulate`], and what it does is kept, to be gone on with. Errors besides: a time limit, which would end it
-/// elsewhere each time.
+/// Like [`simulate`], but `keeper` saves what the run has done, so that it can be resumed. Error
+/// besides: there is a time limit, which would end a resumed run elsewhere.
 pub fn simulate_kept(
     scene: &Scene,
     settings: &Settings,
@@ -148,8 +156,9 @@ pub fn simulate_kept(
     })
 }
 
-/// Like [`simulate`] of photons, each light in a part of its own, without what comes straight or through thin
-/// panes from a sun to a captor: [`direct_sun`](crate::transport::direct_sun) finds that better.
+/// Like [`simulate`] with photons, each light in a part of its own, but without the light that
+/// comes from a sun to a captor straight or through thin panes, which
+/// [`direct_sun`](crate::transport::direct_sun) finds better.
 pub fn simulate_without_direct_sun(
     scene: &Scene,
     settings: &Settings,
@@ -159,7 +168,7 @@ pub fn simulate_without_direct_sun(
         Settings { estimator: Estimator::Photons, by_light: true, k: Some(0), ..settings.clone() };
     catch_panic("run", || {
         let Plan { settings, guidance, .. } = &Plan::make(scene, &settings, control)?;
-        // copies of a photon do not know whether it comes straight
+        // copies of a photon do not know whether it came straight, so there are no weight windows
         let guidance = guidance.as_ref().and_then(|_| Guidance::aim(scene));
         let part_of = part_of(scene, settings);
         let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
@@ -168,13 +177,15 @@ pub fn simulate_without_direct_sun(
     })
 }
 
-/// The part that each light is counted in.
+/// Returns the part in which each light is counted; an empty list if results are not split by
+/// light.
 fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
     if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() }
 }
 
-/// Like [`simulate`], of photons or paths; each light is also counted in a part of its own or of several, from 0
-/// without gaps. An empty list splits nothing.
+/// Like [`simulate`], but each light is also counted in a part: light l in part `part_of[l]`.
+/// Several lights may share a part; parts are numbered from 0 without gaps. An empty list splits
+/// nothing.
 pub fn simulate_split(
     scene: &Scene,
     settings: &Settings,
@@ -188,48 +199,50 @@ pub fn simulate_split(
     })
 }
 
+/// A run: its scene and settings, and the state that its threads share.
 struct Run<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     keep: Keep<'a>,
-    /// What its random numbers are for.
+    /// The purpose of its random numbers.
     purpose: Purpose,
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
     work: Work<'a>,
-    /// What guides photons, if they are guided.
+    /// What guides its photons; `None` if they are not guided.
     guidance: Option<Guidance<'a>>,
-    /// The part that each light is counted in; empty where nothing is split.
+    /// The part in which each light is counted; empty if nothing is split.
     part_of: Vec<usize>,
     /// Whether photons of suns count only once they have been scattered.
     without_direct_sun: bool,
     done: AtomicU64,
-    /// Keeps what it does.
+    /// Saves what the run has done, if it may have to be resumed.
     keeper: Option<&'a Keeper<'a>>,
     /// Whether a thread has panicked, so that the others need not go on.
     broken: AtomicBool,
-    /// Of paths, per band: the bits of the largest irradiance that one of them found. Bits of floats that are not
-    /// negative have the order of these.
+    /// For paths, per band: the bits of the largest irradiance that one path has found, W/m2 or
+    /// umol/m2/s. The bits of floats that are not negative have the same order as the floats.
     brightest: Vec<AtomicU64>,
 }
 
-/// Which photons the map keeps.
+/// The arrivals that the photon map keeps.
 #[derive(Clone, Copy)]
 enum Keep<'a> {
-    /// Those on captors, filed by channel.
+    /// Arrivals on captors, filed by channel.
     OnCaptors,
-    /// All, filed by smooth piece of surface and face.
+    /// All arrivals on surfaces, filed by smooth piece of surface and face.
     OnSurfaces(&'a Patches),
-    /// Those of them that came by mirrors, refraction or gloss alone; none is followed beyond that.
+    /// Those of the photons that came by mirrors, refraction or gloss alone; photons are not
+    /// followed any further.
     Focused(&'a Patches),
 }
 
 /// What one history is.
 enum Work<'a> {
-    /// A photon; the lights' shares in a task of the usual length.
+    /// A photon. The strata hold the lights' shares in a task of the usual length.
     Photons(Strata),
-    /// A path from each of these faces, and what pilot photons have found for them.
+    /// A path from each of these faces, and what the pilot photons have found for the paths.
     Paths(Vec<Face<'a>>, Pilot),
 }
 
@@ -246,7 +259,7 @@ impl<'a> Run<'a> {
         let nearest = matches!(keep, Keep::OnCaptors) && settings.k != Some(0);
         memory::check(scene, parts(&part_of), pool.current_num_threads(), nearest)?;
         let work = match settings.estimator {
-            // what a trial finds cheaper is known by now
+            // by now the estimator is known, even where a trial chooses it
             Estimator::Photons | Estimator::Auto => {
                 let task = TASK.max((scene.sources() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, task, scene.lanes()))
@@ -282,7 +295,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The same with photons that are guided so.
+    /// Returns the same run with photons that are guided by `guidance`.
     fn guided_by(mut self, guidance: Option<Guidance<'a>>) -> Self {
         self.guidance = guidance;
         if let Work::Photons(strata) = &self.work {
@@ -300,14 +313,14 @@ impl<'a> Run<'a> {
         Totals::new(self.scene, parts(&self.part_of))
     }
 
-    /// So many histories of photons, shared among the lights.
+    /// Shares a number of histories of photons among the lights.
     fn strata(&self, histories: u64) -> Strata {
         let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
         let shares = lamps.and_then(|lamps| lamps.shares.as_deref());
         Strata::shared(&self.scene.lights, histories, self.scene.lanes(), shares)
     }
 
-    /// Histories of a task of the usual length.
+    /// Returns the number of histories of a task of the usual length.
     fn full_task(&self) -> u64 {
         match &self.work {
             Work::Photons(strata) => strata.histories(),
@@ -316,7 +329,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Photons, or paths, that a history is.
+    /// Returns the number of photons, or of paths, that one history is.
     fn unit(&self) -> u64 {
         match &self.work {
             Work::Photons(_) => 1,
@@ -435,7 +448,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The faces of all captors.
+/// Returns the faces of all captors.
 fn faces(scene: &Scene) -> Vec<Face<'_>> {
     let of = |(c, captor): (usize, &Captor)| {
         captor.kind.faces().iter().map(move |&face| Face::new(scene, c, face))
@@ -443,12 +456,12 @@ fn faces(scene: &Scene) -> Vec<Face<'_>> {
     scene.captors.iter().enumerate().flat_map(of).collect()
 }
 
-/// The least number of paths of a run: some from each face.
+/// Returns the least number of paths of a run, over all faces.
 pub fn least_paths(scene: &Scene) -> u64 {
     MIN_PATHS * scene.captors.iter().map(|captor| captor.kind.faces().len() as u64).sum::<u64>()
 }
 
-/// How many parts there are.
+/// Returns the number of parts.
 fn parts(part_of: &[usize]) -> usize {
     part_of.iter().max().map_or(0, |last| last + 1)
 }

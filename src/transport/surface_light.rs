@@ -1,9 +1,10 @@
 //! Light at any point of any surface, from the k nearest of all photons that arrived there.
 //!
-//! Photons are filed by smooth piece of surface and face, so none leaks through a sheet, around a
-//! corner or from leaf to leaf; and their power is divided by the true area of that piece inside the
-//! ball that they span, so no edge is dark. Biased by the size of that ball as every k-nearest
-//! estimate: a shadow is blurred over it, also where the piece goes on under what stands on it.
+//! Photons are filed by smooth piece of surface and face, so that no light leaks through a sheet,
+//! around a corner or from leaf to leaf. Their power is divided by the true area of the piece
+//! within the ball that they span, so that edges are not too dark. Like every k-nearest estimate it
+//! is biased by the size of that ball: a shadow is blurred over the ball, and so is light where the
+//! piece continues beneath an object that stands on it.
 
 mod cache;
 
@@ -30,32 +31,35 @@ pub use cache::RadianceCache;
 pub struct SurfaceLight<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its smooth pieces.
+    /// The smooth pieces of its surfaces.
     pub patches: Patches,
-    /// All arrivals of the first histories on all surfaces, filed by piece and face, and how they came.
+    /// All arrivals of the first histories on all surfaces, filed by piece and face, with the ways
+    /// by which they came.
     pub map: PhotonMap,
-    /// Photons of an estimate, at least 2.
+    /// Number of photons of an estimate, at least 2.
     pub k: usize,
 }
 
 impl<'a> SurfaceLight<'a> {
-    /// Photons of an estimate that is given no number: an error of 7 %.
+    /// Number of photons of an estimate for which no number is given; it gives an error of 7 %.
     pub const DEFAULT_K: usize = 200;
 
-    /// What arrives at a face of a triangle near `point`, per band, W/m2 or umol/m2/s. Zero where no
-    /// photon has reached that face of its piece.
+    /// Returns the irradiance on a face of a triangle near `point`, per band, W/m2 or umol/m2/s. It
+    /// is zero where no photon has reached that face of the piece.
     pub fn irradiance(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
         self.arrived(triangle, front, point, 1, |_| 0)
     }
 
-    /// The same of each light, light after light.
+    /// Like [`irradiance`](Self::irradiance), but by each light: all bands for the first light,
+    /// then for the second, and so on.
     pub fn irradiance_by_light(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
         let light = |photon: usize| self.map.photons[photon].light as usize;
         self.arrived(triangle, front, point, self.scene.lights.len(), light)
     }
 
-    /// Standard error of [`irradiance`](Self::irradiance) in some bands together, over its value: √Σp² / Σp of
-    /// the powers p of its photons, as if each had come by itself. None where no photon arrived.
+    /// Returns the relative standard error of [`irradiance`](Self::irradiance), for some bands
+    /// together: √Σp² / Σp of the powers p of its photons, as if these were independent. `None`
+    /// where no photon arrived.
     pub fn relative_error(
         &self,
         triangle: usize,
@@ -74,17 +78,17 @@ impl<'a> SurfaceLight<'a> {
         (sum > 0.0).then(|| squares.sqrt() / sum)
     }
 
-    /// Relative standard error of an estimate from `k` photons of one power.
+    /// Returns the relative standard error of an estimate from `self.k` photons of equal power.
     pub fn error_of_alike(&self) -> f32 {
         Self::error_of(self.k)
     }
 
-    /// The same of another number of photons.
+    /// Returns the relative standard error of an estimate from `k` photons of equal power.
     pub fn error_of(k: usize) -> f32 {
         1.0 / (k as f32).sqrt()
     }
 
-    /// What arrives, in so many parts; `part` says to which a photon belongs.
+    /// Returns the irradiance in `parts` parts; `part` returns the part to which a photon belongs.
     fn arrived(
         &self,
         triangle: usize,
@@ -105,13 +109,13 @@ impl<'a> SurfaceLight<'a> {
         sums
     }
 
-    /// What the surface absorbs near `point`, from both sides, per band, W/m2 or umol/m2/s.
+    /// Returns what the surface absorbs near `point`, from both sides, per band, W/m2 or umol/m2/s.
     pub fn absorbed(&self, triangle: usize, point: Vec3) -> Vec<f64> {
         self.absorbed_from([true, false], triangle, point)
     }
 
-    /// The share that the surface absorbs of what arrives at a face near `point`, per band, as the photons there tell.
-    /// Zero where none has reached it.
+    /// Returns the fraction of the light arriving at a face near `point` that the surface absorbs,
+    /// per band, estimated from the photons there. It is zero where no photon has reached the face.
     pub fn absorptance(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
         let absorbed = self.absorbed_from([front, !front], triangle, point);
         let arrived = self.irradiance(triangle, front, point);
@@ -119,11 +123,12 @@ impl<'a> SurfaceLight<'a> {
         absorbed.into_iter().zip(arrived).map(share).collect()
     }
 
-    /// What the surface absorbs of what arrives at some `faces` (front, back).
+    /// Returns what the surface absorbs of the light that arrives at the chosen `faces` (front,
+    /// back).
     fn absorbed_from(&self, faces: [bool; 2], triangle: usize, point: Vec3) -> Vec<f64> {
         with_lanes!(self.scene.lanes(), L => {
             self.sum::<L>(triangle, point, faces, self.k, |material, at, photon| {
-                // without a closed form: what scattering once leaves behind, in the mean
+                // without a closed form: what one scattering leaves behind, on average
                 material.absorptance(at).unwrap_or_else(|| {
                     let mut rng = Streams::new(0, Purpose::Surfaces, 0).history(photon as u64);
                     let scatter = material.sample::<L>(at, Transport::Light, &mut rng);
@@ -134,9 +139,10 @@ impl<'a> SurfaceLight<'a> {
         })
     }
 
-    /// What leaves a surface near `point` along `outgoing` by scattering that is no mirror, per band,
-    /// W/m2/sr or umol/m2/s/sr: reflected from photons of that side and, where the material lets
-    /// light through, transmitted from those of the other.
+    /// Returns the radiance that leaves a surface near `point` along `outgoing`, by scattering
+    /// other than mirror reflection, per band, W/m2/sr or umol/m2/s/sr. It is reflected from
+    /// photons on that side and, where the material lets light through, transmitted from photons on
+    /// the other side.
     pub fn radiance(&self, triangle: usize, point: Vec3, outgoing: Vec3) -> Vec<f64> {
         let surface = self.scene.surface(triangle);
         let Material::Lambert(lambert) = self.scene.material(surface) else {
@@ -146,7 +152,8 @@ impl<'a> SurfaceLight<'a> {
         irradiance.iter().zip(lambert.reflectance()).map(|(e, r)| e * f64::from(r) / PI).collect()
     }
 
-    /// The same of those of the nearest `k` photons that came in some ways.
+    /// Like [`radiance`](Self::radiance), but from the nearest `k` photons, of which only those
+    /// count that came by a wanted way.
     pub fn radiance_of(
         &self,
         triangle: usize,
@@ -173,14 +180,16 @@ impl<'a> SurfaceLight<'a> {
         })
     }
 
-    /// The photons that came in some ways alone, `k` of them for an estimate.
+    /// Returns the light of those photons alone that came by a wanted way, with `k` of them for an
+    /// estimate.
     pub fn part(&self, k: usize, wanted: impl Fn(Way) -> bool) -> SurfaceLight<'a> {
         let Self { scene, ref patches, ref map, .. } = *self;
         SurfaceLight { scene, patches: patches.clone(), map: map.part(wanted), k }
     }
 
-    /// How far the photons reach that tell the light on a face near `point`, m: as far as the k-th or, where there are
-    /// fewer, as far as a disc does that is as large as the piece.
+    /// Returns the radius, m, over which the photons of an estimate on a face near `point` are
+    /// spread: the distance of the k-th or, where there are fewer, the radius of a disc with the
+    /// area of the piece.
     fn reach(&self, triangle: usize, front: bool, point: Vec3) -> f32 {
         let nearest = self.map.nearest(self.patches.bin(triangle, front), point, self.k);
         match nearest.last() {
@@ -189,8 +198,8 @@ impl<'a> SurfaceLight<'a> {
         }
     }
 
-    /// Sum over the `k` nearest photons on each of some `faces` (front, back) of their power times what
-    /// `score` makes of the material and their interaction with it, per area.
+    /// Sums over the `k` nearest photons on each of the chosen `faces` (front, back) their power
+    /// times `score`, a function of the material, the interaction and the photon's index, per area.
     fn sum<L: Lanes>(
         &self,
         triangle: usize,
@@ -208,7 +217,7 @@ impl<'a> SurfaceLight<'a> {
             for photon in &gathered.photons {
                 let stored = &self.map.photons[photon.index];
                 let direction = stored.direction.unpack();
-                // it came to this face, with the slope of the triangle that it met
+                // the photon came to this face, with the slope of the triangle that it met
                 let own = self.scene.surface(stored.triangle as usize).normal;
                 let at = Interaction {
                     normal: if front { surface.normal } else { -surface.normal },
@@ -225,7 +234,8 @@ impl<'a> SurfaceLight<'a> {
         sums
     }
 
-    /// The `k` nearest photons on this face of the piece, and the area of the piece that they fell on.
+    /// Gathers the `k` nearest photons on this face of the piece, and the area of the piece on
+    /// which they arrived.
     fn gather(&self, triangle: usize, front: bool, point: Vec3, k: usize) -> Option<Gathered> {
         let patch = self.patches.of(triangle);
         let inside = |radius| {

@@ -1,4 +1,4 @@
-//! Tallies: what arrived where, in sums over a batch of histories.
+//! Tallies: sums over a batch of histories of what arrived where.
 
 mod sums;
 mod totals;
@@ -20,21 +20,24 @@ use crate::{
 pub use sums::Sums;
 pub use totals::Totals;
 
-/// Power accounted for, per band, in W or umol/s.
+/// The power balance, per band, in W or umol/s.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
-    /// What the photons were emitted with.
+    /// Power with which the photons were emitted.
     pub emitted: Vec<f64>,
-    /// What surfaces absorbed: band by band for each material in turn.
+    /// Power that surfaces absorbed: all bands for the first material, then for the second, and so
+    /// on.
     pub absorbed: Vec<f64>,
-    /// What left the scene.
+    /// Power that left the scene.
     pub escaped: Vec<f64>,
-    /// What of that met no surface, where light comes from infinitely far away; else empty.
+    /// The part of `escaped` that met no surface, where light comes from infinitely far away; else
+    /// empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<f64>,
-    /// What was on paths longer than the limits.
+    /// Power on paths longer than the limits.
     pub lost: Vec<f64>,
-    /// What games of chance took, less what they gave, where photons are guided; 0 in the mean. Else empty.
+    /// Power that games of chance took, less the power that they gave, where photons are guided.
+    /// Its mean is 0. Empty where photons are not guided.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub chance: Vec<f64>,
 }
@@ -73,61 +76,64 @@ impl Ledger {
     }
 }
 
-/// What a channel has counted.
+/// The counts of a channel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
-    /// Photons: one that comes twice, or in two flights, counts twice.
+    /// Number of photons; one that arrives twice, or in two flights, counts twice.
     photons: u64,
-    /// Histories that they are of.
+    /// Number of histories to which these photons belong.
     histories: u64,
-    /// Number of the last of these.
+    /// Number of the last of these histories.
     last: u64,
 }
 
-/// How much the histories of a channel differ in what they bring, over all bands.
+/// How much the histories of a channel differ in the power that they bring, summed over all bands.
 #[derive(Clone, Copy, Debug, Default)]
 struct Weighed {
-    /// Number of the last one, and what it has brought.
+    /// Number of the last history, and the power that it has brought so far.
     last: u64,
     own: f64,
-    /// The sum of what those before it brought, and of its squares.
+    /// The sum of the powers that earlier histories brought, and the sum of the squares of these
+    /// powers.
     before: [f64; 2],
 }
 
 impl Weighed {
-    /// No more comes of the last history.
+    /// Closes the last history.
     fn settle(&mut self) {
         let own = std::mem::take(&mut self.own);
         self.before = [self.before[0] + own, self.before[1] + own * own];
     }
 }
 
-/// Sums over some histories, per band of the channels in which anything was counted: one takes memory for these, and 4
-/// bytes for each other channel of the scene. Powers are in the units of [`crate::scene::light::Strata::weights`].
+/// Sums over some histories, per band of the channels in which anything was counted. A tally takes
+/// memory for these channels, and 4 bytes for each other channel of the scene. Powers are in the
+/// units of [`crate::scene::light::Strata::weights`].
 #[derive(Clone, Debug)]
 pub struct Tally {
     bands: usize,
-    /// For each channel one more than its place in the next four lists; 0 where nothing was counted.
+    /// For each channel its place in the next four lists, plus one; 0 where nothing was counted.
     places: Vec<u32>,
     touched: Vec<u32>,
     counts: Vec<Counts>,
-    /// Only where it is asked for.
+    /// How much the histories of each channel differ, if that is asked for.
     weighed: Option<Vec<Weighed>>,
-    /// Per place and band.
+    /// Power per place and band.
     flux: Vec<f64>,
     /// Number of the history that is under way.
     history: u64,
-    /// Straight flights between emission, interactions and escape.
+    /// Number of straight flights: between emission, interactions and escape.
     segments: u64,
-    /// Paths that a length limit ended.
+    /// Number of paths that a length limit ended.
     cut_off: u64,
     ledger: Ledger,
-    /// The same for each part of the light, where it is split.
+    /// A tally for each part of the light, if the light is split.
     parts: Vec<Tally>,
 }
 
 impl Tally {
-    /// An empty one for `scene`, of which the light is split into so many parts; 0 splits nothing.
+    /// Returns an empty tally for `scene`, whose light is split into `parts` parts; 0 means not
+    /// split.
     pub fn new(scene: &Scene, parts: usize) -> Self {
         let bands = scene.bands.len();
         Self {
@@ -145,14 +151,14 @@ impl Tally {
         }
     }
 
-    /// One that also tells how many histories what it counts rests on: photons with flights beside them bring
-    /// more or less.
+    /// Returns the same tally, which now also records how many equal histories its counts
+    /// correspond to. Guided photons bring unequal powers.
     pub fn weighing(self) -> Self {
         Self { weighed: Some(Vec::new()), ..self }
     }
 
-    /// Bytes that one takes for `scene` split into so many parts, about, when something was counted in at most so many
-    /// channels.
+    /// Returns about how many bytes a tally takes for `scene` with so many parts, when anything was
+    /// counted in at most `touched` channels.
     pub fn bytes(scene: &Scene, parts: usize, touched: usize) -> usize {
         let touched = touched.min(scene.channels());
         let ledger = (scene.materials.len() + 3) * scene.bands.len();
@@ -162,7 +168,7 @@ impl Tally {
         (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
     }
 
-    /// Scores the emission of a photon with all of its power, also in its `part`.
+    /// Scores the emission of a photon, with its whole power, also in its `part`.
     #[inline]
     pub fn emitted<L: Lanes>(&mut self, part: Option<usize>, weights: &[f64], power: &Spectrum<L>) {
         self.history += 1;
@@ -172,7 +178,7 @@ impl Tally {
         }
     }
 
-    /// Scores what happened to a photon of these weights, also in its `part`.
+    /// Scores an event of a photon of these weights, also in its `part`.
     #[inline]
     pub fn score<L: Lanes>(
         &mut self,
@@ -187,7 +193,7 @@ impl Tally {
         }
     }
 
-    /// Out of the way of runs that split nothing.
+    /// Kept out of line, because most runs are not split.
     #[inline(never)]
     fn score_part<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         self.score_whole(scene, weights, event);
@@ -243,7 +249,7 @@ impl Tally {
         }
     }
 
-    /// Scores what a path says about a captor's face.
+    /// Scores what a path has found for a captor's face.
     pub fn score_path<L: Lanes>(&mut self, captor: &Captor, face: Channel, score: &PathScore<L>) {
         let ones = std::iter::repeat(&1.0);
         self.history += 1;
@@ -255,7 +261,8 @@ impl Tally {
         }
     }
 
-    /// Adds what a sensor reads of what comes to it; out of the way of those that count all alike.
+    /// Adds what a sensor reads of the power that arrives. Kept out of line, because most sensors
+    /// have no response of their own.
     #[cold]
     #[inline(never)]
     fn add_read<L: Lanes>(&mut self, counted: &Counted<'_, L>, weights: &[f64], factor: f32) {
@@ -280,7 +287,8 @@ impl Tally {
         accumulate(&mut self.flux[place * self.bands..][..self.bands], weights, power);
     }
 
-    /// Adds what a history brings to what it brought before, if it is not new; out of the way of those that weigh none.
+    /// Adds `power` to what the history under way has brought to this place. Kept out of line,
+    /// because most tallies do not record it.
     #[cold]
     #[inline(never)]
     fn weigh<'a, L: Lanes>(
@@ -300,7 +308,7 @@ impl Tally {
         weighed.own += powers.map(|(weight, power)| weight * f64::from(*power)).sum::<f64>();
     }
 
-    /// The place of a channel in the lists; at the end, if it is a new one.
+    /// Returns the place of a channel in the lists; a new channel gets a place at their end.
     #[inline(always)]
     fn place(&mut self, channel: usize) -> usize {
         match self.places[channel] {
@@ -309,7 +317,7 @@ impl Tally {
         }
     }
 
-    /// Out of the way of the many that come to a place that is there.
+    /// Kept out of line, because most channels already have a place.
     #[cold]
     #[inline(never)]
     fn new_place(&mut self, channel: usize) -> usize {

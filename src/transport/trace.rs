@@ -1,4 +1,4 @@
-//! The hot loop: follow one photon from its light to its end.
+//! The hot loop: follows one photon from its light to its end.
 
 #[cfg(test)]
 mod tests;
@@ -18,57 +18,58 @@ use crate::{
     },
 };
 
-/// Interactions after which a path is given up as lost.
+/// Number of interactions after which a photon or path is given up as lost.
 pub const MAX_INTERACTIONS: u32 = 10_000;
-/// Total internal reflections in a row after which it is given up as lost.
+/// Number of total internal reflections in a row after which a photon or path is given up as lost.
 pub const MAX_TOTAL_REFLECTIONS: u32 = 1_000;
 
-/// What happens to a photon. Its power is a fraction of what it was emitted with, per band.
+/// An event in the life of a photon. Powers are fractions, per band, of the power with which the
+/// photon was emitted.
 #[derive(Debug)]
 pub enum Event<'a, L> {
-    /// It crosses a virtual captor, or a flight that is sent out beside it does.
+    /// The photon, or a flight aimed at captors that accompanies it, crosses a virtual captor.
     Crossing {
-        /// Where, and which.
+        /// The point, the captor and its face.
         crossing: Crossing,
-        /// The way it travels.
+        /// Direction of flight, a unit vector.
         direction: Vec3,
-        /// What that counts.
+        /// The power that the crossing counts for.
         power: &'a Spectrum<L>,
-        /// What the photon itself carries; none of a flight beside it.
+        /// The power that the photon itself carries; `None` for a flight that accompanies it.
         carried: Option<&'a Spectrum<L>>,
     },
-    /// A straight flight beside it ends.
+    /// A straight flight that accompanies the photon has ended.
     FlightBeside,
-    /// It arrives at a surface; what it does not carry on is absorbed there.
+    /// The photon arrives at a surface, which absorbs what the photon does not carry on.
     Arrival {
-        /// Where, and which triangle.
+        /// The point, and the index of the triangle.
         hit: &'a SurfaceHit,
-        /// That triangle.
+        /// The surface to which the triangle belongs.
         surface: &'a Surface,
-        /// How it comes.
+        /// The direction from which the photon arrives, and the face.
         interaction: &'a Interaction,
-        /// What it brings.
+        /// The power that the photon brings.
         power: &'a Spectrum<L>,
-        /// What it carries on.
+        /// The power that it carries on.
         scattered: &'a Spectrum<L>,
-        /// How it goes on, if it does.
+        /// The lobe by which it is scattered; `None` if it ends here.
         lobe: Option<LobeKind>,
     },
-    /// It goes on as several, or not, by a game of chance that counts in no other event.
+    /// The photon goes on as several, or ends, by a game of chance that no other event counts.
     Chance {
-        /// What would have gone on without the game.
+        /// The power that would have gone on without the game.
         before: &'a Spectrum<L>,
-        /// What goes on.
+        /// The power that goes on.
         after: &'a Spectrum<L>,
     },
-    /// It leaves the scene.
+    /// The photon leaves the scene.
     Escaped {
-        /// What it carries.
+        /// The power that it carries.
         power: &'a Spectrum<L>,
-        /// Whether it has met no surface.
+        /// Whether it has met no surface at all.
         missed: bool,
     },
-    /// Its path is longer than the limits allow.
+    /// The photon, with this power, is given up because its path is longer than the limits allow.
     Lost(&'a Spectrum<L>),
 }
 
@@ -76,21 +77,22 @@ pub enum Event<'a, L> {
 pub struct Counted<'e, L> {
     /// The captor.
     pub captor: &'e Captor,
-    /// The face that it comes to.
+    /// The face at which the photon arrives.
     pub face: Channel,
-    /// What it brings.
+    /// The power that arrives.
     pub power: &'e Spectrum<L>,
 }
 
 impl<L: Lanes> Counted<'_, L> {
-    /// Index of the face's channel.
+    /// Returns the index of the face's channel.
     pub fn channel(&self) -> usize {
         self.captor.first_channel + self.face as usize
     }
 }
 
 impl<L: Lanes> Event<'_, L> {
-    /// Cosine of the angle at which it comes to a surface or captor; 1 elsewhere.
+    /// Returns the cosine of the angle at which the photon meets a surface or captor; 1 for other
+    /// events.
     pub fn cosine(&self, scene: &Scene) -> f32 {
         match *self {
             Self::Crossing { crossing, direction, .. } => {
@@ -102,7 +104,8 @@ impl<L: Lanes> Event<'_, L> {
         }
     }
 
-    /// Where it counts; nowhere off captors, and behind captors of one side.
+    /// Returns the captor, face and power for which the event counts. `None` away from captors, and
+    /// behind captors that count one side only.
     #[inline]
     pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, L>> {
         let (captor, front, power) = match *self {
@@ -120,9 +123,10 @@ impl<L: Lanes> Event<'_, L> {
     }
 }
 
-/// What helps photons to captors that they hardly reach, or ends them early; `()` is nothing, and costs nothing.
+/// Steers photons: helps them to captors that they hardly reach, or ends them early. The guide `()`
+/// does nothing, and costs nothing.
 pub trait Guide<'s, L: Lanes> {
-    /// Tells `on` that the photon crosses a virtual captor.
+    /// Reports to `on` that the photon crosses a virtual captor.
     #[inline(always)]
     fn cross(
         &mut self,
@@ -134,7 +138,8 @@ pub trait Guide<'s, L: Lanes> {
         on(Event::Crossing { crossing, direction, power, carried: Some(power) });
     }
 
-    /// How the photon goes on from a surface, as far as the surface decides; what it carries then is `scattered`.
+    /// Chooses how the photon goes on from a surface, as far as the surface decides. The power that
+    /// it then carries is written to `scattered`. `None` if the photon ends.
     #[inline(always)]
     fn scatter(
         &mut self,
@@ -146,7 +151,8 @@ pub trait Guide<'s, L: Lanes> {
         scatter(arrived.material, arrived.interaction, power, scattered, rng)
     }
 
-    /// The photon has brought `power` to a surface; how it goes `onward`, and with what, may be changed.
+    /// Is called once the photon has brought `power` to a surface. It may change whether and how
+    /// the photon goes `onward`, and with what power.
     #[inline(always)]
     fn arrive(
         &mut self,
@@ -158,7 +164,7 @@ pub trait Guide<'s, L: Lanes> {
     ) {
     }
 
-    /// A copy of the photon that is still to be followed, once the one before it has ended.
+    /// Returns a copy of the photon that is still to be followed, once the one before it has ended.
     #[inline(always)]
     fn next(&mut self, _rng: &mut Stream, _on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
         None
@@ -167,7 +173,7 @@ pub trait Guide<'s, L: Lanes> {
 
 impl<L: Lanes> Guide<'_, L> for () {}
 
-/// Ends photons where a surface without a glossy lobe has scattered them diffusely.
+/// Ends photons once they have been scattered diffusely by a surface without a glossy lobe.
 pub struct UntilDiffused;
 
 impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
@@ -186,31 +192,31 @@ impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
 
 /// A photon that leaves a light or a surface.
 pub struct Flight<L> {
-    /// Where it starts, and which way.
+    /// Where it starts, and its direction.
     pub ray: Ray,
-    /// What it carries.
+    /// The power that it carries.
     pub power: Spectrum<L>,
-    /// Its interactions so far.
+    /// Number of its interactions so far.
     pub interactions: u32,
 }
 
-/// Where a photon has arrived.
+/// A place at which a photon has arrived.
 #[derive(Clone, Copy)]
 pub struct Arrived<'h, 's> {
-    /// Where, and which triangle.
+    /// The point, and the index of the triangle.
     pub hit: &'h SurfaceHit,
-    /// That triangle.
+    /// The surface to which the triangle belongs.
     pub surface: &'s Surface,
-    /// The material there.
+    /// The material of the surface.
     pub material: &'s Material,
-    /// How it comes.
+    /// The direction from which the photon arrives, and the face.
     pub interaction: &'h Interaction,
-    /// Its interactions before.
+    /// Number of interactions that the photon had before.
     pub interactions: u32,
 }
 
-/// Follows a photon along `ray`, and its copies if a guide makes any, and tells `on` what happens to them, and to what
-/// is sent out beside them.
+/// Follows a photon along `ray`, and its copies if `guide` makes any. Reports to `on` what happens
+/// to them, and to the flights that accompany them.
 #[inline]
 pub fn trace<'s, L: Lanes>(
     scene: &'s Scene,
@@ -276,9 +282,10 @@ fn follow<'s, L: Lanes>(
     on(Event::Lost(&power));
 }
 
-/// How a photon goes on from a surface; what it carries then is `scattered`, as it was where it ends here. The largest
-/// weight among the bands that it still carries is its chance to go on: a band without power keeps no photon alive,
-/// and none grows but by a weight above 1.
+/// Draws how a photon goes on from a surface, by a BSDF sample and Russian roulette. The power that
+/// it then carries is written to `scattered`, which stays unchanged if the photon ends here. The
+/// chance to go on is the largest BSDF weight among the bands in which the photon still carries
+/// power: a band without power keeps no photon alive. Power grows only where a weight is above 1.
 #[inline(always)]
 pub fn scatter<L: Lanes>(
     material: &Material,
@@ -298,8 +305,9 @@ pub fn scatter<L: Lanes>(
     onward
 }
 
-/// Russian roulette (Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990): with the chance
-/// `survival`, which is certain from 1 on, a path goes on, and what it carries is divided by it; so the mean stays.
+/// Plays Russian roulette (Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990).
+/// The path goes on with the chance `survival` (surely, from 1 on), and what it carries is then
+/// divided by that chance, so that the mean stays the same. `None` if the path ends.
 #[inline]
 pub fn roulette<L: Lanes>(
     carried: Spectrum<L>,
@@ -312,7 +320,7 @@ pub fn roulette<L: Lanes>(
     (rng.uniform() < survival).then(|| carried.map(|value| value / survival))
 }
 
-/// The ray of a photon that goes on.
+/// Returns the ray along which a photon goes on from a surface.
 #[inline]
 pub fn leave<L: Lanes>(
     scene: &Scene,

@@ -15,7 +15,8 @@ fn triangle(rng: &mut Stream) -> Triangle {
     Triangle { a: cube(rng), b: cube(rng), c: cube(rng) }
 }
 
-/// Double precision: length of the triangle's chord inside the disc, over 4000 lines across it.
+/// Computes the area in double precision: the length of the triangle's chord inside the disc, over
+/// 4000 lines across it.
 fn area_by_lines(t: &Triangle, center: Vec3, radius: f32) -> f64 {
     const LINES: usize = 4_000;
     let [a, b, c] = [t.a, t.b, t.c].map(|p| (p - center).as_dvec3());
@@ -48,9 +49,9 @@ fn area_by_lines(t: &Triangle, center: Vec3, radius: f32) -> f64 {
     (0..LINES).map(chord).sum::<f64>() * step
 }
 
-/// Seed 1, 4000 triangles of size 1; balls around points within, at corners, on edges, off the
-/// plane and away, of radii 0.003 to 6. Tolerance: 1e-6 of the squared distances that are summed,
-/// 1e-4 of the area (the lines).
+/// 4000 triangles of size 1, seed 1; balls around points inside, at corners, on edges, off the
+/// plane and away, with radii of 0.003 to 6. Tolerance: 1e-6 of the squared distances that are
+/// summed, and 1e-4 of the area (because of the lines).
 #[test]
 fn area_in_ball_is_exact() {
     let mut rng = Stream::new(1, 0, 0);
@@ -80,7 +81,7 @@ fn area_in_ball_is_exact() {
     }
 }
 
-/// To 1e-5 of the area, and to 5e-7 of the radius squared where nearly nothing is cut.
+/// To 1e-5 of the area, and to 5e-7 of the squared radius where nearly nothing is cut.
 #[test]
 fn area_in_ball_has_closed_forms() {
     let side = 3f32.sqrt();
@@ -119,8 +120,8 @@ fn area_in_ball_has_closed_forms() {
     assert!(line.area_in_ball(Vec3::ZERO, 1.0).abs() < 1e-6);
 }
 
-/// Distance from a triangle in double precision: to the foot in its plane where that is inside,
-/// else to the nearest of its edges.
+/// Returns the distance from a triangle in double precision: to the foot of the perpendicular where
+/// this is inside, else to the nearest edge.
 fn distance(t: &Triangle, p: Vec3) -> f64 {
     let [a, b, c, p] = [t.a, t.b, t.c, p].map(|p| p.as_dvec3());
     let normal = (b - a).cross(c - a);
@@ -136,7 +137,7 @@ fn distance(t: &Triangle, p: Vec3) -> f64 {
     edges.map(to_edge).into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Seed 2, 20 000 triangles and points: to 1e-5, slivers included.
+/// 20 000 triangles and points of seed 2, slivers included, to 1e-5.
 #[test]
 fn nearest_point_is_nearest() {
     let mut rng = Stream::new(2, 0, 0);
@@ -150,7 +151,7 @@ fn nearest_point_is_nearest() {
     }
 }
 
-/// Seed 3, 1e5 normals and the axes: orthonormal and right-handed to 1e-6.
+/// 1e5 normals of seed 3, and the axes: orthonormal and right-handed to 1e-6.
 #[test]
 fn frames_are_orthonormal() {
     let mut rng = Stream::new(3, 0, 0);
@@ -179,7 +180,7 @@ fn transform_scales_turns_about_x_y_z_and_shifts() {
     near(turn(90.0, 0.0, 0.0).point(DVec3::Y), [0.0, 0.0, 1.0]);
     near(turn(0.0, 90.0, 0.0).point(DVec3::Z), [1.0, 0.0, 0.0]);
     near(turn(0.0, 0.0, 90.0).point(DVec3::X), [0.0, 1.0, 0.0]);
-    // about x first: y to z, which turning about z leaves
+    // about x first: y becomes z, which the rotation about z leaves unchanged
     near(turn(90.0, 0.0, 90.0).point(DVec3::Y), [0.0, 0.0, 1.0]);
     near(turn(90.0, 90.0, 0.0).point(DVec3::Y), [1.0, 0.0, 0.0]);
     near(turn(0.0, 90.0, 90.0).point(DVec3::Z), [0.0, 1.0, 0.0]);
@@ -199,7 +200,7 @@ fn area_vector(polygon: &[DVec3]) -> DVec3 {
     0.5 * (0..n).map(|i| corner(i).cross(corner(i + 1))).sum::<DVec3>()
 }
 
-/// All triangles keep the orientation, and their areas sum to the polygon's.
+/// All triangles keep the orientation of the polygon, and their areas add up to its area.
 #[track_caller]
 fn assert_cut(what: &str, polygon: &[DVec3]) {
     let triangles = triangulate(polygon);
@@ -217,7 +218,8 @@ fn assert_cut(what: &str, polygon: &[DVec3]) {
     assert!(!is_tangled(polygon, &triangles), "{what}");
 }
 
-/// Points in the plane, placed across no axis and far from the origin.
+/// Returns points of the plane, placed so that the plane is perpendicular to no axis, and shifted
+/// from the origin.
 fn placed(points: &[[f64; 2]], shift: f64) -> Vec<DVec3> {
     let x = DVec3::new(1.0, 2.0, 2.0) / 3.0;
     let y = DVec3::new(2.0, 1.0, -2.0) / 3.0;
@@ -284,7 +286,7 @@ fn polygons_keep_their_area_and_front() {
     }
 }
 
-/// Seed 4: simple outlines with 5 to 400 corners at random radii.
+/// Simple outlines with 5 to 400 corners at random radii, seed 4.
 #[test]
 fn random_simple_polygons_keep_their_area() {
     let mut rng = Stream::new(4, 0, 0);
@@ -304,13 +306,13 @@ fn random_simple_polygons_keep_their_area() {
 fn a_quad_is_bent_from_a_hundredth_of_its_size_on() {
     let quad =
         |z| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, z], [0.0, 1.0, 0.0]].map(DVec3::from);
-    // its corners are z / 4 off the mean plane, and sqrt(1/2) from the middle
+    // the corners are z / 4 off the mean plane, and sqrt(1/2) from the middle
     assert!(!is_bent(&quad(0.0)) && !is_bent(&quad(0.02)) && is_bent(&quad(0.04)));
     assert!(!is_bent(&quad(0.0)[..3]));
 }
 
-/// What crosses itself has no surface that all would agree on: the cut may drop parts of it, but
-/// it ends, with sound corners and no more triangles than a simple outline would give.
+/// An outline that crosses itself has no well-defined surface. The cut may drop parts of it, but it
+/// ends, with valid corners and no more triangles than a simple outline would have.
 #[test]
 fn outlines_that_cross_themselves_are_cut_somehow() {
     let bow_tie = placed(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], 0.0);

@@ -1,13 +1,13 @@
-//! Daily light integrals: what growers count a day's light by.
+//! Daily light integrals, the measure of a day's light that growers use.
 
 use super::{BandResult, ByLight, FaceResult, RunResult};
 
-/// mol/m2/d of a mean of 1 umol/m2/s: the seconds of a day, in mol per umol.
+/// Daily light integral of a mean of 1 umol/m2/s, mol/m2/d: the seconds of a day, in mol per umol.
 pub const DLI: f64 = 0.0864;
 
 impl BandResult {
-    /// Whether it is photosynthetically active radiation or a part of it: a band within 400 to 700 nm, or a
-    /// sum of such `bands`.
+    /// Returns whether this is photosynthetically active radiation or a part of it: a band within
+    /// 400 to 700 nm, or a sum of such `bands`.
     pub fn is_par(&self, bands: &[Self]) -> bool {
         match (&self.sum_of, self.from_nm, self.to_nm) {
             (Some(names), ..) => names
@@ -20,7 +20,7 @@ impl BandResult {
 }
 
 impl RunResult {
-    /// Adds the daily light integrals, if the results have a unit of them.
+    /// Adds the daily light integrals, if the results have a unit for them.
     pub(super) fn add_dli(&mut self) {
         if self.unit.dli.is_none() {
             return;

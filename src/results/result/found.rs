@@ -1,4 +1,4 @@
-//! From sums to results.
+//! Makes results from the sums of a run.
 
 use std::borrow::Cow;
 
@@ -26,12 +26,12 @@ use crate::{
     },
 };
 
-/// Part of the squared deviations in one batch above which few paths have made them; the odds that
-/// one of 128 normal batches exceeds it are 1e-7.
+/// If one batch makes up more than this fraction of the squared deviations, few paths have found
+/// most of the light. The odds that one of 128 normal batches exceeds it are 1e-7.
 const CONCENTRATED: f64 = 0.25;
 
 impl RunResult {
-    /// From what `simulate` found in `scene` with `settings`.
+    /// Makes the result of a run of `scene` with `settings`, from its `simulation`.
     pub fn new(scene: &Scene, settings: &Settings, simulation: &Simulation) -> Self {
         let Simulation { totals, map, .. } = simulation;
         let powers: Vec<f64> = (0..scene.bands.len())
@@ -96,7 +96,7 @@ impl RunResult {
     }
 }
 
-/// Values by light, where the run kept lights apart.
+/// Returns a value for each light, if the run counted lights apart.
 fn by_light<T>(
     scene: &Scene,
     totals: &Totals,
@@ -108,7 +108,7 @@ fn by_light<T>(
     (!parts.is_empty()).then(|| each.collect())
 }
 
-/// The share per band, then per sum, that paths cannot find.
+/// Returns the fraction of the light that paths cannot find, per band, then per sum.
 fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
     let (hidden, all) = (scene.with_sums(&unseen.hidden), scene.with_sums(&unseen.all));
     let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
@@ -131,7 +131,7 @@ impl ToleranceResult {
 }
 
 impl WorstResult {
-    /// With the names that captor and band have in `scene`.
+    /// Makes the entry, with the names that captor and band have in `scene`.
     pub fn new(scene: &Scene, worst: &Worst) -> Self {
         let (captor, face, band) = names(scene, &worst.at);
         let Worst { relative_error, batches_with_light, .. } = *worst;
@@ -139,7 +139,7 @@ impl WorstResult {
     }
 }
 
-/// Captor, face and band.
+/// Returns the names of captor or group, face and band.
 fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
     let face = match at.face {
         Channel::Front => "front",
@@ -154,7 +154,7 @@ fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
     (name.clone(), face, band.into())
 }
 
-/// The energy balance of a photon run.
+/// Returns the energy balance of a run of photons.
 fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     let Ledger { emitted, absorbed, escaped, mut missed, lost, .. } = totals.ledger();
     let chance = totals.chance().iter().map(|taken| taken.estimate(totals.batches));
@@ -256,7 +256,7 @@ fn nearest_result(estimate: NearestEstimate) -> NearestResult {
     }
 }
 
-/// Number, area and back faces of the captors of a group.
+/// The captors of a group: their number, areas and faces.
 #[derive(Clone, Default)]
 struct Members<'a> {
     captors: usize,
@@ -315,7 +315,7 @@ fn group_result(
     }
 }
 
-/// Means and standard errors of one channel, per band and sum.
+/// Means and standard errors of one channel, per band, then per sum.
 struct Sums {
     mean: Vec<f64>,
     standard_error: Vec<Option<f64>>,

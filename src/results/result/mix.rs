@@ -1,4 +1,4 @@
-//! A result at other powers of its lights: light is linear in them.
+//! Results at other powers of the lights: light is linear in these powers.
 
 use std::collections::HashMap;
 
@@ -12,17 +12,19 @@ use super::{
 use crate::error::{Error, LISTED, Result, nearest, number, some};
 
 impl RunResult {
-    /// What the run would have found, had each light had its power times its factor (at least 0; 1 for
-    /// a light that is not named). Lights are strata of independent histories, so variances add up. The
-    /// k-nearest estimates are not split and go. Errors: results that are not split by light, a light that
-    /// is not in them, a factor that none can be.
+    /// Returns the result that the run would have had if the power of each light had been
+    /// multiplied by its factor (at least 0; 1 for a light that is not named). Lights are strata of
+    /// independent histories, so their variances add up. The k-nearest estimates are not split by
+    /// light, and are dropped. Errors: the results are not split by light; they do not contain a
+    /// light; a factor is not possible.
     pub fn mix(&self, factors: &ByLight<f64>) -> Result<Self> {
         let factors = factors.iter().map(|(name, factor)| (name.clone(), Factor::All(*factor)));
         self.mix_bands(&factors.collect())
     }
 
-    /// Like [`mix`](Self::mix), with factors that may differ between bands. Sums over bands with different factors
-    /// have no standard errors: those of their bands are not independent.
+    /// Like [`mix`](Self::mix), with factors that may differ between bands. Sums over bands with
+    /// different factors have no standard errors, because the errors of their bands are not
+    /// independent.
     pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
         let Some(lights) = &self.energy.by_light else {
             return Err(Error::input(&self.scene, "these results are not split by light")
@@ -83,21 +85,21 @@ impl RunResult {
     }
 }
 
-/// The largest factor: no power becomes infinite by it.
+/// The largest factor. No power becomes infinite by it.
 const MAX_FACTOR: f64 = 1e30;
 
 /// A factor on the power of a light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Factor {
-    /// The same in all bands.
+    /// The same factor in all bands.
     All(f64),
-    /// One for each band.
+    /// A factor for each band.
     Bands(Vec<f64>),
 }
 
 impl Factor {
-    /// The one, or those of the bands.
+    /// Returns the one factor, or those of the bands.
     pub fn values(&self) -> &[f64] {
         match self {
             Self::All(factor) => std::slice::from_ref(factor),
@@ -128,11 +130,11 @@ struct Mix<'a> {
 #[derive(Clone)]
 struct Scale(Vec<Entry>);
 
-/// What becomes of an entry of a list.
+/// How the entry of a list is rescaled.
 #[derive(Clone)]
 enum Entry {
     Times(f64),
-    /// The sum of entries that have different factors.
+    /// The entry is the sum of these entries, which have different factors.
     Sum(Vec<usize>),
 }
 
@@ -156,7 +158,7 @@ impl Scale {
         Self(bands.iter().enumerate().map(entry).collect())
     }
 
-    /// Whether nothing of the light is left.
+    /// Returns whether nothing of the light is left.
     fn is_dark(&self) -> bool {
         self.0.iter().all(|entry| matches!(entry, Entry::Times(0.0)))
     }
@@ -174,7 +176,7 @@ impl Scale {
         scaled
     }
 
-    /// Of standard errors; a factor of zero leaves no known error.
+    /// Rescales standard errors; a factor of zero leaves no known error.
     fn error_times(&self, errors: &[Option<f64>]) -> Vec<Option<f64>> {
         let scaled = |(error, entry): (&Option<f64>, &Entry)| match entry {
             Entry::Times(factor) => error.filter(|_| *factor > 0.0).map(|e| e * factor),
@@ -191,7 +193,7 @@ impl<'a> Mix<'a> {
         Self { of_lights: scales.collect(), one: Scale::new(bands, &Factor::All(1.0)) }
     }
 
-    /// Each light's part, scaled.
+    /// Rescales each light's part.
     fn scaled<T>(&self, parts: &ByLight<T>, scale: impl Fn(&T, &Scale) -> T) -> ByLight<T> {
         let of = |name: &str| self.of_lights.get(name).unwrap_or(&self.one);
         parts.iter().map(|(name, part)| (name.clone(), scale(part, of(name)))).collect()
@@ -268,7 +270,7 @@ impl<'a> Mix<'a> {
         let parts =
             self.scaled(face.by_light.as_ref().unwrap_or(&ByLight::new()), |part, scale| {
                 FaceResult {
-                    // those of a dark light bring nothing
+                    // photons of a dark light bring nothing
                     photons: if scale.is_dark() { 0 } else { part.photons },
                     histories: part.histories.map(|n| if scale.is_dark() { 0 } else { n }),
                     flux: scale.times(&part.flux),
@@ -328,7 +330,8 @@ fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>, bands: usize) -> Vec<f64> {
     sums
 }
 
-/// The error of a sum of independent values; none where one of them that is not zero has none.
+/// Returns the standard error of a sum of independent values; `None` where the error of a value
+/// that is not zero is unknown.
 fn error<'a>(
     parts: impl Iterator<Item = (&'a [f64], &'a [Option<f64>])>,
     bands: usize,

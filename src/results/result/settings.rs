@@ -1,4 +1,4 @@
-//! The settings that decide what a run finds.
+//! The settings that decide the result of a run.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,30 +8,32 @@ use crate::transport::{
     simulate::Simulation,
 };
 
-/// The settings that decide the numbers of a result: a run with them finds the same. Threads, time limits and shards
-/// are none of them.
+/// The settings that decide the numbers of a result: a run with the same settings finds the same.
+/// Threads, time limits and shards do not belong to them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunSettings {
-    /// How the captors were read.
+    /// The estimator: photons or paths.
     pub estimator: Estimator,
-    /// Photons, or paths over all captors: as many as were traced; absent where a tolerance alone has ended the run.
+    /// Number of photons, or of paths over all captors, that were traced. Where a tolerance has
+    /// ended the run, the limit on their number; absent if there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photons: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
-    /// The relative standard error to stop at, if one was asked for.
+    /// The relative standard error at which to stop, if one was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// What that was asked of, each as pattern:quantity or pattern:quantity:band; absent for the irradiance of all faces.
+    /// What had to meet the tolerance, each as pattern:quantity or pattern:quantity:band; absent
+    /// for the irradiance of all faces.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
-    /// Photons of a k-nearest estimate, where their number was given; 0 made none.
+    /// Number of photons of a k-nearest estimate, where it was given; 0 made no estimates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
     /// The most arrivals to store, where any were stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map_photons: Option<usize>,
-    /// Of photons: what helped them to captors that light hardly reaches.
+    /// For photons: the help that they got to reach captors that little light reaches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guiding: Option<Guiding>,
     /// Whether results are split by light; absent where they are not.
@@ -40,7 +42,7 @@ pub struct RunSettings {
 }
 
 impl RunSettings {
-    /// Those of a run that found `simulation`.
+    /// Returns the settings of the run that `simulation` resulted from.
     pub fn new(settings: &Settings, simulation: &Simulation) -> Self {
         let Simulation { estimator, accuracy, map, totals, .. } = simulation;
         let of_photons = *estimator != Estimator::Paths;

@@ -1,4 +1,4 @@
-//! How the irradiance of a group's captors spreads: the least, the greatest, and how even it is.
+//! How evenly the captors of a group are lit: smallest and largest irradiance, and uniformity.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,22 +6,25 @@ use serde::{Deserialize, Serialize};
 use super::{FaceResult, validate::are_errors};
 use crate::math::stats::least_of_normals;
 
-/// How even the irradiance of a group is, per band; null where nothing arrived, errors where one is not known.
+/// How evenly a group is lit, per band. Values are null where nothing arrived, standard errors
+/// where one is not known.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Uniformity {
-    /// The least irradiance of a captor over the mean of the group, in [0, 1].
+    /// The smallest irradiance of a captor divided by the mean of the group, in [0, 1].
     pub min_over_mean: Vec<Option<f64>>,
-    /// Its standard error, which also holds what noise alone takes off it.
+    /// Standard error of the value above. It includes the amount by which noise alone makes the
+    /// value smaller.
     pub min_over_mean_se: Vec<Option<f64>>,
-    /// Coefficient of variation: the standard deviation of the captors' irradiances, weighted by their areas, over
-    /// the mean.
+    /// Coefficient of variation: the standard deviation of the captors' irradiances, weighted by
+    /// their areas, divided by the mean.
     pub cv: Vec<Option<f64>>,
-    /// Its standard error, which also holds what noise alone adds to it.
+    /// Standard error of the value above. It includes the amount by which noise alone makes the
+    /// value larger.
     pub cv_se: Vec<Option<f64>>,
 }
 
 impl Uniformity {
-    /// Names of its values and of their errors, with the values.
+    /// Returns the names of the values and of their standard errors, each with its list.
     pub fn columns(&self) -> [(&'static str, &[Option<f64>]); 4] {
         [
             ("min_over_mean", &self.min_over_mean),
@@ -31,13 +34,13 @@ impl Uniformity {
         ]
     }
 
-    /// Whether it has so many bands, of possible numbers.
+    /// Returns whether there are so many bands, and all numbers are possible results.
     pub fn is_valid(&self, bands: usize) -> bool {
         self.columns().iter().all(|(_, values)| are_errors(values, bands))
     }
 }
 
-/// A value with its error, if there is one; none where nothing arrived.
+/// A value with its standard error, if that is known; `None` where nothing arrived.
 type Found = Option<(f64, Option<f64>)>;
 
 /// The faces of a group's captors with the captors' areas, m2.
@@ -45,12 +48,12 @@ type Found = Option<(f64, Option<f64>)>;
 pub struct Spread<'a>(Vec<(&'a FaceResult, f64)>);
 
 impl<'a> Spread<'a> {
-    /// Adds the face of a captor of this area.
+    /// Adds the face of a captor with this area, m2.
     pub fn add(&mut self, face: &'a FaceResult, area: f64) {
         self.0.push((face, area));
     }
 
-    /// The face of the group, with what it says of several captors.
+    /// Returns the face of the group, to which the values that only several captors have are added.
     pub fn on(&self, face: FaceResult) -> FaceResult {
         if self.0.len() < 2 {
             return face;
@@ -89,20 +92,20 @@ impl<'a> Spread<'a> {
 /// A captor of a group, in a band.
 #[derive(Clone, Copy)]
 struct Member {
-    /// Irradiance.
+    /// Irradiance, W/m2 or umol/m2/s.
     value: f64,
     error: Option<f64>,
     area: f64,
 }
 
-/// The captors of a group, in a band. Their errors are taken to be independent of each other.
+/// The captors of a group, in a band. Their errors are assumed to be independent.
 struct Members {
     all: Vec<Member>,
     area: f64,
     mean: f64,
-    /// Of the irradiances as they were found, weighted by areas.
+    /// Variance of the irradiances as they were found, weighted by areas.
     variance: f64,
-    /// What of that is noise, by their errors.
+    /// The part of this variance that is noise, according to the standard errors.
     noise: f64,
 }
 
@@ -118,9 +121,10 @@ impl Members {
         Self { all, area, mean, variance, noise }
     }
 
-    /// The least over the mean, and its error to first order. Where several may be the least, noise chooses among
-    /// them and makes the least too small: by as much, at most, as if those that are less than two errors of the
-    /// difference above it were truly alike.
+    /// Returns the smallest value over the mean, and its standard error to first order. Where
+    /// several captors may be the smallest, noise chooses among them and makes the smallest value
+    /// too small. The amount is estimated from above: as if all captors that are within two
+    /// standard errors of the difference were truly equal.
     fn min_over_mean(&self, mean_se: Option<f64>) -> Found {
         let least = self.all.iter().min_by(|a, b| a.value.total_cmp(&b.value))?;
         let ratio = (self.mean > 0.0).then(|| least.value / self.mean)?;
@@ -129,7 +133,7 @@ impl Members {
             let rivals =
                 errors.filter(|(value, se)| value - least.value <= 2.0 * se.hypot(least_se));
             let [bias, variance] = least_of_normals(rivals.map(|(_, error)| [0.0, error]));
-            // the least is a part of the mean
+            // the smallest value is a part of the mean
             let common = 2.0 * (least.area / self.area) * variance * ratio;
             let variance = variance + (ratio * mean_se).powi(2) - common + bias * bias;
             variance.max(0.0).sqrt() / self.mean
@@ -137,8 +141,9 @@ impl Members {
         Some((ratio, error))
     }
 
-    /// The standard deviation s over the mean m. To first order a captor with the share w of the area moves it by
-    /// w ((E - m) / (s m) - s / m²) for each unit; noise alone adds its own variance to s².
+    /// Returns the standard deviation s over the mean m, and its standard error. To first order a
+    /// captor with irradiance E and the fraction w of the area moves the quotient by w ((E - m) /
+    /// (s m) - s / m²) per unit of E. Noise alone adds its own variance to s².
     fn cv(&self) -> Found {
         let deviation = self.variance.sqrt();
         let cv = (self.mean > 0.0).then(|| deviation / self.mean)?;
@@ -158,7 +163,7 @@ impl Members {
             .collect();
         let error = errors.map(|errors| {
             let moved = errors.iter().map(|error| error * error).sum::<f64>().sqrt();
-            // the variance of so many noises varies by itself
+            // the variance of a number of noises varies itself
             let freedom = (self.all.len() as f64 - 1.0).max(1.0);
             let noise = self.noise * (1.0 + (2.0 / freedom).sqrt());
             let without_noise = (self.variance - noise).max(0.0).sqrt() / self.mean;
@@ -182,7 +187,7 @@ mod tests {
         Members::of(values.iter().map(member).collect())
     }
 
-    /// Against known numbers: 1, 2, 3 with areas 1, 1, 2, without noise.
+    /// Known numbers: 1, 2, 3 with areas 1, 1, 2, without noise.
     #[test]
     fn spread_of_known_numbers() {
         let known = members(&[[1.0, 0.0, 1.0], [2.0, 0.0, 1.0], [3.0, 0.0, 2.0]]);
@@ -195,9 +200,10 @@ mod tests {
         assert_eq!(members(&[[0.0, 0.0, 1.0]; 2]).cv(), None);
     }
 
-    /// Deviations from the truth over the errors that are told for them: root mean square over 4000 repetitions
-    /// with normal noise (seed 6), of groups from uneven to perfectly even ones. A normal deviation has 1, with a
-    /// standard deviation of 0.011; one that is mostly bias, and errors to first order, are allowed 0.5 to 1.3.
+    /// Deviations from the truth over the standard errors that are reported for them: the root mean
+    /// square over 4000 repetitions with normal noise (seed 6), for groups from uneven to perfectly
+    /// even ones. For a normal deviation it is 1, with a standard deviation of 0.011; as deviations
+    /// may be mostly bias, and errors are to first order, 0.5 to 1.3 is allowed.
     #[test]
     fn errors_are_those_of_repetitions() {
         let uneven = vec![8.0, 9.5, 10.0, 11.0, 12.0];
@@ -219,7 +225,7 @@ mod tests {
                 let values: Vec<[f64; 3]> = truth
                     .iter()
                     .map(|value| {
-                        // the sum of 12 uniform numbers less 6 has variance 1
+                        // the sum of 12 uniform numbers minus 6 has variance 1
                         let normal = (0..12).map(|_| f64::from(rng.uniform())).sum::<f64>() - 6.0;
                         [value * (1.0 + noise * normal), noise * value, 1.0]
                     })

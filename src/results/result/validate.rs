@@ -1,4 +1,4 @@
-//! Whether what was read from a file is a complete result.
+//! Checks that a result which was read from a file is complete.
 
 use super::{
     Absorbed, ByLight, CaptorResult, Energy, FaceResult, Factor, GroupResult, NearestResult,
@@ -7,8 +7,8 @@ use super::{
 use crate::math::stats::is_possible;
 
 impl RunResult {
-    /// Whether every list has an entry for each band, as those of a run have, and no number is so large that
-    /// sums and squares of such ones are infinite.
+    /// Returns whether every list has an entry for each band, as the lists of a run have, and no
+    /// number is so large that sums and squares of such numbers are infinite.
     pub fn is_valid(&self) -> bool {
         let bands = self.bands.len();
         let of_captors = |captor: &CaptorResult| {
@@ -82,12 +82,12 @@ fn fits(
         && errors.iter().chain(parts().map(|p| &p.absorbed_se)).all(|e| are_errors(e, bands))
 }
 
-/// Whether these are values of so many bands.
+/// Returns whether these are values of so many bands.
 pub fn are_values(values: &[f64], bands: usize) -> bool {
     values.len() == bands && values.iter().all(|value| is_possible(*value))
 }
 
-/// Whether these are standard errors of so many bands, some of which are not known.
+/// Returns whether these are standard errors of so many bands, some of which may be unknown.
 pub fn are_errors(errors: &[Option<f64>], bands: usize) -> bool {
     errors.len() == bands && errors.iter().flatten().all(|error| is_possible(*error))
 }

@@ -1,4 +1,4 @@
-//! What a user should know before trusting a result.
+//! Warnings: what a user should know before trusting a result.
 
 use super::{CaptorResult, FaceResult, RunResult};
 use crate::{
@@ -6,12 +6,12 @@ use crate::{
     transport::settings::Estimator,
 };
 
-/// Share of the emitted power above which lost power is warned of.
+/// A warning is given if more than this fraction of the emitted power was lost.
 const MUCH_LOST: f64 = 1e-3;
-/// Batches below which standard errors are off by more than a fifth: their own relative error is
-/// 1 / sqrt(2 (batches - 1)).
+/// With fewer batches, standard errors are off by more than a fifth: their own relative error is 1
+/// / sqrt(2 (batches - 1)).
 const FEW_BATCHES: u64 = 16;
-/// Histories below which a value and its error are not reliable.
+/// With fewer histories, a value and its standard error are not reliable.
 pub const FEW_HISTORIES: u64 = 30;
 /// A warning about a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,12 +23,12 @@ pub struct Warning {
 }
 
 impl RunResult {
-    /// Warnings that a user should read before trusting the result.
+    /// Returns the warnings that a user should read before trusting the result.
     pub fn warnings(&self) -> Vec<Warning> {
         warnings(self)
     }
 
-    /// The same with its warnings in it.
+    /// Returns the same result with its warnings.
     pub(super) fn with_warnings(mut self) -> Self {
         self.warnings = warnings(&self).into_iter().map(|warning| warning.text).collect();
         self

@@ -1,4 +1,4 @@
-//! The estimate on captors whose density is known.
+//! The k-nearest estimate on captors where the density of photons is known.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use crate::{
     transport::photon_map::{Arrival, PackedDirection, StoredPhoton},
 };
 
-/// A scene of two bands with one captor, virtual or a leaf.
+/// Returns a scene of two bands with one captor, which is virtual or a leaf.
 fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
     let band = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
     let position = triangles[0][0] + DVec3::new(0.0, 0.0, 1.0);
@@ -48,7 +48,7 @@ fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
     .unwrap()
 }
 
-/// `n` photons uniform over the captor.
+/// Returns `n` arrivals, uniform over the captor.
 fn arrivals(scene: &Scene, n: usize, rng: &mut Stream) -> Vec<Arrival> {
     let captor = &scene.captors[0];
     let triangles = scene.triangles_of(captor);
@@ -75,7 +75,7 @@ fn photon(direction: Vec3, triangle: usize, history: usize) -> StoredPhoton {
     }
 }
 
-/// `n` photons uniform over the captor, of powers 1 and 3 over `n`.
+/// Returns a map of `n` photons, uniform over the captor, with powers of 1 and 3 over `n`.
 fn scatter(scene: &Scene, n: usize, rng: &mut Stream) -> PhotonMap {
     PhotonMap::new(arrivals(scene, n, rng), [1.0, 3.0].repeat(n), 2, n as u64)
 }
@@ -86,9 +86,10 @@ fn rectangle(x: f64, y: f64, width: f64, depth: f64) -> Vec<[DVec3; 3]> {
     vec![[a, b, c], [a, c, d]]
 }
 
-/// Seed 1, 2000 maps of each captor, number of photons and k; odds 1e-6 each. The ball reaches beyond
-/// the edges of the strip, of the L whose centroid is outside of it, and of every captor
-/// where k is nearly n; the fourth is 1 mm wide, the fifth of two parts.
+/// For each captor, number of photons and k, 2000 maps of seed 1 are made; odds 1e-6 each. The ball
+/// reaches beyond the edges of the strip and of the L, whose centroid lies outside of it, and
+/// beyond those of every captor where k is nearly n. The fourth captor is 1 mm wide, the fifth has
+/// two parts.
 #[test]
 fn irradiance_is_unbiased() {
     let both = |a: Vec<_>, b: Vec<_>| [a, b].concat();
@@ -122,13 +123,14 @@ fn irradiance_is_unbiased() {
             let what = format!("{what}, {k} of {n}");
             means[0].assert(&what, 1.0, 1e-5);
             means[1].assert(&what, 3.0, 1e-5);
-            // the share of n uniform points' area up to the k-th is the k-th of n uniform numbers
+            // the fraction of the area up to the k-th of n uniform points is the k-th of n uniform
+            // numbers
             coverage.assert(&what, k as f64 / (n as f64 + 1.0), 1e-5);
         }
     }
 }
 
-/// With fewer photons than k it is the flux / area, exactly; with none there is no estimate.
+/// With fewer photons than k, the estimate is exactly flux / area; without photons there is none.
 #[test]
 fn few_photons_count_over_the_whole_captor() {
     let scene = scene_of(rectangle(0.0, 0.0, 2.0, 0.5), None);
@@ -148,8 +150,9 @@ fn few_photons_count_over_the_whole_captor() {
     assert_eq!(estimate(&scene, &scatter(&scene, 0, &mut rng), captor, Some(50)), [None, None]);
 }
 
-/// A leaf's face sends what its own photons reflect and what those of the other face transmit,
-/// along its normal: sum of f x irradiance, f by hand for each face.
+/// A face of a leaf sends out along its normal what it reflects of its own photons, and what it
+/// transmits of those on the other face: the sum of f x irradiance, with f computed by hand for
+/// each face.
 #[test]
 fn radiance_joins_both_faces() {
     let face = |reflectance: &'static [f32], transmittance: &'static [f32]| LeafFace {
@@ -184,8 +187,8 @@ fn radiance_joins_both_faces() {
     near(&back.radiance.unwrap(), [sent(10.0, 0.5, 4.0, 0.2), sent(20.0, 0.25, 8.0, 0.3)]);
 }
 
-/// 10,000 histories, of which one in 20 arrives with a power of 1 or 9 in the first band and none in
-/// the second; every other one arrives twice at the same place.
+/// Returns a map of 10,000 histories. One in 20 of them arrives, with a power of 1 or 9 in the
+/// first band and none in the second; every other one of these arrives twice at the same place.
 fn scatter_unequal(scene: &Scene, rng: &mut Stream) -> PhotonMap {
     const HISTORIES: u64 = 10_000;
     let arrived = (0..HISTORIES).filter(|_| rng.uniform() < 0.05).count();
@@ -200,11 +203,12 @@ fn scatter_unequal(scene: &Scene, rng: &mut Stream) -> PhotonMap {
     PhotonMap::new(all, power, 2, HISTORIES)
 }
 
-/// The mean variance that is reported is that of the values over 4000 maps, for powers that differ,
-/// histories that arrive twice, and balls that the edge cuts. Seed 3. The variance of the values is
-/// known to sqrt((2 + excess) / 4000), with an excess kurtosis below 1.5: 3 %, of which it may be off
-/// by 5, odds 1e-6 each; and by one of the 53 histories that 80 photons are, as the one at the
-/// border is counted if its twin is.
+/// The mean of the reported variances is the variance of the values over 4000 maps, for photons of
+/// unequal power, histories that arrive twice, and balls that the edge cuts. Seed 3. The variance
+/// of the values is known to sqrt((2 + excess) / 4000), with an excess kurtosis below 1.5, which is
+/// 3 %; it may be off by 5 times that, odds 1e-6 each. It may also be off by one of the 53
+/// histories to which the 80 photons belong, as the history at the border is counted if its second
+/// photon is gathered.
 #[test]
 fn standard_error_is_the_spread() {
     for (what, triangles) in
@@ -231,8 +235,9 @@ fn standard_error_is_the_spread() {
     }
 }
 
-/// Photons that come of one history are gathered as one: 27,000 of 1000 are as many as 1000 alone, and cover
-/// as much. The 2700-th of 27,000 uniform numbers is within 5 standard deviations (odds 1e-6), seed 5.
+/// The photons of one history are gathered as one: 27,000 photons of 1000 histories count as much,
+/// and cover as much, as 1000 photons of one history each. The 2700-th of 27,000 uniform numbers is
+/// within 5 standard deviations (odds 1e-6), seed 5.
 #[test]
 fn k_grows_with_the_histories() {
     let scene = scene_of(rectangle(0.0, 0.0, 1.0, 1.0), None);
@@ -247,8 +252,9 @@ fn k_grows_with_the_histories() {
     assert!((front.coverage / 0.1 - 1.0).abs() < 5.0 / 2700f64.sqrt(), "{}", front.coverage);
 }
 
-/// Without a k it is the number of photons to the power 2/3: from 1000 photons on it covers
-/// photons^(-1/3) of the captor and has that relative error; of few it takes at least 50, of fewer all.
+/// Without a k, it is the number of photons to the power 2/3. From 1000 photons on it covers
+/// photons^(-1/3) of the captor and has that relative error. Of fewer photons it takes at least 50,
+/// and of fewer than 50 all.
 #[test]
 fn k_grows_with_the_photons() {
     let scene = scene_of(rectangle(0.0, 0.0, 1.0, 1.0), None);

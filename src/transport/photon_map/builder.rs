@@ -1,4 +1,4 @@
-//! Arrivals collected task by task.
+//! Collects arrivals task by task.
 
 use std::collections::BTreeMap;
 
@@ -6,14 +6,14 @@ use glam::Vec3;
 
 use super::{Arrival, PackedDirection, PhotonMap, StoredPhoton, Way};
 
-/// Order of a task of histories in a run: round, task within the batch, batch. Every batch
-/// has its first task before any has its second.
+/// Identifies a task of histories in a run by round, task within the batch, and batch. Keys are
+/// ordered so that every batch has its first task before any batch has its second.
 pub type TaskKey = (u64, u64, u64);
 
-/// Whole numbers that an arrival takes, without its powers.
+/// Number of words that an arrival takes, without its powers.
 const WORDS: usize = 8;
 
-/// Arrivals of one task, in order, and their powers per band.
+/// The arrivals of one task, in order, and their powers per band.
 #[derive(Clone, Debug, Default)]
 pub struct TaskArrivals {
     arrivals: Vec<Arrival>,
@@ -22,7 +22,7 @@ pub struct TaskArrivals {
 }
 
 impl TaskArrivals {
-    /// All of it in whole numbers, of which floating-point numbers are the bits.
+    /// Returns everything as whole numbers; floating-point numbers become their bits.
     pub fn words(&self) -> Vec<u32> {
         let bands = self.power.len() / self.arrivals.len().max(1);
         let mut words = Vec::with_capacity(self.arrivals.len() * (WORDS + bands));
@@ -35,7 +35,8 @@ impl TaskArrivals {
         words
     }
 
-    /// From [`words`](Self::words) of photons with `bands` powers; none where they are not whole.
+    /// Reads the [`words`](Self::words) of photons with `bands` powers each. `None` if the words do
+    /// not make up whole arrivals, or a position or power is not finite.
     pub fn from_words(words: &[u32], bands: usize) -> Option<Self> {
         if !words.len().is_multiple_of(WORDS + bands) {
             return None;
@@ -53,12 +54,12 @@ impl TaskArrivals {
         (finite && task.power.iter().all(|power| power.is_finite())).then_some(task)
     }
 
-    /// Its arrivals, in order.
+    /// Returns the arrivals, in order.
     pub fn arrivals(&self) -> &[Arrival] {
         &self.arrivals
     }
 
-    /// Stores an arrival, as long as there are at most `limit`.
+    /// Stores an arrival, unless more than `limit` are stored already.
     #[inline]
     pub fn push(&mut self, limit: usize, arrival: Arrival, power: impl Iterator<Item = f32>) {
         if self.arrivals.len() <= limit {
@@ -67,15 +68,15 @@ impl TaskArrivals {
         }
     }
 
-    /// Stores how the arrival that was just stored has come.
+    /// Stores the way by which the arrival came that has just been stored.
     #[inline]
     pub fn came(&mut self, way: Way) {
         self.ways.resize(self.arrivals.len(), way);
     }
 }
 
-/// Collects arrivals task by task, in any order, and keeps those of the first histories that
-/// fit, whatever that order was.
+/// Collects the arrivals of tasks, in any order of the tasks. It keeps those of the first histories
+/// that fit, whatever that order is.
 #[derive(Debug)]
 pub struct MapBuilder {
     limit: usize,
@@ -87,17 +88,17 @@ pub struct MapBuilder {
 }
 
 impl MapBuilder {
-    /// For at most `limit` arrivals of `bands` bands.
+    /// Returns a builder of a map that holds at most `limit` arrivals of `bands` bands.
     pub fn new(limit: usize, bands: usize) -> Self {
         Self { limit, bands, tasks: BTreeMap::new(), stored: 0, end: None }
     }
 
-    /// The most arrivals that are kept.
+    /// Returns the most arrivals that are kept.
     pub fn limit(&self) -> usize {
         self.limit
     }
 
-    /// Whether arrivals of this task may still be kept.
+    /// Returns whether arrivals of this task may still be kept.
     pub fn wants(&self, key: TaskKey) -> bool {
         self.end.is_none_or(|end| key < end)
     }
@@ -119,28 +120,29 @@ impl MapBuilder {
         }
     }
 
-    /// The tasks that are kept so far, in order.
+    /// Returns the tasks that are kept so far, in order.
     pub fn tasks(&self) -> &BTreeMap<TaskKey, TaskArrivals> {
         &self.tasks
     }
 
-    /// The first task that no longer fits.
+    /// Returns the first task that no longer fits.
     pub fn end(&self) -> Option<TaskKey> {
         self.end
     }
 
-    /// What is kept so far, in order, and the first task that no longer fits.
+    /// Returns the tasks that are kept so far, in order, and the first task that no longer fits.
     pub fn into_pieces(self) -> (BTreeMap<TaskKey, TaskArrivals>, Option<TaskKey>) {
         (self.tasks, self.end)
     }
 
-    /// Takes in that `end` no longer fits, from someone who has seen only some of the tasks.
+    /// Takes into account that task `end` no longer fits, as found by another builder, which has
+    /// seen only some of the tasks.
     pub fn end_at(&mut self, end: TaskKey) {
         self.end = Some(self.end.map_or(end, |own| own.min(end)));
     }
 
-    /// The map of the run's first histories. `histories` tells how many come before a task;
-    /// `all` is how many there are. Powers are multiplied by `scale` / histories in the map.
+    /// Makes the map of the first histories of the run. `histories` returns how many histories come
+    /// before a task; `all` is the number of all histories.
     pub fn build(self, all: u64, histories: impl Fn(TaskKey) -> u64) -> PhotonMap {
         let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
         let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);

@@ -1,25 +1,25 @@
-//! Directions in four bytes: the octahedral code (Meyer et al., Computer Graphics Forum 29 (4), 2010;
-//! Cigolle et al., JCGT 3 (2), 2014).
+//! Directions in four bytes, in the octahedral code (Meyer et al., Computer Graphics Forum 29 (4),
+//! 2010; Cigolle et al., JCGT 3 (2), 2014).
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
 use glam::{Vec2, Vec2Swizzles, Vec3};
 
-/// A unit vector, rounded by at most [`MAX_ERROR`](Self::MAX_ERROR).
+/// A unit vector, with a rounding error of at most [`MAX_ERROR`](Self::MAX_ERROR).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PackedDirection([i16; 2]);
 
-/// Steps from the middle of the square to its edge.
+/// Number of steps from the middle of the square to its edge.
 const STEPS: f32 = i16::MAX as f32;
 
 impl PackedDirection {
-    /// The largest angle between a direction and what is kept of it, rad: rounding moves a point of the
-    /// octahedron by sqrt(6) / 2 steps at most, its faces are 1 / sqrt(3) from the middle, and
-    /// single precision adds a little.
+    /// The largest angle between a direction and its packed form, rad. Rounding moves a point of
+    /// the octahedron by at most sqrt(6) / 2 steps, the faces of the octahedron are at a distance
+    /// of 1 / sqrt(3) from its centre, and single precision adds a little.
     pub const MAX_ERROR: f32 = 3.0 * FRAC_1_SQRT_2 / STEPS + 1e-6;
 
-    /// Packs a unit vector: cast on the octahedron |x| + |y| + |z| = 1, whose lower half is unfolded
-    /// around the upper one.
+    /// Packs a unit vector: it is projected on the octahedron |x| + |y| + |z| = 1, whose lower half
+    /// is unfolded around the upper one.
     #[inline]
     pub fn new(direction: Vec3) -> Self {
         let on_octahedron = direction / direction.abs().element_sum();
@@ -28,18 +28,18 @@ impl PackedDirection {
         Self((square * STEPS).round().to_array().map(|x| x as i16))
     }
 
-    /// Its code.
+    /// Returns the code of the direction.
     pub fn bits(self) -> u32 {
         let [x, y] = self.0.map(|x| u32::from(x as u16));
         x << 16 | y
     }
 
-    /// From its code.
+    /// Returns the direction with this code.
     pub fn from_bits(bits: u32) -> Self {
         Self([(bits >> 16) as u16 as i16, bits as u16 as i16])
     }
 
-    /// The unit vector.
+    /// Returns the unit vector.
     #[inline]
     pub fn unpack(self) -> Vec3 {
         let square = Vec2::from(self.0.map(f32::from)) / STEPS;
@@ -49,7 +49,7 @@ impl PackedDirection {
     }
 }
 
-/// Over the edge of the inner square; the same both ways.
+/// Folds a point over the edge of the inner square; folding twice restores it.
 fn fold(p: Vec2) -> Vec2 {
     (1.0 - p.yx().abs()) * Vec2::ONE.copysign(p)
 }
@@ -68,8 +68,8 @@ mod tests {
         kept.cross(direction).length().atan2(kept.dot(direction))
     }
 
-    /// Axes, edges and middles of faces; a million directions of seed 1; the bound holds for all (no
-    /// chance in it) and is no looser than by a tenth.
+    /// Axes, edges and middles of faces, and a million directions of seed 1. The bound holds for
+    /// all of them (chance plays no part in this), and is too loose by at most a tenth.
     #[test]
     fn error_is_bounded() {
         let side = |i: usize| [-1.0, -0.0, 0.0, 1.0][i % 4];
@@ -83,7 +83,7 @@ mod tests {
         assert!(worst <= bound && worst > 0.9 * bound, "{worst:e} of {bound:e}");
     }
 
-    /// What is not a direction does not panic.
+    /// Vectors that are not directions do not cause a panic.
     #[test]
     fn nothing_panics() {
         for v in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::splat(f32::MIN_POSITIVE)] {

@@ -1,4 +1,4 @@
-//! The map against brute force, and its making against a simple reference.
+//! The map against brute force, and the map builder against a simple reference.
 
 use glam::Vec3;
 
@@ -20,8 +20,8 @@ fn cube(rng: &mut Stream) -> Vec3 {
     Vec3::new(rng.uniform(), rng.uniform(), rng.uniform()) * 2.0 - 1.0
 }
 
-/// Seed 1. Photons in a volume, on a wall, on a line, in clumps, all at one point; on either side of
-/// the size from which there is a tree; more asked for than there are. Distances to 1e-5.
+/// Photons in a volume, on a wall, on a line, in clumps, and all at one point; fewer and more than
+/// the number from which there is a tree; more asked for than there are. Seed 1, distances to 1e-5.
 #[test]
 fn nearest_is_that_of_brute_force() {
     let mut rng = Stream::new(1, 0, 0);
@@ -34,7 +34,7 @@ fn nearest_is_that_of_brute_force() {
     ];
     for kind in kinds {
         for n in [1, 7, SMALL_SHELF, SMALL_SHELF + 1, 5_000] {
-            // another bin around it, that must not be found
+            // around them photons of another bin, which must not be found
             let arrivals: Vec<Arrival> = (0..2 * n)
                 .map(|i| arrival(kind(cube(&mut rng)), if i % 2 == 0 { 4 } else { 9 }, i as u32))
                 .collect();
@@ -70,7 +70,7 @@ fn nearest_is_that_of_brute_force() {
     }
 }
 
-/// Powers stay with their arrivals when these are sorted onto bins.
+/// Powers stay with their arrivals when these are sorted into bins.
 #[test]
 fn powers_follow_their_arrivals() {
     let arrivals: Vec<Arrival> =
@@ -84,15 +84,16 @@ fn powers_follow_their_arrivals() {
     }
 }
 
-/// A task of a run: its place, its histories, and the arrivals of each.
+/// A task of a run: its key, and the number of arrivals of each of its histories.
 struct Traced {
     key: TaskKey,
     histories: Vec<u32>,
 }
 
-/// Seed 2, 4000 random runs: tasks of unequal size, some without histories that arrive, in the order
-/// of `TaskKey`, added in any other order and only while they are wanted. The map holds the arrivals
-/// of the most first histories that fit, numbers those that arrived, and says how many all are.
+/// 4000 random runs of seed 2: tasks of unequal size, some without histories that arrive. They are
+/// generated in the order of `TaskKey`, but added in any order, and only while they are wanted. The
+/// map must hold the arrivals of as many of the first histories as fit, number the histories that
+/// arrived, and say how many histories there are in all.
 #[test]
 fn map_is_that_of_the_first_histories() {
     let mut rng = Stream::new(2, 0, 0);
@@ -179,9 +180,10 @@ fn map_is_that_of_the_first_histories() {
     }
 }
 
-/// What a photon of one band takes: in the tree its place and its index, and its share of the leaf (where
-/// it begins and ends), of the split above (with room for twice the leaves) and of 7 bytes that
-/// kiddo sets aside for each leaf; beside the tree the rest and its power.
+/// The memory that a photon of one band takes. In the tree: its position and its index, and its
+/// share of the leaf (where the leaf begins and ends), of the split above (with room for twice the
+/// leaves) and of 7 bytes that kiddo sets aside for each leaf. Outside the tree: its other
+/// properties and its power.
 #[test]
 fn stored_photon_takes_at_most_48_bytes() {
     let mut rng = Stream::new(3, 0, 0);

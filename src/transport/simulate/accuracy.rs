@@ -1,10 +1,11 @@
-//! Whether every captor is accurate enough: the rule by which a run with a tolerance ends.
+//! Decides whether every captor is accurate enough: the rule by which a run with a tolerance ends.
 //!
-//! Every face of every captor, or what was asked for in their place, must have a relative standard error of at most
-//! the tolerance, in every band that carries power and every sum of such. Of few arrivals such an error is not to be
-//! trusted, and of none there is none. So a face on which fewer than [`ENOUGH`] batches found light holds the run up, unless that is because
-//! there is next to no light: its value is below the tolerance times that of the median captor, with 95 %
-//! confidence. Then it is dark, and listed with that bound.
+//! Every face of every captor, or what was named instead, must have a relative standard error of at
+//! most the tolerance, in every band that carries power and in every sum of such bands. With few
+//! arrivals a standard error cannot be trusted, and without arrivals there is none. A face on which
+//! fewer than [`ENOUGH`] batches found light therefore keeps the run going, unless there is next to
+//! no light on it: unless its value is, with 95 % confidence, below the tolerance times the value
+//! of the median captor. Such a face is dark, and is listed with that bound.
 
 use std::sync::atomic::Ordering;
 
@@ -19,56 +20,58 @@ use crate::{
     transport::tally::Totals,
 };
 
-/// Batches that must have found light on a face, and so at least as many histories, for its error to be trusted.
+/// Number of batches that must have found light on a face, and so at least as many histories, for
+/// its standard error to be trusted.
 const ENOUGH: u64 = 30;
 
-/// A face of a captor, in a band.
+/// A face of a captor or group, in a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceBand {
-    /// Index of the captor, or the number of captors plus that of the group.
+    /// Index of the captor, or the number of captors plus the index of the group.
     pub captor: usize,
-    /// Front or back, or what is absorbed.
+    /// The front, the back, or what is absorbed.
     pub face: Channel,
-    /// Index of the band, or the number of bands plus that of the sum.
+    /// Index of the band, or the number of bands plus the index of the sum over bands.
     pub band: usize,
 }
 
 /// The value that is farthest from the tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worst {
-    /// Where.
+    /// The face and band.
     pub at: FaceBand,
-    /// Its standard error over itself; none where nothing arrived.
+    /// Its standard error divided by the value; `None` where nothing arrived.
     pub relative_error: Option<f64>,
-    /// Batches that found light there; of fewer than 30 the error is not to be trusted.
+    /// Number of batches that found light there; with fewer than 30 the standard error cannot be
+    /// trusted.
     pub batches_with_light: u64,
 }
 
 /// A face that hardly any light reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dark {
-    /// Where.
+    /// The face and band.
     pub at: FaceBand,
-    /// The irradiance that it has at most, with 95 % confidence, W/m2 or umol/m2/s.
+    /// Upper bound of its irradiance, with 95 % confidence, W/m2 or umol/m2/s.
     pub below: f64,
 }
 
-/// How accurate a run is, beside the tolerance that was asked for.
+/// How accurate a run is, compared with the tolerance that was asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
     /// The largest relative standard error that was asked for.
     pub tolerance: f64,
-    /// Whether nothing is farther from it.
+    /// Whether every value meets the tolerance.
     pub met: bool,
-    /// What is farthest from it; none where nothing has an error.
+    /// The value that is farthest from the tolerance; `None` if there is no light at all.
     pub worst: Option<Worst>,
-    /// What was left out.
+    /// The faces that were left out because hardly any light reaches them.
     pub dark: Vec<Dark>,
 }
 
-/// What a run found on a face.
+/// What a run has found on a face.
 struct Found {
-    /// m2
+    /// Area, m2.
     area: f64,
     on_surface: bool,
     at: FaceBand,
@@ -83,7 +86,7 @@ impl Found {
 }
 
 impl Run<'_> {
-    /// What all `batches` so far say of the tolerance.
+    /// Compares all batches so far with the tolerance.
     pub(super) fn accuracy(
         &self,
         schedule: &Schedule,
@@ -93,7 +96,7 @@ impl Run<'_> {
     ) -> Accuracy {
         let brightest = self.brightest(schedule);
         let rates: Vec<f64> = (0..ENOUGH).map(|hit| rate_bound(hit, totals.batches)).collect();
-        // so many hits alone make an error this small
+        // so many hits alone make an error as small as the tolerance
         let enough = tolerance.powi(-2).max(ENOUGH as f64);
         let (mut worst, mut farthest, mut dark) = (None, 0.0, Vec::new());
         for band in (0..brightest.powers.len()).filter(|&band| brightest.powers[band] > 0.0) {
@@ -114,7 +117,7 @@ impl Run<'_> {
                 let estimate = running.estimate(totals.batches);
                 let error = estimate.standard_error.filter(|_| batches_with_light > 0);
                 let relative_error = error.map(|error| error / estimate.mean);
-                // how many times as many histories are needed, about
+                // about how many times as many histories are needed
                 let by_error = (relative_error.unwrap_or(0.0) / tolerance).powi(2);
                 let by_number = enough / (batches_with_light as f64).max(0.5);
                 let more = if face.is_enough() { by_error } else { by_error.max(by_number) };
@@ -127,7 +130,7 @@ impl Run<'_> {
         Accuracy { tolerance, met: farthest <= 1.0, worst, dark }
     }
 
-    /// The most that one history can bring.
+    /// Returns the most that one history can contribute.
     fn brightest(&self, schedule: &Schedule) -> Brightest {
         let bands = self.scene.bands.len();
         let powers = (0..bands).map(|b| self.scene.lights.iter().map(|light| light.power[b]).sum());
@@ -149,7 +152,8 @@ impl Run<'_> {
             Work::Paths(..) => {
                 let bits = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
                 let irradiance: Vec<f64> = bits.map(f64::from_bits).collect();
-                // where no path has found any, as if one had found all there is
+                // where no path has found anything, assume that one may bring all the power there
+                // is
                 let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
                 (powers.iter().zip(&irradiance).map(none).collect(), irradiance)
             }
@@ -165,29 +169,33 @@ impl Run<'_> {
     }
 }
 
-/// The most that one history can bring to the estimate of a batch, per band and sum.
+/// The most that one history can contribute to the estimate of a batch, per band and sum over
+/// bands.
 struct Brightest {
-    /// Photons: the power of the heaviest, W or umol/s.
+    /// For photons: the power of the heaviest one, W or umol/s, divided by the histories of a
+    /// batch.
     flux: Vec<f64>,
-    /// Paths: the irradiance of the brightest that was found on any face.
+    /// For paths: the largest irradiance that one has found on any face, W/m2 or umol/m2/s, divided
+    /// likewise.
     irradiance: Vec<f64>,
-    /// Power of all lights.
+    /// Power of all lights, W or umol/s.
     powers: Vec<f64>,
 }
 
 impl Brightest {
-    /// On an area, m2.
+    /// Returns the most that one history can contribute on an area (m2), W or umol/s.
     fn on(&self, area: f64, band: usize) -> f64 {
         self.flux[band] + self.irradiance[band] * area
     }
 
-    /// The irradiance of all captors if all light came to them.
+    /// Returns the irradiance that all captors would have if all light came to them, W/m2 or
+    /// umol/m2/s.
     fn evenly(&self, scene: &Scene, band: usize) -> f64 {
         self.powers[band] / scene.captors.iter().map(|captor| captor.area).sum::<f64>()
     }
 }
 
-/// What was found of all that is watched in a band, or sum.
+/// Returns what has been found of all that is watched, in a band or sum over bands.
 fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<Found> {
     let of_band = watched.iter().filter(|watched| watched.band.is_none_or(|b| b == band));
     let found = |watched: &Watched| {
@@ -199,9 +207,10 @@ fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<Found> {
     of_band.map(found).collect()
 }
 
-/// Median irradiances over the faces that have enough light.
+/// Median irradiances over the faces that have enough light, W/m2 or umol/m2/s.
 struct Medians {
-    /// Of fronts and backs of sensors, then of surfaces and what they absorb.
+    /// Medians over the fronts and the backs of sensors, then over the fronts and the backs of
+    /// surfaces, and over what these absorb.
     alike: [Option<f64>; 2 * CHANNELS.len()],
     all: Option<f64>,
 }
@@ -218,7 +227,8 @@ impl Medians {
         Self { alike, all: median(&|_| true) }
     }
 
-    /// That of the same kind of face, or where none of these has enough light, of all faces.
+    /// Returns the median over faces of the same kind or, if none of these has enough light, over
+    /// all faces.
     fn beside(&self, face: &Found) -> Option<f64> {
         self.alike[kind_of(face)].or(self.all)
     }

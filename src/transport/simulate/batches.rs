@@ -1,4 +1,4 @@
-//! Tasks on threads, their sums added up to batches in order.
+//! Puts tasks on threads, and adds their sums up to batches in order.
 
 use std::{
     collections::BTreeMap,
@@ -18,19 +18,21 @@ use crate::{
     },
 };
 
-/// How far a run is: rounds, batches of the next one, and tasks of the batch after these whose sums are added.
+/// How far a run is: the number of rounds done, of batches done in the next round, and of tasks in
+/// the batch after these whose sums have been added.
 pub(super) type Place = (u64, u64, u64);
 
-/// What is asked of the one that takes batches.
+/// What [`Run::batches`] hands to its caller.
 pub(super) enum Turn {
-    /// This batch comes next, with these sums.
+    /// The sums of this batch, which comes next.
     Add(u64, Sums),
-    /// Keep what is done up to this place; the sums are those of the batch under way.
+    /// A request to save what is done up to this place; the sums are those of the batch under way.
     Keep(Place, Sums),
 }
 
 impl Run<'_> {
-    /// Rounds of batches, added up in order, from a place on. No thread waits between them.
+    /// Runs rounds of batches, from a place on, and adds the batches to `totals` in order. No
+    /// thread waits between the batches.
     pub(super) fn rounds(
         &self,
         schedule: &Schedule,
@@ -47,9 +49,10 @@ impl Run<'_> {
         self.batches(schedule, from, rounds, 0..schedule.batches, of, &mut take, map)
     }
 
-    /// Some batches of some rounds, handed over in order. Threads take task after task, whichever batch it is
-    /// of; the sums of each are added in the order of tasks, so that rounding knows nothing of threads. Between
-    /// them, and when the run is stopped, `take` is also asked to keep what is done, if anything is to be kept.
+    /// Runs some batches of some rounds, and hands them to `take` in order. Threads take task after
+    /// task, whichever batch it belongs to. The sums of the tasks are added in the order of the
+    /// tasks, so that rounding does not depend on threads. Between tasks, and when the run is
+    /// stopped, `take` is also asked to save what is done, if anything is to be saved.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn batches(
         &self,
@@ -89,7 +92,7 @@ impl Run<'_> {
                 queue.begun += 1;
                 drop(queue);
                 self.task(schedule, key, &mut tally, map);
-                // it may be half done
+                // the task may be half done
                 if self.stopped() {
                     turn.notify_all();
                     return;
@@ -111,23 +114,23 @@ impl Run<'_> {
     }
 }
 
-/// The tasks of a run: which is next, and the sums that have not been added yet.
+/// The tasks of a run: those not yet begun, and the sums that have not been added yet.
 struct Queue<'t, I> {
     waiting: I,
-    /// Tasks that threads have begun.
+    /// Number of tasks that threads have begun.
     begun: u64,
-    /// Sums of those that were done before their turn, by their number.
+    /// Sums of tasks that were done before their turn, by the number of the task.
     done: BTreeMap<u64, (TaskKey, Sums)>,
-    /// Tasks whose sums are added.
+    /// Number of tasks whose sums have been added.
     added: u64,
     place: Place,
-    /// What the batch has so far whose turn it is.
+    /// What has been added up so far of the batch under way.
     batch: Tally,
     take: &'t mut (dyn FnMut(Turn) + Send),
 }
 
 impl<I> Queue<'_, I> {
-    /// Takes in the sums of a task, and adds all those whose turn it is.
+    /// Takes in the sums of a task, and adds all sums whose turn it is.
     fn add(&mut self, schedule: &Schedule, number: u64, key: TaskKey, sums: Sums) {
         self.done.insert(number, (key, sums));
         while let Some(((round, task, batch), sums)) = self.done.remove(&self.added) {
@@ -148,7 +151,8 @@ impl<I> Queue<'_, I> {
     }
 }
 
-/// Tells the other threads of a panic in the one that holds it: they would wait for its task for ever.
+/// Wakes the other threads if the thread that holds it panics; they would wait for its task for
+/// ever.
 struct Alarm<'a, 'r, T> {
     run: &'a Run<'r>,
     turn: &'a Condvar,
@@ -158,7 +162,7 @@ struct Alarm<'a, 'r, T> {
 impl<T> Drop for Alarm<'_, '_, T> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            // under the lock, so that none can look just before and begin to wait just after
+            // under the lock, so that no thread can check just before and begin to wait just after
             let _queue = lock(self.queue);
             self.run.broken.store(true, Ordering::Relaxed);
             self.turn.notify_all();

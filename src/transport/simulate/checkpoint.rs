@@ -1,6 +1,7 @@
-//! What a run has done so far, kept so that it can be gone on with: batches that are added up, how far the next one is,
-//! and the arrivals of both. Tasks are added up in order, so a run that goes on from there finds the same
-//! bytes, wherever each thread was.
+//! Checkpoints: what a run has done so far, saved so that the run can be resumed. A checkpoint
+//! holds the batches that have been added up, the state of the batch under way, and the arrivals of
+//! both. Tasks are added up in order, so a resumed run finds the same bytes, however far each
+//! thread was.
 
 use std::{
     sync::{Mutex, atomic::Ordering},
@@ -19,53 +20,55 @@ use crate::{
     },
 };
 
-/// Writing takes at most one part in so many of a run's time.
+/// Writing checkpoints takes at most one part in this many of the time of a run.
 const SHARE: u32 = 20;
 
-/// What a run has done, without the arrivals.
+/// What a run has done, without its arrivals.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunState {
     /// The round under way, from 0.
     round: u64,
-    /// The first batch of it that is not added up.
+    /// The first batch of the round that has not been added up.
     next: u64,
-    /// What is added up.
+    /// The totals of the batches that have been added up.
     totals: Totals,
-    /// Tasks of that batch that are, to these sums.
+    /// Number of tasks of the batch under way whose sums have been added to `sums`.
     tasks: u64,
     sums: Sums,
-    /// The first task whose arrivals no longer fit into the map.
+    /// The first task whose arrivals no longer fit into the photon map.
     full: Option<TaskKey>,
-    /// Of paths, per band: the bits of the largest irradiance that one found.
+    /// For paths, per band: the bits of the largest irradiance that one path has found, W/m2 or
+    /// umol/m2/s.
     brightest: Vec<u64>,
 }
 
-/// A run to go on with.
+/// A run that is to be resumed.
 #[derive(Clone, Debug)]
 pub struct Resumed {
-    /// What it has done.
+    /// What the run has done.
     pub state: RunState,
-    /// Arrivals in the form of [`TaskArrivals::words`].
+    /// Its arrivals, in the form of [`TaskArrivals::words`].
     pub arrivals: Vec<(TaskKey, Vec<u32>)>,
 }
 
-/// Arrivals of tasks, in order.
+/// The arrivals of tasks, in order.
 pub type KeptArrivals<'i, 'a> = &'i mut dyn Iterator<Item = (TaskKey, &'a TaskArrivals)>;
 
-/// Keeps what a run has done now and then, and once more when it is stopped.
+/// Saves what a run has done: now and then, and once more when the run is stopped.
 pub struct Keeper<'a> {
-    /// The least time between two times of keeping.
+    /// The least time between two checkpoints.
     every: Duration,
-    /// Puts it where it lasts.
+    /// Writes a checkpoint to where it lasts.
     save: &'a (dyn Fn(&RunState, KeptArrivals<'_, '_>) + Sync),
     resumed: Mutex<Option<Resumed>>,
-    /// What the batch had that the run goes on with.
+    /// The sums of the batch under way in which the run is resumed, until the run takes them.
     begun: Mutex<Option<Sums>>,
     due: Mutex<Instant>,
 }
 
 impl<'a> Keeper<'a> {
-    /// Keeps with `save`, at most once in `every`; the run goes on from `resumed`, if that is given.
+    /// Saves with `save`, at most once in `every`. If `resumed` is given, the run goes on from
+    /// there.
     pub fn new(
         every: Duration,
         resumed: Option<Resumed>,
@@ -75,14 +78,15 @@ impl<'a> Keeper<'a> {
         Self { every, save, resumed: Mutex::new(resumed), begun: Mutex::default(), due }
     }
 
-    /// Whether it is time to keep.
+    /// Returns whether a checkpoint is due.
     fn is_due(&self) -> bool {
         Instant::now() >= *lock(&self.due)
     }
 }
 
 impl Run<'_> {
-    /// Where to begin, and what was done before in `totals` and `map`. Error: what was kept is of no such run.
+    /// Returns the place at which to begin, and restores `totals` and `map` if the run is resumed.
+    /// Error: the checkpoint does not belong to such a run.
     pub(super) fn begin(
         &self,
         schedule: &Schedule,
@@ -135,17 +139,17 @@ impl Run<'_> {
         Ok((round, next, tasks))
     }
 
-    /// What the batch had that the run goes on with; once.
+    /// Returns, once, the sums of the batch under way in which the run is resumed.
     pub(super) fn begun(&self) -> Option<Sums> {
         lock(&self.keeper?.begun).take()
     }
 
-    /// Whether it is time to keep what is done.
+    /// Returns whether a checkpoint is due.
     pub(super) fn keeps_now(&self) -> bool {
         self.keeper.is_some_and(Keeper::is_due)
     }
 
-    /// Keeps what the run has done.
+    /// Saves what the run has done.
     pub(super) fn keep(
         &self,
         (round, next, tasks): Place,
@@ -165,7 +169,7 @@ impl Run<'_> {
             full: map.as_ref().and_then(|map| map.end()),
             brightest: self.brightest.iter().map(|most| most.load(Ordering::Relaxed)).collect(),
         };
-        // what else there is belongs to tasks that will be done again
+        // other arrivals belong to tasks that will be done again
         let is_kept = |(of, task, batch): TaskKey| (of, batch, task) < (round, next, tasks);
         let arrivals = map.as_ref().into_iter().flat_map(|map| map.tasks());
         let mut kept = arrivals.map(|(key, task)| (*key, task)).filter(|(key, _)| is_kept(*key));

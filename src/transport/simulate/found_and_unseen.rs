@@ -1,4 +1,5 @@
-//! Photons that are counted apart by whether paths could find them, for both to be compared.
+//! Photons that are counted apart by whether paths could find them, so that the two estimators can
+//! be compared.
 
 use crate::{
     math::{
@@ -13,9 +14,10 @@ use crate::{
     },
 };
 
-/// Photons of `scene` in `batches` of so many histories each (at least one for each light, and for each face
-/// that daylight enters by): what they bring to the captors, and of that in two
-/// [parts](Totals::parts) what paths can find, too, and what they cannot.
+/// Traces photons of `scene` in `batches` batches of `histories` each (at least one for each light
+/// and for each face by which daylight enters). Returns the light that they bring to the captors,
+/// split into two [parts](Totals::parts): the light that paths can find, and the light that they
+/// cannot.
 pub fn found_and_unseen(scene: &Scene, batches: u64, histories: u64, seed: u64) -> Totals {
     with_lanes!(scene.lanes(), L => split::<L>(scene, batches, histories, seed))
 }

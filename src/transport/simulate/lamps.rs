@@ -1,4 +1,5 @@
-//! Which light of the lamps matters is learned from photons that go no further than their first diffuse surface.
+//! Learns which light of the lamps matters, from photons that are followed to their first diffuse
+//! surface and no further.
 
 use rayon::prelude::*;
 
@@ -18,45 +19,48 @@ use crate::{
     },
 };
 
-/// Photons that are sent without a guide first; four times as many as long as their error is too large.
+/// Number of photons that are first sent without a guide. It is multiplied by four as long as the
+/// error is too large.
 const FIRST_PHOTONS: u64 = 1 << 15;
-/// Photons of a round that is guided by the one before: so many, or this share of the most that are tried.
+/// Number of photons of a guided round, but at most one in [`GUIDED_SHARE`] of the most that are
+/// tried.
 const GUIDED: u64 = 1 << 16;
 const GUIDED_SHARE: u64 = 4;
-/// Mirrors and glass on the way of a photon, at most.
+/// The most mirrors and panes that a photon may meet on its way.
 const MOST_SMOOTH: u32 = 100;
-/// The relative error of what is found without a guide that is small enough to compare with.
+/// The relative error of the unguided mean that is small enough for a comparison.
 const SURE: f64 = 0.2;
-/// Errors that what is found with and without a guide may differ by.
+/// The unguided and the guided mean agree if they differ by at most this many standard errors.
 const AGREE: f64 = 3.0;
-/// Lamps are guided where that makes the variance of what matters this many times smaller at least.
+/// Guiding a lamp pays where it makes the variance at least this many times smaller.
 const GAIN: f64 = 2.0;
-/// Share of the photons of each lamp that is in proportion to its power.
+/// Fraction of the photons that is shared among the lamps in proportion to their power.
 const BY_POWER: f64 = 0.2;
-/// Photons that one thread sends at a time.
+/// The least number of photons that one thread sends at a time.
 const BLOCK: usize = 4096;
 
-/// Too little was found to say how lamps are to emit.
+/// Too few photons were found that matter to say how the lamps should emit.
 pub(super) struct Starved;
 
-/// What a photon matters where it first comes to a diffuse surface.
+/// One photon, and how much it matters where it first meets a diffuse surface.
 #[derive(Clone, Copy)]
 struct Found {
     source: usize,
     sample: Sample,
-    /// Over that without a guide.
+    /// Density with which it was emitted, over the density without a guide.
     density: f64,
 }
 
 impl Found {
-    /// What it adds to the mean.
+    /// What the photon contributes to the mean.
     fn weighted(&self) -> f64 {
         self.sample.value / self.density
     }
 }
 
-/// How lamps are to emit; none where it gains little. Error: too few photons found what matters without a guide, or they
-/// do not agree with guided ones; `most` of them are tried.
+/// Learns how the lamps should emit; `None` where it gains too little. At most `most` photons are
+/// sent without a guide. Error: too few of these matter, or their mean does not agree with that of
+/// guided photons.
 pub(super) fn learn<L: Lanes>(
     scene: &Scene,
     importance: &Importance,
@@ -91,7 +95,8 @@ pub(super) fn learn<L: Lanes>(
     }
 }
 
-/// Sends photons to the first diffuse surface that they come to.
+/// Sends photons to the first diffuse surface that each meets, and returns how much they matter
+/// there.
 fn send<L: Lanes>(
     scene: &Scene,
     importance: &Importance,
@@ -115,7 +120,7 @@ fn send<L: Lanes>(
     (0..photons as usize).into_par_iter().with_min_len(BLOCK).map(|i| one(i as u64)).collect()
 }
 
-/// Importance where a photon first comes to a diffuse surface, times its power.
+/// Returns the importance where a photon first meets a diffuse surface, times the photon's power.
 fn matters<L: Lanes>(
     scene: &Scene,
     importance: &Importance,
@@ -141,7 +146,7 @@ fn matters<L: Lanes>(
     0.0
 }
 
-/// Mean and standard error of what photons matter.
+/// Returns the mean and the standard error of how much photons matter.
 fn estimate(found: &[Found]) -> (f64, f64) {
     let n = found.len() as f64;
     let mean = found.iter().map(Found::weighted).sum::<f64>() / n;
@@ -152,7 +157,7 @@ fn squares(found: &[Found]) -> f64 {
     found.iter().map(|one| one.weighted().powi(2)).sum()
 }
 
-/// A tree for each stratum, from photons that were emitted by those of `lamps`.
+/// Makes a tree for each stratum, from photons that were emitted by the trees of `lamps`.
 fn trees(lamps: &Lamps, found: &[Found]) -> Vec<Option<EmissionTree>> {
     let mut of_source: Vec<Vec<Sample>> = vec![Vec::new(); lamps.trees.len()];
     for one in found {
@@ -161,7 +166,8 @@ fn trees(lamps: &Lamps, found: &[Found]) -> Vec<Option<EmissionTree>> {
     of_source.into_iter().map(EmissionTree::new).collect()
 }
 
-/// What of it gains enough: trees, and shares of the photons for lamps that matter more or less than their power says.
+/// Returns the parts of the guidance that pay: the trees, and shares of the photons if some lamps
+/// matter more than their power says. `None` if neither pays.
 fn worth(free: &[Found], guided: &[Found], lamps: Lamps) -> Option<Lamps> {
     let share = free.len() as f64 / guided.len() as f64;
     let gains = squares(free) > GAIN * share * squares(guided);

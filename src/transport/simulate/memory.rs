@@ -1,4 +1,4 @@
-//! What a run may take of memory.
+//! The memory that a run may take.
 
 use super::schedule::AHEAD;
 use crate::{
@@ -11,22 +11,23 @@ use crate::{
     transport::tally::{Tally, Totals},
 };
 
-/// The most memory that a run may take for its sums and results on any machine, bytes.
+/// The most memory that a run may take for its sums and results, on any machine, in bytes.
 const MOST: u64 = 16 << 30;
-/// Channels of captors that a task of photons reaches, about, at most: 64 arrivals of each.
+/// About the most channels of captors that a task of photons reaches: 64 arrivals of each photon.
 const TOUCHED: usize = 1 << 16;
-/// The most memory that sums of batches that wait for each other may take, bytes.
+/// The most memory that sums of open batches may take, in bytes: of batches that are held side by
+/// side until they can be added up or written.
 const MOST_OPEN: u64 = 4 << 30;
 
-/// The most bytes that sums of batches that wait for each other may take now.
+/// Returns the most bytes that sums of open batches may take on this machine, now.
 pub(super) fn most_open() -> u64 {
     MOST_OPEN.min(memory_left())
 }
 
-/// Refuses a run whose sums and results would not fit into memory, before it begins. The light is split
-/// into so many `parts` (0: not split); `nearest` says whether there are k-nearest estimates.
+/// Refuses a run whose sums and results would not fit into memory, before it begins. The light is
+/// split into `parts` parts (0: not split); `nearest` says whether there are k-nearest estimates.
 pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) -> Result<()> {
-    // at the end sums and results stand side by side
+    // at the end sums and results are in memory together
     let results = result_bytes(scene, parts, nearest);
     let batch = Tally::bytes(scene, parts, usize::MAX);
     let bytes = threads.saturating_mul(thread_bytes(scene, parts))
@@ -54,19 +55,21 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
     Err(Error::input(format!("scene {}", scene.name), problem).remedy(remedy))
 }
 
-/// Bytes that a thread takes, about: a task's sums while it is traced, and those of tasks that wait for their turn.
+/// Returns about how many bytes a thread takes: the sums of a task while it is traced, and those of
+/// the tasks that wait for their turn.
 fn thread_bytes(scene: &Scene, parts: usize) -> usize {
     let strata = scene.sources() * scene.lanes() * size_of::<f64>();
     let waiting = Tally::bytes(scene, parts, TOUCHED) - Tally::bytes(scene, parts, 0);
     Tally::bytes(scene, parts, TOUCHED) + AHEAD as usize * waiting + strata
 }
 
-/// Bytes that the results made of the sums take, about. They are written as they are read, without a copy of
-/// their text.
+/// Returns about how many bytes the results take that are made of the sums. They are written to a
+/// file piece by piece, without a copy of their text.
 fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
     const VALUE: usize = size_of::<f64>();
     const ERROR: usize = size_of::<Option<f64>>();
-    // lists, names and places of a face or of what is absorbed, of all light and of a part of it
+    // lists, names and positions of a face or of what is absorbed, for all light and for a part of
+    // it
     const HEAD: usize = 1024;
     let columns = scene.bands.len() + scene.sums.len();
     let absorbing = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
@@ -76,7 +79,7 @@ fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
     let face = 2 * (VALUE + ERROR) * columns + HEAD;
     let absorbed = (VALUE + ERROR) * columns + HEAD;
     let split = (parts + 1) * (faces * face + absorbing * absorbed);
-    // the least and the greatest, among captors
+    // the smallest and the largest value among the captors of a group
     let range = group_faces * 2 * VALUE * columns;
     let nearest = if nearest { (faces - group_faces) * face } else { 0 };
     let energy = (parts + 1) * (scene.materials.len() + 5) * (VALUE * columns + HEAD / 8);
@@ -93,8 +96,10 @@ mod tests {
         world::{Band, CaptorPart, LightPart, SceneParts},
     };
 
-    /// 4096 bands and 10,000 sensors by light, the numbers of which alone are 4.1e7 x 2 x 48 bytes for results, and as many
-    /// x 24 and x 8 for sums: what is counted is not less, and at most half more.
+    /// 10,000 sensors in 4096 bands are 4.1e7 numbers. In results, with k-nearest estimates and
+    /// split by light, each takes 3 x 48 bytes, and 48 bytes without either; in sums that are split
+    /// by light it takes 2 x 24 and 2 x 8 bytes. The memory that is counted is not less, and at
+    /// most half more.
     #[test]
     fn all_that_stands_side_by_side_is_counted() {
         let band = |b| Band { name: format!("{b}"), from_nm: None, to_nm: None };
@@ -121,8 +126,8 @@ mod tests {
         assert!(within(Tally::bytes(&scene, 1, usize::MAX), numbers * 2 * 8));
     }
 
-    /// A thread takes 4 bytes for each channel of the scene, and 12 MB for what its tasks reach of them: with 1e6
-    /// triangles as captors, of three channels each, 24 MB in all.
+    /// A thread takes 4 bytes for each channel of the scene, and 12 MB for the channels that its
+    /// tasks reach: with 1e6 triangles as captors, of three channels each, 24 MB in all.
     #[test]
     fn threads_take_memory_for_what_they_reach() {
         let leaves = 200_000;

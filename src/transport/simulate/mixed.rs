@@ -1,11 +1,13 @@
-//! What a simulation would have found at other powers of the lights.
+//! The result that a simulation would have had with other powers of the lights.
 
 use super::Simulation;
 use crate::scene::world::Scene;
 
 impl Simulation {
-    /// Of photons, split into the parts `part_of` lights: with each part's powers times its factors, per band.
-    /// `scene` is the scene at these powers. Bands that a sum adds up have equal factors, where they have light.
+    /// Returns the result at other powers. The simulation must be one of photons that is split into
+    /// parts, light l in part `part_of[l]`; the powers of each part are multiplied by its
+    /// `factors`, one per band. `scene` is the scene at the new powers. Bands that are added up in
+    /// a sum must have equal factors, wherever they have light.
     pub fn at_powers(&self, scene: &Scene, part_of: &[usize], factors: &[Vec<f64>]) -> Self {
         let with_sums = |factors: &Vec<f64>| {
             let of_sum = |bands: &Vec<usize>| bands.iter().map(|&b| factors[b]).fold(0.0, f64::max);

@@ -1,7 +1,9 @@
-//! What a run leaves to short trials: what is to guide its photons, and whether paths do better.
+//! Plans a run: decides by short trials whether its photons are guided, and whether paths do
+//! better.
 //!
-//! Cost is work, never time: rays x relative variance, meaned over the faces of all captors. What is decided depends on
-//! the scene and the seed alone, so that a run of as many photons as another one had finds the same bytes.
+//! Cost is work, never time: the number of rays times the relative variance, averaged over the
+//! faces of all captors. The decisions depend on the scene and the seed alone, so that two runs
+//! with the same number of photons find the same bytes.
 
 use super::{
     Choice, Control, Keep, Run,
@@ -22,31 +24,32 @@ use crate::{
     },
 };
 
-/// Photons that each way is tried with first; four times as many as long as they see too little and trace few rays, up
-/// to ...
+/// Number of photons with which each kind of guiding is tried first. It is multiplied by four as
+/// long as aimed photons reach too few faces and few rays have been traced.
 const FIRST: u64 = 1 << 12;
-/// ... this number, or where plain photons leave most faces dark ...
+/// The most photons of such a trial, unless unguided photons leave most faces dark.
 const MOST: u64 = 1 << 14;
-/// ... this one.
+/// The most photons of such a trial where unguided photons leave most faces dark.
 const MOST_IN_THE_DARK: u64 = 1 << 16;
-/// Histories that must have come to a face for its variance to say something.
+/// Number of histories that must have reached a face for its variance to be meaningful.
 const SEEN: u64 = 30;
-/// A way must be so much cheaper to be chosen: a trial is rough.
+/// A kind of guiding is chosen only if its cost is below this fraction of the other's, because a
+/// trial is rough.
 const GAIN: f64 = 0.8;
 
-/// How a run is done, with nothing left to a trial.
+/// How a run is done, once nothing is left to a trial.
 #[derive(Clone)]
 pub struct Plan<'a> {
-    /// Neither the estimator nor `guiding` is `Auto`.
+    /// The settings; neither `estimator` nor `guiding` is `Auto`.
     pub settings: Settings,
-    /// Why, where the estimator was chosen.
+    /// The reason for the estimator, if a trial has chosen it.
     pub choice: Option<Choice>,
-    /// What guides photons.
+    /// What guides the photons; `None` if they are not guided.
     pub(super) guidance: Option<Guidance<'a>>,
 }
 
 impl<'a> Plan<'a> {
-    /// Of a run of `scene` with these settings. Errors: those of a run.
+    /// Plans a run of `scene` with these settings. Errors: those of a run.
     pub fn make(scene: &'a Scene, settings: &Settings, control: &Control) -> Result<Self> {
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
@@ -71,8 +74,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// What is cheapest: nothing, flights aimed at virtual captors or, where a trial of both has seen little, these with
-/// importance.
+/// Chooses the cheapest kind of guiding: none, flights aimed at virtual captors or, where a trial
+/// of these two has reached too few faces, importance too. `None` means no guiding.
 fn decide<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -109,7 +112,7 @@ fn decide<'a>(
         Ok(gains(&full.found, best))
     };
     let mut pilot = Pilot::new(scene, settings, control)?;
-    // a rough one tells whether the rest of it may pay, but where light hardly goes
+    // one round shows whether the rest of the pilot may pay, except where light hardly gets
     pilot.round()?;
     let rough = pilot.guidance();
     let tells = !rough.starved && !plain.found.is_dark();
@@ -122,15 +125,15 @@ fn decide<'a>(
     }
 }
 
-/// What a trial of photons has found.
+/// The result of a trial of photons.
 #[derive(Clone)]
 struct Tried {
     found: Found,
-    /// Whether it has seen enough.
+    /// Whether enough histories have reached enough faces.
     seen: bool,
 }
 
-/// What so many photons find, guided so.
+/// Runs a trial of so many photons, with this guidance.
 fn tried<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -147,7 +150,8 @@ fn tried<'a>(
     Ok(Tried { seen: sees_enough(scene, &totals), found })
 }
 
-/// Whether enough histories have come to half of the faces: of the virtual captors, if there are any.
+/// Returns whether at least [`SEEN`] histories have reached at least half of the faces. If there
+/// are virtual captors, only their faces count.
 fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
     let any_virtual = scene.has_virtual_captors();
     let counts = |captor: &&Captor| !any_virtual || captor.kind != CaptorKind::Surface;
@@ -163,7 +167,7 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
     2 * lit >= all
 }
 
-/// The channels of all faces.
+/// Returns the channels of all faces.
 fn channels(scene: &Scene) -> impl Iterator<Item = usize> {
     let of = |captor: &Captor| {
         let first = captor.first_channel;

@@ -1,50 +1,54 @@
-//! How a run is cut: rounds into batches, which are for statistics; batches into tasks, which are for threads.
+//! The schedule of a run: rounds are cut into batches, which are for statistics, and batches into
+//! tasks, which are for threads.
 
 use std::ops::Range;
 
 use crate::transport::photon_map::TaskKey;
 
-/// Batches of a run, and of each round of a run that goes on until it is accurate enough.
+/// Number of batches of a run, and of each round of a run that goes on until it is accurate enough.
 pub const BATCHES: u64 = 128;
 
-/// Tasks for each thread that may be begun, or done and waiting for their turn, at a time.
+/// The most tasks per thread that may be begun, or done and waiting to be added, at a time.
 pub(super) const AHEAD: u64 = 4;
 
-/// The cut of a round into batches and tasks.
+/// How a round is cut into batches and tasks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Schedule {
-    /// Batches.
+    /// Number of batches.
     pub batches: u64,
-    /// Histories of all batches.
+    /// Number of histories of all batches together.
     pub histories: u64,
-    /// Histories of a task.
+    /// Number of histories of a task.
     pub task: u64,
-    /// Tasks that so many histories are cut into: of paths by the faces that they start from, else 1.
+    /// Number of tasks that share one range of histories. The tasks of paths share it by the faces
+    /// that the paths start from; for photons the number is 1.
     pub cuts: u64,
 }
 
 impl Schedule {
-    /// Of `histories`, at least `least` to a batch.
+    /// Cuts `histories` into batches of at least `least` histories, and into tasks of `task`
+    /// histories.
     pub fn new(histories: u64, least: u64, task: u64) -> Self {
         Self { batches: BATCHES.min(histories / least), histories, task, cuts: 1 }
     }
 
-    /// Histories of a batch.
+    /// Returns the number of histories of a batch.
     pub fn batch(&self, batch: u64) -> u64 {
         self.histories / self.batches + u64::from(batch < self.histories % self.batches)
     }
 
-    /// Ranges of histories of a batch; the last one takes what is left over.
+    /// Returns the number of ranges of histories of a batch; the last range takes what is left
+    /// over.
     fn ranges(&self, batch: u64) -> u64 {
         (self.batch(batch) / self.task).max(1)
     }
 
-    /// Tasks of a batch.
+    /// Returns the number of tasks of a batch.
     pub fn tasks(&self, batch: u64) -> u64 {
         self.ranges(batch) * self.cuts
     }
 
-    /// First history and number of histories of a task within its batch.
+    /// Returns the first history of a task within its batch, and the number of its histories.
     pub fn range(&self, batch: u64, task: u64) -> (u64, u64) {
         let range = task / self.cuts;
         let first = range * self.task;
@@ -52,13 +56,14 @@ impl Schedule {
         (first, if last { self.batch(batch) - first } else { self.task })
     }
 
-    /// Which of so many faces paths of a task start from.
+    /// Returns which of `faces` faces the paths of a task start from.
     pub fn faces(&self, task: u64, faces: usize) -> Range<usize> {
         let (cut, cuts) = ((task % self.cuts) as usize, self.cuts as usize);
         cut * faces / cuts..(cut + 1) * faces / cuts
     }
 
-    /// The tasks of some batches of some rounds, in the order in which their sums are added.
+    /// Returns the tasks of some batches of some rounds, in the order in which their sums are
+    /// added.
     pub fn keys(self, rounds: Range<u64>, batches: Range<u64>) -> impl Iterator<Item = TaskKey> {
         rounds.flat_map(move |round| {
             batches
@@ -67,13 +72,14 @@ impl Schedule {
         })
     }
 
-    /// The same batches, ended after `tasks` tasks each; none where histories would be cut apart.
+    /// Returns the schedule of the same batches, each ended after `tasks` tasks. `None` where that
+    /// would leave a range of histories with only some of its faces.
     pub fn ended_after(&self, tasks: u64) -> Option<Self> {
         let histories = self.batches * (tasks / self.cuts) * self.task;
         tasks.is_multiple_of(self.cuts).then_some(Self { histories, ..*self })
     }
 
-    /// Histories before a task, in the order of the photon map.
+    /// Returns the number of histories before a task, in the order of the photon map.
     pub fn histories_before(&self, (round, task, batch): TaskKey) -> u64 {
         let in_round: u64 = (0..self.batches)
             .map(|b| {
@@ -89,8 +95,9 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Simulated workers that take the tasks of a run in order, each as soon as it is idle: the fewest tasks of one, and
-    /// the share of their time that they wait for the last. A task costs as much as it has histories.
+    /// Simulates workers that take the tasks of a run in order, each as soon as it is idle. Returns
+    /// the fewest tasks of one worker, and the fraction of their time for which they wait for the
+    /// last task. A task costs as much as it has histories.
     fn work(schedule: &Schedule, workers: usize) -> (usize, f64) {
         let (mut busy, mut tasks) = (vec![0; workers], vec![0; workers]);
         for (_, task, batch) in schedule.keys(0..1, 0..schedule.batches) {
@@ -104,8 +111,8 @@ mod tests {
         (*tasks.iter().min().unwrap(), 1.0 - all as f64 / end as f64)
     }
 
-    /// Batches are 128 whatever happens, and yet 1e7 histories keep 500 workers busy; so do 100 paths from each of 1e5
-    /// faces, of which a batch has one each.
+    /// The number of batches is always 128, and yet 1e7 histories keep 500 workers busy; so do 100
+    /// paths from each of 1e5 faces, of which each batch has at most one per face.
     #[test]
     fn many_workers_have_enough_to_do() {
         let photons = Schedule::new(10_000_000, 3, 1024);
@@ -116,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Every history of every face belongs to one task.
+    /// Every history of every face belongs to exactly one task.
     #[test]
     fn tasks_are_whole() {
         let schedule = Schedule { cuts: 3, ..Schedule::new(1000, 1, 3) };

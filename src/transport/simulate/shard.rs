@@ -1,5 +1,5 @@
-//! One run on several machines: each traces a shard of the batches, and what they found is added up as if
-//! one had.
+//! One run on several machines: each traces a shard of the batches, and the results are added up as
+//! if one machine had traced them all.
 
 use std::{
     ops::Range,
@@ -21,18 +21,19 @@ use crate::{
     },
 };
 
-/// What A shard's batches found.
+/// The result of the batches of a shard.
 #[derive(Debug)]
 pub struct ShardSums {
-    /// The sums of each batch, with its index, in order.
+    /// The sums of each batch, with the index of the batch, in order.
     pub batches: Vec<(u64, Sums)>,
-    /// Arrivals for the photon map, in order.
+    /// The arrivals for the photon map, in order.
     pub tasks: Vec<(TaskKey, TaskArrivals)>,
-    /// The first task whose arrivals no longer fit into the map of these batches.
+    /// The first task whose arrivals no longer fit into the photon map of these batches.
     pub end: Option<TaskKey>,
 }
 
-/// Refuses settings with which shards of a run would not know what to do.
+/// Checks that a run with these settings can be cut into shards. Error: there is a tolerance or a
+/// time limit.
 pub fn check_shardable(settings: &Settings) -> Result<()> {
     let (problem, remedy) = match settings {
         Settings { tolerance: Some(_), .. } => (
@@ -48,8 +49,8 @@ pub fn check_shardable(settings: &Settings) -> Result<()> {
     Err(Error::input("--shard", problem).remedy(remedy))
 }
 
-/// Runs the batches of a shard. Errors: those of a run, more shards than batches, settings that are not
-/// [shardable](check_shardable).
+/// Runs the batches of a shard. Errors: those of a run; there are more shards than batches; the
+/// settings are not [shardable](check_shardable).
 pub fn simulate_shard(
     scene: &Scene,
     Plan { settings, guidance, .. }: &Plan,
@@ -102,17 +103,18 @@ pub struct Joined<'a> {
     run: Run<'a>,
     schedule: Schedule,
     totals: Totals,
-    /// An empty one, of which sums can be.
+    /// An empty tally, against which sums are checked.
     tally: Tally,
     /// The batch that comes next.
     next: u64,
     map: Option<MapBuilder>,
-    /// Why its estimator was chosen, if it was.
+    /// The reason for the estimator, if a trial has chosen it.
     choice: Option<Choice>,
 }
 
 impl<'a> Joined<'a> {
-    /// Nothing yet, of the run of `scene` with these settings, which leave nothing to a trial.
+    /// Starts with no batches. `settings` are those of the run, and leave no choice to a trial.
+    /// Errors: those of a run; the settings are not [shardable](check_shardable).
     pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,
@@ -129,12 +131,12 @@ impl<'a> Joined<'a> {
         Ok(Self { run, schedule, totals, tally, next: 0, map, choice })
     }
 
-    /// The batches of a shard.
+    /// Returns the batches of a shard.
     pub fn range(&self, shard: Shard) -> Range<u64> {
         shard.range(self.schedule.batches)
     }
 
-    /// Adds a batch; they come in order. None where it is not of this run.
+    /// Adds a batch; batches must come in order. `None` if the batch does not belong to this run.
     pub fn add_batch(&mut self, batch: u64, sums: Sums) -> Option<()> {
         if batch != self.next || batch >= self.schedule.batches {
             return None;
@@ -145,7 +147,8 @@ impl<'a> Joined<'a> {
         Some(())
     }
 
-    /// Adds the words of a task of the photon map. None where it is not of this run.
+    /// Adds the arrivals of a task, given as words, to the photon map. `None` if they do not belong
+    /// to this run.
     pub fn add_task(&mut self, key: TaskKey, words: &[u32]) -> Option<()> {
         if key.0 != 0 {
             return None;
@@ -155,12 +158,12 @@ impl<'a> Joined<'a> {
         Some(())
     }
 
-    /// Takes in where the map of a shard ended.
+    /// Takes into account that the photon map of a shard ended before task `end`.
     pub fn end_at(&mut self, end: TaskKey) {
         self.map.iter_mut().for_each(|map| map.end_at(end));
     }
 
-    /// What the whole run found. Error: batches are missing.
+    /// Returns the result of the whole run. Error: batches are missing.
     pub fn finish(self) -> Result<Simulation> {
         let Self { run, schedule, totals, next, map, choice, .. } = self;
         if next != schedule.batches {
@@ -172,8 +175,8 @@ impl<'a> Joined<'a> {
     }
 }
 
-/// The arrivals of a task from their [words](TaskArrivals::words); none where they are not of a run of `scene` by
-/// `schedule`.
+/// Reads the arrivals of a task from their [words](TaskArrivals::words). `None` if they cannot come
+/// from a run of `scene` by `schedule`.
 pub(super) fn check_arrivals(
     scene: &Scene,
     schedule: &Schedule,

@@ -1,4 +1,5 @@
-//! Photons for pictures: kept on all surfaces, and no more than that takes.
+//! Photons for pictures, which are stored on all surfaces. No more photons are traced than that
+//! takes.
 
 use super::{Control, Keep, Run, Simulation, tried::RAYS};
 use crate::{
@@ -13,20 +14,22 @@ use crate::{
     },
 };
 
-/// Photons of the run that tells how often one arrives, and the least that light is found from: fewer where
-/// they would take more than [`RAYS`].
+/// Number of photons of the trial that measures how many arrivals a photon has, and the least from
+/// which the light is found; fewer where they would take more than [`RAYS`].
 const TRIAL: u64 = 10_000;
-/// Photons that tell how many rays one takes.
+/// Number of photons that measure how many rays a photon takes.
 const FIRST: u64 = 128;
-/// The most photons that are traced for one that is to be kept: where nearly all escape.
+/// The most photons that are traced for each arrival that is to be stored; it limits the run where
+/// nearly all photons escape.
 const MOST: u64 = 4;
 
-/// The most photons whose focused light is found, over those that found all of it.
+/// The most photons that are traced for focused light, relative to those that found all the light.
 const FOCUSED: u64 = 4;
 
-/// Traces photons until `settings.map_photons` arrivals are kept, and finds the light on all surfaces
-/// from them, by the nearest `settings.k`. Of the settings it also heeds seed, threads and, if they
-/// are given, `photons` to trace. Errors: as [`simulate`](super::simulate()).
+/// Traces photons until `settings.map_photons` arrivals are stored, and returns the light on all
+/// surfaces, estimated from the `settings.k` nearest of them. The seed, the threads and, if it is
+/// given, the number of `photons` to trace are also taken from the settings. Errors: as
+/// [`simulate`](super::simulate()).
 pub fn light_surfaces<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -42,14 +45,14 @@ pub fn light_surfaces<'a>(
             let first = trial(FIRST)?;
             let Totals { histories, segments, .. } = first.totals;
             let least = (RAYS * histories / segments.max(1)).clamp(FIRST, TRIAL);
-            // the same photons again find the same
+            // the same photons again would find the same
             let trial = match least {
                 FIRST => first,
                 least => trial(least)?,
             };
             let kept = trial.map.map_or(0, |map| map.photons.len()) as f64;
             let wanted = settings.map_photons as u64;
-            // a little more, for chance
+            // a little more, because of chance
             let needed = 1.02 * wanted as f64 * trial.totals.histories as f64 / kept;
             (needed.ceil() as u64).clamp(least, (MOST * wanted).max(least))
         }
@@ -60,9 +63,10 @@ pub fn light_surfaces<'a>(
     Ok(SurfaceLight { scene, patches, map, k })
 }
 
-/// What of the light on all surfaces came from its lamp by mirrors, refraction or gloss alone, by the nearest `k` of more
-/// photons that did: as many as `settings.map_photons`, of at most four times those that found all of it. Errors: as
-/// [`simulate`](super::simulate()).
+/// Returns the part of the light on all surfaces that came from its lamp by mirrors, refraction or
+/// gloss alone, estimated from the nearest `k` of such photons. More photons are traced for it:
+/// until `settings.map_photons` arrivals are stored, and at most four times as many as found all
+/// the light. Errors: as [`simulate`](super::simulate()).
 pub fn focused_light<'a>(
     light: &SurfaceLight<'a>,
     k: usize,
@@ -80,7 +84,7 @@ pub fn focused_light<'a>(
     Ok(SurfaceLight { map: found.map.expect("a run of photons keeps a map"), ..own })
 }
 
-/// Runs the scene for the photons that are to be kept.
+/// Runs the scene for the arrivals that `keep` selects.
 fn kept(
     scene: &Scene,
     settings: &Settings,

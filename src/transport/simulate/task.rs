@@ -1,4 +1,4 @@
-//! Following the histories of one task.
+//! Follows the histories of one task.
 
 use std::sync::{Mutex, atomic::Ordering};
 
@@ -24,12 +24,13 @@ use crate::{
     },
 };
 
-/// Coordinates of a Sobol point that a path starts with, so that its start and first bounces are
-/// spread evenly over a batch. Photons gain less from that than it costs, unless captors are as large as walls.
+/// Number of coordinates of the Sobol point with which a path starts, so that its start and first
+/// bounces are spread evenly over a batch. Photons gain less from Sobol points than these cost,
+/// unless captors are as large as walls.
 const SOBOL_NUMBERS: u32 = 16;
 
 impl Run<'_> {
-    /// Follows the histories of one task.
+    /// Follows the histories of one task, and adds what they find to `tally` and `map`.
     pub(super) fn task(
         &self,
         schedule: &Schedule,
@@ -55,7 +56,7 @@ impl Run<'_> {
         self.done.fetch_add(self.photons_in(schedule, batch, task), Ordering::Relaxed);
     }
 
-    /// Photons, or paths, of a task.
+    /// Returns the number of photons, or of paths, of a task.
     pub(super) fn photons_in(&self, schedule: &Schedule, batch: u64, task: u64) -> u64 {
         let (_, histories) = schedule.range(batch, task);
         match &self.work {
@@ -64,12 +65,13 @@ impl Run<'_> {
         }
     }
 
-    /// Whether nothing but the map of the run is asked for: once that is full there is no more to do.
+    /// Returns whether only the photon map of the run is wanted. Once the map is full, there is
+    /// then no more to do.
     fn keeps_map_alone(&self) -> bool {
         !matches!(self.keep, Keep::OnCaptors) && self.purpose != Purpose::Trial
     }
 
-    /// The random streams of a batch.
+    /// Returns the random streams of a batch.
     fn streams(&self, round: u64, batch: u64) -> Streams {
         Streams::new(self.settings.seed, self.purpose, round * BATCHES + batch)
     }
@@ -107,7 +109,7 @@ impl Run<'_> {
         }
     }
 
-    /// Emits and follows photons, guided or not: the loop is compiled for each.
+    /// Emits and follows photons, guided or not; the loop is compiled once for each case.
     fn photons<L: Lanes, const GUIDED: bool>(
         &self,
         schedule: &Schedule,
@@ -139,7 +141,8 @@ impl Run<'_> {
             };
             let Emission { light, source, weights, ray, start, .. } = photon;
             let part = self.part_of.get(light).copied();
-            // light from infinitely far away may be more or less by where it comes from
+            // the density of light from infinitely far away may depend on where the light comes
+            // from
             if density == 1.0 || start.is_some() {
                 tally.emitted(part, weights, &photon.power);
             } else {
@@ -149,7 +152,7 @@ impl Run<'_> {
             let of_sun = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
             let mut direct = of_sun;
             let mut on = |event: Event<'_, L>| {
-                // a flight beside it carries what was scattered
+                // a flight that accompanies the photon carries light that was scattered
                 let beside =
                     matches!(event, Event::FlightBeside | Event::Crossing { carried: None, .. });
                 if direct && !beside {
@@ -208,7 +211,8 @@ impl Run<'_> {
 }
 
 impl Way {
-    /// After one more surface, which may have a glossy lobe.
+    /// Returns the way after one more surface, which scattered the photon by `lobe` and may have a
+    /// glossy lobe.
     #[inline]
     fn then(self, lobe: Option<LobeKind>, is_glossy: impl Fn() -> bool) -> Self {
         match lobe {
@@ -224,7 +228,8 @@ impl Way {
 }
 
 impl Keep<'_> {
-    /// The arrival to store of an event of a photon that came this `way`, and its power.
+    /// Returns the arrival to store of an event, and its power, for a photon that came this `way`.
+    /// `None` if the event is not stored.
     #[inline]
     fn arrival<'e, L: Lanes>(
         self,

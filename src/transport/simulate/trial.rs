@@ -1,7 +1,8 @@
-//! A short trial of both estimators on the scene itself, to pick the cheaper one.
+//! A short trial of both estimators on the scene itself, which chooses the cheaper one.
 //!
-//! Cost is counted as work, never by the clock: rays x relative variance, which is the number of
-//! rays for a relative standard error of 1, and falls as 1 / error^2.
+//! Cost is counted as work, never by the clock: the number of rays times the relative variance.
+//! This is the number of rays for a relative standard error of 1; other errors take 1 / error^2
+//! times as many.
 
 use super::{
     BATCHES, Control, Keep, Run, Simulation, Work, faces,
@@ -19,34 +20,39 @@ use crate::{
     },
 };
 
-/// Photons, and paths from all faces together, of a trial; fewer where they would take more than [`RAYS`].
+/// Number of photons, or of paths from all faces together, of a trial; fewer where they would take
+/// more than [`RAYS`].
 const TRIAL: u64 = 1 << 16;
-/// The most faces that are tried, spread over all captors.
+/// The most faces from which paths are tried. They are spread over all captors.
 const FACES: usize = 64;
-/// Share of the light on captors that paths may miss; where they would miss more, photons do it.
+/// Fraction of the light on captors that paths may miss. Where they would miss more, photons are
+/// chosen.
 const MISSED: f64 = 1e-3;
-/// The error that work is told for, where no tolerance is asked for.
+/// The relative error for which the work is stated where no tolerance is asked for.
 const GOAL: f64 = 0.01;
-/// Photons alike that say what the variance at a face is.
+/// The variance at a face is known well enough if the trial is as accurate as this many photons of
+/// equal power there.
 const SURE: f64 = 100.0;
-/// The other estimator is named where it would take less than this share of the work.
+/// The other estimator is recommended if it would take less than this fraction of the work.
 const MUCH_LESS: f64 = 0.25;
-/// The share of the rays of a run that may be spent on finding that out, and the least number that tells something.
+/// A trial of the other estimator may take one in this many of the rays of a run, and is made only
+/// if that is at least [`TELLING`] rays.
 const SPENT: u64 = 64;
 const TELLING: u64 = 1 << 16;
 
-/// An estimator and why it was chosen.
+/// An estimator, and the reason why it was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// Photons or paths.
     pub estimator: Estimator,
-    /// A sentence for the user.
+    /// The reason, as text for the user.
     pub why: String,
 }
 
 impl Choice {
-    /// Picks the cheaper estimator for the tolerance of `settings` on each captor or, without one, for
-    /// the root mean square error over captors. Photons are guided so. Errors: those of a run.
+    /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
+    /// tolerance, for the root mean square error over the captors. Photons are guided by
+    /// `guidance`. Errors: those of a run.
     pub(super) fn make<'a>(
         scene: &'a Scene,
         settings: &Settings,
@@ -88,8 +94,8 @@ impl Choice {
     }
 }
 
-/// Says so where the other estimator would take much less work than a run did, as far as a short trial of it tells.
-/// Errors: those of a run.
+/// Returns a recommendation of the other estimator if, judging by a short trial, it would take much
+/// less work than this run did. Errors: those of a run.
 pub fn other_estimator(
     scene: &Scene,
     settings: &Settings,
@@ -123,19 +129,19 @@ pub fn other_estimator(
     }))
 }
 
-/// The share of the light on captors that paths cannot find.
+/// Returns the fraction of the light on captors that paths cannot find.
 fn missed(scene: &Scene, settings: &Settings) -> f64 {
     Unseen::find(scene, settings.seed).map_or(0.0, |unseen| unseen.share())
 }
 
-/// Faces that stand for all.
+/// Returns faces that stand for all faces.
 fn tried_faces(scene: &Scene) -> Vec<Face<'_>> {
     let all = faces(scene);
     let step = all.len().div_ceil(FACES);
     all.into_iter().step_by(step).collect()
 }
 
-/// A trial of photons, until they have taken so many rays.
+/// Runs a trial of photons that takes up to about `rays` rays.
 fn photons_of<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -146,13 +152,13 @@ fn photons_of<'a>(
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = run.guided_by(guidance);
-    // one photon of each light in each batch, then twice as many, ...
+    // one photon of each light in each batch, then twice as many, and so on
     let first = BATCHES * scene.sources() as u64;
     let (totals, histories) = tried(run, 0, (first, TRIAL, rays))?;
     Ok(Tried::new(scene, &totals, histories, 1))
 }
 
-/// A trial of paths.
+/// Runs a trial of paths that takes up to about `rays` rays.
 fn paths_of(scene: &Scene, settings: &Settings, rays: u64, control: &Control) -> Result<Tried> {
     let settings = Settings { estimator: Estimator::Paths, ..of_a_trial(settings) };
     let (tried_faces, all) = (tried_faces(scene), faces(scene).len());
@@ -165,8 +171,9 @@ fn paths_of(scene: &Scene, settings: &Settings, rays: u64, control: &Control) ->
     Ok(Tried { rays: tried.rays / share, ..tried })
 }
 
-/// What a round finds with the first number of histories, or with twice as many, and so on: up to the second number, or until
-/// that would take too many rays; and how many they were.
+/// Runs a round with `first` histories, then with twice as many, and so on, until twice as many
+/// again would be more than `most` or take more than `rays` rays. Returns the totals of the last
+/// one and its number of histories.
 fn tried(run: Run, round: u64, (first, most, rays): (u64, u64, u64)) -> Result<(Totals, u64)> {
     let run = Run { purpose: Purpose::Trial, ..run };
     let mut histories = first;
@@ -181,19 +188,20 @@ fn tried(run: Run, round: u64, (first, most, rays): (u64, u64, u64)) -> Result<(
     }
 }
 
-/// A trial of one estimator.
+/// The result of a trial of one estimator.
 struct Tried {
     found: Found,
-    /// Histories: photons, or paths from each face.
+    /// Number of histories: photons, or paths from each face.
     histories: u64,
-    /// Rays of a history of all faces.
+    /// Number of rays of a history over all faces.
     rays: f64,
-    /// What counts as one of `--photons`, in a history of all faces.
+    /// How many photons, or paths, a history over all faces counts as in `--photons`.
     unit: u64,
 }
 
 impl Tried {
-    /// What totals of so many histories say, each of which counts as so many.
+    /// Evaluates the totals of `histories` histories, each of which counts as `unit` photons or
+    /// paths.
     fn new(scene: &Scene, totals: &Totals, histories: u64, unit: u64) -> Self {
         let channel = |face: Face| scene.captors[face.captor].first_channel + face.channel as usize;
         let channels = tried_faces(scene).into_iter().map(channel);
@@ -201,7 +209,8 @@ impl Tried {
         Self { found, histories, rays: totals.segments as f64 / histories as f64, unit }
     }
 
-    /// Rays for a relative error of 1: at the hardest face, or in the mean.
+    /// Returns the number of rays for a relative error of 1, at the face where it is hardest to
+    /// reach or averaged over the faces.
     fn work(&self, other: &Self, hardest: bool) -> f64 {
         let variance = match hardest {
             true => *self.found.variances(&other.found).last().expect("one at least"),
@@ -210,8 +219,9 @@ impl Tried {
         self.rays * variance
     }
 
-    /// How many photons, or paths over all captors, find an error: at the hardest face, or the median one. Where the trial
-    /// has not found that to a tenth, as by a hundred photons alike, at least so many.
+    /// Returns how many photons, or paths over all captors, reach the relative error `goal`, at the
+    /// face where it is hardest or at the median face. It says "at least" where the trial has not
+    /// reached an error of a tenth itself, as a hundred photons of equal power would.
     fn needed(&self, other: &Self, goal: f64, hardest: bool) -> String {
         let all = self.found.variances(&other.found);
         let variance = all[if hardest { all.len() - 1 } else { all.len() / 2 }];

@@ -1,4 +1,4 @@
-//! What a trial of a way to find the light says of it.
+//! The result of a trial: the variance that a way to find the light would have.
 
 use super::{BATCHES, Control, Keep, Run};
 use crate::{
@@ -8,16 +8,18 @@ use crate::{
     transport::{settings::Settings, tally::Totals},
 };
 
-/// The most rays that the photons of one trial are meant to trace: between walls that absorb nothing one takes 10,000.
+/// The most rays that the photons of one trial should trace. Between walls that absorb nothing, one
+/// photon takes 10,000.
 pub(super) const RAYS: u64 = 1 << 20;
 
-/// Photons of this seed, counted and not kept.
+/// Returns the settings of a trial: photons of the same seed, which are counted and not stored.
 pub(super) fn of_a_trial(settings: &Settings) -> Settings {
     Settings { k: Some(0), seed: settings.seed, threads: settings.threads, ..Settings::default() }
 }
 
-/// So many photons or, where paths are long, only as many as trace about [`RAYS`], but one for each batch and source: so
-/// many tell how long paths are. Errors: those of a run.
+/// Returns the number of photons that a trial can afford: `photons` or, where paths are long, only
+/// as many as trace about [`RAYS`], but at least one for each batch and source. That many are
+/// traced to measure how long paths are. Errors: those of a run.
 pub(super) fn affordable(
     scene: &Scene,
     settings: &Settings,
@@ -33,18 +35,19 @@ pub(super) fn affordable(
     Ok(photons.min((RAYS * few / totals.segments.max(1)).max(few)))
 }
 
-/// What was found by so many histories.
+/// What a trial has found.
 #[derive(Clone)]
 pub(super) struct Found {
-    /// Rays that it took.
+    /// Number of rays that it traced.
     pub(super) rays: u64,
     histories: f64,
-    /// For each channel that was asked for, and band, the relative variance of one history; none where nothing arrived.
+    /// For each channel that was asked for, and each band, the relative variance of one history;
+    /// `None` where nothing arrived.
     variances: Vec<Option<f64>>,
 }
 
 impl Found {
-    /// What totals of so many histories say of some channels.
+    /// Evaluates the totals of a trial of so many histories, in some channels.
     pub(super) fn new(
         scene: &Scene,
         totals: &Totals,
@@ -62,13 +65,14 @@ impl Found {
         Self { rays: totals.segments, histories, variances }
     }
 
-    /// Whether there was no light on most of them.
+    /// Returns whether no light arrived in most of the channels and bands.
     pub(super) fn is_dark(&self) -> bool {
         2 * self.variances.iter().flatten().count() < self.variances.len()
     }
 
-    /// The relative variance of one history where this trial or the other has found light, the least first. Of what this
-    /// one has missed it is at least as many as there were.
+    /// Returns the relative variance of one history wherever this trial or the other has found
+    /// light, in rising order. Where this trial has missed light it takes the number of its own
+    /// histories, because the variance is at least about that large.
     pub(super) fn variances(&self, other: &Self) -> Vec<f64> {
         let both = self.variances.iter().zip(&other.variances);
         let lit = both.filter(|(mine, theirs)| mine.is_some() || theirs.is_some());
@@ -77,7 +81,7 @@ impl Found {
         if all.is_empty() { vec![self.histories] } else { all }
     }
 
-    /// Their mean.
+    /// Returns the mean of [`variances`](Self::variances).
     pub(super) fn mean(&self, other: &Self) -> f64 {
         let all = self.variances(other);
         all.iter().sum::<f64>() / all.len() as f64
@@ -97,8 +101,9 @@ mod tests {
         world::{Band, LightPart, NamedMaterial, SceneParts, SurfacePart},
     };
 
-    /// A tetrahedron with a lamp within. Each photon ends at a wall that absorbs all, and is traced as asked; where none
-    /// absorbs anything it takes 10,000 rays, and one for each batch is traced. No chance in it.
+    /// A tetrahedron with a lamp in it. Where the walls absorb everything, each photon ends at the
+    /// first wall, and as many are traced as were asked for. Where they absorb nothing a photon
+    /// takes 10,000 rays, and one photon for each batch is traced. Chance plays no part in this.
     #[test]
     fn fewer_photons_are_tried_where_paths_are_long() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];

@@ -17,11 +17,12 @@ use crate::{
 };
 
 impl Run<'_> {
-    /// Rounds of equal batches, until every captor is accurate enough.
+    /// Runs rounds of equal batches until every captor is accurate enough.
     pub(super) fn until_accurate(&self, tolerance: f64, limit: Option<u64>) -> Result<Simulation> {
         let watched = self.watched()?;
         let (task, unit) = (self.full_task(), self.unit());
-        // a batch is worth adding up once it has some photons for each captor; paths always have
+        // a batch is worth adding up once it has some photons for each captor; for paths it always
+        // is
         let enough = match self.work {
             Work::Photons(_) => self.scene.channels() as u64 / 8 / task,
             Work::Paths(..) => 2,
@@ -43,7 +44,7 @@ impl Run<'_> {
             look = next_look(look);
         }
         while done < rounds {
-            // all rounds to the next look at once; with a time limit one by one
+            // all rounds up to the next check at once; with a time limit one by one
             let to = if self.settings.max_time.is_some() { done + 1 } else { look.min(rounds) };
             self.rounds(&schedule, begin, done..to, limit, &mut totals, map.as_ref())?;
             done = to;
@@ -68,8 +69,8 @@ impl Run<'_> {
         Ok(Simulation { accuracy, ..self.finish(totals, map, &schedule, end)? })
     }
 
-    /// All batches side by side, task by task, so that the run can end after any task with
-    /// batches as if it had been asked for just so many photons.
+    /// Runs all batches side by side, task by task. The run can then end after any task, and its
+    /// batches are as if it had been asked for just so many photons.
     pub(super) fn until_time(&self, schedule: &Schedule, limit: Duration) -> Result<Simulation> {
         let bytes =
             Tally::bytes(self.scene, parts(&self.part_of), usize::MAX) as u64 * schedule.batches;
@@ -111,9 +112,10 @@ impl Run<'_> {
                 }
             });
             self.check_stopped()?;
-            // the last task of a batch is of another length: there the run is complete or not
+            // the last task of a batch has another length: the run ends either before it or
+            // complete
             let more = (0..schedule.batches).all(|b| task + schedule.cuts < schedule.tasks(b));
-            // at the border nearest to the limit
+            // stop at the border between tasks that is nearest to the limit
             if self.started.elapsed() + began.elapsed() / 2 >= limit
                 && let Some(short) = schedule.ended_after(task + 1).filter(|_| more)
             {
@@ -129,15 +131,16 @@ impl Run<'_> {
         self.finish(totals, map, &ended, end)
     }
 
-    /// With a time limit that will be up before each batch of `schedule` has done `most` histories: a
-    /// schedule that fits into it. Trials show how fast that goes, longer ones where short ones leave doubt.
+    /// With a time limit that will pass before each batch of `schedule` has done `most` histories,
+    /// returns a schedule that fits into the limit; otherwise `None`. Trials measure the speed:
+    /// short ones first, and longer ones while the short ones leave doubt.
     fn less_than(&self, schedule: &Schedule, most: u64) -> Result<Option<Schedule>> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
         let each = match &self.work {
             Work::Photons(_) => self.scene.sources() as u64,
             Work::Paths(..) => 1,
         };
-        // like parts of all batches
+        // the same batches, each with only `parts` photons of each light, or paths of each face
         let cut = |parts: u64| Schedule { histories: schedule.batches * each * parts, ..*schedule };
         let most = most / each;
         let mut parts = 1;
@@ -161,8 +164,9 @@ impl Run<'_> {
     }
 }
 
-/// The round after which the tolerance is looked at again, after it was after `round`: each of the first six, then
-/// after a quarter more. To look more often gives chance more occasions to end a run too early.
+/// Returns the round after which the tolerance is checked again, when it has been checked after
+/// `round`: each of the first six, then after a quarter more rounds each time. More frequent checks
+/// would give chance more occasions to end a run too early.
 fn next_look(round: u64) -> u64 {
     (round + 1).max((5 * round + 2) / 4)
 }

@@ -1,4 +1,4 @@
-//! What a tolerance is asked of: all faces, or what was named in their place.
+//! The values that must meet a tolerance: those of all faces, or of what was named instead.
 
 use super::Run;
 use crate::{
@@ -11,17 +11,18 @@ use crate::{
     transport::settings::Target,
 };
 
-/// A face of a captor or group, or what it absorbs, that must meet the tolerance in a band, or in all.
+/// A face of a captor or group, or what it absorbs, that must meet the tolerance in a band, or in
+/// all.
 #[derive(Clone, Copy)]
 pub(super) struct Watched {
-    /// Index of the captor, or the number of captors plus that of the group.
+    /// Index of the captor, or the number of captors plus the index of the group.
     pub captor: usize,
     pub face: Channel,
-    /// None: all bands and sums.
+    /// Index of the band; `None` means all bands and sums.
     pub band: Option<usize>,
-    /// Index among those of the totals.
+    /// Index of the channel in the totals.
     pub channel: usize,
-    /// m2
+    /// Area, m2.
     pub area: f64,
     pub on_surface: bool,
 }
@@ -40,7 +41,7 @@ impl Watched {
 }
 
 impl Run<'_> {
-    /// What must meet the tolerance. Errors: something was named that is not in the scene.
+    /// Returns what must meet the tolerance. Error: something was named that is not in the scene.
     pub(super) fn watched(&self) -> Result<Vec<Watched>> {
         let scene = self.scene;
         if self.settings.of.is_empty() {
@@ -55,13 +56,13 @@ impl Run<'_> {
             watched.extend(of_target(scene, target)?);
         }
         watched.sort_by_key(|watched| (watched.channel, watched.band));
-        // where all bands are asked for, no single one is asked for again
+        // where all bands are watched, no single one is watched again
         watched.dedup_by(|b, a| a.channel == b.channel && (a.band.is_none() || a.band == b.band));
         Ok(watched)
     }
 }
 
-/// The captors and groups of this name that count this quantity.
+/// Returns the captors and groups that fit the pattern of `target` and count its quantity.
 fn of_target(scene: &Scene, target: &Target) -> Result<Vec<Watched>> {
     let Target { pattern, quantity, band } = target;
     let wrong = |problem: String| Error::input("--of", problem);

@@ -1,6 +1,7 @@
-//! Radiance of surfaces, found once at many points and looked up from then on: rays that gather light end at millions
-//! of points, and each finds the nearest of these instead of the k nearest photons (Christensen, Faster Photon Map
-//! Global Illumination, Journal of Graphics Tools 4 (3), 1999).
+//! The radiance of surfaces, computed once at many points and looked up from then on. Gathering
+//! rays end at millions of points; each looks up the nearest cached point instead of the k nearest
+//! photons (Christensen, Faster Photon Map Global Illumination, Journal of Graphics Tools 4 (3),
+//! 1999).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,24 +13,26 @@ use crate::{
     transport::photon_map::{Arrival, PackedDirection, PhotonMap, StoredPhoton},
 };
 
-/// Points for as many photons as an estimate takes: those side by side share most of them.
+/// Number of cached points per k photons, k being those of one estimate; neighbouring points share
+/// most of their photons.
 const POINTS: usize = 12;
 
-/// The radiance that surfaces send along their normals, at many points.
+/// The radiance that surfaces send out along their normals, at many points.
 pub struct RadianceCache {
-    /// In place of powers: radiance per band, and how far its photons reach.
+    /// A photon map that holds, in place of powers, the radiance per band and the radius of the
+    /// estimate.
     points: PhotonMap,
 }
 
-/// Radiance that is sent from near a point.
+/// The radiance at the cached point nearest to a given one.
 pub struct CachedRadiance<'a> {
-    /// Along the normal, per band, W/m2/sr or umol/m2/s/sr.
+    /// Radiance along the normal, per band, W/m2/sr or umol/m2/s/sr.
     pub along_normal: &'a [f32],
-    /// How far the photons reach that tell it, m.
+    /// Radius over which the photons of the estimate are spread, m.
     pub reach: f32,
 }
 
-/// A point to be found: where, and on which side of which triangle.
+/// A point at which radiance is to be computed: its position, triangle and side.
 struct Point {
     position: Vec3,
     triangle: u32,
@@ -37,14 +40,16 @@ struct Point {
 }
 
 impl RadianceCache {
-    /// Finds it, on both faces of every piece of surface that photons have come to and whose radiance depends on its angle
-    /// in a way of the material's own. Error: no threads to be had.
+    /// Computes the radiance at points where photons arrived. These are on all materials whose
+    /// radiance depends on the outgoing angle in a way of their own, whatever direction the light
+    /// comes from; on materials that transmit light diffusely they are on both faces. Error: no
+    /// threads are to be had.
     pub fn new(light: &SurfaceLight, threads: usize) -> Result<Self> {
         let SurfaceLight { scene, map, patches, k, .. } = light;
         let positions = map.positions();
         let mut points = Vec::new();
         for (_, photons) in map.bins() {
-            // all of them are one estimate
+            // few photons are one estimate, so one point will do
             let stride = if photons.len() < *k { photons.len() } else { k.div_ceil(POINTS) };
             for i in photons.step_by(stride) {
                 let triangle = map.photons[i].triangle;
@@ -85,7 +90,8 @@ impl RadianceCache {
         Ok(Self { points: PhotonMap::new(arrivals, found, bands + 1, 1) })
     }
 
-    /// What was found nearest to a point of a piece's face (`bin`); none where nothing was.
+    /// Returns the radiance at the cached point nearest to `point` on the face of a piece (`bin`).
+    /// `None` if there is no cached point on it.
     pub fn near(&self, bin: u32, point: Vec3) -> Option<CachedRadiance<'_>> {
         let nearest = self.points.nearest(bin, point, 1);
         let (reach, along_normal) = self.points.power(nearest.first()?.index).split_last()?;

@@ -1,19 +1,20 @@
-//! A tally as it travels: only what is not zero.
+//! The contents of a tally in the form in which they are sent and stored: only what is not zero.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Ledger, Tally, Weighed};
 use crate::math::stats::is_possible;
 
-/// What a tally holds, channel by channel where anything was counted.
+/// The contents of a tally, for each channel in which anything was counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
     pub(super) channels: Vec<u32>,
     pub(super) photons: Vec<u64>,
     pub(super) histories: Vec<u64>,
-    /// Per channel and band.
+    /// Power per channel and band.
     pub(super) flux: Vec<f64>,
-    /// Per channel, where histories are weighed: the sum of what each brought, and of its squares.
+    /// Per channel: the sum of the powers that the histories brought, and the sum of the squares of
+    /// these powers. Empty if they are not recorded.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) weighed: Vec<[f64; 2]>,
     pub(super) segments: u64,
@@ -23,11 +24,11 @@ pub struct Sums {
     pub(super) parts: Vec<Sums>,
 }
 
-/// The most that any count that was kept can be.
+/// The largest possible value of a stored count.
 pub(super) const MOST: u64 = 1 << 53;
 
 impl Tally {
-    /// Takes out all that it holds, in the order of the channels.
+    /// Takes out everything that the tally holds, in the order of the channels.
     pub fn take(&mut self) -> Sums {
         let mut channels = self.touched.clone();
         channels.sort_unstable();
@@ -62,7 +63,7 @@ impl Tally {
         }
     }
 
-    /// Adds what another one of the same scene held, of other histories.
+    /// Adds the contents of another tally of the same scene, of other histories.
     pub fn add_sums(&mut self, sums: &Sums) {
         for (i, &channel) in sums.channels.iter().enumerate() {
             let place = self.place(channel as usize);
@@ -81,7 +82,7 @@ impl Tally {
         self.parts.iter_mut().zip(&sums.parts).for_each(|(part, sums)| part.add_sums(sums));
     }
 
-    /// Whether these can be sums of one of the same scene.
+    /// Returns whether `sums` can be the contents of a tally of the same scene.
     pub fn fits(&self, sums: &Sums) -> bool {
         let Sums { channels, photons, histories, flux, weighed, segments, cut_off, ledger, parts } =
             sums;

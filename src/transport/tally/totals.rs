@@ -1,4 +1,4 @@
-//! What all batches found.
+//! The sums over all batches.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,38 +8,40 @@ use crate::{
     scene::{captor::CHANNELS, world::Scene},
 };
 
-/// What all batches found: running sums per channel of captors, then of groups, for each band,
-/// then each sum over bands.
+/// The sums over all batches: running sums for each channel of the captors, then of the groups; in
+/// each channel for each band, then for each sum over bands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Totals {
-    /// Batches so far.
+    /// Number of batches so far.
     pub batches: u64,
-    /// Histories so far.
+    /// Number of histories so far.
     pub histories: u64,
-    /// Straight flights so far.
+    /// Number of straight flights so far.
     pub segments: u64,
-    /// Paths so far that a length limit ended.
+    /// Number of paths so far that a length limit ended.
     pub cut_off: u64,
     columns: usize,
     running: Vec<Running>,
     photons: Vec<u64>,
-    /// Per channel of captors.
+    /// Number of histories that arrived, per channel of captors.
     arrived: Vec<u64>,
-    /// Per channel of captors, where histories are weighed: the sum of what each brought, and of its squares.
+    /// Per channel of captors: the sum of the powers that the histories brought, and the sum of the
+    /// squares of these powers. Empty if they are not recorded.
     #[serde(default)]
     weighed: Vec<[f64; 2]>,
     ledger: Ledger,
-    /// Per band, then sum: what games of chance took; none where there was none.
+    /// Power that games of chance took, per band, then per sum; empty if there were no games.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     chance: Vec<Running>,
     captor_of_channel: Vec<u32>,
     group_values: Vec<f64>,
-    /// The same for each part of the light, where it is split.
+    /// Totals of each part of the light, if the light is split.
     parts: Vec<Totals>,
 }
 
 impl Totals {
-    /// Empty ones for `scene`, of which the light is split into so many parts; 0 splits nothing.
+    /// Returns empty totals for `scene`, whose light is split into `parts` parts; 0 means not
+    /// split.
     pub fn new(scene: &Scene, parts: usize) -> Self {
         let columns = scene.bands.len() + scene.sums.len();
         let group_channels = scene.groups.len() * CHANNELS.len();
@@ -68,7 +70,7 @@ impl Totals {
         }
     }
 
-    /// Bytes that these take for `scene` split into so many parts, about.
+    /// Returns about how many bytes totals take for `scene`, split into so many parts.
     pub fn bytes(scene: &Scene, parts: usize) -> usize {
         let columns = scene.bands.len() + scene.sums.len();
         let groups = scene.groups.len() * CHANNELS.len();
@@ -79,8 +81,8 @@ impl Totals {
         (parts + 1) * (size_of::<Self>() + sums)
     }
 
-    /// Adds a batch of `histories`. Each batch counts alike: it is a whole small
-    /// run, in which every light has its share.
+    /// Adds a batch of `histories`. All batches have equal weight: each is a whole small run, in
+    /// which every light has its share.
     pub fn add_batch(&mut self, scene: &Scene, batch: &Sums, histories: u64) {
         let scale = 1.0 / histories as f64;
         let bands = scene.bands.len();
@@ -131,7 +133,7 @@ impl Totals {
         }
     }
 
-    /// Whether they may be totals of the same scene, split alike, as the `other` ones.
+    /// Returns whether these may be totals of the same scene, split alike, as `other`.
     pub fn fits(&self, other: &Self) -> bool {
         let Ledger { emitted, absorbed, escaped, missed, lost, chance } = &self.ledger;
         let theirs = &other.ledger;
@@ -158,12 +160,13 @@ impl Totals {
             && self.parts.iter().zip(&other.parts).all(|(mine, theirs)| mine.fits(theirs))
     }
 
-    /// What each part of the light did; none where it is not split.
+    /// Returns the totals of each part of the light; empty if the light is not split.
     pub fn parts(&self) -> &[Self] {
         &self.parts
     }
 
-    /// The same with each part times its factors, per band and sum, and no longer split.
+    /// Returns the totals with each part multiplied by its factors, per band and sum; they are no
+    /// longer split.
     pub fn mixed(&self, factors: &[Vec<f64>]) -> Self {
         let parts = || self.parts.iter().zip(factors);
         let mix = |i: usize| {
@@ -187,7 +190,7 @@ impl Totals {
         }
     }
 
-    /// What games of chance took of all parts, each times its factors.
+    /// Returns what games of chance took, summed over the parts, each multiplied by its factors.
     fn mixed_chance(&self, factors: &[Vec<f64>]) -> Vec<Running> {
         let mix = |column: usize| {
             let parts = self.parts.iter().zip(factors);
@@ -198,35 +201,36 @@ impl Totals {
         (0..self.chance.len()).map(mix).collect()
     }
 
-    /// What games of chance took per band, then per sum, less what they gave; none where there was none.
+    /// Returns the power that games of chance took, less the power that they gave, per band, then
+    /// per sum; empty if there were no games.
     pub fn chance(&self) -> &[Running] {
         &self.chance
     }
 
-    /// Photons counted in a channel.
+    /// Returns the number of photons that were counted in a channel.
     pub fn photons(&self, channel: usize) -> u64 {
         self.photons[channel]
     }
 
-    /// Histories that the photons counted in a channel are of; none for a channel of a group, whose captors share
-    /// histories.
+    /// Returns the number of histories to which the photons counted in a channel belong. `None` for
+    /// a channel of a group, because the captors of a group share histories.
     pub fn histories_in(&self, channel: usize) -> Option<u64> {
         self.arrived.get(channel).copied()
     }
 
-    /// How many histories that brought the same would vary as much as those of a channel, (Σ x)² / Σ x²; none where they
-    /// were not weighed.
+    /// Returns the number of equal histories that would vary as much as those of a channel, (Σ x)²
+    /// / Σ x². `None` if the powers of histories were not recorded.
     pub fn equal_histories(&self, channel: usize) -> Option<f64> {
         let [sum, squares] = *self.weighed.get(channel)?;
         Some(if squares > 0.0 { sum * sum / squares } else { 0.0 })
     }
 
-    /// Mean and standard error per band, then per sum, of a channel.
+    /// Returns the running mean and standard error of a channel, per band, then per sum.
     pub fn running(&self, channel: usize) -> &[Running] {
         &self.running[channel * self.columns..][..self.columns]
     }
 
-    /// The ledger, in W or umol/s.
+    /// Returns the power balance, averaged over the batches, in W or umol/s.
     pub fn ledger(&self) -> Ledger {
         let mut mean = Ledger::new(self.ledger.emitted.len(), 0);
         mean.absorbed = vec![0.0; self.ledger.absorbed.len()];

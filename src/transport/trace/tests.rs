@@ -1,4 +1,4 @@
-//! Photons in a closed room, whose light has a closed form.
+//! Photons in a closed room, where the light has a closed form.
 
 use glam::DVec3;
 
@@ -15,7 +15,8 @@ use crate::{
     },
 };
 
-/// A cube of 1 m that reflects 0.1 of the blue and 0.98 of the near infrared, with a lamp of these powers.
+/// Returns a closed cube with sides of 1 m that reflect 0.1 of the blue and 0.98 of the near
+/// infrared, and a lamp in it with these powers, W.
 fn room(power: [f64; 2]) -> Scene {
     let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
     let sides =
@@ -41,7 +42,8 @@ fn room(power: [f64; 2]) -> Scene {
     scene.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// What arrives at the walls per photon in each band, and how often something does.
+/// Returns the power that arrives at the walls per photon, in each band, and the number of arrivals
+/// per photon.
 fn arrivals(scene: &Scene, photons: u64) -> [Mean; 3] {
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(1, Purpose::Run, 0);
@@ -61,8 +63,9 @@ fn arrivals(scene: &Scene, photons: u64) -> [Mean; 3] {
     means
 }
 
-/// Between walls of reflectance r, light arrives 1 / (1 - r) times. A band that the lamp does not emit keeps no photon
-/// alive: 1.11 arrivals each, not 50. 20,000 and 2,000 photons of seed 1, four comparisons with odds of 1e-6 each.
+/// Between walls of reflectance r, light arrives 1 / (1 - r) times. A band that the lamp does not
+/// emit must keep no photon alive: there are then 1.11 arrivals per photon, not 50. 20,000 and
+/// 2,000 photons of seed 1, four comparisons with odds of 1e-6 each.
 #[test]
 fn only_bands_with_power_keep_a_photon_alive() {
     let [blue, infrared, arrived] = arrivals(&room([1.0, 0.0]), 20_000);
@@ -74,8 +77,9 @@ fn only_bands_with_power_keep_a_photon_alive() {
     arrived.assert("both", 50.0, 1e-6);
 }
 
-/// What goes on by chance carries as much as all would: 100,000 plays of seed 1, odds of a false alarm 1e-6. Where it
-/// is certain no number is drawn, and nothing comes of nothing.
+/// On average, what goes on by roulette carries as much as everything would: 100,000 plays of seed
+/// 1, odds of a false alarm 1e-6. Where survival is certain no random number is drawn, and a chance
+/// of 0 lets nothing go on.
 #[test]
 fn roulette_keeps_the_mean() {
     let mut rng = Stream::new(1, 0, 0);
