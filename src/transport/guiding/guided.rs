@@ -51,12 +51,13 @@ pub struct Guidance<'a> {
 }
 
 impl<'a> Guidance<'a> {
-    /// Flights aimed at the virtual captors of a scene, if there are any.
+    /// Returns a guidance that only aims flights at the virtual captors of a scene; `None` if there
+    /// are none.
     pub fn aim(scene: &Scene) -> Option<Self> {
         Targets::of(scene).map(|targets| Self { targets: Some(targets), ..Self::default() })
     }
 
-    /// The name of this kind of guiding.
+    /// Returns the name of this kind of guiding.
     pub fn guiding(&self) -> Guiding {
         match self {
             Self { windows: None, lamps: None, targets: None, .. } => Guiding::Off,
@@ -86,7 +87,7 @@ pub struct Guided<'a, 'p, L> {
     pub scene: &'a Scene,
     /// Sends the aimed flights, where there are captors to aim at.
     pub aimed: Option<Aimed<'a>>,
-    /// The importance, and the factor that makes of power times importance the m above.
+    /// The importance J, and the factor by which the product of power and importance gives m.
     pub windows: Option<(&'a Importance<'a>, f32)>,
     /// Copies that are still to be followed; there are none at first.
     pub copies: &'p mut Vec<Copies<'a, L>>,
@@ -115,12 +116,12 @@ pub struct Copies<'a, L> {
 struct Game {
     /// Their mean number, m.
     mean: f32,
-    /// Their mean number over that of the roulette of absorption.
+    /// Their mean number over the mean number with the roulette of absorption.
     gain: f32,
 }
 
 impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
-    /// Guides a photon that leaves a light.
+    /// Starts with a photon that leaves a light.
     pub fn new(
         scene: &'a Scene,
         aimed: Option<Aimed<'a>>,

@@ -31,8 +31,8 @@ use crate::{
     },
 };
 
-/// Sources with a smaller product of g and the squared radius of the scene do not count. Seen from
-/// that radius, a source that counts fills less than about a tenth of a steradian. Larger sources
+/// Sources with a smaller product of g and the squared radius of the scene do not count. From that
+/// radius away, a source that counts fills less than about a tenth of a steradian. Larger sources
 /// are found by enough paths to show in the standard errors.
 const SMALL: f32 = 10.0;
 /// A face with fewer photons than this is given the mean of all faces.
