@@ -4,7 +4,7 @@
 //! Tables are made from these files alone. The tables therefore do not depend on when a sweep was
 //! stopped, in how many parts it ran, or on how many threads.
 //!
-//! Read [`sweep`](sweep()) first, then `folder` (the files), `work` (doing the runs), `linear`
+//! Read the function `sweep` first, then `folder` (the files), `work` (doing the runs), `linear`
 //! (runs that share a simulation), `origin` (whether a result still holds), `tables` and `response`
 //! (what is written), and `merge` (shards).
 
