@@ -257,7 +257,7 @@ fn irradiances(
         .collect()
 }
 
-/// One run and its results.
+/// One run of the ladder, with its irradiances.
 struct Run {
     estimator: String,
     photons: u64,

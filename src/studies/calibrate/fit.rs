@@ -348,7 +348,7 @@ impl Solution {
         }
     }
 
-    /// See [`Fit::deviance`].
+    /// Returns the part of [`Fit::deviance`] that this system of equations contributes.
     fn deviance(&self, points: &[&Point], prior: Option<f64>) -> f64 {
         let of = |(point, share): (&&Point, f64)| {
             let (variance, residual) =

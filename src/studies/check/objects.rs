@@ -43,7 +43,7 @@ const LONGEST: Duration = Duration::from_secs(5);
 /// An object, with all of its copies together.
 #[derive(Clone, Debug)]
 pub struct ObjectSummary {
-    /// Its name.
+    /// Name of the object.
     pub object: String,
     /// Lowest coordinates, m.
     pub from: DVec3,

@@ -248,7 +248,7 @@ pub fn at_powers(
     let mut of_parts = vec![vec![0.0f64; base.scene.bands.len()]; parts];
     for ((was, is), &part) in base.scene.lights.iter().zip(&run.scene.lights).zip(part_of) {
         let factors = factors(&is.power, &was.power);
-        // a light that is dark in a band has the factor 0 there and leaves the others' as it is
+        // a light that is dark in a band has the factor 0 there, which changes no maximum
         of_parts[part].iter_mut().zip(factors).for_each(|(all, factor)| *all = all.max(factor));
     }
     let mixed = simulation.at_powers(&run.scene, part_of, &of_parts);

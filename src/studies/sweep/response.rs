@@ -10,7 +10,7 @@ use crate::{
 
 /// The largest number of groups that are drawn: as many as there are colours.
 const GROUPS: usize = 6;
-/// The largest number of values of a parameter that are drawn; more would not be told apart.
+/// The largest number of values of a parameter that are drawn; more could not be told apart.
 const VALUES: usize = 2000;
 /// The largest number of plots of a sweep.
 const PICTURES: usize = 100;

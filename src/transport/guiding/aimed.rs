@@ -1,14 +1,17 @@
-//! Flights aimed at captors, which accompany a photon's own (DXTRAN: Booth, "Particle transport", LANL 1985).
+//! Flights aimed at captors, which accompany a photon's own (DXTRAN: Booth, "Particle transport",
+//! LANL 1985).
 //!
-//! Where a photon of power w is scattered, with f cos per solid angle, the aimed flight's direction ω is drawn with the
-//! density p(ω) of [`Targets::choose`]. The photon's own flight takes ω with a density of about q, the largest f cos of all bands.
-//! Both see the same captors, so each counts by the balance heuristic (Veach 1997, ch. 9): the aimed flight
-//! w f cos / (p + q), the photon's own q / (p + q) of what it carries. What no flight can be aimed at (p = 0) counts
-//! in full, and no flight counts more than the photon carries. The weights add up to 1 for every ω,
-//! whatever stands in the way, so the mean is right.
+//! Where a photon of power w is scattered, with f cos per solid angle, the aimed flight's direction
+//! ω is drawn with the density p(ω) of [`Targets::choose`]. The photon's own flight takes ω with a
+//! density of about q, the largest f cos of all bands. Both see the same captors, so each counts by
+//! the balance heuristic (Veach 1997, ch. 9): the aimed flight w f cos / (p + q), the photon's own
+//! q / (p + q) of what it carries. What no flight can be aimed at (p = 0) counts in full, and no
+//! flight counts more than the photon carries. The weights add up to 1 for every ω, whatever stands
+//! in the way, so the mean is right.
 //!
-//! Light from infinitely far away has its direction ω already. Its photon enters anywhere on a face of area A, and the aimed
-//! flight enters where it will reach a captor. There p and q = 1 / (A cos) are densities of places across ω, per m2.
+//! Light from infinitely far away has its direction ω already. Its photon enters anywhere on a face
+//! of area A, and the aimed flight enters where it will reach a captor. There p and q = 1 / (A cos)
+//! are densities of places across ω, per m2.
 
 use glam::Vec3;
 
@@ -53,7 +56,7 @@ enum Origin<'a> {
     Light(&'a Light, Start),
     /// A face by which light from infinitely far away enters, along a unit vector.
     Infinity(&'a EntryFace, Vec3),
-    /// A point of a surface that scatters it diffusely.
+    /// A point of a surface that scatters the photon diffusely.
     Surface { point: Vec3, material: &'a Material, interaction: Interaction },
 }
 
@@ -238,7 +241,7 @@ impl<'a> Aimed<'a> {
         own / (aimed + own)
     }
 
-    /// Tells `on` that the photon crosses a captor.
+    /// Passes a crossing of the photon to `on`, with the power that it counts.
     #[inline]
     pub fn cross<L: Lanes>(
         &mut self,

@@ -1,7 +1,7 @@
 //! Surfaces cut into cells, each with a front and a back, and the density of arrivals on each cell.
 //!
-//! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood that is just large
-//! enough to hold sufficient arrivals.
+//! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood
+//! that is just large enough to hold sufficient arrivals.
 
 use glam::Vec3;
 use indexmap::IndexMap;
@@ -15,7 +15,8 @@ const CELLS: f32 = 40_000.0;
 const MOST_PIECES: f32 = 200.0;
 /// A density rests on at least this many arrivals, if a neighbourhood holds them.
 const ENOUGH: u32 = 32;
-/// The smallest neighbourhood is a cube of this many cell sizes; each further one is twice as large.
+/// The smallest neighbourhood is a cube of this many cell sizes; each further one is twice as
+/// large.
 const CUBE: f32 = 2.0;
 /// How many sizes of cubes there are.
 const CUBES: u32 = 5;
@@ -27,7 +28,8 @@ pub struct Cells<'a> {
     /// its sides is cut.
     cuts: Vec<(u32, u32)>,
     cells: Vec<Cell>,
-    /// The length of lists that hold a value for each cell. Some of their entries belong to no cell.
+    /// The length of lists that hold a value for each cell. Some of their entries belong to no
+    /// cell.
     places: usize,
     /// The approximate side of a cell, m.
     size: f32,

@@ -20,7 +20,8 @@ use crate::{
 
 /// The share of the photons that are emitted as though nothing guided them.
 const FREE: f64 = 0.2;
-/// A side of a box is cut into this many parts, whose importance tells whether the box is worth halving.
+/// A side of a box is cut into this many parts, whose importance tells whether the box is worth
+/// halving.
 const BINS: usize = 8;
 /// A box is halved where its parts differ by more than this many times what chance alone explains.
 const CLEAR: f64 = 4.0;
@@ -70,7 +71,8 @@ pub fn emit_at<'s, L: Lanes>(
     emission
 }
 
-/// A point of the cube, and the importance of its photon over the density with which the point was chosen.
+/// A point of the cube, and the importance of its photon over the density with which the point was
+/// chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// The coordinates of the point, each in [0, 1).

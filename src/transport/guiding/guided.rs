@@ -1,11 +1,12 @@
 //! Guides one photon: aimed flights accompany it, and weight windows split or end it.
 //!
-//! A photon of power w arrives at a place of importance J. On average m = w J / R photons leave it, each with 1 / m of
-//! the power that the surface scatters. The product of power and importance therefore stays near R, its usual value
-//! where photons first meet a diffuse surface. Splitting (m > 1) and roulette (m < 1) are one game (weight windows:
-//! Booth, "Monte Carlo variance reduction approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the
-//! roulette of absorption. Where both would let nearly the same number of photons go on, the roulette of absorption is
-//! kept: splitting that gains nothing only costs time.
+//! A photon of power w arrives at a place of importance J. On average m = w J / R photons leave it,
+//! each with 1 / m of the power that the surface scatters. The product of power and importance
+//! therefore stays near R, its usual value where photons first meet a diffuse surface. Splitting (m
+//! > 1) and roulette (m < 1) are one game (weight windows: Booth, "Monte Carlo variance reduction
+//! approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the roulette of
+//! absorption. Where both would let nearly the same number of photons go on, the roulette of
+//! absorption is kept: splitting that gains nothing only costs time.
 
 use std::sync::Arc;
 
@@ -27,10 +28,11 @@ use crate::{
     },
 };
 
-/// The dead band: the game is played only where it lets at least this many times as many photons go on as the roulette
-/// of absorption would, or at most the inverse of it.
+/// The dead band: the game is played only where it lets at least this many times as many photons go
+/// on as the roulette of absorption would, or at most the inverse of it.
 const BAND: f32 = 5.0;
-/// A photon that survives the game carries at most this many times the power that it would carry without it.
+/// A photon that survives the game carries at most this many times the power that it would carry
+/// without it.
 const MOST_GAIN: f32 = 20.0;
 /// The most photons into which one is split at a place: more of them would bring nearly the same.
 const MOST_COPIES: f32 = 300.0;
@@ -188,7 +190,8 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         let mut seen = Seen::default();
         let gain = self.game.map_or(1.0, |game| game.gain);
         if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
-            // aimed flights leave from here as though the photon had been split, or ended, before it arrived
+            // aimed flights leave from here as though the photon had been split, or ended, before
+            // it arrived
             let each = power.clone().scaled(1.0 / gain);
             let flights = if self.game.is_some() { gain + rng.uniform() } else { 1.0 };
             for _ in 0..flights as u32 {

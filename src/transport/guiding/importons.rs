@@ -26,8 +26,8 @@ use crate::{
 const BLOCK: u64 = 512;
 /// A block ends early once its importons have taken this many flights each, on average.
 const FLIGHTS: u64 = 40;
-/// Importons are split where few arrive and ended where many do, but not where their number is within this factor of
-/// the usual one.
+/// Importons are split where few arrive and ended where many do, but not where their number is
+/// within this factor of the usual one.
 const BAND: f32 = 5.0;
 /// The most importons into which one is split at a place.
 const MOST_COPIES: f32 = 30.0;
@@ -44,7 +44,7 @@ struct Source<'a> {
     /// How far above the surface importons start, m.
     lift: f32,
     face: Channel,
-    /// The weight of its importons, per band.
+    /// Weight of an importon that starts from the face, per band.
     weights: Vec<f32>,
 }
 
