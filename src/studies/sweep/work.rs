@@ -31,7 +31,7 @@ use crate::{
 /// The states of runs that have ended, by number of the run.
 type Found = Vec<(usize, State)>;
 
-/// Does runs, with everything that it takes.
+/// Does the runs of a sweep that are missing, several jobs at a time.
 pub struct Work<'a> {
     sweep: &'a Sweep,
     folder: &'a SweepFolder,
