@@ -1,5 +1,9 @@
-//! From measured readings to the powers of lamps: factors on them that bring a simulation nearest to what an
-//! instrument read, how sure they are, and what they predict elsewhere.
+//! Calibration: from measured readings to the powers of lamps. It finds the factors on the powers
+//! that bring a simulation nearest to what an instrument read, how uncertain they are, and what
+//! they predict elsewhere.
+//!
+//! Read [`calibrate`] first, then `fit` (one fit), `choose` (which model), `vary` (other numbers of
+//! the scene) and `powers` (the calibrated scene).
 
 mod choose;
 mod fit;
@@ -30,30 +34,32 @@ use crate::{
     },
 };
 
-/// Factors that are fitted at most: normal equations grow with their square.
+/// The largest number of factors that are fitted: normal equations grow with its square.
 const MOST_FACTORS: usize = 300;
-/// Readings for each factor of a lamp below which there is a warning.
+/// With fewer readings than this for each factor of a lamp there is a warning.
 const FEW_POINTS: usize = 3;
 /// Relative standard error of a factor above which there is a warning.
 const UNSURE: f64 = 0.2;
-/// Names listed in a warning.
+/// The largest number of names that a warning lists.
 const LISTED: usize = 5;
 
-/// How to calibrate.
+/// The options of a calibration.
 #[derive(Clone, Debug)]
 pub struct CalibrationPlan {
-    /// The model; none leaves it to the blocks that are left out.
+    /// The model; `None` to choose it by leaving out blocks of readings.
     pub model: Option<Model>,
-    /// Relative standard deviation of the factors of lamps about the common one; none for no prior.
+    /// Relative standard deviation of the factors of lamps about the common factor; `None` for no
+    /// prior.
     pub prior: Option<f64>,
-    /// Patterns of names of lights that share their factors.
+    /// Patterns of names of lights. The lights that fit one pattern share their factors.
     pub groups: Vec<String>,
-    /// The scene's unit of length, m: for readings that are named by their place.
+    /// The scene's unit of length, m, for readings that are located by a point.
     pub metres: f64,
 }
 
-/// Fits the powers of the lamps of a run that is split by light to the readings in the file at `path`. Errors:
-/// results that are not split, a reading at no captor or in no band, too few readings.
+/// Fits the powers of the lamps to readings. `result` is a run that is split by light, and `rows`
+/// are the readings of the file at `path`. Errors: results that are not split, a reading at no
+/// captor or in no band, too few readings.
 pub fn calibrate(
     result: &RunResult,
     rows: &[MeasuredRow],
@@ -90,7 +96,7 @@ pub fn calibrate(
     let blocks = readings.blocks;
     let compared: Vec<_> =
         models.iter().map(|model| blocked(*model, &fitted, blocks, size, prior)).collect();
-    // of too few blocks nothing can be left out
+    // with too few blocks none can be left out
     let model = plan.model.or_else(|| simplest(&compared)).unwrap_or(Model::Bands);
     let fit = Fit::new(model, &fitted, size, prior).map_err(wrong)?;
     if prior.is_none() && fit.numbers() >= fitted.len() {
@@ -158,7 +164,8 @@ pub fn calibrate(
     })
 }
 
-/// Which lights have factors of their own, and which share one.
+/// The lamps of a calibration: lights that have factors of their own, and groups of lights that
+/// share factors.
 struct Lamps {
     names: Vec<String>,
     of_light: Vec<usize>,
@@ -194,12 +201,12 @@ impl Lamps {
     }
 }
 
-/// The bands, or sums of bands, in which was measured.
+/// The bands, or sums of bands, in which there are readings.
 struct MeasuredBands {
     names: Vec<String>,
     /// Indices among the bands and sums of the results.
     measured: Vec<usize>,
-    /// For each band of the scene, the measured one that has its factor.
+    /// For each band of the scene, the index of the measured band whose factor it takes.
     of_band: Vec<Option<usize>>,
 }
 
@@ -251,7 +258,7 @@ impl MeasuredBands {
     }
 }
 
-/// A reading and the point that is fitted.
+/// A reading, with the point that is fitted.
 struct Reading<'a> {
     captor: &'a CaptorResult,
     face: &'static str,
@@ -278,10 +285,10 @@ impl Reading<'_> {
     }
 }
 
-/// All readings, with the blocks that are left out together.
+/// All readings. Those that are fitted are in blocks, each of which is left out as a whole.
 struct Readings<'a> {
     all: Vec<Reading<'a>>,
-    /// Blocks of those that are fitted, counted from 0.
+    /// Number of blocks of the readings that are fitted; they are counted from 0.
     blocks: usize,
 }
 
@@ -360,8 +367,8 @@ impl<'a> Readings<'a> {
     }
 }
 
-/// The captor whose middle is nearest to a point, m, where that is less than its own radius away and no other is as
-/// near.
+/// Returns the captor whose middle is nearest to a point, m. `None` if the point is farther away
+/// than the radius of a disc of the captor's area, or if another captor is as near.
 fn captor_at(result: &RunResult, point: DVec3) -> Option<&CaptorResult> {
     let far = |captor: &CaptorResult| DVec3::from(captor.center).distance(point);
     let nearest = result.captors.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
@@ -370,7 +377,7 @@ fn captor_at(result: &RunResult, point: DVec3) -> Option<&CaptorResult> {
     (far(nearest) <= radius && as_near == 1).then_some(nearest)
 }
 
-/// The irradiance of a face by lamp, and its standard errors.
+/// Returns the irradiance of a face by lamp, and its standard errors.
 fn by_lamp(face: &FaceResult, lamps: &Lamps, band: usize) -> [Vec<f64>; 2] {
     let mut values = vec![0.0; lamps.names.len()];
     let mut variances = values.clone();
@@ -382,7 +389,7 @@ fn by_lamp(face: &FaceResult, lamps: &Lamps, band: usize) -> [Vec<f64>; 2] {
     [values, variances.into_iter().map(f64::sqrt).collect()]
 }
 
-/// What a user should know before trusting the factors.
+/// Returns what a user should know before trusting the factors.
 fn warnings(
     result: &RunResult,
     readings: &Readings,
@@ -453,7 +460,7 @@ fn warnings(
     warnings
 }
 
-/// The first few, and how many more.
+/// Lists the first few things, and says how many more there are.
 fn some(things: &[String]) -> String {
     let shown = things[..things.len().min(LISTED)].join(", ");
     match things.len().saturating_sub(LISTED) {

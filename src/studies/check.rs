@@ -1,4 +1,4 @@
-//! What a scene holds, and what looks wrong in it.
+//! Checks: what a scene holds, and what looks wrong in it.
 
 mod mesh;
 mod objects;
@@ -31,10 +31,11 @@ use crate::{
     },
 };
 
-/// Mean square of a spectrum over the square of its mean from which on a band is too wide.
+/// A band is too wide for a spectrum if the mean square of the spectrum in it is above this
+/// multiple of the square of its mean.
 const WIDE: f64 = 1.05;
 
-/// The usual size of a scene, m.
+/// The usual range of the size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
 
 /// The contents of a scene, and remarks about them.
@@ -46,9 +47,9 @@ pub struct SceneSummary {
     pub surfaces: Vec<MaterialSummary>,
     /// The objects that have surfaces.
     pub objects: Vec<ObjectSummary>,
-    /// What is probably a mistake, each naming the thing and what to do.
+    /// Probable mistakes. Each warning names the thing and says what to do.
     pub warnings: Vec<String>,
-    /// Notes on what is right but may surprise.
+    /// Remarks on things that are right but may surprise.
     pub notes: Vec<String>,
 }
 
@@ -63,14 +64,14 @@ pub struct MaterialSummary {
     pub area: f64,
 }
 
-/// Looks a scene over, on threads of its own. Errors: threads cannot be started.
+/// Checks a scene, on threads of its own. Error: threads cannot be started.
 pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
     let pool = rayon::ThreadPoolBuilder::new().build();
     Ok(pool.map_err(|e| Error::run("threads", e))?.install(|| look_over(loaded)))
 }
 
-/// What looks wrong with the meshes of a scene and the lights in them, where light would go wrong ways: for a run
-/// to warn of. Errors: threads cannot be started.
+/// Returns warnings about meshes, and lights in them, that send light the wrong way; a run prints
+/// them. Error: threads cannot be started.
 pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
     let pool = rayon::ThreadPoolBuilder::new().build();
     pool.map_err(|e| Error::run("threads", e))?.install(|| {
@@ -157,7 +158,8 @@ fn note_tables(loaded: &LoadedScene, remarks: &mut Remarks) {
     }
 }
 
-/// Bands in which one number is not enough for a spectrum: light that meets it twice would keep the mean square.
+/// Warns of bands in which one number cannot stand for a spectrum: light that meets the surface
+/// twice would be scaled by the mean square of the spectrum.
 fn check_spectra(loaded: &LoadedScene, remarks: &mut Remarks) {
     let wide = loaded.averages.iter().flat_map(|average| {
         let bands = loaded.scene.bands.iter().zip(&average.spreads);
@@ -180,7 +182,8 @@ fn check_lights(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-/// Lights in the plane of a surface, and tubes that reach into one, each with what it is in.
+/// Warns of lights in the plane of a surface, and of tubes that reach into one, each with the
+/// surface.
 fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
     let named = |flush: &&FlushLight| {
         let surface = scene.surface(flush.triangle);
@@ -228,7 +231,7 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     });
 }
 
-/// Captors in daylight that have neither a surface nor light of the ground below them.
+/// Warns of captors in daylight that have neither a surface nor light from the ground below them.
 fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
     if loaded.without_ground.is_empty() {
         return;
@@ -244,10 +247,10 @@ fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
     });
 }
 
-/// Whether a surface lies below the middle of a captor; a floor that is a captor lies below itself, a leaf does
-/// not.
+/// Returns whether a surface lies below the middle of a captor. A floor that is a captor counts as
+/// below itself, but a leaf does not.
 fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
-    /// Leaves of a captor that lie over each other.
+    /// The largest number of leaves of a captor that may lie over each other.
     const MOST: usize = 100;
     let lifted = scene.ray_offset() * Vec3::Z;
     let mut origin = (captor.center - scene.center).as_vec3() + lifted;
@@ -263,7 +266,7 @@ fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
     true
 }
 
-/// How much of the light that comes in through openings alone does so.
+/// Notes how much of the light of the sky comes in, where it comes in only through openings.
 fn check_openings(scene: &Scene, remarks: &mut Remarks) {
     const RAYS: u64 = 20_000;
     let inside = Extent::of_triangles(scene.triangles());
@@ -274,7 +277,7 @@ fn check_openings(scene: &Scene, remarks: &mut Remarks) {
         let streams = Streams::new(0, Purpose::Other, l as u64);
         let let_in = |ray: Ray| {
             let back = Ray { origin: ray.origin, direction: -ray.direction };
-            // the openings may lie inside the box or outside
+            // the openings may lie inside or outside the box
             let hit = scene.closest(&ray).map_or(f32::INFINITY, |hit| hit.t);
             let far = Ray { origin: ray.at(hit.min(4.0 * scene.radius)), ..back };
             scene.is_let_in(l, &far)
@@ -309,9 +312,9 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-/// Faces that lie in one place, as each has its middle in the other, however they are cut: light meets
-/// one of them. Those of two solids are a matter of `solids`; a small face on a large one is a thing
-/// that stands there.
+/// Warns of faces in the same place, of which light meets only one. Two faces are in the same place
+/// if each has its middle in the other, however they are cut. Faces of two solids are left to
+/// `solids`. A small face on a large one is an object that stands there.
 fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
     let material = |i: usize| scene.surface(i).material;
     let solid = |i: usize| scene.material(scene.surface(i)).is_solid();
@@ -362,7 +365,7 @@ fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-/// Twice the area along the normal, m2.
+/// Returns the vector along the triangle's normal whose length is twice its area, m2.
 fn cross(t: &Triangle) -> DVec3 {
     let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
     (b - a).cross(c - a)

@@ -1,4 +1,8 @@
-//! Accuracy against cost: every estimator over a ladder of budgets, several seeds each.
+//! Convergence studies: accuracy against cost of every estimator, over a ladder of budgets with
+//! several seeds each.
+//!
+//! Read [`study`] first, then `truth` (what errors are measured against), `bounces` and `figures`
+//! (charts and words).
 
 mod bounces;
 mod figures;
@@ -22,15 +26,15 @@ use crate::{
 pub use bounces::{Bounces, Within};
 pub use truth::{Reference, TrueValue};
 
-/// How far a rung of the ladder is below the next: half a decade.
+/// Ratio of each rung's budget to that of the rung below: half a decade.
 const RUNG: f64 = 3.162_277_660_168_379_5;
-/// Rungs of the ladder.
+/// Number of rungs of the ladder.
 const RUNGS: i32 = 7;
-/// The run that stands in for the truth has so many times the largest budget.
+/// The run that stands in for the truth has the largest budget times this.
 const LONG_RUN: u64 = 16;
-/// Photons that show the shares of bounces well enough.
+/// This many photons show the shares of bounces well enough.
 const MOST_FOR_BOUNCES: u64 = 1_000_000;
-/// The long run's seed: not one of the ladder's.
+/// Seed of the long run. It differs from the seeds of the ladder.
 const LONG_RUN_SEED: u64 = 1_000_003;
 
 /// The runs of a convergence study.
@@ -40,24 +44,24 @@ pub struct ConvergencePlan {
     pub photons: u64,
     /// Seed of the first run of each budget.
     pub seed: u64,
-    /// Runs of each budget, with `seed` and those after it; at least 2.
+    /// Number of runs of each budget, with `seed` and the seeds after it; at least 2.
     pub seeds: u64,
-    /// The k of the k-nearest estimates.
+    /// The values of k of the k-nearest estimates.
     pub k: Vec<usize>,
-    /// Threads; 0 takes all processors. Times are CPU seconds of all of them together.
+    /// Number of threads; 0 takes all processors. Times are CPU seconds of all threads together.
     pub threads: usize,
 }
 
 /// One run of a convergence study, a row of its table.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// How it estimates.
+    /// Name of the estimator.
     pub estimator: String,
-    /// Photons traced, or paths from all faces together.
+    /// Number of photons traced, or of paths from all faces together.
     pub photons: u64,
-    /// Arrivals in the photon map, where it has one.
+    /// Number of arrivals in the photon map, if the estimator uses one.
     pub arrivals: Option<u64>,
-    /// Seed of its random streams.
+    /// Seed of the random streams.
     pub seed: u64,
     /// CPU seconds of tracing and estimating, without loading.
     pub cpu_seconds: f64,
@@ -68,17 +72,18 @@ pub struct Row {
 /// The runs of one estimator and budget together.
 #[derive(Clone, Debug, Serialize)]
 pub struct Rung {
-    /// How they estimate.
+    /// Name of the estimator.
     pub estimator: String,
-    /// Photons or paths of each run.
+    /// Number of photons or paths of each run.
     pub photons: u64,
-    /// Mean number of arrivals in the photon map, where there is one.
+    /// Mean number of arrivals in the photon map, if the estimator uses one.
     pub arrivals: Option<f64>,
-    /// Mean CPU seconds.
+    /// Mean CPU seconds of a run.
     pub cpu_seconds: f64,
     /// Root mean square of the runs' errors.
     pub error: f64,
-    /// What is left of it in the mean over the seeds, cleared of noise; 0 where that is all.
+    /// Relative error of the mean over the seeds, with the noise subtracted; 0 if noise explains
+    /// all of it.
     pub bias: f64,
     /// Relative standard deviation between the seeds.
     pub spread: f64,
@@ -93,24 +98,25 @@ pub struct Rung {
 pub struct ConvergenceStudy {
     /// Name of the scene.
     pub scene: String,
-    /// Name of the reference that errors are measured against.
+    /// Name of the reference against which errors are measured.
     pub reference: String,
-    /// Relative root mean square standard error of the reference: no error below it means anything.
+    /// Relative root mean square standard error of the reference. Errors below it mean nothing.
     pub floor: f64,
-    /// Captors, faces and bands that were compared.
+    /// Number of values, by captor, face and band, that were compared.
     pub compared: usize,
-    /// Those that light reaches but the reference does not know to 5 %.
+    /// Number of values that are left out because the reference does not know them to 5 %, although
+    /// light reaches them.
     pub left_out: usize,
-    /// Each run.
+    /// One row for each run.
     pub rows: Vec<Row>,
-    /// Each estimator and budget.
+    /// One rung for each estimator and budget.
     pub rungs: Vec<Rung>,
-    /// How the light on the captors came there.
+    /// How often the light on the captors was scattered before it arrived.
     pub bounces: Bounces,
 }
 
-/// Runs the ladder on `scene` and compares with `truth`, or with a long run of its own. Errors: those
-/// of [`simulate`]; fewer than 2 seeds; no captor that the reference knows.
+/// Runs the ladder on `scene` and compares with `truth` or, without one, with a long run. Errors:
+/// those of [`simulate`]; fewer than 2 seeds; no captor that the reference knows.
 pub fn study(
     scene: &Scene,
     plan: &ConvergencePlan,
@@ -149,7 +155,7 @@ pub fn study(
             runs.extend(ladder.runs(photons, seed)?);
         }
         rows.extend(runs.iter().map(|run| run.row(&reference)));
-        // each seed gives the same estimators in the same order
+        // every seed gives the same estimators in the same order
         let estimators = runs.len() / plan.seeds as usize;
         for e in 0..estimators {
             let same: Vec<&Run> = runs.iter().skip(e).step_by(estimators).collect();
@@ -170,12 +176,12 @@ pub fn study(
     })
 }
 
-/// Scene, reference and settings that all runs of a study share.
+/// What all runs of a study share: scene, reference and settings.
 struct Ladder<'a> {
     scene: &'a Scene,
     plan: &'a ConvergencePlan,
     control: &'a Control<'a>,
-    /// Photons of all runs together, and of those that are done.
+    /// Number of photons of all runs together, and of those that are done.
     all: u64,
     done: Cell<u64>,
 }
@@ -199,10 +205,10 @@ impl Ladder<'_> {
         Ok(simulation)
     }
 
-    /// All estimators with one budget and seed. Each pays for all that it needs.
+    /// Runs all estimators with one budget and seed. The time of each includes all that it needs.
     fn runs(&self, photons: u64, seed: u64) -> Result<Vec<Run>> {
         let mut runs = vec![self.summed(Estimator::Photons, photons, seed)?];
-        // smaller budgets than the least for paths are all the same to them
+        // smaller budgets than the least for paths would all be the same run
         if photons >= least_paths(self.scene) || photons == self.plan.photons {
             runs.push(self.summed(Estimator::Paths, photons, seed)?);
         }
@@ -226,7 +232,7 @@ impl Ladder<'_> {
         Ok(runs)
     }
 
-    /// The flux of photons or paths.
+    /// Estimates flux by photons or by paths.
     fn summed(&self, estimator: Estimator, photons: u64, seed: u64) -> Result<Run> {
         let started = ProcessTime::now();
         let settings = self.settings(estimator, photons, seed, 0);
@@ -238,7 +244,7 @@ impl Ladder<'_> {
     }
 }
 
-/// The irradiances of all captors, faces and bands, in order; 0 where there is none.
+/// Returns the irradiances of all captors, faces and bands, in order; 0 where there is none.
 fn irradiances(
     scene: &Scene,
     result: &RunResult,
@@ -251,7 +257,7 @@ fn irradiances(
         .collect()
 }
 
-/// One run and its results.
+/// One run of the ladder, with its irradiances.
 struct Run {
     estimator: String,
     photons: u64,
@@ -280,12 +286,12 @@ impl Rung {
         let n = runs.len() as f64;
         let average = |of: &dyn Fn(&Run) -> f64| runs.iter().map(|run| of(run)).sum::<f64>() / n;
         let mean = |i: usize| average(&|run| run.values[i]);
-        // of a single run, relative to the truth
+        // variance of a single run, relative to the truth
         let variance = |i: usize, truth: f64| {
             let mean = mean(i);
             average(&|run| ((run.values[i] - mean) / truth).powi(2)) * n / (n - 1.0)
         };
-        // the square of the mean's difference holds the noise of the mean and of the reference too
+        // the squared difference of the mean includes the noise of the mean and of the reference
         let bias2 = reference.mean(|i, truth| {
             let noise = variance(i, truth.value) / n + (truth.standard_error / truth.value).powi(2);
             (mean(i) / truth.value - 1.0).powi(2) - noise

@@ -1,4 +1,5 @@
-//! The parts of one run, traced on several machines, joined to what one would have found.
+//! Joins the parts of one run that were traced on several machines. The result is the same as that
+//! of a single run.
 
 use std::{
     path::{Path, PathBuf},
@@ -19,25 +20,27 @@ use crate::{
     },
 };
 
-/// Joins the files `parts`; `scene` is where the scene is, if not where the parts say. Errors: they are of
-/// other runs, some are missing or twice, the scene has changed, stopped by `control`.
+/// Joins the files `parts` to one result. `scene` is the path of the scene, if it is not where the
+/// parts say. Errors: the parts are of different runs, some are missing or given twice, the scene
+/// has changed, stopped by `control`.
 pub fn join(parts: &[PathBuf], scene: Option<&Path>, control: &Control) -> Result<RunResult> {
     Parts::open(parts, scene)?.join(control)
 }
 
-/// All parts of one run, and its scene.
+/// All parts of one run, with its scene.
 pub struct Parts {
-    /// Sorted.
+    /// Readers of the parts, in the order of the shards.
     readers: Vec<ShardReader>,
     scene: Scene,
     settings: Settings,
     choice: Option<Choice>,
-    /// All files that are read: the parts, the scene, and what it names.
+    /// All files that are read: the parts, the scene and the files that it names.
     pub files: Vec<PathBuf>,
 }
 
 impl Parts {
-    /// Opens the files `parts`, and loads the scene: from `scene`, if not from where the parts say.
+    /// Opens the files `parts`, and loads the scene from `scene` or, without one, from where the
+    /// parts say.
     pub fn open(parts: &[PathBuf], scene: Option<&Path>) -> Result<Self> {
         let mut readers =
             parts.iter().map(|path| ShardReader::open(path)).collect::<Result<Vec<_>>>()?;
@@ -56,7 +59,7 @@ impl Parts {
         Ok(Self { readers, scene: loaded.scene, settings, choice, files })
     }
 
-    /// Adds them up.
+    /// Adds up the parts.
     pub fn join(self, control: &Control) -> Result<RunResult> {
         let Self { mut readers, scene, settings, choice, .. } = self;
         let mut joined = Joined::new(&scene, &settings, choice, control)?;
@@ -143,8 +146,8 @@ fn check_complete(parts: &[ShardReader], of: usize) -> Result<()> {
     }
 }
 
-/// The scene that the parts are of, and the settings of the run, as the part at `place` says; the scene is
-/// at `path`, if not where that says.
+/// Loads the scene of the parts, and returns it with the settings of the run, as the part at
+/// `place` says. The scene is at `path` or, without one, where the part says.
 fn scene_of(
     head: &ShardHead,
     place: &Path,
@@ -196,7 +199,7 @@ mod tests {
         "2139095039", "4294967295", "1e300", "-1e300", "1e-300", "auto",
     ];
 
-    /// The scene and what is read.
+    /// A folder with the scene and the files that it names.
     static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::write(folder.path().join("scene.json"), SCENE).expect("a file");
@@ -204,7 +207,7 @@ mod tests {
         folder
     });
 
-    /// The only part of a run.
+    /// The text of the only part of a run.
     static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let scene = FOLDER.path().join("scene.json");
         let (loaded, inputs) = load_with_digest(&scene).unwrap_or_else(|e| panic!("{e}"));
@@ -232,7 +235,7 @@ mod tests {
         vec![String::from_utf8(bytes).expect("UTF-8").leak()]
     });
 
-    /// The bytes with a checksum that fits what they hold now.
+    /// Returns the bytes with a new checksum that fits them.
     fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
         let end = b"{\"end\"";
         let at = bytes.windows(end.len()).rposition(|words| words == end);
@@ -245,8 +248,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: an error that names the file. What someone has put a new checksum under may be
-        /// believed, but makes no number that is not finite.
+        /// Any text leads to an error that names the file, or to finite numbers. A part that was
+        /// changed is accepted only if it also has a new checksum.
         #[test]
         fn no_spoiled_part_panics(bytes in spoiled(FILES.as_slice(), WORDS), seal: bool) {
             let (scene, path) = (FOLDER.path().join("scene.json"), FOLDER.path().join("p.json"));

@@ -1,8 +1,12 @@
-//! Many runs of one scene: each is done once, whatever comes between.
+//! Sweeps: many runs of one scene. Each run is done once, even if the sweep is interrupted.
 //!
-//! What is finished stands in a file of its own, put there whole; tables are made from these files
-//! alone. So it does not matter when a sweep was stopped, in how many parts it ran, or on how many
-//! threads.
+//! The results of a finished run are in a file of their own, which is put in place as a whole.
+//! Tables are made from these files alone. The tables therefore do not depend on when a sweep was
+//! stopped, in how many parts it ran, or on how many threads.
+//!
+//! Read the function `sweep` first, then `folder` (the files), `work` (doing the runs), `linear`
+//! (runs that share a simulation), `origin` (whether a result still holds), `tables` and `response`
+//! (what is written), and `merge` (shards).
 
 mod control;
 mod folder;
@@ -40,30 +44,33 @@ pub use merge::merge;
 /// The outcome of a sweep.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Runs of the shard.
+    /// Number of runs of the shard.
     pub runs: usize,
-    /// Number of them whose results were there already.
+    /// Number of these runs whose results were in the folder already.
     pub kept: usize,
-    /// Number of runs whose files had been damaged, so that they were done again.
+    /// Number of these runs whose files had been damaged, so that they were done again.
     pub damaged: usize,
-    /// Simulations that they come from, where those are fewer: light is linear in the powers.
+    /// Number of simulations from which the runs come, if that is smaller: light is linear in the
+    /// powers.
     pub simulations: Option<usize>,
-    /// Runs that failed: number and values of the run, and the error.
+    /// Runs that failed: number and values of the run, and its error.
     pub failed: Vec<(String, String)>,
-    /// Runs of the whole sweep that are not in the folder, so that there are no tables.
+    /// Number of runs of the whole sweep that are not in the folder. Tables are only written when
+    /// it is 0.
     pub missing: usize,
-    /// How many runs of the whole sweep have warnings, by kind; empty where runs are missing.
+    /// Number of runs of the whole sweep with warnings, by kind of warning; empty if runs are
+    /// missing.
     pub warned: BTreeMap<String, usize>,
 }
 
-/// The scene of a sweep with its own values, as a run would load it.
+/// Loads the scene of a sweep with its own values, as a run would load it.
 pub fn load_base(sweep: &Sweep) -> Result<LoadedScene> {
     let loaded = Inputs::new(sweep.folder()).load(sweep, sweep.scene().clone())?;
     loaded.check_captors()?;
     Ok(loaded)
 }
 
-/// The runs of a shard, in order.
+/// Returns the runs of a shard, in order.
 fn runs_of<'a>(
     sweep: &'a Sweep,
     jobs: &'a Jobs,
@@ -72,7 +79,8 @@ fn runs_of<'a>(
     sweep.runs().filter(move |run| shard.holds(jobs.of(run)))
 }
 
-/// How many simulations the runs of a shard come from, where those are fewer.
+/// Returns the number of simulations from which the runs of a shard come, if it is smaller than the
+/// number of runs.
 fn simulations(jobs: &Jobs, shard: Shard) -> Option<usize> {
     let held = jobs.jobs.iter().enumerate().filter(|(index, _)| shard.holds(*index));
     let (mut simulations, mut runs) = (0, 0);
@@ -80,7 +88,7 @@ fn simulations(jobs: &Jobs, shard: Shard) -> Option<usize> {
     (simulations < runs).then_some(simulations)
 }
 
-/// State of each run in the folder at `path`.
+/// Returns the state of each run in the folder at `path`.
 fn look(
     path: &Path,
     sweep: &Sweep,
@@ -101,9 +109,10 @@ fn look(
     Ok(states)
 }
 
-/// Does what is missing of `sweep` in the folder at `path`; once every run is there, writes the tables.
-/// Errors: another process is at work there, it holds something else, nothing can be written (disk
-/// full), stopped by `control`. A run that fails is none: it is in the outcome.
+/// Does the runs of `sweep` that are missing in the folder at `path`. Once every run is there, it
+/// writes the tables. Errors: another process is at work in the folder, the folder holds something
+/// else, nothing can be written (disk full), stopped by `control`. A run that fails is not an error
+/// of the sweep: the outcome lists it.
 pub fn sweep(
     sweep: &Sweep,
     path: &Path,
@@ -142,7 +151,7 @@ pub fn sweep(
     Ok(Outcome { runs: mine.len(), kept, damaged, simulations, failed, missing, warned })
 }
 
-/// Runs that failed: number and values of the run, and the error.
+/// Returns the runs that failed: number and values of the run, and its error.
 fn failures<'a>(runs: impl Iterator<Item = Run<'a>>, states: &[State]) -> Vec<(String, String)> {
     let failed = runs.filter_map(|run| match &states[run.number - 1] {
         State::Failed(error) => Some((format!("run {} ({run})", run.number), error.clone())),

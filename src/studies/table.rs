@@ -1,4 +1,4 @@
-//! What tables are made of: cells of columns, written as CSV or Parquet.
+//! Tables: cells in columns, written as CSV or Parquet.
 
 mod cell;
 #[cfg(feature = "parquet")]
@@ -14,18 +14,19 @@ use crate::formats::csv_text;
 
 /// A table that is written row by row into one file.
 pub enum TableFile<W: Write + Send> {
-    /// As CSV.
+    /// A CSV file.
     Csv(csv::Writer<W>),
-    /// As Parquet.
+    /// A Parquet file.
     #[cfg(feature = "parquet")]
     Parquet(ParquetTable<W>),
 }
 
 impl<W: Write + Send> TableFile<W> {
-    /// What the name of a file ends with, unless CSV is asked for.
+    /// Ending of the file's name, unless CSV is asked for.
     pub const ENDING: &str = if cfg!(feature = "parquet") { "parquet" } else { "csv" };
 
-    /// Begins a table with columns of these names, as Parquet if it may and this build can.
+    /// Begins a table with columns of these names, as Parquet if `parquet` is set and this build
+    /// supports it.
     pub fn begin(file: W, columns: &[(&str, Kind)], parquet: bool) -> io::Result<Self> {
         #[cfg(feature = "parquet")]
         if parquet {
@@ -39,7 +40,7 @@ impl<W: Write + Send> TableFile<W> {
         Ok(Self::Csv(csv))
     }
 
-    /// Adds a row: a cell for each column.
+    /// Adds a row with one cell for each column.
     pub fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
         match self {
             Self::Csv(csv) => Ok(csv.write_record(cells.iter().map(Cell::csv))?),
@@ -48,7 +49,7 @@ impl<W: Write + Send> TableFile<W> {
         }
     }
 
-    /// The file with all of its rows.
+    /// Ends the table and returns the file with all of its rows.
     pub fn end(self) -> io::Result<W> {
         match self {
             Self::Csv(csv) => csv.into_inner().map_err(|e| e.into_error()),

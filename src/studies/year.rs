@@ -1,10 +1,13 @@
-//! Daylight and lamps by the hour: one run in which patches of the sky, suns on a grid and lamps are kept apart, and
-//! for every hour a weighted sum of what they brought.
+//! Daylight and lamps by the hour. One run keeps the patches of the sky, suns on a grid and the
+//! lamps apart. For every hour, the light on a captor is a weighted sum of what each of them
+//! brought.
 //!
-//! An hour's sky is the same patches with weights of its own, so that its light on a captor is a product of
-//! a matrix, traced once, and these weights. Of the suns on the grid only scattered light counts, which changes
-//! smoothly as the sun moves; what comes straight from the sun is found by shadow rays to where it
-//! stands. Read [`Year::find`], then [`control`] for the lamps and [`tables`] for what is written.
+//! The sky of an hour consists of the same patches with weights of its own. Its light on a captor
+//! is therefore the product of a matrix, which is traced once, and these weights. Of the suns on
+//! the grid only scattered light counts, which changes smoothly as the sun moves. Light straight
+//! from the sun is found by shadow rays towards the sun's position in each hour.
+//!
+//! Read [`Year::find`], then [`control`] for the lamps and [`tables`] for what is written.
 
 mod control;
 pub mod tables;
@@ -33,47 +36,50 @@ use crate::{
     },
 };
 
-/// mol/m2 of 1 umol/m2/s, or MJ/m2 of 1 W/m2, for an hour.
+/// Light of 1 umol/m2/s in an hour, mol/m2, or of 1 W/m2, MJ/m2.
 const HOUR: f64 = 3600.0 * 1e-6;
 
 /// Daylight and lamps by the hour on the fronts of captors and groups.
 pub struct Year {
-    /// Ids of the captors, then of the groups that are no captor.
+    /// Ids of the captors, then of the groups that have no captor's id.
     pub ids: Vec<String>,
     /// The bands and sums.
     pub bands: Vec<BandResult>,
-    /// Whether a daily light integral of each of these is told.
+    /// For each band or sum, whether it has a daily light integral.
     pub integrated: Vec<bool>,
-    /// What it is told in.
+    /// Unit of the daily light integrals.
     pub unit: &'static str,
     /// All hours of the period.
     pub slots: Vec<Slot>,
     /// The lamps that are controlled.
     pub lamps: Vec<Lamp>,
-    /// The run that all light but straight sunlight is from.
+    /// The run that found all light except straight sunlight.
     pub run: RunResult,
-    /// What a user should know.
+    /// Warnings that a user should read.
     pub warnings: Vec<String>,
-    /// Irradiance and its standard error by each light at the power of the run, at each id and band.
+    /// For each light, at its power in the run: irradiance and its standard error, at each id and
+    /// band.
     responses: Vec<Vec<[f32; 2]>>,
-    /// In each hour, the lights that shine and how strong: multiples of their power in the run.
+    /// For each hour, the lights that shine and their strengths, as multiples of their power in the
+    /// run.
     weights: Vec<Vec<(usize, f64)>>,
-    /// Which lights are daylight.
+    /// For each light, whether it is daylight.
     is_daylight: Vec<bool>,
-    /// In each hour, the index of its sun.
+    /// For each hour, the index of its sun.
     suns: Vec<Option<usize>>,
-    /// Irradiance straight from these and its standard error: for each id, sun by sun, band by band.
+    /// Irradiance straight from these suns and its standard error: for each id, sun by sun and band
+    /// by band.
     direct: Vec<Vec<[f32; 2]>>,
 }
 
-/// A lamp, and when it was on.
+/// A lamp, with the times when it was on.
 #[derive(Clone, Debug)]
 pub struct Lamp {
-    /// Its name.
+    /// Name of the light.
     pub name: String,
     /// Electric power, W.
     pub watts: Option<f64>,
-    /// For each hour, the part of it that the lamp was on, 0 to 1.
+    /// For each hour, the fraction of it during which the lamp was on, in [0, 1].
     pub on: Vec<f64>,
 }
 
@@ -82,13 +88,14 @@ pub struct Lamp {
 pub struct Value {
     /// Irradiance, or an integral of it.
     pub mean: f64,
-    /// Of the mean.
+    /// Square of the standard error of the mean.
     pub variance: f64,
 }
 
 impl Year {
-    /// Traces a scene that was loaded by the hour, with lamps as `file` (named `name`) says. Errors: those of a
-    /// run; a control that names what the scene does not have.
+    /// Traces a scene that was loaded by the hour. The lamps are controlled by `file`, a control
+    /// file and its name. Errors: those of a run; a control file that names what the scene does not
+    /// have.
     pub fn find(
         loaded: &LoadedScene,
         file: Option<(&ControlFile, &str)>,
@@ -162,12 +169,12 @@ impl Year {
         Ok(year)
     }
 
-    /// Number of bands and sums.
+    /// Returns the number of bands and sums.
     fn width(&self) -> usize {
         self.bands.len()
     }
 
-    /// Irradiance at an id, by its index, in a band, in an hour.
+    /// Returns the irradiance at an id, by its index, in a band and hour, by their indices.
     fn at(&self, slot: usize, id: usize, band: usize) -> f64 {
         let place = id * self.width() + band;
         let scattered: f64 = self.weights[slot]
@@ -179,13 +186,14 @@ impl Year {
         scattered + direct
     }
 
-    /// Irradiances at all ids and bands, summed over hours, each with a weight. Hours share what the lights
-    /// bring, so their errors add up light by light; shadow rays are each hour's own.
+    /// Returns the irradiances at all ids and bands, summed over hours with a weight each. Hours
+    /// share the results of the lights, so errors add up light by light; shadow rays differ in each
+    /// hour.
     pub fn sum(&self, hours: impl Iterator<Item = (usize, f64)> + Clone) -> Vec<Value> {
         self.sum_of(hours, |_| true)
     }
 
-    /// The same of lights that are `wanted`, and of what comes straight from the sun.
+    /// Returns the same sums for the lights that are `wanted` and for light straight from the sun.
     fn sum_of(
         &self,
         hours: impl Iterator<Item = (usize, f64)> + Clone,
@@ -216,7 +224,8 @@ impl Year {
         sums
     }
 
-    /// The hours of each day, month or all, by name.
+    /// Returns the hours of each day, of each month or of the whole period, by the name that `name`
+    /// gives to their dates.
     pub fn periods(&self, name: impl Fn(Date) -> String) -> IndexMap<String, Vec<usize>> {
         let mut periods: IndexMap<String, Vec<usize>> = IndexMap::new();
         for (s, slot) in self.slots.iter().enumerate() {
@@ -225,23 +234,23 @@ impl Year {
         periods
     }
 
-    /// The hours that a lamp was on in some slots.
+    /// Returns how many hours a lamp was on in some slots.
     pub fn hours_on(&self, lamp: &Lamp, slots: impl Iterator<Item = usize>) -> f64 {
         slots.map(|s| lamp.on[s] * self.slots[s].length).sum()
     }
 
-    /// The mean daily light integral over some hours at all ids and bands, in [`unit`](Self::unit); of a part of a day
-    /// what it brought.
+    /// Returns the mean daily light integral over some hours at all ids and bands, in
+    /// [`unit`](Self::unit). For less than a day, it is what these hours brought.
     pub fn daily(&self, slots: &[usize]) -> Vec<Value> {
         self.sum(self.of_a_day(slots))
     }
 
-    /// The same of daylight alone.
+    /// Returns the same integrals for daylight alone.
     pub fn daily_daylight(&self, slots: &[usize]) -> Vec<Value> {
         self.sum_of(self.of_a_day(slots), |light| self.is_daylight[light])
     }
 
-    /// Weights that make an integral over a day, in the mean of the days, of some hours.
+    /// Returns the weights of some hours by which their sum is the mean integral over a day.
     fn of_a_day<'a>(
         &'a self,
         slots: &'a [usize],
@@ -259,15 +268,16 @@ impl Value {
     }
 }
 
-/// Day and hours since midnight at which a slot starts, on the clock of the weather file.
+/// Returns the day and the hours since midnight at which a slot starts, on the clock of the weather
+/// file.
 fn local(slot: &Slot) -> (Date, f64) {
     const DAY: f64 = 86_400.0;
     let local = slot.start.unix + slot.start.offset;
     (Date::from_days((local / DAY).floor() as i64), local.rem_euclid(DAY) / 3600.0)
 }
 
-/// A warning of captors on whose fronts too few photons of the lights `wanted` arrived for an error; none if there are
-/// none.
+/// Returns a warning of captors on whose fronts too few photons of the lights `wanted` arrived to
+/// estimate an error; `None` if there are no such captors.
 fn few_photons(run: &RunResult, of: &str, wanted: &dyn Fn(usize) -> bool) -> Option<String> {
     let arrived = |captor: &CaptorResult| -> u64 {
         let parts = captor.front.by_light.iter().flat_map(|parts| parts.values()).enumerate();
@@ -284,7 +294,7 @@ fn few_photons(run: &RunResult, of: &str, wanted: &dyn Fn(usize) -> bool) -> Opt
     ))
 }
 
-/// Captors, then groups that are not the captor of that name.
+/// Returns the ids of the captors, then those of the groups that have no captor's id.
 fn ids(run: &RunResult) -> Vec<String> {
     let captors = run.captors.iter().map(|captor| captor.id.clone());
     let mut ids: Vec<String> = captors.collect();
@@ -293,7 +303,7 @@ fn ids(run: &RunResult) -> Vec<String> {
     ids
 }
 
-/// What each light brought to each id and band, and its standard error.
+/// Returns the irradiance that each light brought to each id and band, and its standard error.
 fn responses(run: &RunResult, ids: &[String], lights: usize) -> Vec<Vec<[f32; 2]>> {
     let width = run.bands.len();
     let mut responses = vec![Vec::with_capacity(ids.len() * width); lights];
@@ -311,7 +321,7 @@ fn responses(run: &RunResult, ids: &[String], lights: usize) -> Vec<Vec<[f32; 2]
     responses
 }
 
-/// For each slot the index of its sun, and these suns as lights.
+/// Returns for each slot the index of its sun, and these suns as lights.
 fn moving_suns(hourly: &HourlyLights) -> (Vec<Option<usize>>, Vec<InfiniteLight>) {
     let mut lights = Vec::new();
     let suns = hourly.slots.iter().map(|slot| {
@@ -332,7 +342,7 @@ fn moving_suns(hourly: &HourlyLights) -> (Vec<Option<usize>>, Vec<InfiniteLight>
     (suns.collect(), lights)
 }
 
-/// The mean over the captors of a group.
+/// Returns the mean over the captors of a group, weighted by their areas.
 fn of_group(scene: &Scene, group: usize, direct: &[Vec<[f32; 2]>], length: usize) -> Vec<[f32; 2]> {
     let members = || scene.captors.iter().zip(direct).filter(|(c, _)| c.groups.contains(&group));
     let area: f64 = members().map(|(captor, _)| captor.area).sum();

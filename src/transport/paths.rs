@@ -1,13 +1,24 @@
-//! Backward paths: what arrives at a captor, found from the captor's side.
+//! Backward paths: the light that arrives at a captor, estimated by following paths from the captor
+//! back to the lights.
 //!
-//! A path starts at a point uniform on a captor's face, along a direction with density cos / pi.
-//! At each point on its way, a light is chosen in proportion to what it may contribute, and joined
-//! by a shadow ray (next-event estimation); the path itself may meet a light too, and where both
-//! could, each counts by the balance heuristic (Veach 1997, ch. 9). So it is, too, with directions that
-//! are aimed at the reflectors of lamps ([`Reflectors`]), and with light that lamps send to what is close to them ([`Spots`]). The sun is looked for in flat panes and mirrors, too. What a
-//! path cannot find is light of a point or a line that comes by way of a mirror or refraction, and the sun by others than
-//! one of those: [`Unseen`] says how much that is. What paths find by chance alone, as a small lamp in a mirror, may be more
-//! than their errors know: `chance` tells where.
+//! A path starts at a point uniform on a captor's face, in a direction of density cos / pi. At each
+//! point of the path a light is chosen in proportion to what it may contribute, and is joined with
+//! the point by a shadow ray (next-event estimation). The path itself may also meet a light. Where
+//! both ways could find the same light, each is weighted by the balance heuristic (Veach 1997, ch.
+//! 9). The same holds for directions that are aimed at the reflectors of lamps ([`Reflectors`]) and
+//! for photons that lamps send to surfaces close to them ([`Spots`]). Paths also search flat panes
+//! and mirrors for images of the sun.
+//!
+//! Two kinds of light need care. A path cannot find the light of a point or a line that comes by
+//! way of a mirror or a refraction, nor the light of the sun by way of anything but one flat pane
+//! or mirror: [`Unseen`] measures how much light that is. Other light is found by chance alone, for
+//! example that of a small lamp in a mirror, and the standard errors of a run may then be too
+//! small: `chance` finds the captors concerned.
+//!
+//! Reading order: `face` (where paths start), `Path::follow` (how they go on), `vertex` and
+//! `choice` (how a point is joined with a light), `reflectors` and `spots` (what the pilot run
+//! learns), `unseen` and `chance` (what paths miss), `joined` (the use of next-event estimation for
+//! pictures).
 
 mod chance;
 mod choice;
@@ -44,47 +55,51 @@ use spots::Spots;
 pub use unseen::{Finding, Told, Unseen};
 use vertex::{Arrival, Vertex};
 
-/// Where surfaces have left less of a path than this, it goes on by Russian roulette, with this much.
+/// When surfaces have left less than this fraction of a path, Russian roulette decides whether it
+/// goes on; a path that survives then goes on with this fraction.
 const LEAST: f32 = 1.0 / 3.0;
 
-/// Share of the points at which the sun is looked for in flat mirrors: it costs rays at each, and brings little.
+/// Fraction of the points of a path at which flat mirrors are searched for the sun. The search
+/// costs rays at every point and seldom finds anything.
 const MIRRORS_TRIED: f32 = 0.25;
 
-/// How a path goes on from a point.
+/// A straight piece of a path, with the choice of its direction.
 struct Leg {
-    /// Where its direction was chosen.
+    /// The point at which the direction was chosen.
     at: Vertex,
     ray: Ray,
-    /// Density of that choice where it was free, 1/sr, times the chance that it was; none after a
-    /// mirror, which no other point can be joined with.
+    /// Density with which a free choice takes this direction, 1/sr, times the chance that the
+    /// choice is free. `None` after a mirror or a refraction, because no other point can be joined
+    /// to it, and for a camera ray.
     density: Option<f32>,
-    /// The triangle that it was aimed at.
+    /// The triangle at which the direction was aimed; `None` if the choice was free.
     aimed: Option<usize>,
-    /// Whether no pane lies between.
+    /// Whether no pane lies between `at` and the origin of the ray.
     unbroken: bool,
 }
 
-/// Where a path goes on to.
+/// How the next direction of a path is chosen.
 enum Aim {
-    /// Wherever the surface scatters.
+    /// Freely: in the way in which the surface scatters.
     Free,
-    /// To a point of a triangle.
+    /// Aimed at a point of the triangle of this index.
     At(usize, Vec3),
-    /// To no reflector, for there is none.
+    /// Aimed at a reflector, although the chosen light has none: the path ends.
     Nowhere,
 }
 
-/// What photons have found out about a scene before paths start.
+/// Results of the pilot run: photons traced before the paths, to learn which surfaces lamps light
+/// strongly.
 pub struct Pilot {
     reflectors: Option<Reflectors>,
     spots: Option<Spots>,
 }
 
 impl Pilot {
-    /// Nothing to aim at.
+    /// A pilot without results: paths then aim at nothing.
     const NONE: Self = Self { reflectors: None, spots: None };
 
-    /// Traces them.
+    /// Traces the photons of the pilot run.
     pub fn run(scene: &Scene, seed: u64) -> Self {
         let reflectors = Reflectors::find(scene, seed);
         let spots = Spots::find(scene, reflectors.as_ref(), seed);
@@ -101,9 +116,11 @@ struct Path<'a, 'r> {
 }
 
 impl Path<'_, '_> {
-    /// Light from one light, chosen by what each may contribute: the direction towards it, and its irradiance across
-    /// that direction over the density of the choice, weighted against `otherwise`, the density with which a path would
-    /// go there by itself.
+    /// Chooses one light by what each light may contribute at a point, and joins a point of it by a
+    /// shadow ray. Returns the direction towards the light, and the irradiance across that
+    /// direction divided by the density of the choice, weighted by the balance heuristic.
+    /// `otherwise` gives the density with which the path itself takes a direction, 1/sr. `None`
+    /// where no light arrives.
     fn next_event<L: Lanes>(
         &mut self,
         at: &Vertex,
@@ -137,15 +154,18 @@ impl Path<'_, '_> {
         Some((toward, sample.radiance_over_pdf.scaled(weight / chance) * visible))
     }
 
-    /// How many times as likely light is [sent](Self::sent) to a point as a path comes to it, times the irradiance of a light
-    /// point or its radiance.
+    /// Returns how many times as likely a photon is [sent](Self::sent) to a point as a path comes
+    /// to it. `brings` is the irradiance of the light point per W, 1/m2. If it is a radiance
+    /// instead, 1/(m2 sr), the result is per sr.
     fn sent_density(&self, light: usize, at: &Vertex, towards: Vec3, brings: f32) -> f32 {
         let spots = self.pilot.spots.as_ref();
         spots.map_or(0.0, |spots| spots.rival(self.scene, light, at, towards, brings))
     }
 
-    /// Light that a lamp sends to what it lights from close by, joined from there with a point: the direction to where it landed, and
-    /// its irradiance across that direction, weighted against what paths would find that come there along directions of the density `along`.
+    /// Sends a photon from a lamp that lights a surface from close by, and joins the place where
+    /// the photon lands with a point. Returns the direction to that place, and its irradiance
+    /// across that direction, weighted by the balance heuristic against the paths that come to that
+    /// place by themselves. `along` gives the density of their directions at the point, 1/sr.
     #[inline]
     fn sent<L: Lanes>(
         &mut self,
@@ -156,7 +176,8 @@ impl Path<'_, '_> {
         self.sent_to(spots, at, along)
     }
 
-    /// Out of the way of paths in scenes without such lamps.
+    /// Does the work of [`sent`](Self::sent), out of line so that paths in scenes without such
+    /// lamps do not pay for it.
     #[inline(never)]
     fn sent_to<L: Lanes>(
         &mut self,
@@ -199,16 +220,18 @@ impl Path<'_, '_> {
         Some((towards, (power * through * f * visible).scaled(seen.cos / d2 * share / chance)))
     }
 
-    /// Light of the sun by way of one flat pane or mirror: the direction towards an image of it, and its irradiance
-    /// across that direction over the density of the choice. A path that is mirrored by chance does not look for
-    /// the sun, so that it counts once.
+    /// Searches one flat pane or mirror for the sun. Returns the direction towards the image of the
+    /// sun, and its irradiance across that direction divided by the density of the choice. A path
+    /// that is mirrored by chance does not count the sun that it meets, so the sun counts only
+    /// once.
     #[inline]
     fn mirrored_sun<L: Lanes>(&mut self, at: &Vertex) -> Option<(Vec3, Spectrum<L>)> {
         let mirrors = self.scene.flat_mirrors()?;
         self.sun_by_way_of(mirrors, at)
     }
 
-    /// Out of the way of paths in scenes without.
+    /// Does the work of [`mirrored_sun`](Self::mirrored_sun), out of line so that paths in scenes
+    /// without flat mirrors under a sun do not pay for it.
     #[inline(never)]
     fn sun_by_way_of<L: Lanes>(
         &mut self,
@@ -234,7 +257,8 @@ impl Path<'_, '_> {
         let mut ray = Ray { origin, direction: toward };
         let [mut arriving, mut through] =
             [0.0, 1.0].map(|value| Spectrum::<L>::splat(scene.lanes(), value));
-        // panes on the way may show the image too, and let through what those behind them show
+        // panes on the way may also show the image, and they let through what panes behind them
+        // show
         for _ in 0..MAX_INTERACTIONS {
             if !mirrors.may_be_met(image, &ray) {
                 break;
@@ -266,9 +290,11 @@ impl Path<'_, '_> {
         (!arriving.is_zero()).then(|| (toward, arriving * irradiance.scaled(factor)))
     }
 
-    /// Radiance of a light that a leg meets, but what counts where its beginning was joined with the light, or light was
-    /// sent there. After a mirror nothing else could. The sun is too small for chance then:
-    /// [`mirrored_sun`](Self::mirrored_sun) finds what it can, and [`Unseen`] says how much is left.
+    /// Returns the radiance of a light that a leg meets, weighted by the balance heuristic against
+    /// next-event estimation at the beginning of the leg and against photons sent there. After a
+    /// mirror neither of these could find the light, so its radiance counts in full, except that of
+    /// the sun: [`mirrored_sun`](Self::mirrored_sun) finds the sun where it can, and [`Unseen`]
+    /// measures the rest.
     fn met<L: Lanes>(&self, leg: &Leg, hit: &LightHit) -> Spectrum<L> {
         let (light, on) = (&self.scene.lights[hit.light], hit.on.as_ref());
         let Some(density) = leg.density else {
@@ -281,12 +307,12 @@ impl Path<'_, '_> {
         light.radiance(&leg.ray, on).scaled(density / (density + joined + sent))
     }
 
-    /// Chance that a direction is not aimed at a reflector.
+    /// Returns the chance that a direction is chosen freely, and not aimed at a reflector.
     fn free_share(&self) -> f32 {
         self.pilot.reflectors.as_ref().map_or(1.0, |reflectors| 1.0 - reflectors.share)
     }
 
-    /// Chooses where to go on to from a point.
+    /// Chooses how the path goes on from a point.
     fn aim(&mut self, from: &Vertex) -> Aim {
         let Some(reflectors) = &self.pilot.reflectors else { return Aim::Free };
         let u = self.rng.uniform();
@@ -297,20 +323,24 @@ impl Path<'_, '_> {
         target.map_or(Aim::Nowhere, |(triangle, point)| Aim::At(triangle, point))
     }
 
-    /// Radiance that arrives by `leg`: all of it but what a light point chosen at its beginning counts
-    /// for. By an aimed leg the part that aiming counts for, over its density.
+    /// Follows a path along `leg` and returns an estimate of the radiance that arrives by it,
+    /// without the part that next-event estimation at the beginning of the leg counts. For an aimed
+    /// leg, it returns the part of the radiance that aiming counts, divided by the density of the
+    /// direction.
     fn follow<L: Lanes>(&mut self, mut leg: Leg) -> Spectrum<L> {
         let scene = self.scene;
         let [mut radiance, mut throughput] =
             [0.0, 1.0].map(|value| Spectrum::splat(scene.lanes(), value));
         let mut total_reflections = 0;
-        // what surfaces have left of the path; how its directions were chosen is no reason to end it
+        // the fraction that surfaces have left of the path; the weights of its choices of direction
+        // do not end it
         let mut kept = 1.0;
         for _ in 0..MAX_INTERACTIONS {
             self.rays += 1;
             let hit = scene.closest(&leg.ray);
             if leg.aimed.is_none() {
-                // a light with a material lies in a surface: reach as far as its lift
+                // a light with a material lies in a surface, so lights are met up to a ray offset
+                // beyond it
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
                 scene.lights_met(&leg.ray, t_max, |hit| {
                     radiance += self.met::<L>(&leg, &hit) * &throughput;
@@ -325,7 +355,8 @@ impl Path<'_, '_> {
                 None => return radiance,
             }
             let mut here = Vertex::on(&scene.lights, surface, material, &interaction, hit.point);
-            // what passes light straight is none that light is sent to
+            // photons that are sent pass whatever lets light straight through, so they never land
+            // there
             if self.pilot.spots.is_some()
                 && material.straight::<L>(leg.ray.direction, surface.normal).is_none()
             {
@@ -377,7 +408,7 @@ impl Path<'_, '_> {
                     let Some(scatter) = scatter else { return radiance };
                     let before = throughput.largest();
                     throughput = throughput * &scatter.weight;
-                    // what a solid takes from radiance on entry it gives back on exit
+                    // a solid gives back on exit the factor by which radiance changes on entry
                     if scatter.lobe != LobeKind::Refraction {
                         kept *= throughput.largest() / before;
                     }
@@ -402,7 +433,7 @@ impl Path<'_, '_> {
                     };
                     let ray = scene.leave(hit.point, side, scatter.direction);
                     leg = match scatter.lobe {
-                        // what is beyond a pane can be joined with the vertex before it
+                        // light beyond a pane can still be joined with the vertex before the pane
                         LobeKind::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
                         lobe if lobe.is_specular() => {
                             Leg { ray, density: None, aimed: None, ..leg }
@@ -418,13 +449,14 @@ impl Path<'_, '_> {
                 return radiance;
             }
         }
-        // where surfaces have left but a part, it counts as cut off that often
+        // a path of which surfaces have left only a part counts as cut off with that probability
         self.cut_off = self.rng.uniform() < kept;
         radiance
     }
 
-    /// What the light that comes along a leg from `hit` counts: a free choice could have gone there
-    /// and, to a reflector, an aimed one too. None where an aimed one has not reached its triangle.
+    /// Returns the weight of the light that comes along a leg from `hit`. A free choice could have
+    /// found `hit` and, if it lies on a reflector, an aimed choice could too, so the balance
+    /// heuristic applies. `None` if an aimed leg has not reached its triangle.
     fn arrival_weight(&self, leg: &Leg, hit: &SurfaceHit, cos: f32) -> Option<f32> {
         let (Some(reflectors), Some(free)) = (&self.pilot.reflectors, leg.density) else {
             return Some(1.0);
@@ -441,7 +473,8 @@ impl Path<'_, '_> {
     }
 }
 
-/// Density with which [`Path::next_event`] at `at` chooses the direction of a ray that meets a light.
+/// Returns the density, 1/sr, with which [`Path::next_event`] at `at` chooses the direction of a
+/// ray that meets a light.
 fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
     let chance = at.choice.chance(&scene.lights, hit.light);
     chance * scene.lights[hit.light].pdf_toward(at.point, ray, hit.on.as_ref())

@@ -1,11 +1,12 @@
-//! Which model: each block of readings is left out in turn and predicted from the others, and the simplest model
-//! wins whose mean loss is within one standard error of the best (Hastie, Tibshirani and Friedman, The Elements of
-//! Statistical Learning, 2nd ed., section 7.10).
+//! The choice of the model. Each block of readings is left out in turn and predicted from the
+//! others. The simplest model is chosen whose mean loss is within one standard error of the
+//! smallest (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning, 2nd ed.,
+//! section 7.10).
 
 use super::fit::{Fit, Point};
 use crate::results::calibration::{Model, ModelErrors};
 
-/// How well `model` predicts each block from the others.
+/// Measures how well `model` predicts each block from the others.
 pub fn blocked(
     model: Model,
     points: &[&Point],
@@ -21,7 +22,7 @@ pub fn blocked(
         Model::Lamps => lamps * bands,
     };
     let predict = |others: &[&Point], left_out: &[&Point]| {
-        // without a prior there must be more readings than numbers for an error to be known
+        // without a prior, an error is only known if there are more readings than numbers to fit
         let enough = prior.is_some() || model != Model::Lamps || {
             (0..bands).all(|b| others.iter().filter(|p| p.band == b).count() > lamps)
         };
@@ -55,7 +56,8 @@ pub fn blocked(
     }
 }
 
-/// Predictions of all points, each from those of the other blocks; none where that cannot be.
+/// Predicts all points, each from the points of the other blocks. `None` if there are fewer than
+/// two blocks, or if `predict` fails for one.
 pub fn each_block(
     points: &[&Point],
     blocks: usize,
@@ -75,7 +77,8 @@ pub fn each_block(
     Some(predicted)
 }
 
-/// The simplest model that is within one standard error of the best; `compared` are in the order of simplicity.
+/// Returns the simplest model that is within one standard error of the best. `compared` is in the
+/// order of simplicity.
 pub fn simplest(compared: &[ModelErrors]) -> Option<Model> {
     let of = |m: &ModelErrors| Some((m.model, m.blocked_loss?, m.blocked_loss_se?));
     let known: Vec<(Model, f64, f64)> = compared.iter().filter_map(of).collect();
@@ -83,7 +86,8 @@ pub fn simplest(compared: &[ModelErrors]) -> Option<Model> {
     known.iter().find(|(_, loss, _)| *loss <= best.1 + best.2).map(|(model, ..)| *model)
 }
 
-/// Root of the mean squared error over the mean reading, per band; none where there is no reading.
+/// Returns the root of the mean squared error over the mean reading, per band; `None` in a band
+/// without readings.
 pub fn relative_rmse(points: &[&Point], predicted: &[f64], bands: usize) -> Vec<Option<f64>> {
     let of_band = |band| {
         let mine = points.iter().zip(predicted).filter(|(point, _)| point.band == band);
@@ -98,7 +102,8 @@ pub fn relative_rmse(points: &[&Point], predicted: &[f64], bands: usize) -> Vec<
     (0..bands).map(of_band).collect()
 }
 
-/// Slope and intercept of measured over simulated in one band, by least squares; none of fewer than two places.
+/// Returns slope and intercept of measured over simulated values in one band, by least squares.
+/// `None` for fewer than two different simulated values.
 pub fn line(points: &[&Point], band: usize) -> Option<[f64; 2]> {
     let mine = || points.iter().filter(|p| p.band == band);
     let x = |p: &Point| p.of_lamps.iter().sum::<f64>();
@@ -110,7 +115,8 @@ pub fn line(points: &[&Point], band: usize) -> Option<[f64; 2]> {
     (n > 1.0 && spread > 0.0).then_some([slope, mean_y - slope * mean_x])
 }
 
-/// What such lines say of `points`; none where one of their bands has none.
+/// Returns the values of such lines at `points`. `None` if one of the bands of the points has no
+/// line.
 pub fn on_lines(lines: &[Option<[f64; 2]>], points: &[&Point]) -> Option<Vec<f64>> {
     let value = |point: &&Point| {
         let [slope, intercept] = lines[point.band]?;

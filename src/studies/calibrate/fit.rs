@@ -1,16 +1,18 @@
-//! One fit: the factors that bring simulated readings nearest to measured ones.
+//! A fit: the factors that bring simulated readings nearest to measured ones.
 //!
-//! A reading y_i is a sum over lamps of what the simulation found of each, x_il, times a factor of that lamp and
-//! band. The factors minimise
+//! A reading y_i is a sum over lamps. Each term is what the simulation found of a lamp, x_il, times
+//! a factor of that lamp and band. The factors minimise
 //!
 //! Σ_i (1 - Σ_l f_l x_il / y_i)² / σ_i² + Σ_l (f_l / f0 - 1)² / p²,   f_l >= 0,
 //!
-//! in which σ_i² is the sensor's variance, the simulation's and that of the model, all relative; the last is found
-//! from the residuals, so that the fit is repeated until it stands. f0 is the best common factor and p the prior's
-//! relative standard deviation about it; it only matters where there are factors of lamps.
+//! in which σ_i² is the sum of the relative variances of the sensor, of the simulation and of the
+//! model. The variance of the model is found from the residuals, so the fit is repeated until it no
+//! longer changes. f0 is the best common factor, and p is the prior's relative standard deviation
+//! about it. The prior only matters for models with factors of lamps.
 //!
-//! What a model leaves at a captor is much the same in all bands there. Where bands are fitted together, those of one
-//! captor therefore count as one reading: each has its share of the weight.
+//! The error of a model at a captor is much the same in all bands there. Where bands are fitted
+//! together, the readings of one captor therefore count as one reading: each has its share of the
+//! weight.
 
 use std::collections::HashMap;
 
@@ -23,80 +25,82 @@ use crate::{
     results::calibration::Model,
 };
 
-/// No reading is taken to be better than this, relative: σ² must not vanish where all fits exactly.
+/// Least relative standard error of a reading: σ² must not vanish where everything fits exactly.
 const LEAST_ERROR: f64 = 1e-6;
-/// Repetitions after which the variance of the model is taken as it is.
+/// The largest number of repetitions to find the variance of the model.
 const REPETITIONS: usize = 200;
 
-/// A reading, and what the simulation finds there.
+/// A reading, with what the simulation finds there.
 #[derive(Clone, Debug)]
 pub struct Point {
     /// Simulated reading of each lamp at its present power.
     pub of_lamps: Vec<f64>,
-    /// Standard errors of these.
+    /// Standard errors of the simulated readings.
     pub errors: Vec<f64>,
     /// The measured value, above 0.
     pub value: f64,
-    /// Standard deviation of the sensor relative to that.
+    /// Standard deviation of the sensor relative to the measured value.
     pub sensor: f64,
-    /// Index of its band.
+    /// Index of the band.
     pub band: usize,
-    /// Index of the captor and face where it was read.
+    /// Index of the captor and face of the reading.
     pub place: usize,
-    /// Index of the block that it is left out with.
+    /// Index of the block with which the point is left out.
     pub block: usize,
 }
 
 /// The form of the factors in one system of equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form {
-    /// One for all.
+    /// One factor for everything.
     One,
-    /// One for each lamp.
+    /// One factor for each lamp.
     Lamps,
-    /// One for each lamp times one for each band.
+    /// One factor for each lamp times one for each band.
     Product,
 }
 
-/// Parameters of one system of equations, and how sure they are.
+/// The solution of one system of equations, with its uncertainty.
 #[derive(Clone, Debug)]
 struct Solution {
     form: Form,
     lamps: usize,
     theta: Vec<f64>,
-    /// What the prior holds the factors of lamps about.
+    /// The value about which the prior holds the factors of lamps.
     middle: f64,
-    /// Of the parameters; zeros where one is held at 0 or unknown.
+    /// Covariances of the parameters; zero for a parameter that is held at 0 or unknown.
     covariance: Matrix,
-    /// Parameters of which the points say something, and that are not held at 0.
+    /// For each parameter, whether the points depend on it and it is not held at 0.
     free: Vec<bool>,
-    /// Per band: variance of the model, relative, and degrees of freedom that it was found with.
+    /// Per band: relative variance of the model, and the degrees of freedom with which it was
+    /// found.
     spread: Vec<[f64; 2]>,
 }
 
-/// Factors by lamp and band, found from points.
+/// Factors by lamp and band, fitted to points.
 #[derive(Clone, Debug)]
 pub struct Fit {
     model: Model,
     lamps: usize,
-    /// One system, or one for each band.
+    /// One system of equations for all bands, or one for each band.
     parts: Vec<Solution>,
 }
 
-/// What a fit says of a point.
+/// The prediction of a fit at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Predicted {
     /// The calibrated reading.
     pub value: f64,
-    /// Half width of its 95 % interval: factors, model, simulation and sensor.
+    /// Half width of the 95 % interval, from the errors of factors, model, simulation and sensor.
     pub half_width: f64,
-    /// Its weight in its own prediction, in [0, 1], were it among the points.
+    /// Weight that the reading has, or would have, in its own prediction, in [0, 1].
     pub leverage: f64,
 }
 
 impl Fit {
-    /// Of `model` to `points`, of so many lamps and bands, with the prior's relative standard deviation. Errors: a
-    /// band without points, points that cannot tell the lamps apart or that no light reaches.
+    /// Fits `model` to `points`, for this number of lamps and bands, with the prior's relative
+    /// standard deviation. Errors: a band without points, points that cannot tell the lamps apart,
+    /// or points that no light reaches.
     pub fn new(
         model: Model,
         points: &[&Point],
@@ -125,12 +129,13 @@ impl Fit {
         if self.parts.len() == 1 { 0 } else { band }
     }
 
-    /// The factor of a lamp in a band.
+    /// Returns the factor of a lamp in a band.
     pub fn factor(&self, lamp: usize, band: usize) -> f64 {
         self.parts[self.part(band)].factor(lamp, band)
     }
 
-    /// Its standard error; none where it is held at 0 or the points say nothing of it.
+    /// Returns the standard error of a factor; `None` if the factor is held at 0 or the points do
+    /// not depend on it.
     pub fn factor_error(&self, lamp: usize, band: usize) -> Option<f64> {
         let part = &self.parts[self.part(band)];
         let mut alone = vec![0.0; self.lamps];
@@ -140,7 +145,8 @@ impl Fit {
         known.then(|| quadratic(&part.covariance, &gradient).sqrt())
     }
 
-    /// Covariances of the factors of all lamps in all bands, lamp by lamp and in it band by band.
+    /// Returns the covariances of the factors of all lamps in all bands. Rows and columns go lamp
+    /// by lamp, and for each lamp band by band.
     pub fn covariance(&self, bands: usize) -> Matrix {
         let entries: Vec<(usize, Vec<f64>)> = (0..self.lamps * bands)
             .map(|i| {
@@ -158,7 +164,7 @@ impl Fit {
         entries.iter().map(|a| entries.iter().map(|b| of(a, b)).collect()).collect()
     }
 
-    /// The calibrated reading at a point of any use.
+    /// Predicts the reading at a point, whether or not it was fitted.
     pub fn predict(&self, point: &Point) -> Predicted {
         let part = &self.parts[self.part(point.band)];
         let gradient = part.gradient(&point.of_lamps, point.band);
@@ -166,7 +172,8 @@ impl Fit {
         let [model, freedom] = part.spread[point.band];
         let simulation = part.simulation(point);
         let of_factors = quadratic(&part.covariance, &gradient);
-        // the sensor's and the model's are relative to the reading, of which this is the best guess
+        // sensor and model errors are relative to the reading, for which `value` is the best
+        // estimate
         let noise = value * value * (model + point.sensor * point.sensor);
         let variance = of_factors + noise + simulation;
         let weighed = variance - of_factors;
@@ -177,18 +184,19 @@ impl Fit {
         }
     }
 
-    /// Relative standard deviation of what the model does not explain in a band.
+    /// Returns the relative standard deviation of what the model does not explain in a band.
     pub fn spread(&self, band: usize) -> f64 {
         self.parts[self.part(band)].spread[band][0].sqrt()
     }
 
-    /// Standard error of the simulated part of the calibrated reading at a point, in the unit of the reading.
+    /// Returns the standard error of the simulated part of the calibrated reading at a point, in
+    /// the unit of the reading.
     pub fn simulation_error(&self, point: &Point) -> f64 {
         self.parts[self.part(point.band)].simulation(point).sqrt()
     }
 
-    /// -2 times the logarithm of the likelihood of the points that it was fitted to, with what the prior adds, but for
-    /// a constant.
+    /// Returns -2 times the logarithm of the likelihood of the points that were fitted, plus what
+    /// the prior adds, up to a constant.
     pub fn deviance(&self, points: &[&Point], prior: Option<f64>) -> f64 {
         let of = |(p, part): (usize, &Solution)| {
             let mine = points.iter().copied().filter(|point| self.part(point.band) == p);
@@ -197,10 +205,10 @@ impl Fit {
         self.parts.iter().enumerate().map(of).sum()
     }
 
-    /// Numbers that were fitted.
+    /// Returns how many numbers were fitted.
     pub fn numbers(&self) -> usize {
         let all: usize = self.parts.iter().map(|part| part.theta.len()).sum();
-        // lamps times bands: a common scale is of no account
+        // of lamps times bands, a common scale does not matter
         all - usize::from(self.model == Model::Product)
     }
 }
@@ -281,7 +289,7 @@ impl Solution {
         for (point, weight) in points.iter().zip(weights) {
             let mut row = self.gradient(&point.of_lamps, point.band);
             row.iter_mut().for_each(|r| *r /= point.value);
-            // Gauss and Newton's step; of a linear form the aim is 1
+            // Gauss-Newton step; for a linear form the aim is 1
             let reached: f64 = row.iter().zip(&self.theta).map(|(r, t)| r * t).sum();
             let aim = 1.0 - self.value(point) / point.value + reached;
             add(&mut normal, &mut target, &row, aim, *weight);
@@ -294,7 +302,7 @@ impl Solution {
                 row[lamp] = 1.0 / self.middle;
                 add(&mut normal, &mut target, &row, 1.0, 1.0 / (prior * prior));
             }),
-            // only the products matter: the mean over the lamps is 1
+            // only the products matter, so the mean over the lamps is set to 1
             (Form::Product, None) => {
                 let largest = (0..n).map(|j| normal[j][j]).fold(0.0, f64::max);
                 let share = 1.0 / self.lamps as f64;
@@ -320,8 +328,9 @@ impl Solution {
         Ok(())
     }
 
-    /// The variance of the model in each band: what the residuals have beyond sensor and simulation, over the
-    /// degrees of freedom that the fit leaves. A band by itself can fix no more numbers than there are lamps.
+    /// Finds the variance of the model in each band: the variance of the residuals beyond that of
+    /// sensor and simulation, over the degrees of freedom that the fit leaves. One band can
+    /// determine no more numbers than there are lamps.
     fn find_spread(&mut self, points: &[&Point]) {
         let mut sums = vec![[0.0; 4]; self.spread.len()];
         for point in points {
@@ -339,7 +348,7 @@ impl Solution {
         }
     }
 
-    /// See [`Fit::deviance`].
+    /// Returns the part of [`Fit::deviance`] that this system of equations contributes.
     fn deviance(&self, points: &[&Point], prior: Option<f64>) -> f64 {
         let of = |(point, share): (&&Point, f64)| {
             let (variance, residual) =
@@ -370,7 +379,8 @@ impl Solution {
         terms.map(|(lamp, x)| self.factor(lamp, point.band) * x).sum()
     }
 
-    /// Derivatives by the parameters of the reading of which `of_lamps` are the parts.
+    /// Returns the derivatives of a reading by the parameters. `of_lamps` are the parts of the
+    /// reading.
     fn gradient(&self, of_lamps: &[f64], band: usize) -> Vec<f64> {
         match self.form {
             Form::One => vec![of_lamps.iter().sum()],
@@ -386,13 +396,13 @@ impl Solution {
         }
     }
 
-    /// Variance of the simulated reading, lamps being independent.
+    /// Returns the variance of the simulated reading, with independent lamps.
     fn simulation(&self, point: &Point) -> f64 {
         let terms = point.errors.iter().enumerate();
         terms.map(|(lamp, error)| (self.factor(lamp, point.band) * error).powi(2)).sum()
     }
 
-    /// Variance of sensor and simulation relative to the reading.
+    /// Returns the variance of sensor and simulation, relative to the squared reading.
     fn known_variance(&self, point: &Point) -> f64 {
         point.sensor.powi(2) + self.simulation(point) / point.value.powi(2)
     }
@@ -402,14 +412,14 @@ impl Solution {
     }
 }
 
-/// The weight of each point: those at one place share that of one.
+/// Returns the weight of each point: points at one place share the weight of one point.
 fn shares(points: &[&Point]) -> Vec<f64> {
     let mut at_place: HashMap<usize, f64> = HashMap::new();
     points.iter().for_each(|point| *at_place.entry(point.place).or_default() += 1.0);
     points.iter().map(|point| 1.0 / at_place[&point.place]).collect()
 }
 
-/// Adds an equation `row` θ = `aim` of this weight.
+/// Adds the equation `row` θ = `aim` with this weight to the normal equations.
 fn add(normal: &mut Matrix, target: &mut [f64], row: &[f64], aim: f64, weight: f64) {
     for (i, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
         target[i] += weight * a * aim;

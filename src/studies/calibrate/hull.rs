@@ -1,21 +1,21 @@
-//! Whether a place lies among others.
+//! The convex hull of measured points: does a place lie among them?
 
 use glam::DVec3;
 
-/// Directions in which the hull is bounded, beside the axes.
+/// Number of directions in which the hull is bounded, besides the axes.
 const DIRECTIONS: usize = 200;
-/// Part of its size by which a place may lie outside.
+/// Fraction of the size of the hull by which a place may lie outside.
 const SLACK: f64 = 0.01;
 
-/// The convex hull of some points, from outside: in each of many directions, how far they reach.
+/// A convex hull that contains some points, as their farthest extent in each of many directions.
 pub struct Hull {
     reach: Vec<(DVec3, f64)>,
 }
 
 impl Hull {
-    /// Of points, m.
+    /// Computes the hull of points, m.
     pub fn new(points: impl Iterator<Item = DVec3> + Clone) -> Self {
-        // a spiral of equal areas on the sphere
+        // directions on a spiral of equal areas on the sphere
         let turn = std::f64::consts::PI * (3.0 - 5f64.sqrt());
         let spiral = (0..DIRECTIONS).map(|i| {
             let z = 1.0 - (2 * i + 1) as f64 / DIRECTIONS as f64;
@@ -34,7 +34,7 @@ impl Hull {
         Self { reach: axes.chain(spiral).map(reach).collect() }
     }
 
-    /// Whether a point is inside.
+    /// Returns whether a point is inside the hull.
     pub fn holds(&self, point: DVec3) -> bool {
         self.reach.iter().all(|(direction, reach)| direction.dot(point) <= *reach)
     }

@@ -1,4 +1,4 @@
-//! The scene with the powers that a calibration found.
+//! A scene file with the powers that a calibration has found.
 
 use std::path::Path;
 
@@ -10,9 +10,9 @@ use crate::{
     results::calibration::Calibration,
 };
 
-/// The JSON `document` of the scene at `path`, which is `loaded`, with the calibrated powers of its lights. Where it
-/// is to be written into `folder`, and that is another than the scene's, the files that it names are named in full.
-/// Error: a light has no entry whose `power` can be set.
+/// Returns the JSON `document` of the scene at `path` with the calibrated powers of its lights.
+/// `loaded` is the same scene. If it is to be written into another `folder` than the scene's, its
+/// files are named by their full paths. Error: a light has no entry whose `power` can be set.
 pub fn calibrated_scene(
     mut document: Value,
     path: &Path,
@@ -42,7 +42,7 @@ pub fn calibrated_scene(
     Ok(document)
 }
 
-/// The entry of a light, by its name or the one that it has where it gives none.
+/// Returns the entry of a light, by its name or, for an entry without a name, by the default name.
 fn entry<'a>(
     document: &'a mut Value,
     name: &str,
@@ -56,7 +56,7 @@ fn entry<'a>(
     lights[index].as_object_mut()
 }
 
-/// Makes every text that names a file of the scene the whole path of that file.
+/// Replaces every text that names a file of the scene by the full path of that file.
 fn name_in_full(value: &mut Value, folder: &Path, loaded: &LoadedScene) {
     match value {
         Value::String(text) => {

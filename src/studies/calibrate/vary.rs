@@ -1,10 +1,13 @@
-//! Numbers of a scene, such as the reflectance of a wall, that are found beside the powers of its lamps.
+//! Numbers of a scene, such as the reflectance of a wall, that are found together with the powers
+//! of its lamps.
 //!
-//! Light is not linear in them, so they are varied on a grid of runs, in each of which the powers are fitted anew
-//! (variable projection: Golub and Pereyra, SIAM Journal on Numerical Analysis 10:413, 1973). What is least is the
-//! deviance D of that fit, -2 times the logarithm of its likelihood, with a prior about the numbers that the scene
-//! has: they trade with the powers, and readings alone may not tell one from the other. A quadratic through the
-//! neighbours of the best node says where D is least, and its curvature H how sure that is: the covariance is 2 H⁻¹.
+//! Light is not linear in these numbers. They are therefore varied on a grid of runs, and in each
+//! run the powers are fitted anew (variable projection: Golub and Pereyra, SIAM Journal on
+//! Numerical Analysis 10:413, 1973). The best numbers minimise the deviance D of that fit, -2 times
+//! the logarithm of its likelihood, plus a prior about the numbers in the scene file: the numbers
+//! trade with the powers, and readings alone may not tell one from the other. A quadratic through
+//! the neighbours of the best node gives the minimum of D. Its curvature H gives the uncertainty:
+//! the covariance is 2 H⁻¹.
 
 use serde_json::{Value, json};
 
@@ -15,14 +18,14 @@ use crate::{
     results::calibration::Varied,
 };
 
-/// Values that each number takes.
+/// Number of values that each number takes.
 const NODES: usize = 5;
-/// Numbers that may vary: two take 25 runs.
+/// The largest number of numbers that may vary: two take 25 runs.
 const MOST: usize = 2;
-/// Standard deviation of the prior about the scene's own number.
+/// Standard deviation of the prior about the number in the scene file.
 const PRIOR: f64 = 0.02;
 
-/// A number of the scene that varies, from one value to another.
+/// A number of the scene that varies over a range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
     pointer: String,
@@ -31,7 +34,7 @@ pub struct Vary {
 }
 
 impl Vary {
-    /// From text such as `/materials/wall/reflectance=0.7:0.85`.
+    /// Parses text such as `/materials/wall/reflectance=0.7:0.85`.
     pub fn parse(text: &str) -> std::result::Result<Self, String> {
         let parts = || {
             let (pointer, range) = text.rsplit_once('=')?;
@@ -62,15 +65,15 @@ impl Vary {
 pub struct Grid<'a> {
     document: &'a Value,
     varies: &'a [Vary],
-    /// The scene's own numbers.
+    /// The numbers in the scene file.
     given: Vec<f64>,
-    /// Whether there is a prior about these.
+    /// Whether there is a prior about these numbers.
     prior: bool,
 }
 
 impl<'a> Grid<'a> {
-    /// Of the scene file `name`, whose JSON is `document`. Errors: too many numbers, one twice, or no number at its
-    /// place.
+    /// Makes the grid for the scene file `name`, whose JSON is `document`. Errors: too many
+    /// numbers, one number twice, no number at a place.
     pub fn new(name: &str, document: &'a Value, varies: &'a [Vary], prior: bool) -> Result<Self> {
         let wrong = |problem: String| Error::input("--vary", problem);
         if varies.len() > MOST {
@@ -100,23 +103,24 @@ impl<'a> Grid<'a> {
         Ok(Self { document, varies, given, prior })
     }
 
-    /// How many runs it takes.
+    /// Returns the number of runs.
     pub fn len(&self) -> usize {
         NODES.pow(self.varies.len() as u32)
     }
 
-    /// The index of the run in the middle.
+    /// Returns the index of the run in the middle.
     pub fn middle(&self) -> usize {
         self.len() / 2
     }
 
-    /// The values of a run, by its index.
+    /// Returns the values of a run, by its index.
     pub fn values(&self, run: usize) -> Vec<f64> {
         let digit = |i: usize| run / NODES.pow(i as u32) % NODES;
         self.varies.iter().enumerate().map(|(i, vary)| vary.node(digit(i))).collect()
     }
 
-    /// The scene file with these values. A list keeps its ratios, and its mean takes the value.
+    /// Returns the scene file with these values. A list keeps its ratios, and its mean takes the
+    /// value.
     pub fn document(&self, values: &[f64]) -> Value {
         let mut document = self.document.clone();
         for ((vary, value), given) in self.varies.iter().zip(values).zip(&self.given) {
@@ -134,14 +138,14 @@ impl<'a> Grid<'a> {
         document
     }
 
-    /// The values of which the deviance is least, from those of all runs, in their order.
+    /// Returns the values with the least deviance. `deviances` holds that of each run, in order.
     pub fn least(&self, deviances: &[f64]) -> Vec<Varied> {
         let total = |run: usize| deviances[run] + self.distance(&self.values(run));
         let totals: Vec<f64> = (0..self.len()).map(total).collect();
         let best = (0..totals.len()).min_by(|&a, &b| totals[a].total_cmp(&totals[b])).unwrap_or(0);
         let n = self.varies.len();
         let digit = |i: usize| best / NODES.pow(i as u32) % NODES;
-        // the middle of the nodes that the quadratic goes through
+        // middle of the nodes through which the quadratic goes
         let middle: Vec<usize> = (0..n).map(|i| digit(i).clamp(1, NODES - 2)).collect();
         let (slope, curvature) = self.quadratic(&totals, &middle);
         let found = inverse(&curvature).map(|inverse| {
@@ -169,17 +173,18 @@ impl<'a> Grid<'a> {
         self.varies.iter().enumerate().map(own).collect()
     }
 
-    /// What the prior adds to the deviance.
+    /// Returns what the prior adds to the deviance.
     fn distance(&self, values: &[f64]) -> f64 {
         let square = |(value, given): (&f64, &f64)| ((value - given) / PRIOR).powi(2);
         if self.prior { values.iter().zip(&self.given).map(square).sum() } else { 0.0 }
     }
 
-    /// Slopes and curvatures, per step, at the node with these digits: least squares through it and its neighbours.
+    /// Returns slopes and curvatures, per step, at the node with these digits, by least squares
+    /// through the node and its neighbours.
     fn quadratic(&self, totals: &[f64], middle: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let n = middle.len();
         let around = 3usize.pow(n as u32);
-        // all neighbours, by their steps from the middle, with their values
+        // all neighbours: their steps from the middle, and their values
         let near: Vec<(Vec<f64>, f64)> = (0..around)
             .map(|i| {
                 let steps: Vec<usize> = (0..n).map(|j| i / 3usize.pow(j as u32) % 3).collect();
@@ -190,7 +195,7 @@ impl<'a> Grid<'a> {
             })
             .collect();
         let sum = |of: &dyn Fn(&[f64]) -> f64| near.iter().map(|(u, d)| of(u) * d).sum::<f64>();
-        // there are this many neighbours with each step along one direction
+        // number of neighbours with the same step along one direction
         let each = around as f64 / 3.0;
         let slope = (0..n).map(|i| sum(&|u| u[i]) / (2.0 * each)).collect();
         let entry = |i: usize, j: usize| match i == j {
@@ -201,7 +206,7 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// What a user should know of what was found.
+/// Returns what a user should know of the numbers that were found.
 pub fn warnings(found: &[Varied]) -> Vec<String> {
     let unsure = found.iter().filter(|varied| varied.standard_error.is_none());
     let warning = |varied: &Varied| {
@@ -218,7 +223,7 @@ pub fn warnings(found: &[Varied]) -> Vec<String> {
     unsure.map(warning).collect()
 }
 
-/// The number at a place, or the mean of a list of such.
+/// Returns the number at a place, or the mean of a list of numbers.
 fn mean(value: &Value) -> Option<f64> {
     match value {
         Value::Array(list) if !list.is_empty() => {
@@ -251,8 +256,8 @@ mod tests {
         }
     }
 
-    /// A quadratic deviance with a known least place is found exactly, in one direction and in two; the errors are
-    /// those of its curvature, and the prior's where it is flat.
+    /// The minimum of a known quadratic deviance is found exactly, in one direction and in two. The
+    /// errors are those of its curvature and, where it is flat, that of the prior.
     #[test]
     fn the_least_place_of_a_quadratic_is_found() {
         let document = json!({ "a": 0.5, "b": [0.2, 0.4] });
@@ -273,7 +278,8 @@ mod tests {
         assert!(
             grid.len() == 25 && (middle[0] - 0.6).abs() < 1e-12 && (middle[1] - 0.3).abs() < 1e-12
         );
-        // precision [[4, 1.5], [1.5, 1]] over 0.1²: its inverse has 1/1.75 and 4/1.75 on the diagonal
+        // precision [[4, 1.5], [1.5, 1]] over 0.1²: the diagonal of its inverse is 1/1.75 and
+        // 4/1.75
         let of = |x: &[f64]| {
             let (u, v) = ((x[0] - 0.52) / 0.1, (x[1] - 0.36) / 0.1);
             4.0 * u * u + 3.0 * u * v + v * v

@@ -1,4 +1,4 @@
-//! Which triangles hang together, and whether they close.
+//! Pieces of meshes: which triangles are connected, and whether they close.
 
 use rayon::prelude::*;
 
@@ -7,9 +7,10 @@ use crate::{
     scene::world::Scene,
 };
 
-/// For each triangle its three vertices, numbered; corners with equal coordinates are one vertex.
+/// Returns the numbers of each triangle's three vertices. Corners with equal coordinates are one
+/// vertex.
 pub(super) fn weld(triangles: &[Triangle]) -> Vec<[u32; 3]> {
-    // + 0.0 makes one zero of two
+    // adding 0.0 turns -0.0 into 0.0
     let bits = |p: glam::Vec3| (p + 0.0).to_array().map(f32::to_bits);
     let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
     let mut corners: Vec<([u32; 3], u32)> = corners.map(bits).zip(0..).collect();
@@ -23,19 +24,19 @@ pub(super) fn weld(triangles: &[Triangle]) -> Vec<[u32; 3]> {
     vertices
 }
 
-/// Triangles that hang together by their edges.
+/// Triangles that are connected by their edges.
 pub(super) struct Piece {
     /// Indices of the piece's triangles in the scene.
     pub triangles: Vec<usize>,
-    /// Edges that do not join two triangles.
+    /// Number of edges that do not join two triangles.
     pub open_edges: usize,
-    /// Edges whose two triangles face opposite ways.
+    /// Number of edges whose two triangles face opposite ways.
     pub turned_edges: usize,
     /// One-sided area, m2.
     pub area: f64,
-    /// Volume of a closed piece, m3; below zero where the normals point in.
+    /// Volume of a closed piece, m3; negative if the normals point in.
     pub volume: f64,
-    /// Box around it, m from the centre of the scene.
+    /// Box around the piece, m from the centre of the scene.
     pub extent: Extent,
 }
 
@@ -44,7 +45,7 @@ impl Piece {
         self.open_edges == 0 && self.turned_edges == 0
     }
 
-    /// Thickness of a closed piece that is flat or has thin walls, m.
+    /// Returns the thickness of a closed piece that is flat or has thin walls, m.
     pub fn thickness(&self) -> f64 {
         2.0 * self.volume.abs() / self.area
     }
@@ -62,12 +63,12 @@ impl Piece {
 #[derive(Default)]
 pub(super) struct Pieces {
     pub list: Vec<Piece>,
-    /// Pieces that have an edge in common; with itself, a piece of which four triangles or more
-    /// meet in an edge.
+    /// Pairs of pieces that have an edge in common. A piece in which four or more triangles meet in
+    /// an edge is paired with itself.
     pub meeting: Vec<[usize; 2]>,
 }
 
-/// One side of a triangle, ordered so that the same edge of the same kind is found side by side.
+/// One side of a triangle. The order puts equal edges of the same kind next to each other.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     kind: u32,
@@ -76,7 +77,8 @@ struct Edge {
     forward: bool,
 }
 
-/// The pieces of the triangles that have a `kind`; a piece is of one kind.
+/// Returns the pieces of the triangles that have a `kind`. All triangles of a piece are of one
+/// kind.
 pub(super) fn pieces(
     scene: &Scene,
     vertices: &[[u32; 3]],
@@ -113,7 +115,8 @@ pub(super) fn pieces(
                 }
             }
             _ => {
-                // solids listed one after the other that share an edge: each gets its own two
+                // solids listed one after the other may share an edge: each gets its own two
+                // triangles
                 let mut waiting: Vec<&Edge> = Vec::new();
                 for e in edge {
                     match waiting.pop_if(|f| f.forward != e.forward) {
@@ -166,7 +169,7 @@ pub(super) fn pieces(
     Pieces { list, meeting }
 }
 
-/// Sets of triangles that grow together (union-find).
+/// Sets of triangles that are merged one by one (union-find).
 struct Joined(Vec<u32>);
 
 impl Joined {

@@ -1,4 +1,5 @@
-//! The objects of a scene one by one, and slips that are usual where a model comes from another program.
+//! The objects of a scene one by one, and mistakes that are common where a model comes from another
+//! program.
 
 use std::{collections::HashSet, sync::atomic::AtomicBool, time::Duration};
 
@@ -18,43 +19,44 @@ use crate::{
     },
 };
 
-/// How many times as high as the highest lamp a thing may reach.
+/// An object may reach this many times as high as the highest lamp.
 const TOO_HIGH: f32 = 3.0;
-/// Part of a room's size by which a thing may stick out of it.
+/// Fraction of a room's size by which an object may stick out of it.
 const STICKS_OUT: f32 = 0.01;
-/// Rays that see whether an object is a room, ...
+/// Number of rays that decide whether an object is a room.
 const RAYS: usize = 200;
-/// ... and whether it has a vent through which a lamp may shine.
+/// Number of rays that search a room for an opening through which a lamp may shine.
 const MORE_RAYS: usize = 1 << 16;
-/// Triangles of a sensor above which it is not looked at whether it is half inside an object.
+/// Sensors with more triangles than this are not checked for being half inside an object.
 const MOST_TRIANGLES: usize = 64;
-/// Crossings after which a ray is taken to have left all objects.
+/// After this many crossings a ray is assumed to have left all objects.
 const MOST_CROSSINGS: usize = 1000;
-/// Photons of the trial that looks for light on captors.
+/// Number of photons of the trial that looks for light on captors.
 const TRIAL: u64 = 10_000;
-/// With aimed flights at least as many arrive as of so many times the photons.
+/// With aimed flights, at least as many arrivals are expected as with this many times the photons.
 const FLIGHTS: u64 = 16;
-/// Arrivals, were all flights spread evenly, below which it says nothing.
+/// The trial says nothing if fewer arrivals than this would be expected of evenly spread flights.
 const EXPECTED: f64 = 100.0;
-/// Time after which it ends.
+/// The trial ends after this time.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// An object: all of its copies together.
+/// An object, with all of its copies together.
 #[derive(Clone, Debug)]
 pub struct ObjectSummary {
-    /// Its name.
+    /// Name of the object.
     pub object: String,
-    /// Lowest and highest coordinates, m.
+    /// Lowest coordinates, m.
     pub from: DVec3,
-    /// See `from`.
+    /// Highest coordinates, m.
     pub to: DVec3,
-    /// Its lowest and highest point above the lowest point of all surfaces, m.
+    /// Height of the lowest and the highest point above the lowest point of all surfaces, m.
     pub height: [f64; 2],
-    /// Share of its area whose front looks up, in [0, 1].
+    /// Fraction of the object's area whose front looks up, in [0, 1].
     pub facing_up: f64,
 }
 
-/// The box of an object, m from the scene's own origin, its area and how much of that looks up, m2.
+/// An object's box, m from the scene's own origin, its area, and the part of the area that looks
+/// up, m2.
 #[derive(Clone, Copy)]
 struct Piece {
     extent: Extent,
@@ -62,7 +64,7 @@ struct Piece {
     up: f64,
 }
 
-/// The objects that have surfaces, by index.
+/// Returns the objects that have surfaces, with their indices.
 fn pieces(scene: &Scene) -> Vec<(usize, Piece)> {
     let empty = Piece { extent: Extent::EMPTY, area: 0.0, up: 0.0 };
     let mut pieces = vec![empty; scene.objects.len()];
@@ -77,7 +79,7 @@ fn pieces(scene: &Scene) -> Vec<(usize, Piece)> {
     pieces.into_iter().enumerate().filter(|(_, piece)| piece.extent.min.is_finite()).collect()
 }
 
-/// What is said of each object.
+/// Returns the summary of each object.
 pub(super) fn objects(scene: &Scene) -> Vec<ObjectSummary> {
     let lowest = f64::from(Extent::of_triangles(scene.triangles()).min.z);
     let summary = |(object, piece): (usize, Piece)| {
@@ -94,14 +96,14 @@ pub(super) fn objects(scene: &Scene) -> Vec<ObjectSummary> {
     pieces(scene).into_iter().map(summary).collect()
 }
 
-/// Warns of the usual slips.
+/// Warns of common mistakes.
 pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
     let pieces = pieces(scene);
     let lamps: Vec<(&Light, Extent)> = scene
         .lights
         .iter()
         .map(|light| (light, light.extent()))
-        // daylight is nowhere
+        // daylight has no place
         .filter(|(_, extent)| extent.min.is_finite())
         .collect();
     let room = room(scene, &pieces);
@@ -113,8 +115,8 @@ pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
     check_dark_captors(scene, remarks);
 }
 
-/// The closed room that all captors are in, if there is one: the largest object. What is closed without captors in it
-/// is a solid.
+/// Returns the closed room that contains all captors, if there is one. Only the largest object can
+/// be a room; a closed object without captors in it is a solid.
 fn room<'a>(scene: &Scene, pieces: &'a [(usize, Piece)]) -> Option<&'a (usize, Piece)> {
     let volume = |piece: &Piece| piece.extent.size().as_dvec3().element_product();
     let largest = pieces.iter().max_by(|a, b| volume(&a.1).total_cmp(&volume(&b.1)))?;
@@ -126,7 +128,7 @@ fn room<'a>(scene: &Scene, pieces: &'a [(usize, Piece)]) -> Option<&'a (usize, P
     is_room.then_some(largest)
 }
 
-/// A plant of 15 m among lamps at 1 m.
+/// Warns of objects far above the highest lamp, such as a plant of 15 m among lamps at 1 m.
 fn check_heights(
     scene: &Scene,
     pieces: &[(usize, Piece)],
@@ -154,7 +156,7 @@ fn check_heights(
     });
 }
 
-/// Things that reach through the walls of a closed room, and lamps outside it.
+/// Warns of objects that reach through the walls of a closed room, and of lamps outside it.
 fn check_room(
     scene: &Scene,
     pieces: &[(usize, Piece)],
@@ -189,18 +191,18 @@ fn check_room(
     });
 }
 
-/// Whether an object keeps light in and out: none of so many rays from its middle leaves it without meeting it, where
-/// nothing goes through.
+/// Returns whether an object keeps light in and out: each of this number of rays from its middle
+/// meets the object, at a place where nothing goes through.
 fn is_closed(scene: &Scene, object: usize, extent: &Extent, rays: usize) -> bool {
     let turn = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..rays).all(|i| {
-        // a spiral of equal areas on the sphere
+        // directions on a spiral of equal areas on the sphere
         let z = 1.0 - (2 * i + 1) as f32 / rays as f32;
         let (sin, cos) = (turn * i as f64).sin_cos();
         let [sin, cos] = [sin as f32, cos as f32];
         let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
         let mut origin = extent.center();
-        // through what stands in the room
+        // rays go on through other objects in the room
         for _ in 0..100 {
             let Some(hit) = scene.closest(&Ray { origin, direction }) else { return false };
             if scene.object(hit.triangle) == Some(object) {
@@ -213,7 +215,8 @@ fn is_closed(scene: &Scene, object: usize, extent: &Extent, rays: usize) -> bool
     })
 }
 
-/// Sensors of which a corner is hidden from their middle, and lies in a closed object.
+/// Warns of sensors that are half inside a closed object: a corner is hidden from the middle, and
+/// only one of the two lies in the object.
 fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
     let in_surface: HashSet<usize> = scene.captors_in_surfaces().iter().copied().collect();
     let is_half_inside = |captor: &Captor| {
@@ -240,7 +243,8 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-/// Whether a point is in a closed object: every ray from there crosses its surface an odd number of times.
+/// Returns whether a point is in a closed object: every ray from there crosses the object's surface
+/// an odd number of times.
 fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
     let ways =
         [[0.3, 0.5, 0.8], [-0.7, 0.2, 0.4], [0.1, -0.9, -0.2], [-0.4, -0.3, 0.6], [0.8, 0.1, -0.5]];
@@ -256,7 +260,8 @@ fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
     })
 }
 
-/// A trial of which no photon comes to any captor, where many would if they flew all ways alike.
+/// Warns if no photon of a trial comes to any captor, although many would if they flew in all
+/// directions alike.
 fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
     let lit = scene.lights.iter().any(|light| light.power.iter().any(|power| *power > 0.0));
     let around = Extent::of_triangles(scene.triangles());
@@ -274,7 +279,7 @@ fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
         ..Settings::default()
     };
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
-    // what is too large for a trial is not the matter of a check
+    // a scene that is too large for a trial is no mistake
     let Ok(Simulation { totals, .. }) = simulate(scene, &settings, &control) else { return };
     let channels = scene.captors.iter().map(|c| (c.first_channel, c.kind.channels()));
     let mut channels = channels.flat_map(|(first, count)| first..first + count);

@@ -1,4 +1,4 @@
-//! What there is to say about a scene, in sentences.
+//! Remarks about a scene, in sentences.
 
 use glam::Vec3;
 
@@ -15,7 +15,8 @@ pub(super) struct Remarks {
 }
 
 impl Remarks {
-    /// Warns of `things`, where there are any, in the sentence that `say` makes of their list.
+    /// Adds a warning about `things`, if there are any: the sentence that `say` makes of their
+    /// list.
     pub fn warn_of(
         &mut self,
         things: impl IntoIterator<Item = String>,
@@ -43,23 +44,23 @@ pub(super) fn quoted<'a>(
     names.into_iter().map(|name| format!("`{name}`"))
 }
 
-/// A length in m or mm, two digits.
+/// Writes a length in m or mm, with two digits.
 pub(super) fn length(metres: f64) -> String {
     let (value, unit) = if metres >= 0.1 { (metres, "m") } else { (1e3 * metres, "mm") };
     format!("{value:.*} {unit}", decimals(value, 2))
 }
 
-/// A point in the user's coordinates, to a thousandth of the scene.
+/// Writes a point in the user's coordinates, to a thousandth of the scene's size.
 pub(super) fn place(scene: &Scene, point: Vec3) -> String {
     let decimals = decimals(scene.radius.into(), 4);
     let p = (scene.center + point.as_dvec3()).to_array();
-    // no minus before zero
+    // avoids a minus before zero
     let scale = 10f64.powi(decimals as i32);
     let [x, y, z] = p.map(|v| format!("{:.decimals$}", (v * scale).round() / scale + 0.0));
     format!("({x}, {y}, {z}) m")
 }
 
-/// Decimals that show so many digits of `value`.
+/// Returns the number of decimals that shows this many digits of `value`.
 pub(crate) fn decimals(value: f64, digits: i32) -> usize {
     if value > 0.0 { (digits - 1 - value.log10().floor() as i32).clamp(0, 12) as usize } else { 0 }
 }

@@ -1,4 +1,4 @@
-//! Closed solids: the program knows only air outside them.
+//! Checks of closed solids: outside a solid, the program knows only air.
 
 use std::collections::BTreeMap;
 
@@ -17,21 +17,22 @@ use crate::{
     scene::{bvh::Bvh, material::Material, world::Scene},
 };
 
-/// Solids closer to each other than this touch, in ray offsets.
+/// Solids closer to each other than this, in ray offsets, count as touching.
 const TOUCH: f32 = 10.0;
-/// Solids thinner than this cannot be traced, in ray offsets.
+/// Solids thinner than this, in ray offsets, cannot be traced.
 const THIN: f32 = 4.0;
-/// Solids that are looked at for touching one triangle, at most: where more overlap, their pairs would
-/// be as many as their square.
+/// The largest number of other solids that are checked for touching one triangle. If many overlap,
+/// there are as many pairs as the square of their number.
 const NEIGHBOURS: usize = 16;
-/// Faces that are looked at along the way out of a solid, at most.
+/// The largest number of faces that are checked along the way out of a solid.
 const FACES: usize = 1000;
-/// A closed sheet is a flat box below this thickness, relative to the square root of its area.
+/// A closed sheet is a flat box if it is thinner than this, relative to the square root of its
+/// area.
 const FLAT: f64 = 0.02;
 /// A direction in which no two points of a model are likely to lie.
 const SKEW: Vec3 = Vec3::new(0.601_3, 0.235_7, 0.763_5);
 
-/// Remarks on the interfaces of solids.
+/// Adds remarks on the interfaces of solids.
 pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
     let solids = Solids::new(scene, vertices);
     if !solids.pieces.is_empty() {
@@ -41,7 +42,7 @@ pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
     }
 }
 
-/// Each solid by itself.
+/// Checks each solid by itself.
 fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
     let pieces = &solids.pieces;
     let with = |of: fn(&Piece) -> usize, what: &'static str| {
@@ -70,7 +71,7 @@ fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
     });
 }
 
-/// Solids among each other.
+/// Checks solids against each other.
 fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remarks) {
     let reach = TOUCH * solids.scene.ray_offset();
     let Touching { pairs: touching, crowded } = solids.touching(vertices, reach);
@@ -121,7 +122,7 @@ fn note_lights(solids: &Solids, remarks: &mut Remarks) {
     });
 }
 
-/// Remarks on panes and thin leaves that are modelled with both faces.
+/// Adds remarks on panes and thin leaves that are modelled with both faces.
 pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
     let Pieces { list, .. } = pieces(scene, vertices, |triangle| {
         let surface = scene.surface(triangle);
@@ -143,7 +144,7 @@ pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
     });
 }
 
-/// Names a piece by its object and place.
+/// Returns the name of a piece: its captor or material, and its place.
 fn name(scene: &Scene, piece: &Piece) -> String {
     let surface = scene.surface(piece.triangles[0]);
     let what = match surface.captor() {
@@ -159,15 +160,15 @@ enum Around {
     Air,
     Solid(usize),
     InsideOut,
-    /// More faces than are looked at.
+    /// Not known: there are more faces than are checked.
     Unknown,
 }
 
 /// The solids that touch or overlap each other.
 struct Touching {
-    /// Pairs of closed pieces, in order.
+    /// Pairs of closed pieces, sorted.
     pairs: Vec<[usize; 2]>,
-    /// For each piece, whether it touches more others than were looked at.
+    /// For each piece, whether it touches more others than were checked.
     crowded: Vec<bool>,
 }
 
@@ -175,17 +176,17 @@ struct Touching {
 struct Solids<'a> {
     scene: &'a Scene,
     pieces: Vec<Piece>,
-    /// Pieces that share an edge.
+    /// Pairs of pieces that share an edge.
     meeting: Vec<[usize; 2]>,
     triangles: Vec<Triangle>,
-    /// The piece of each of `triangles`.
+    /// For each of `triangles`, the index of its piece.
     owners: Vec<u32>,
     bvh: Bvh,
 }
 
 impl<'a> Solids<'a> {
     fn new(scene: &'a Scene, vertices: &[[u32; 3]]) -> Self {
-        // materials of one index may share a solid: they differ in tint only
+        // materials of one refractive index may share a solid: they differ only in tint
         let Pieces { list, meeting } =
             pieces(scene, vertices, |triangle| match scene.material(scene.surface(triangle)) {
                 Material::Dielectric(solid) => Some(solid.ior().to_bits()),
@@ -214,8 +215,8 @@ impl<'a> Solids<'a> {
         }
     }
 
-    /// Pairs of closed pieces that share a vertex, cut each other or come nearer than `reach`: for each
-    /// triangle the first ones that are found.
+    /// Returns the pairs of closed pieces that share a vertex, cut each other or are closer than
+    /// `reach`. For each triangle, only the first pieces that are found count.
     fn touching(&self, vertices: &[[u32; 3]], reach: f32) -> Touching {
         let mut pairs = self.meeting.clone();
         let mut owner_of_vertex = vec![usize::MAX; 3 * vertices.len()];
@@ -228,8 +229,9 @@ impl<'a> Solids<'a> {
                 *owner = p;
             }
         }
-        // the way out of the middle of each triangle must cross no other piece, nor must its edges, moved out
-        // by the reach; in this order, as these pass copies at the same place and find none of them
+        // no other piece may cross the line through the middle of each triangle, which reaches out
+        // on both sides, nor its edges, moved out by the reach; the line comes first, because moved
+        // edges pass by copies in the same place and find none of them
         let others = |i: usize| {
             let t = &self.triangles[i];
             let out = reach * t.normal();
@@ -259,15 +261,15 @@ impl<'a> Solids<'a> {
             crowded[own] |= more;
             pairs.extend(others.into_iter().map(|other| [own.min(other), own.max(other)]));
         }
-        // an open one has its own warning
+        // open pieces have a warning of their own
         pairs.retain(|pair| pair.iter().all(|&p| self.pieces[p].is_closed()));
         pairs.par_sort_unstable();
         pairs.dedup();
         Touching { pairs, crowded }
     }
 
-    /// What is around each piece, leaving out those that it touches; nothing of those that touch others
-    /// than are known.
+    /// Returns the medium around each piece. Pieces that it touches are left out. A piece that
+    /// touches more others than were checked counts as being in air.
     fn surroundings(&self, touching: &[[usize; 2]], crowded: &[bool]) -> Vec<Around> {
         let touch = |p: usize, q: usize| touching.binary_search(&[p.min(q), p.max(q)]).is_ok();
         let around = |p: usize| {
@@ -283,7 +285,7 @@ impl<'a> Solids<'a> {
             match (piece.volume > 0.0, outer) {
                 (true, Some(outer)) if depth > 0 => Around::Solid(outer),
                 (true, _) => Around::Air,
-                // a cavity
+                // the piece is a cavity
                 (false, Some(outer)) if depth == 1 && self.ior(outer) == self.ior(p) => Around::Air,
                 (false, Some(outer)) if depth > 0 => Around::Solid(outer),
                 (false, _) => Around::InsideOut,
@@ -292,7 +294,8 @@ impl<'a> Solids<'a> {
         (0..self.pieces.len()).into_par_iter().map(around).collect()
     }
 
-    /// How often each closed piece winds around a point; none where there are too many to be looked at.
+    /// Returns how often each closed piece winds around a point; `None` if there are too many faces
+    /// to check.
     fn windings(&self, point: Vec3) -> Option<BTreeMap<usize, i32>> {
         let ray = Ray { origin: point, direction: SKEW.normalize() };
         let mut windings = BTreeMap::new();
@@ -310,7 +313,8 @@ impl<'a> Solids<'a> {
         (!too_many).then_some(windings)
     }
 
-    /// The smallest piece that winds around, where solid more often than cavity.
+    /// Returns the smallest piece that winds around the point of these `windings`. `None` if the
+    /// point is not more often in a solid than in a cavity.
     fn innermost(&self, windings: &BTreeMap<usize, i32>) -> Option<usize> {
         if windings.values().sum::<i32>() <= 0 {
             return None;

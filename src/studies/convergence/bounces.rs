@@ -1,4 +1,4 @@
-//! How often light has been scattered before it arrives.
+//! How often light is scattered before it arrives at the captors.
 
 use std::sync::atomic::Ordering;
 
@@ -18,27 +18,28 @@ use crate::{
     },
 };
 
-/// Numbers of bounces up to which light is added up.
+/// Numbers of bounces up to which light is summed.
 const LIMITS: [u32; 24] =
     [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 25, 30, 40, 50, 70, 100, 200, 500, 1000, 10_000];
 
-/// The light that arrives on captors within a number of bounces.
+/// The light that arrives on captors, by the number of bounces.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bounces {
-    /// Photons traced for it.
+    /// Number of photons traced.
     pub photons: u64,
-    /// In order of bounces, to the first number that all light has arrived within.
+    /// One row for each number of bounces, in rising order, up to the first within which all light
+    /// has arrived.
     pub rows: Vec<Within>,
 }
 
 /// Light that arrives within a number of bounces.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Within {
-    /// Interactions with surfaces on the way; 0 is light straight from a lamp.
+    /// Largest number of interactions with surfaces on the way; 0 is light straight from a lamp.
     pub bounces: u32,
-    /// Share of all light on captors, over all bands, in [0, 1].
+    /// Fraction of all light on captors, over all bands, in [0, 1].
     pub share: f64,
-    /// Relative root mean square of what is missing, over captors, faces and bands.
+    /// Relative root mean square of the missing light, over captors, faces and bands.
     pub error: f64,
 }
 
@@ -48,7 +49,7 @@ impl Bounces {
         with_lanes!(scene.lanes(), L => count::<L>(scene, photons, control))
     }
 
-    /// The first number of bounces within which a share of the light arrives.
+    /// Returns the first number of bounces within which this share of the light arrives.
     pub fn within(&self, share: f64) -> Option<u32> {
         self.rows.iter().find(|row| row.share >= share).map(|row| row.bounces)
     }
@@ -82,7 +83,7 @@ fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bou
     Ok(Bounces { photons, rows: cumulated(&sums) })
 }
 
-/// Adds up the sums of each number of bounces to those within that number.
+/// Turns the sums of each number of bounces into sums within that number.
 fn cumulated(sums: &[Vec<f64>]) -> Vec<Within> {
     let width = sums[0].len();
     let whole: Vec<f64> = (0..width).map(|i| sums.iter().map(|row| row[i]).sum()).collect();

@@ -1,20 +1,20 @@
-//! Pictures of a study, and what it says in words.
+//! Charts of a convergence study, and its findings in words.
 
 use std::fmt::Write;
 
 use super::{ConvergenceStudy, Rung};
 use crate::show::chart::{Chart, Series, Stroke};
 
-/// The relative error that the words are about.
+/// The relative error for which the words give the cost.
 const GOAL: f64 = 0.01;
-/// The share of light that the words count bounces for.
+/// The share of light for which the words give the number of bounces.
 const NEARLY_ALL: f64 = 0.999;
 
 impl ConvergenceStudy {
-    /// Names of all that [`charts`](Self::charts) may give.
+    /// Names of all charts that [`charts`](Self::charts) may return.
     pub const CHARTS: [&str; 5] = ["error", "bias", "merit", "bounces", "map"];
 
-    /// Names of files and their pictures.
+    /// Returns the charts with the names of their files.
     pub fn charts(&self) -> Vec<(&'static str, Chart)> {
         let mut charts = vec![
             ("error", self.error_chart()),
@@ -42,7 +42,7 @@ impl ConvergenceStudy {
         self.rungs.iter().filter(move |rung| rung.estimator == estimator)
     }
 
-    /// Points of a chart, one series for each estimator.
+    /// Returns the lines of a chart, one series for each estimator.
     fn series(
         &self,
         stroke: Stroke,
@@ -78,7 +78,7 @@ impl ConvergenceStudy {
         }
     }
 
-    /// A line that falls as noise does, below the first estimator.
+    /// Returns a line that falls as noise does, below the first estimator.
     fn guide(&self) -> Option<Series> {
         let first = self.rungs.first()?;
         let last = self.rungs_of(&first.estimator).last()?;
@@ -93,7 +93,7 @@ impl ConvergenceStudy {
         let spread = |name: &str| Some(format!("{name}: spread"));
         let bias = |name: &str| Some(format!("{name}: bias"));
         let mut series = self.series(Stroke::Line, spread, |r| (r.photons as f64, r.spread));
-        // summed flux has none, but for what noise feigns
+        // summed flux has no bias, except what noise makes look like one
         let biased = |r: &Rung| (r.photons as f64, r.arrivals.map_or(f64::NAN, |_| r.bias));
         let biases = self.series(Stroke::Dashed, bias, biased);
         series.extend(biases.into_iter().filter(|s| s.points.iter().any(|(_, y)| y.is_finite())));
@@ -154,7 +154,7 @@ impl ConvergenceStudy {
         }
     }
 
-    /// The findings in words, one sentence a line.
+    /// Returns the findings in words, one sentence on each line.
     pub fn words(&self) -> String {
         let mut text = String::new();
         let mut unbiased = Vec::new();
@@ -190,10 +190,10 @@ impl ConvergenceStudy {
         text
     }
 
-    /// Whether a k-nearest estimate still improves, and what limits it.
+    /// Says whether a k-nearest estimate still improves, and what limits it.
     fn nearest_words(&self, last: &Rung) -> String {
         let rungs: Vec<&Rung> = self.rungs_of(&last.estimator).collect();
-        // a decade earlier; noise alone would have fallen by sqrt(10)
+        // rung of a tenth of the budget; noise alone would have fallen by sqrt(10) since
         let before = rungs[rungs.len().saturating_sub(3)];
         let percent = |value: f64| format!("{:.2} %", 100.0 * value);
         let limits = format!("spread {}, bias {}", percent(last.spread), percent(last.bias));
@@ -205,7 +205,7 @@ impl ConvergenceStudy {
     }
 }
 
-/// Time and photons for the goal at the median captor.
+/// Says what time and how many photons the goal takes at the median captor.
 fn cost(rung: &Rung) -> String {
     let factor = (rung.median_spread / GOAL).powi(2);
     let (seconds, photons) = (factor * rung.cpu_seconds, factor * rung.photons as f64);

@@ -1,4 +1,4 @@
-//! What the errors of a study are measured against: a table, or a long run.
+//! The reference against which the errors of a study are measured: a table, or a long run.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -12,10 +12,10 @@ use crate::{
     scene::world::Scene,
 };
 
-/// Relative standard error up to which a run stands in for the truth.
+/// Largest relative standard error at which a value of a run counts as the truth.
 const KNOWN: f64 = 0.05;
 
-/// Irradiances and their errors that a table may hold: squares of their ratios are finite.
+/// Range of irradiances and their errors in a table: the squares of their ratios are finite.
 const VALUES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
 /// Irradiances to compare with, one for each captor, face and band that has one.
@@ -23,23 +23,24 @@ const VALUES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 pub struct Reference {
     /// Name of the reference: a file, or a run of this study.
     pub name: String,
-    /// Lit captors, faces and bands that it does not know well enough to compare with.
+    /// Number of values, by captor, face and band, that are lit but not known well enough to
+    /// compare with.
     pub left_out: usize,
-    /// By index: captors in order, their faces, their bands.
+    /// The values with their indices, which count captors in order, their faces and their bands.
     values: Vec<(usize, TrueValue)>,
 }
 
 /// An irradiance that is known.
 #[derive(Clone, Copy, Debug)]
 pub struct TrueValue {
-    /// W/m2 or umol/m2/s, > 0.
+    /// Irradiance, W/m2 or umol/m2/s, above 0.
     pub value: f64,
     /// Standard error of the value.
     pub standard_error: f64,
 }
 
 impl Reference {
-    /// What a run found on the faces that light has reached, where it knows that to 5 %.
+    /// Takes the irradiances of a run on the faces that light has reached, if it knows them to 5 %.
     pub fn of_run(result: &RunResult, scene: &Scene) -> Self {
         let bands = scene.bands.len();
         let faces = result.captors.iter().flat_map(CaptorResult::faces);
@@ -56,10 +57,11 @@ impl Reference {
         Self { name, left_out: rough.len(), values }
     }
 
-    /// A table with the columns `captor`, `band`, one that begins with `irradiance` and, if wanted,
-    /// `face` (front or back) and `stderr` or `standard_error`. A captor is named by its id, or by
-    /// what follows the last slash of it; an unnamed band by b0, b1, ... Errors, at `path:LINE`: a
-    /// column, captor or band that is not there, a value that is no positive number.
+    /// Reads a table with the columns `captor`, `band`, one that begins with `irradiance` and, if
+    /// wanted, `face` (front or back) and `stderr` or `standard_error`. A captor is named by its
+    /// id, or by what follows the last slash of its id. A band without a name is named b0, b1, ...
+    /// Errors, at `path:LINE`: a column, captor or band that is not there, a value that is neither
+    /// 0 nor a positive number.
     pub fn read(path: &Path, scene: &Scene) -> Result<Self> {
         let bytes =
             read_bytes(path).map_err(|why| Error::input(path.display(), why).remedy(RELATIVE))?;
@@ -97,12 +99,12 @@ impl Reference {
         Ok(Self { name: path.display().to_string(), left_out: 0, values })
     }
 
-    /// Values that can be compared with.
+    /// Returns how many values can be compared with.
     pub fn compared(&self) -> usize {
         self.values.len()
     }
 
-    /// Something of each value and its index.
+    /// Applies `of` to the index of each value and to the value.
     pub(super) fn map(&self, of: impl Fn(usize, &TrueValue) -> f64) -> Vec<f64> {
         self.values.iter().map(|(i, truth)| of(*i, truth)).collect()
     }
@@ -115,7 +117,7 @@ impl Reference {
         self.mean(|i, truth| of(i, truth).powi(2)).sqrt()
     }
 
-    /// Relative root mean square standard error of the reference itself.
+    /// Returns the relative root mean square standard error of the reference itself.
     pub fn floor(&self) -> f64 {
         self.rms(|_, truth| truth.standard_error / truth.value)
     }
@@ -152,12 +154,13 @@ impl Columns {
     }
 }
 
-/// Finds the place of the value of a captor, face and band.
+/// Finds the index of the value of a captor, face and band.
 struct Places<'a> {
     scene: &'a Scene,
     /// Index of each captor's first value.
     first: Vec<usize>,
-    /// Captors by id, and by what follows its last slash: none where that fits several.
+    /// Captors by id, and by what follows the last slash of their ids; `None` if several ids end
+    /// so.
     captors: BTreeMap<&'a str, Option<usize>>,
 }
 
@@ -246,7 +249,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: an error that names the file, or values to compare with.
+        /// Any text leads to an error that names the file, or to values to compare with.
         #[test]
         fn no_spoiled_table_panics(bytes in spoiled(FILES, WORDS)) {
             let path = FOLDER.path().join("truth.csv");

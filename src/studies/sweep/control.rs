@@ -1,4 +1,4 @@
-//! How a sweep is done, watched and stopped.
+//! Options, progress and stopping of a sweep.
 
 use std::{
     fmt,
@@ -7,14 +7,14 @@ use std::{
 
 use crate::{math::machine, transport::shard::Shard};
 
-/// How a sweep is to be done.
+/// The options of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepPlan {
-    /// The shard of the runs that this machine does.
+    /// The shard whose runs this machine does.
     pub shard: Shard,
-    /// Threads; 0 takes all processors. The results do not depend on it.
+    /// Number of threads; 0 takes all processors. The results do not depend on it.
     pub threads: usize,
-    /// The most runs at a time; 0 takes as many as there are threads.
+    /// The largest number of runs at a time; 0 takes as many as there are threads.
     pub jobs: usize,
 }
 
@@ -26,7 +26,7 @@ impl SweepPlan {
 
 /// Progress and stopping of a sweep.
 pub struct SweepControl<'a> {
-    /// Set it to end the sweep with an error; what is finished stays.
+    /// Set it to end the sweep with an error. Finished runs stay in the folder.
     pub stop: &'a AtomicBool,
     /// Called now and then, from any thread.
     pub progress: &'a (dyn Fn(SweepProgress) + Sync),
@@ -45,7 +45,7 @@ pub struct SweepProgress {
     pub step: Step,
     /// Number of runs that are done, with fractions for those under way.
     pub runs: f64,
-    /// Runs in this step.
+    /// Number of runs in this step.
     pub of: usize,
 }
 
@@ -54,7 +54,7 @@ pub struct SweepProgress {
 pub enum Step {
     /// Reading the runs that the folder already holds.
     Looking,
-    /// Simulating.
+    /// Simulating the runs.
     Running,
     /// Writing tables and plots.
     Writing,

@@ -1,4 +1,4 @@
-//! The folder of a sweep: what it is of, one file for each run, how long each took.
+//! The folder of a sweep: the sweep it belongs to, one file for each run, and the time of each run.
 
 use std::{
     collections::HashMap,
@@ -28,18 +28,18 @@ use crate::{
     results::{result::RunResult, saved::ResultsFile},
 };
 
-/// File that names the sweep a folder belongs to.
+/// File that names the sweep to which a folder belongs.
 const MANIFEST: &str = "sweep.json";
-/// Folder of the results.
+/// Folder of the runs' results.
 const RUNS: &str = "runs";
-/// Folder of the plots: the light on groups against each parameter.
+/// Folder of the plots, which show the light on groups against each parameter.
 const PICTURES: &str = "plots";
-/// Table of the time that each run took; times differ whenever a sweep is done, so they are kept
-/// apart.
+/// Table of the time that each run took. Times differ whenever a sweep is done, so they are kept
+/// apart from the results.
 const TIMES: &str = "times.csv";
 /// Lock file, held by the process that works in the folder.
 const LOCK: &str = ".lock";
-/// Version of phylux whose results these are.
+/// Version of phylux; only its results count.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Manifest of a folder: enough to make the same sweep again.
@@ -54,7 +54,7 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// The manifest of a sweep.
+    /// Makes the manifest of a sweep.
     pub fn new(sweep: &Sweep) -> Self {
         let (file, scene) = (sweep.file().clone(), sweep.scene().clone());
         Self { phylux: VERSION.into(), sweep: file, scene }
@@ -79,14 +79,14 @@ pub struct SweepFolder {
     path: PathBuf,
     /// Tables and plots that this program wrote there.
     written: Written,
-    /// Lock of the folder; it goes with the process, however that ends.
+    /// Lock of the folder. It is released when the process ends, for whatever reason.
     _lock: File,
 }
 
 /// State of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
-    /// The run's results are there.
+    /// The folder holds the run's results.
     Done,
     /// The run ended with this error.
     Failed(String),
@@ -97,23 +97,23 @@ pub enum State {
 }
 
 impl State {
-    /// Whether it is done or has failed.
+    /// Returns whether the run is done or has failed.
     pub fn is_ended(&self) -> bool {
         matches!(self, Self::Done | Self::Failed(_))
     }
 }
 
-/// Head of a run's file.
+/// The entries of a run's file that are read first.
 #[derive(Deserialize)]
 struct Head {
     sweep: Origin,
     phylux: String,
     error: Option<String>,
-    /// Checksum of everything before it; files of earlier versions have none.
+    /// Checksum of everything before it. Files of earlier versions have none.
     sha256: Option<String>,
 }
 
-/// The results of a run with what they came from.
+/// The results of a run, with the inputs that they were made from.
 #[derive(Serialize)]
 struct Finished<'a> {
     sweep: &'a Origin,
@@ -123,7 +123,7 @@ struct Finished<'a> {
     result: &'a RunResult,
 }
 
-/// The error of a run with what it came from.
+/// The error of a run, with the inputs that it came from.
 #[derive(Serialize)]
 struct Failed<'a> {
     sweep: &'a Origin,
@@ -132,8 +132,8 @@ struct Failed<'a> {
 }
 
 impl SweepFolder {
-    /// Takes the folder at `path` for a sweep, and makes it if it is not there. Errors: it holds
-    /// something else; another process is at work in it.
+    /// Opens the folder at `path` for a sweep, and creates it if it does not exist. Errors: the
+    /// folder holds something else; another process is at work in it.
     pub fn open(path: &Path) -> Result<Self> {
         let fail =
             |problem: String| Error::input(path.display(), problem).remedy("write elsewhere");
@@ -164,7 +164,7 @@ impl SweepFolder {
         let unwritable = |e: io::Error| fail(format!("cannot be written: {}", e.kind()));
         let lock = File::options().create(true).truncate(false).write(true).open(path.join(LOCK));
         let lock = lock.map_err(unwritable)?;
-        // some file systems have no locks
+        // some file systems have no locks: the sweep then goes on without one
         if let Err(TryLockError::WouldBlock) = lock.try_lock() {
             return Err(Error::run(path.display(), "another phylux is at work in this folder")
                 .remedy("wait for its end; shards need a folder each"));
@@ -177,7 +177,7 @@ impl SweepFolder {
         Ok(folder)
     }
 
-    /// Removes what a process that was killed has left behind.
+    /// Removes temporary files that a killed process has left behind.
     fn sweep_up(&self) {
         for folder in [self.path.clone(), self.path.join(RUNS), self.path.join(PICTURES)] {
             let entries = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -189,12 +189,12 @@ impl SweepFolder {
         }
     }
 
-    /// Path of the folder.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the manifest.
+    /// Writes the manifest, unless it is there already.
     pub fn write_manifest(&self, sweep: &Sweep) -> Result<()> {
         let manifest = Manifest::new(sweep);
         if Manifest::read(&self.path).is_ok_and(|there| there == manifest) {
@@ -204,7 +204,7 @@ impl SweepFolder {
         file.write(&FilesRead::default(), |writer| write_lines(&manifest, writer))
     }
 
-    /// Keeps the results of a run.
+    /// Writes the results of a run.
     pub fn write_result(&self, key: &str, origin: &Origin, result: &RunResult) -> Result<()> {
         let warning_kinds = result.warnings().iter().map(|warning| warning.kind).collect();
         let finished = Finished { sweep: origin, warning_kinds, result };
@@ -213,7 +213,7 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// Keeps the error of a run, in place of results that no longer stand.
+    /// Writes the error of a run, and removes results that no longer hold.
     pub fn write_failure(&self, key: &str, origin: &Origin, error: &str) -> Result<()> {
         let failed = Failed { sweep: origin, phylux: VERSION, error };
         write_sealed(&failure_path(&self.path, key), &failed)?;
@@ -221,7 +221,7 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// Takes the file of a run over from another folder.
+    /// Copies the file of a run from another folder.
     pub fn copy(&self, from: &Path) -> Result<()> {
         let name = from.file_name().unwrap_or_default();
         let bytes = read_bytes(from).map_err(|why| Error::run(from.display(), why))?;
@@ -229,12 +229,12 @@ impl SweepFolder {
         file.write(&FilesRead::default(), |writer| writer.write_all(&bytes))
     }
 
-    /// Times of finished runs, to be added to.
+    /// Opens the table of times, to add finished runs.
     pub fn times(&self) -> Result<Times> {
         Times::open(self.path.join(TIMES))
     }
 
-    /// Begins to write a picture.
+    /// Begins to write a plot.
     pub fn picture(&self, name: &str) -> Result<OwnFile<'_>> {
         let path = self.path.join(PICTURES);
         let made = fs::create_dir_all(&path);
@@ -242,7 +242,7 @@ impl SweepFolder {
         self.written.create(&format!("{PICTURES}/{name}"))
     }
 
-    /// Tables and plots that this program wrote there.
+    /// Returns the record of tables and plots that this program wrote into the folder.
     pub fn written(&self) -> &Written {
         &self.written
     }
@@ -254,29 +254,30 @@ fn write_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
     file.write(&FilesRead::default(), |writer| writer.write_all(&seal(value)?))
 }
 
-/// The place of a run's results in the folder of a sweep.
+/// Returns the path of a run's results in the folder of a sweep.
 pub fn result_path(folder: &Path, key: &str) -> PathBuf {
     folder.join(RUNS).join(format!("{key}.json"))
 }
 
-/// The place of a run's error.
+/// Returns the path of a run's error in the folder of a sweep.
 fn failure_path(folder: &Path, key: &str) -> PathBuf {
     folder.join(RUNS).join(format!("{key}.failed.json"))
 }
 
-/// What a folder holds of a run.
+/// The file of a run in a folder.
 #[derive(Debug)]
 pub struct RunFile {
     /// Path of the run's file.
     pub path: PathBuf,
-    /// Results or error that the file holds.
+    /// What the file says: results or an error.
     pub state: State,
-    /// The inputs that it was made from.
+    /// The inputs from which the results or the error came.
     pub origin: Origin,
 }
 
-/// What the folder at `path` has of `run`, by this version and from the same scene and `base`: its
-/// results, or else its error. Error: it has a file of this name that is damaged.
+/// Finds the file of `run` in the folder at `path`, by this version and from the same scene and
+/// `base`: its results, or else its error. `None` if there is none. Error: there is only a damaged
+/// file of this name.
 pub fn run_file(
     path: &Path,
     sweep: &Sweep,
@@ -299,12 +300,12 @@ pub fn run_file(
     found
 }
 
-/// Error of a file whose checksum does not fit.
+/// Error: a file is not as it was written.
 #[derive(Debug)]
 pub struct Damaged;
 
-/// What the file of a run begins with, if it is there. One without a checksum, as they were once, must at least
-/// hold all that results have.
+/// Reads the first entries of a run's file; `None` if it does not exist. A file of an earlier
+/// version, without a checksum, must at least hold everything that results have.
 fn read_head(path: &Path) -> std::result::Result<Option<Head>, Damaged> {
     if fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound) {
         return Ok(None);
@@ -324,7 +325,8 @@ fn read_head(path: &Path) -> std::result::Result<Option<Head>, Damaged> {
     if whole { Ok(Some(head)) } else { Err(Damaged) }
 }
 
-/// How far `run` is in the folder at `path`: what stands there counts if it came from the same files.
+/// Returns the state of `run` in the folder at `path`. Results or an error count only if they came
+/// from the same files.
 pub fn state(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>, inputs: &Inputs) -> State {
     match run_file(path, sweep, run, base) {
         Ok(Some(file)) if file.origin.stands(inputs) => file.state,
@@ -333,17 +335,17 @@ pub fn state(path: &Path, sweep: &Sweep, run: &Run, base: Option<&str>, inputs: 
     }
 }
 
-/// Table of the time that runs took; it grows by a line after each run.
+/// Table of the time that runs took. It grows by a line after each run.
 #[derive(Debug)]
 pub struct Times {
     path: PathBuf,
     file: File,
 }
 
-/// Time that one run took.
+/// The time that a run took.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Time {
-    /// From reading its files to having its results.
+    /// Time from reading the run's files to having its results, s.
     pub seconds: f64,
     /// Number of threads of the run.
     pub threads: usize,
@@ -356,7 +358,7 @@ impl Times {
         let fail = |e: io::Error| Error::run(path.display(), format!("cannot be written: {e}"));
         let mut file = File::options().create(true).append(true).open(&path).map_err(fail)?;
         let text = fs::read(&path).map_err(fail)?;
-        // a power cut may have left half a line
+        // after a power cut, the last line may be incomplete
         let start = match text.last() {
             None => Self::HEAD,
             Some(b'\n') => "",
@@ -366,7 +368,7 @@ impl Times {
         Ok(Self { path, file })
     }
 
-    /// Error: what stands in their place in the folder at `path` is no such table.
+    /// Checks that the file of this name in the folder at `path`, if there is one, is such a table.
     fn check(path: &Path) -> Result<()> {
         let path = path.join(TIMES);
         let Ok(there) = fs::symlink_metadata(&path) else { return Ok(()) };
@@ -385,7 +387,8 @@ impl Times {
         added.map_err(|e| Error::run(self.path.display(), format!("cannot be written: {e}")))
     }
 
-    /// The last time of each run that the folder at `path` knows, by the name of its file.
+    /// Returns the last time of each run in the table of the folder at `path`, by the name of the
+    /// run's file.
     pub fn read(path: &Path) -> HashMap<String, Time> {
         let text = fs::read_to_string(path.join(TIMES)).unwrap_or_default();
         let line = |line: &str| {
@@ -399,7 +402,7 @@ impl Times {
         text.lines().filter_map(line).collect()
     }
 
-    /// Writes the table anew: one line for each run of the sweep that it knows, in order.
+    /// Writes the table anew: one line for each run of the sweep whose time is known, in order.
     pub fn tidy(folder: &SweepFolder, sweep: &Sweep, known: &HashMap<String, Time>) -> Result<()> {
         let file = OutputFile::of_sweep(&folder.path.join(TIMES))?;
         file.write(&FilesRead::default(), |writer| {
@@ -441,7 +444,8 @@ mod tests {
         let scene = serde_json::from_str(SCENE).expect("JSON");
         Sweep::new("sweep", file, scene, PathBuf::new()).unwrap_or_else(|e| panic!("{e}"))
     });
-    /// Results and an error with their checksums, and results of before, which had none.
+    /// Results and an error with their checksums, and results of an earlier version, which had
+    /// none.
     static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let own = tempfile::tempdir().expect("a temporary folder");
         let (run, path) = (SWEEP.run(0), own.path());
@@ -460,7 +464,7 @@ mod tests {
         [results, failure, before].map(|text| &*text.leak()).to_vec()
     });
 
-    /// The text without its checksum.
+    /// Returns the text without its checksum.
     fn unsealed(bytes: &[u8]) -> &[u8] {
         let seal = b",\n  \"sha256\"";
         let at = bytes.windows(seal.len()).rposition(|words| words == seal);
@@ -477,7 +481,7 @@ mod tests {
         assert_eq!(states.collect::<Vec<_>>(), [State::Done, failed, State::Done].map(Some));
     }
 
-    /// A folder of its own whose first run has a file of these bytes.
+    /// Creates a folder in which the file of the first run has these bytes.
     fn folder_with(bytes: &[u8]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::create_dir(folder.path().join(RUNS)).expect("a folder");
@@ -485,7 +489,7 @@ mod tests {
         folder
     }
 
-    /// What the file of the first run says of it.
+    /// Returns the state that the file of the first run gives.
     fn state_in(folder: &Path) -> std::result::Result<Option<State>, Damaged> {
         let file = run_file(folder, &SWEEP, &SWEEP.run(0), None)?;
         Ok(file.map(|file| file.state))
@@ -494,8 +498,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: what has a checksum is believed only as it was written, and what is believed
-        /// goes into tables as finite numbers.
+        /// Whatever the text, a file with a checksum is accepted only as it was written, and what
+        /// is accepted goes into tables as finite numbers.
         #[test]
         fn no_spoiled_run_panics(bytes in spoiled(FILES.as_slice(), WORDS)) {
             let folder = folder_with(&bytes);
@@ -511,7 +515,7 @@ mod tests {
             }
         }
 
-        /// Whatever the text: times that are numbers.
+        /// Any text leads to times that are numbers.
         #[test]
         fn no_spoiled_times_panic(
             bytes in spoiled(&["run,file,seconds,threads\n1,a.json,0.5,2\n2,b.json,7,1\n"], &["1e300"]),

@@ -1,4 +1,4 @@
-//! What a sweep would take of time and disk, from a short trial of its first run.
+//! Forecast of the time and disk space of a sweep, from a short trial of its first run.
 
 use std::{
     collections::HashSet,
@@ -28,9 +28,9 @@ use crate::{
     },
 };
 
-/// Photons of the trial.
+/// Number of photons of the trial.
 const TRIAL: u64 = 50_000;
-/// About what a row of the table of captors takes, without its parameters, bytes.
+/// Approximate size of a row of the table of captors, without its parameters, bytes.
 const ROW: usize = 80;
 
 /// The runs that a sweep would do, with the time and disk space that they would take.
@@ -38,21 +38,22 @@ const ROW: usize = 80;
 pub struct Forecast {
     /// Runs of the shard: number and values, and the state of each.
     pub runs: Vec<(String, State)>,
-    /// Simulations that they come from, where those are fewer.
+    /// Number of simulations from which the runs come, if it is smaller than the number of runs.
     simulations: Option<usize>,
     todo: usize,
     threads: usize,
-    /// Time for all runs to do on one thread, s; none where it cannot be known.
+    /// Time of all runs that are to be done, on one thread, s; `None` if it cannot be known.
     seconds: Option<f64>,
-    /// Disk space for all runs to do, bytes.
+    /// Disk space of all runs that are to be done, bytes.
     bytes: f64,
-    /// Error of the trial, if it failed.
+    /// Error of the trial, if the trial failed.
     failure: Option<String>,
 }
 
 impl Forecast {
-    /// For the runs of the shard that are not done in `folder`, where one is named; it need not be there.
-    /// It measures time, so it is not the same twice.
+    /// Makes the forecast for the runs of the shard that are not done in `folder`, if one is named.
+    /// The folder need not exist. The forecast measures time, so it differs from one time to the
+    /// next.
     pub fn make(
         sweep: &Sweep,
         folder: Option<&Path>,
@@ -86,7 +87,7 @@ impl Forecast {
             }
             Err(error) => forecast.failure = Some(format!("run {}: {error}", first.number)),
         }
-        // what runs took is better than what one would take
+        // the times of runs that are done are better than that of the trial
         let times = folder.map(Times::read).unwrap_or_default();
         if !times.is_empty() {
             let all: f64 =
@@ -120,7 +121,7 @@ impl fmt::Display for Forecast {
     }
 }
 
-/// Says that runs share simulations.
+/// Writes that runs share simulations.
 pub fn from_simulations(runs: usize, simulations: usize) -> String {
     let s = if simulations == 1 { "" } else { "s" };
     format!("{runs} runs from {simulations} simulation{s}: light is linear in the powers")
@@ -140,7 +141,7 @@ struct Trial {
     bytes: usize,
 }
 
-/// A short run on one thread.
+/// Does a short run on one thread.
 fn trial(sweep: &Sweep, run: &Run, control: &SweepControl) -> Result<Trial> {
     let started = Instant::now();
     let (origin, loaded) = Origin::load(sweep, run, None, &Inputs::new(sweep.folder()));
@@ -163,7 +164,7 @@ fn trial(sweep: &Sweep, run: &Run, control: &SweepControl) -> Result<Trial> {
     let seconds = asked.tolerance.is_none().then(|| load.as_secs_f64() + traced.min(limit));
 
     let mut json = Vec::new();
-    // memory takes all
+    // writing to memory cannot fail
     let _ = write_lines(&result, &mut json);
     let faces: usize = result.captors.iter().map(|captor| captor.faces().count()).sum();
     let row = ROW + serde_json::Value::from(origin.parameters).to_string().len();

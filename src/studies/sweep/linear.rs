@@ -1,4 +1,5 @@
-//! Light is linear in the powers of the lights: runs that differ in nothing else are one simulation.
+//! Runs that share a simulation: light is linear in the powers of the lights, so runs that differ
+//! in nothing else come from one simulation.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -15,7 +16,7 @@ use crate::{
     transport::{settings::Settings, simulate::Simulation},
 };
 
-/// Powers that a scene may have, W or umol/s.
+/// Range of the powers of a scene, W or umol/s.
 const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Runs of a sweep that are done together.
@@ -23,11 +24,11 @@ const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 pub struct Job {
     /// Indices of the runs, in order.
     pub runs: Vec<usize>,
-    /// SHA-256 of the scene that is run for all of them; none for a run of its own.
+    /// SHA-256 of the scene that is run for all of them; `None` for a single run of its own.
     pub base: Option<String>,
 }
 
-/// All jobs of a sweep. They depend on the whole sweep alone, not on what is done of it.
+/// All jobs of a sweep. They depend only on the whole sweep, not on which of its runs are done.
 #[derive(Debug)]
 pub struct Jobs {
     /// Jobs in the order of their first runs.
@@ -65,18 +66,18 @@ impl Jobs {
         Self { jobs, of_run }
     }
 
-    /// The index of the job that does a run.
+    /// Returns the index of the job that does a run.
     pub fn of(&self, run: &Run) -> usize {
         self.of_run[run.number - 1] as usize
     }
 
-    /// The scene that is run in place of a run, see [`Job::base`].
+    /// Returns the hash of the scene that is run in place of a run's own, see [`Job::base`].
     pub fn base(&self, run: &Run) -> Option<&str> {
         self.jobs[self.of(run)].base.as_deref()
     }
 }
 
-/// Says what is run for a job; runs that it cannot be done for have jobs of their own.
+/// Decides which scene is run for a job. Runs for which that is not possible get jobs of their own.
 fn settled(sweep: &Sweep, job: Job) -> Vec<Job> {
     let alone = |run| Job { runs: vec![run], base: None };
     let Some(place) = Place::of(sweep, &job.runs) else {
@@ -92,11 +93,12 @@ fn settled(sweep: &Sweep, job: Job) -> Vec<Job> {
     jobs
 }
 
-/// The lights whose powers a parameter sets, each with a band if it is only of that.
+/// The lights whose powers a parameter sets, each with a band if the parameter sets only that band.
 struct Powers(Vec<(usize, Option<usize>)>);
 
 impl Powers {
-    /// None for a parameter that sets anything else, also by expressions of others.
+    /// `None` for a parameter that sets anything else, or that expressions of other parameters
+    /// read.
     fn of(parameter: &Parameter) -> Option<Self> {
         if parameter.is_read {
             return None;
@@ -112,14 +114,15 @@ impl Powers {
     }
 }
 
-/// The scene that some runs share but for powers.
+/// The scene that some runs share, except for powers.
 struct Place {
     document: Value,
     bands: usize,
 }
 
 impl Place {
-    /// Of the first of these runs. None where its results would not be linear in the powers, or not for sure.
+    /// Takes the scene of the first of these runs. `None` if the results may not be linear in the
+    /// powers.
     fn of(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
         let document = sweep.document(&sweep.run(*runs.first()?));
         let setting = |key| document.pointer(&format!("/settings/{key}")).filter(|v| !v.is_null());
@@ -132,7 +135,8 @@ impl Place {
         Some(Self { document, bands })
     }
 
-    /// The power per band of each light that varies in a run; none where one is no power.
+    /// Returns the power per band of each light that varies in a run. `None` if one of the values
+    /// is no power.
     fn powers(&self, sweep: &Sweep, run: usize) -> Option<BTreeMap<usize, Vec<f64>>> {
         let mut powers = BTreeMap::new();
         let run = sweep.run(run);
@@ -162,18 +166,18 @@ impl Place {
     }
 }
 
-/// What is run for several runs: their scene, each light with its largest power among them.
+/// The scene that is run for several runs: each light has its largest power among them.
 pub struct Base {
     /// The scene file.
     pub document: Value,
-    /// The part that each varying light is counted in, from 1; those that always vary alike share one. All
-    /// other lights are part 0.
+    /// The part in which each varying light is counted, from 1. Lights that always vary alike share
+    /// a part. All other lights are in part 0.
     part_of: BTreeMap<usize, usize>,
 }
 
 impl Base {
-    /// For runs that differ in powers alone. None where sums over bands would lose their errors: their
-    /// bands must vary alike.
+    /// Makes the scene for runs that differ only in powers. `None` if there are sums over bands
+    /// whose bands do not vary alike: the errors of the sums would be lost.
     pub fn new(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
         let place = Place::of(sweep, runs)?;
         let mut largest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
@@ -212,14 +216,14 @@ impl Base {
         Some(Self { document, part_of })
     }
 
-    /// SHA-256 of the scene.
+    /// Returns the SHA-256 of the scene.
     pub fn hash(&self) -> String {
         hash(self.document.to_string().as_bytes())
     }
 
-    /// The part of each light of the scene.
+    /// Returns the part of each light of the scene.
     pub fn parts(&self, scene: &Scene) -> Vec<usize> {
-        // lights of MTL entries come before or after those of the file: names are what is sure
+        // lights of MTL entries may come before or after those of the file, so names are compared
         let lights = self.document.get("lights").and_then(Value::as_array);
         let name = |(i, light): (usize, &Value)| {
             let name = light.get("name").and_then(Value::as_str);
@@ -232,7 +236,8 @@ impl Base {
     }
 }
 
-/// What a run found whose scene is `base` at other powers; `part_of` each light is what `simulation` was split by.
+/// Returns the results of `run`, whose scene is that of `base` with other powers. `simulation` of
+/// `base` was split by `part_of`, the part of each light.
 pub fn at_powers(
     base: &LoadedScene,
     simulation: &Simulation,
@@ -243,7 +248,7 @@ pub fn at_powers(
     let mut of_parts = vec![vec![0.0f64; base.scene.bands.len()]; parts];
     for ((was, is), &part) in base.scene.lights.iter().zip(&run.scene.lights).zip(part_of) {
         let factors = factors(&is.power, &was.power);
-        // a light that is dark in a band has no say there
+        // a light that is dark in a band has the factor 0 there, which changes no maximum
         of_parts[part].iter_mut().zip(factors).for_each(|(all, factor)| *all = all.max(factor));
     }
     let mixed = simulation.at_powers(&run.scene, part_of, &of_parts);
@@ -251,7 +256,7 @@ pub fn at_powers(
     RunResult::new(&run.scene, &settings, &mixed)
 }
 
-/// The factor that makes `power` of `largest`; 0 where that is 0.
+/// Returns the factors of `power` over `largest`, per band; 0 where `largest` is 0.
 fn factors(power: &[f64], largest: &[f64]) -> Vec<f64> {
     let factor = |(power, most): (&f64, &f64)| if *most > 0.0 { power / most } else { 0.0 };
     power.iter().zip(largest).map(factor).collect()

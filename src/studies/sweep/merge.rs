@@ -1,4 +1,4 @@
-//! Parts of one sweep, run apart, joined to what one machine would have written.
+//! Joins the parts of one sweep that were run apart to what one machine would have written.
 
 use std::{
     collections::HashMap,
@@ -22,15 +22,15 @@ use crate::{
     transport::shard::Shard,
 };
 
-/// The file of a run, and the shard that holds it.
+/// The file of a run, and the folder that holds it.
 struct Found<'a> {
     part: &'a Path,
     file: RunFile,
 }
 
-/// Joins the folders `parts` in the folder at `path`. Errors: they are of different sweeps, scenes or
-/// versions; a run is in none of them; they read different contents of a file; two of them have
-/// different results of one run; those of [`sweep`](super::sweep).
+/// Joins the folders `parts` in the folder at `path`. Errors: the parts are of different sweeps,
+/// scenes or versions; a run is in none of them; they read different contents of a file; two of
+/// them have different results of one run; those of [`sweep`](super::sweep).
 pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<Outcome> {
     let Some(first) = parts.first() else {
         return Err(Error::input("merge", "no folders").remedy("name those of all shards"));
@@ -92,7 +92,7 @@ fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<(
     Err(Error::input(part.display(), problem).remedy("merge parts of one sweep"))
 }
 
-/// The file of each run, in order.
+/// Returns the file of each run, in order.
 fn collect<'a>(
     sweep: &Sweep,
     jobs: &Jobs,
@@ -102,7 +102,7 @@ fn collect<'a>(
     let of = sweep.runs().len();
     let mut found = Vec::with_capacity(of);
     let (mut missing, mut first_missing) = (0, None);
-    // what each file of the scene held, and where that was read
+    // the hash of each file of the scene, and the part that read it
     let mut contents: HashMap<String, (Option<String>, &Path)> = HashMap::new();
     for run in sweep.runs() {
         if control.stopped() {
@@ -133,7 +133,8 @@ fn collect<'a>(
     Ok(found)
 }
 
-/// The file of a run: of its results, or else of its error. Error: two folders differ; the only one is damaged.
+/// Returns the file of a run, with its results or else its error. `None` if no folder has one.
+/// Errors: two folders have different results; the only file is damaged.
 fn find<'a>(
     sweep: &Sweep,
     run: &Run,
@@ -178,7 +179,7 @@ fn find<'a>(
     }
 }
 
-/// Whether two files hold the same; those of before have no checksum.
+/// Returns whether two files hold the same results, with or without a checksum.
 fn same_results(a: &Path, b: &Path) -> bool {
     let (Ok(a), Ok(b)) = (read_bytes(a), read_bytes(b)) else { return false };
     let [a, b] = [&a, &b].map(|bytes| {

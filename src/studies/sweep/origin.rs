@@ -1,4 +1,4 @@
-//! What a result came from: if none of it has changed, the result stands.
+//! The inputs of a result: as long as none of them has changed, the result holds.
 
 use std::{
     cell::RefCell,
@@ -19,22 +19,23 @@ use crate::{
     },
 };
 
-/// The inputs that a result was made from.
+/// The inputs from which a result was made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// The value of each parameter.
     pub parameters: Map<String, Value>,
-    /// SHA-256 of the scene with them and with the seed.
+    /// SHA-256 of the scene with these values and with the seed.
     pub scene: String,
-    /// SHA-256 of the scene that was run in its place, where only the powers of lights differ.
+    /// SHA-256 of the scene that was run in its place, if only the powers of lights differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<String>,
-    /// SHA-256 of each file that the scene named; none for one that could not be read.
+    /// SHA-256 of each file that the scene named; `None` for a file that could not be read.
     pub files: BTreeMap<String, Option<String>>,
 }
 
 impl Origin {
-    /// Loads the scene of `run`, and says what it came from; `base` is what is run in its place.
+    /// Loads the scene of `run`, and records its inputs. `base` is the hash of the scene that is
+    /// run in its place.
     pub fn load(
         sweep: &Sweep,
         run: &Run,
@@ -56,13 +57,14 @@ impl Origin {
         (Self { parameters, scene, base, files: files.into_inner() }, loaded)
     }
 
-    /// Whether the scene of `run`, and what is run in its place, are the same now.
+    /// Returns whether the scene of `run`, and the scene that is run in its place, are still the
+    /// same.
     pub fn is_of(&self, sweep: &Sweep, run: &Run, base: Option<&str>) -> bool {
         self.base.as_deref() == base
             && self.scene == hash(sweep.document(run).to_string().as_bytes())
     }
 
-    /// Whether the files that the scene names are the same now.
+    /// Returns whether the files that the scene names are still the same.
     pub fn stands(&self, inputs: &Inputs) -> bool {
         self.files.iter().all(|(path, digest)| inputs.hash(Path::new(path)) == *digest)
     }
@@ -72,7 +74,7 @@ fn parameters(run: &Run) -> Map<String, Value> {
     run.values.iter().map(|(p, value)| (p.name.clone(), (*value).clone())).collect()
 }
 
-/// The files that scenes name, as they were when first read.
+/// The files that scenes name, with the hashes that they had when they were first read.
 pub struct Inputs<'a> {
     folder: &'a Path,
     kept: Kept,
@@ -80,19 +82,19 @@ pub struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Files in `folder`.
+    /// Starts with no file read; paths are relative to `folder`.
     pub fn new(folder: &'a Path) -> Self {
         Self { folder, kept: Kept::default(), known: Mutex::default() }
     }
 
-    /// Loads the scene `document` of `sweep`, as no run's own.
+    /// Loads the scene `document` of `sweep`, which is not that of a single run.
     pub fn load(&self, sweep: &Sweep, document: Value) -> Result<LoadedScene> {
         let read = |path: &Path| self.read(path);
         load_value(document, Path::new(sweep.scene_path()), &read, Some(&self.kept))
     }
 
-    /// The bytes of a file, which must not change while the sweep runs: tables of mixed runs would
-    /// look like any other.
+    /// Reads a file. Error: the file has changed while the sweep runs; tables would otherwise mix
+    /// runs of different scenes, which nobody could see.
     pub fn read(&self, path: &Path) -> std::result::Result<Vec<u8>, String> {
         let bytes = read_bytes(&self.folder.join(path));
         let digest = bytes.as_ref().ok().map(|bytes| hash(bytes));
@@ -103,7 +105,7 @@ impl<'a> Inputs<'a> {
         bytes
     }
 
-    /// The hash of a file; none where it cannot be read.
+    /// Returns the hash of a file; `None` if it cannot be read.
     fn hash(&self, path: &Path) -> Option<String> {
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if !known().contains_key(path) {

@@ -1,4 +1,4 @@
-//! Pictures: what groups of captors receive against each parameter.
+//! Plots of a sweep: the light that groups of captors receive, against each parameter.
 
 use std::{cmp::Reverse, collections::BTreeMap};
 
@@ -8,39 +8,39 @@ use crate::{
     show::chart::{Chart, Series, Stroke},
 };
 
-/// Groups that are drawn: as many as there are colours.
+/// The largest number of groups that are drawn: as many as there are colours.
 const GROUPS: usize = 6;
-/// Values of a parameter that are drawn; more would be a blot.
+/// The largest number of values of a parameter that are drawn; more could not be told apart.
 const VALUES: usize = 2000;
-/// Pictures of a sweep.
+/// The largest number of plots of a sweep.
 const PICTURES: usize = 100;
 
-/// What the pictures show, gathered run by run.
+/// The contents of the plots, gathered run by run.
 #[derive(Default)]
 pub struct Responses {
     unit: String,
-    /// Which parameters have an axis.
+    /// For each parameter, whether it has an axis.
     drawn: Vec<bool>,
-    /// Names of the drawn groups, and how many there are.
+    /// Names of the groups that are drawn, and the number of all groups.
     groups: Vec<String>,
     all_groups: usize,
     bands: Vec<String>,
-    /// By parameter and band: by group and value, sums over the runs.
+    /// For each parameter and band: for each group and value, the sums over the runs.
     sums: BTreeMap<(usize, usize), BTreeMap<(usize, usize), Sum>>,
 }
 
-/// Fronts of one group at one value: sums over runs.
+/// Sums over runs for the fronts of one group at one value of a parameter.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     runs: f64,
     mean: f64,
     variance: f64,
-    /// Of the least and the greatest captor, where there are several.
+    /// Sums of the least and of the greatest captor, if there are several captors.
     range: Option<[f64; 2]>,
 }
 
 impl Responses {
-    /// Takes in one run; the first one decides which groups are drawn: those with the most captors.
+    /// Adds a run. The first run decides which groups are drawn: those with the most captors.
     pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &ResultsFile) {
         if self.unit.is_empty() {
             let mut largest: Vec<_> = results.groups.iter().collect();
@@ -85,7 +85,7 @@ impl Responses {
         }
     }
 
-    /// The pictures, with what each is of.
+    /// Returns the plots with their names.
     pub fn charts(&self, sweep: &Sweep) -> Vec<(String, Chart)> {
         let charts = self.sums.iter().map(|((p, b), sums)| {
             let parameter = &sweep.parameters()[*p];
@@ -160,7 +160,7 @@ impl Responses {
     }
 }
 
-/// Whether a parameter has an axis.
+/// Returns whether a parameter has an axis: it has several values, all of them numbers.
 fn is_drawn(parameter: &Parameter) -> bool {
     parameter.values.len() > 1 && parameter.values.iter().all(|value| value.is_number())
 }
@@ -173,7 +173,7 @@ mod tests {
 
     use super::*;
 
-    /// Two seeds of each of two values: means and errors by hand.
+    /// Two seeds at each of two values; the expected means and errors are computed by hand.
     #[test]
     fn runs_of_one_value_are_averaged() {
         let file = json!({ "scene": "s.json", "vary": { "/power": [8, 5] }, "seeds": 2 });
@@ -196,7 +196,7 @@ mod tests {
         let [mean, bars, least, greatest] = &chart.series[..] else { panic!("{chart:?}") };
         assert_eq!(mean.points, [(5.0, 5.0), (8.0, 2.0)]);
         assert_eq!((mean.stroke, bars.stroke), (Stroke::Line, Stroke::Bars));
-        // errors of 0.3 and 0.4 make sqrt(0.09 + 0.16) / 2 of their mean
+        // errors of 0.3 and 0.4 give the mean an error of sqrt(0.09 + 0.16) / 2
         for (bar, expected) in bars.points[2..].iter().zip([1.75, 2.25]) {
             assert!((bar.1 - expected).abs() < 1e-12, "{:?}", bars.points);
         }

@@ -1,4 +1,4 @@
-//! JSON with a checksum of its own as the last entry, so that damage is found wherever it is.
+//! Sealed JSON: its last entry is a checksum of the rest, so that any damage is found.
 
 use std::io;
 
@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 
 use crate::formats::{input::hex, result_file::write_lines};
 
-/// An object as lines of JSON; the last one holds the SHA-256 of all before it.
+/// Writes an object as lines of JSON. The last line holds the SHA-256 of everything before it.
 pub fn seal(value: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     write_lines(value, &mut bytes)?;
@@ -17,19 +17,19 @@ pub fn seal(value: &impl Serialize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether the bytes are as [`seal`] made them.
+/// Returns whether the bytes are as [`seal`] made them.
 pub fn is_valid(bytes: &[u8]) -> bool {
     body(bytes).len() < bytes.len()
 }
 
-/// What is sealed: the bytes without the last entry, or all where they have no seal that fits.
+/// Returns the bytes without the last entry, or all bytes if they have no valid seal.
 pub fn body(bytes: &[u8]) -> &[u8] {
     let Some(end) = bytes.len().checked_sub(seal_of(b"").len()) else { return bytes };
     let (body, seal) = bytes.split_at(end);
     if seal == seal_of(body) { body } else { bytes }
 }
 
-/// What stands behind this.
+/// Returns the seal of these bytes, which is appended to them.
 fn seal_of(body: &[u8]) -> Vec<u8> {
     format!(",\n  \"sha256\": \"{}\"\n}}\n", hex(Sha256::new_with_prefix(body))).into_bytes()
 }
@@ -40,7 +40,8 @@ mod tests {
 
     use super::*;
 
-    /// Every bit of a sealed file, changed alone; every shorter file; a longer one.
+    /// The seal breaks when any single bit changes, when bytes are missing, and when there is one
+    /// more.
     #[test]
     fn any_damage_breaks_the_seal() {
         let value = json!({"a": [1, 2.5], "b": {"c": "d"}});

@@ -1,4 +1,5 @@
-//! A table, written row by row as CSV and, with the feature `parquet`, as Parquet at once.
+//! A table that is written row by row as CSV and, with the feature `parquet`, at the same time as
+//! Parquet.
 
 use std::io;
 
@@ -11,7 +12,7 @@ use crate::{
     studies::table::{Cell, Kind},
 };
 
-/// A table while it is written.
+/// A table that is being written.
 pub struct Table<'a> {
     name: &'a str,
     csv: csv::Writer<OwnFile<'a>>,
@@ -20,10 +21,10 @@ pub struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// What the names of its files end with, by whatever build of the program they were written.
+    /// Endings of the names of its files, in any build of the program.
     pub const ENDINGS: [&'static str; 2] = ["csv", "parquet"];
 
-    /// Begins a table in a folder. No two columns have one name.
+    /// Begins a table in a folder. The names of the columns must differ.
     pub fn create(
         written: &'a Written,
         name: &'a str,
@@ -44,7 +45,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Adds a row: a cell for each column.
+    /// Adds a row with one cell for each column.
     pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
         let written = self.csv.write_record(cells.iter().map(Cell::csv));
         written.map_err(|e| unwritten(self.name, e.into()))?;
@@ -53,7 +54,7 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// Puts its files in their places.
+    /// Ends the table and puts its files in their places.
     pub fn finish(self) -> Result<()> {
         let Self { name, csv, .. } = self;
         let csv = csv.into_inner().map_err(|e| unwritten(name, e.into_error()))?;

@@ -1,5 +1,5 @@
-//! Tables of a whole sweep, made from the files of its runs: one row a run, one row a captor, one
-//! row a group; and the pictures.
+//! Tables and plots of a whole sweep, made from the files of its runs. There are tables with one
+//! row for each run, one for each captor, face and band, and one for each group, face and band.
 
 use std::{collections::BTreeMap, io::Write};
 
@@ -20,19 +20,20 @@ use crate::{
     studies::table::{Cell, Kind},
 };
 
-/// The tables, without what their files end with.
+/// Names of the tables, without endings.
 const TABLES: [&str; 3] = ["captors", "groups", "runs"];
 
-/// Names of all files that are written here.
+/// Returns the names of all files of the tables.
 pub fn names() -> Vec<String> {
     let endings = Table::ENDINGS.iter();
     endings.flat_map(|ending| TABLES.map(|name| format!("{name}.{ending}"))).collect()
 }
 
-/// How many runs have warnings of each kind.
+/// Number of runs that have warnings of each kind.
 pub type Warned = BTreeMap<String, usize>;
 
-/// Writes the tables of a sweep of which every run is done or has failed.
+/// Writes the tables and plots of a sweep in which every run is done or has failed. Returns how
+/// many runs have warnings of each kind.
 pub fn write(
     folder: &SweepFolder,
     sweep: &Sweep,
@@ -135,7 +136,7 @@ pub fn write(
     Ok(warned)
 }
 
-/// A row for each face and band of a captor or group.
+/// Adds one row for each face and band of a captor or group.
 fn rows(
     table: &mut Table,
     results: &ResultsFile,
@@ -155,7 +156,8 @@ fn rows(
             let at = |values: &[f64]| Cell::number(values.get(b).copied());
             let error = |errors: &[Option<f64>]| Cell::number(errors.get(b).copied().flatten());
             cells.extend([at(&values.irradiance), error(&values.irradiance_se)]);
-            // both faces together: once, so that sums over the table are right
+            // absorbed power is that of both faces: it is written once, so that sums over the table
+            // are right
             let absorbed = captor.absorbed.as_deref().filter(|_| face == "front");
             let absorbed_se = captor.absorbed_se.as_deref().filter(|_| face == "front");
             cells.extend([
@@ -179,10 +181,10 @@ fn rows(
     Ok(())
 }
 
-/// What is kept of every run for the table of runs.
+/// The part of every run's results that the table of runs needs.
 #[derive(Default)]
 struct Balance {
-    /// All names of bands, in the order in which they come.
+    /// Names of the bands of all runs, in the order in which they first occur.
     bands: Vec<String>,
     runs: Vec<Option<RunBalance>>,
 }
@@ -205,7 +207,7 @@ impl Balance {
         self.runs.push(Some(RunBalance { photons, bands, energy }));
     }
 
-    /// Each entry of the balance of each band.
+    /// Returns each entry of the energy balance for each band.
     fn columns(&self) -> impl Iterator<Item = (&'static str, &str)> {
         self.bands.iter().flat_map(|band| BALANCE.iter().map(move |word| (*word, band.as_str())))
     }

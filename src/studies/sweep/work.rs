@@ -1,4 +1,4 @@
-//! Runs to do, side by side.
+//! Does the runs of a sweep, several at a time.
 
 use std::{
     sync::{
@@ -28,50 +28,50 @@ use crate::{
     },
 };
 
-/// What has become of runs, by number.
+/// The states of runs that have ended, by number of the run.
 type Found = Vec<(usize, State)>;
 
-/// Runs to do, and what has become of them.
+/// Does the runs of a sweep that are missing, several jobs at a time.
 pub struct Work<'a> {
     sweep: &'a Sweep,
     folder: &'a SweepFolder,
     inputs: &'a Inputs<'a>,
     control: &'a SweepControl<'a>,
     threads: usize,
-    /// The most jobs at a time; 0 takes as many as there are threads.
+    /// The largest number of jobs at a time; 0 takes as many as there are threads.
     jobs: usize,
 }
 
-/// A job and those of its runs that are to be done.
+/// A job, with those of its runs that are to be done.
 struct Todo<'a> {
     job: &'a Job,
     runs: Vec<Run<'a>>,
 }
 
-/// Work under way.
+/// Work in progress, shared by all workers.
 struct Progressing<'a> {
     todo: Vec<Todo<'a>>,
-    /// Runs of all of them.
+    /// Number of runs of all jobs together.
     runs: usize,
     times: Mutex<Times>,
     next: AtomicUsize,
     jobs_ended: AtomicUsize,
     runs_ended: AtomicUsize,
-    /// The runs done of the jobs under way, with parts.
+    /// For each worker, the runs done of its job that have not ended, with fractions.
     parts: Mutex<Vec<f64>>,
     found: Mutex<Found>,
-    /// Why nothing more can be written.
+    /// The error because of which nothing more can be written.
     broken: Mutex<Option<Error>>,
 }
 
-/// What is run for several runs, when it is done.
+/// The simulation that several runs share, when it is done.
 struct Shared {
     scene: LoadedScene,
     part_of: Vec<usize>,
     simulation: Simulation,
 }
 
-/// One that works, and the threads that it has.
+/// A worker, which does one job at a time, and the number of its threads.
 #[derive(Clone, Copy)]
 struct Worker {
     index: usize,
@@ -79,7 +79,7 @@ struct Worker {
 }
 
 impl<'a> Work<'a> {
-    /// In `folder`, as `plan` says.
+    /// Prepares work in `folder`, as `plan` says.
     pub fn new(
         sweep: &'a Sweep,
         folder: &'a SweepFolder,
@@ -90,8 +90,9 @@ impl<'a> Work<'a> {
         Self { sweep, folder, inputs, control, threads: plan.threads(), jobs: plan.jobs }
     }
 
-    /// Does those runs of `jobs` that are not done by `states`: as many jobs side by side as there are
-    /// threads for, since one thread has nothing to wait for. Towards the end fewer share the threads.
+    /// Does those runs of `jobs` that are not done according to `states`. As many jobs run side by
+    /// side as there are threads, because a job on one thread never waits for another. Towards the
+    /// end, the jobs that are left share the threads.
     pub fn go<'j>(&self, jobs: impl Iterator<Item = &'j Job>, states: &[State]) -> Result<Found> {
         let missing = |job: &'j Job| {
             let runs = job.runs.iter().filter(|&&run| states[run] != State::Done);
@@ -139,10 +140,10 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// The runs of one job, up to where it is stopped. Error: what they found cannot be written.
+    /// Does the runs of one job, until it is stopped. Error: results cannot be written.
     fn job(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<()> {
         let started = Instant::now();
-        // what is run for all of them depends on all of them, done or not
+        // the shared simulation is the same whichever runs of the job are done already
         let shared = todo.job.base.as_ref().map(|_| self.shared(all, todo, worker));
         let each = started.elapsed().as_secs_f64() / todo.runs.len() as f64;
         let next = AtomicUsize::new(0);
@@ -164,7 +165,8 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// One run, unless it is stopped; `each`: what was done for it before, s.
+    /// Does one run, unless it is stopped. `each` is the run's part of the time spent on its job
+    /// before, s.
     fn one(
         &self,
         all: &Progressing,
@@ -192,20 +194,20 @@ impl<'a> Work<'a> {
         if self.control.stopped() {
             return Ok(());
         }
-        // of a group each has one of the threads
+        // runs that share a simulation have one thread of the worker each
         let own = started.elapsed().as_secs_f64();
         let seconds = if shared.is_some() { each + own / worker.threads as f64 } else { own };
         let time = Time { seconds, threads: worker.threads };
         let state = self.keep(run, &origin, found, &all.times, time)?;
         lock(&all.found).push((run.number, state));
         all.runs_ended.fetch_add(1, Ordering::Relaxed);
-        // what was traced for it counts with it from now on
+        // the run's part of the shared simulation now counts with the run
         let traced = lock(&all.parts)[worker.index];
         self.report(all, worker, (traced - 1.0).max(0.0));
         Ok(())
     }
 
-    /// Runs what stands for all runs of a job.
+    /// Does the simulation that all runs of a job share.
     fn shared(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<Shared> {
         let missing = || Error::run("sweep", "the powers of a group of runs have no largest");
         let base = Base::new(self.sweep, &todo.job.runs).ok_or_else(missing)?;
@@ -225,7 +227,7 @@ impl<'a> Work<'a> {
         Ok(RunResult::new(&loaded.scene, &settings, &simulation))
     }
 
-    /// Does work that so many runs wait for.
+    /// Does work for which this number of runs waits, and reports its progress.
     fn watched<T>(
         &self,
         all: &Progressing,
@@ -264,7 +266,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// `part`: runs that the worker has done, but not ended.
+    /// Reports progress. `part` is the number of runs that the worker has done, but not ended.
     fn report(&self, all: &Progressing, worker: Worker, part: f64) {
         let under_way: f64 = {
             let mut parts = lock(&all.parts);

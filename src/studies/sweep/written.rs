@@ -1,5 +1,6 @@
-//! The tables and plots that a sweep has written into its folder: what it may remove or replace there, and
-//! nothing else. They are kept by name and SHA-256, written down before each is put in its place.
+//! The record of the tables and plots that a sweep has written into its folder. The sweep may
+//! remove or replace these files there, and no others. The record holds their names and SHA-256,
+//! and is written before each file is put in its place.
 
 use std::{
     collections::BTreeMap,
@@ -21,21 +22,22 @@ use crate::{
     },
 };
 
-/// Where it stands.
+/// Name of the file of the record.
 const RECORD: &str = "written.json";
 
-/// What a sweep has written into its folder.
+/// The record of what a sweep has written into its folder.
 #[derive(Debug)]
 pub struct Written {
     folder: PathBuf,
-    /// Whether the folder said what is written in it.
+    /// Whether the folder held a record when it was opened.
     known: bool,
-    /// SHA-256 by name.
+    /// SHA-256 of each file, by its name.
     hashes: Mutex<BTreeMap<String, String>>,
 }
 
 impl Written {
-    /// Of the folder at `folder`; nothing, where that says nothing. Error: it says something else.
+    /// Reads the record of the folder `folder`; without one, it is empty. Error: the file is no
+    /// such record.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(RECORD);
         let mut hashes = BTreeMap::new();
@@ -48,7 +50,7 @@ impl Written {
             let value = json::parse(&name, &read_bytes(&path).map_err(none)?)?;
             hashes = serde_json::from_value(value)
                 .map_err(|e| none(format!("does not say what a sweep has written: {e}")))?;
-            // nothing outside of the folder, whoever wrote this
+            // whoever wrote the record, it must not name anything outside the folder
             hashes.retain(|name: &String, _: &mut String| {
                 Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
             });
@@ -56,9 +58,10 @@ impl Written {
         Ok(Self { folder: folder.to_path_buf(), known, hashes: Mutex::new(hashes) })
     }
 
-    /// Removes what was written before. Error: something else is at one of the places `needed`, or one that was
-    /// written has changed since; then nothing is removed. In a folder of before, which does not say what was
-    /// written, tables stay if they can be made anew at once, for `all` runs are done: then they must be the same.
+    /// Removes the files of the record. Error: there is another file at one of the places `needed`,
+    /// or a file of the record has changed; then nothing is removed. The folder of an earlier
+    /// version has no record. If `all` runs are done there, its tables can be made anew at once, so
+    /// they stay and must then be the same.
     pub fn clear(&self, needed: &[String], all: bool) -> Result<()> {
         let mut hashes = self.lock();
         let there = |name: &String| fs::symlink_metadata(self.folder.join(name)).is_ok();
@@ -92,7 +95,7 @@ impl Written {
         Ok(OwnFile { written: self, name: name.into(), file, hash: Sha256::new() })
     }
 
-    /// Writes down that `name` is to hold this. Error: it holds something that is not known.
+    /// Records that `name` is to hold content of this hash. Error: it holds something else.
     fn add(&self, name: &str, hash: String) -> Result<()> {
         let there = fs::symlink_metadata(self.folder.join(name)).is_ok();
         if there && self.hash(name).as_ref() != Some(&hash) {
@@ -104,7 +107,7 @@ impl Written {
         file.write(&FilesRead::default(), |writer| write_lines(&*hashes, writer))
     }
 
-    /// The SHA-256 of the file `name`; none where it is a link or cannot be read.
+    /// Returns the SHA-256 of the file `name`; `None` if it is a link or cannot be read.
     fn hash(&self, name: &str) -> Option<String> {
         let path = self.folder.join(name);
         fs::symlink_metadata(&path).ok().filter(fs::Metadata::is_file)?;
@@ -133,7 +136,7 @@ pub struct OwnFile<'a> {
 }
 
 impl OwnFile<'_> {
-    /// Puts it in its place. Error: there is something else, not of this sweep.
+    /// Puts the file in its place. Error: there is something else, which is not of this sweep.
     pub fn finish(self) -> Result<()> {
         self.written.add(&self.name, hex(self.hash))?;
         self.file.finish(Ok(()))
@@ -170,7 +173,7 @@ mod tests {
     use super::*;
     use crate::formats::spoil::{check_error, spoiled};
 
-    /// SHA-256 of what [`OWN`] hold, and of what others hold.
+    /// Records with the SHA-256 of the contents of [`OWN`] and of files outside the folder.
     const FILES: &[&str] = &[
         "{\n  \"captors.csv\": \"ca978112ca1bbdcafac231b39a23dc4da786eff8147c4e72b9807785afee48bb\",\n  \"plots/p.svg\": \"ca978112ca1bbdcafac231b39a23dc4da786eff8147c4e72b9807785afee48bb\"\n}\n",
         "{\"../outside\": \"3e23e8160039594a33894f6564e1b1348bbd7a0088d42c4acb73eeaed59c009d\", \"plots/../../outside\": \"3e23e8160039594a33894f6564e1b1348bbd7a0088d42c4acb73eeaed59c009d\"}",
@@ -193,7 +196,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: an error that names a file, or nothing goes but what it says.
+        /// Any text leads to an error that names a file, or only files that the record names are
+        /// removed.
         #[test]
         fn no_spoiled_record_panics(bytes in spoiled(FILES, WORDS), all: bool) {
             let above = tempfile::tempdir().expect("a temporary folder");

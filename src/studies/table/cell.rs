@@ -1,44 +1,44 @@
-//! What stands in a table.
+//! The cells of a table.
 
 use serde_json::Value;
 
 use crate::formats::csv_text;
 
-/// What all cells of a column are.
+/// The kind of all cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Whole numbers, at least 0.
     Whole,
     /// Numbers.
     Number,
-    /// Texts.
+    /// Text.
     Text,
 }
 
 impl Kind {
-    /// Of a parameter with these values: text, unless all are numbers.
+    /// Returns the kind of a parameter with these values: text, unless all are numbers.
     pub fn of(values: &[Value]) -> Self {
         if values.iter().all(Value::is_number) { Self::Number } else { Self::Text }
     }
 }
 
-/// What stands in a column of a row.
+/// A cell: the entry of a row in a column.
 #[derive(Clone, Debug)]
 pub enum Cell<'a> {
     /// A whole number.
     Whole(u64),
     /// A number.
     Number(f64),
-    /// A text.
+    /// Text.
     Text(&'a str),
     /// The value of a parameter.
     Value(&'a Value),
-    /// Nothing.
+    /// An empty cell.
     Nothing,
 }
 
 impl Cell<'_> {
-    /// A number, or nothing.
+    /// Makes a cell with a number, or an empty one.
     pub fn number(value: Option<f64>) -> Self {
         value.map_or(Self::Nothing, Self::Number)
     }

@@ -1,4 +1,4 @@
-//! The same table as Parquet.
+//! Tables as Parquet files.
 
 use std::{
     io::{self, Write},
@@ -16,16 +16,17 @@ use parquet::{
 
 use super::cell::{Cell, Kind};
 
-/// Rows that are kept in memory.
+/// Number of rows that are kept in memory before they are written.
 const ROWS: usize = 50_000;
 
-/// A table while it is written.
+/// A table that is being written.
 pub struct ParquetTable<W: Write + Send> {
     writer: SerializedFileWriter<W>,
     columns: Vec<Column>,
 }
 
-/// The rows of a column that are not written yet, where they are not empty; and which are not.
+/// The rows of a column that are not written yet: the values of cells that are not empty, and for
+/// each cell whether it has a value.
 struct Column {
     values: Values,
     present: Vec<i16>,
@@ -52,7 +53,7 @@ impl<W: Write + Send> ParquetTable<W> {
         }
     }
 
-    /// The file with all of its rows.
+    /// Ends the table and returns the file with all of its rows.
     pub fn end(mut self) -> io::Result<W> {
         self.write_group()?;
         Ok(self.writer.into_inner()?)
@@ -108,7 +109,7 @@ impl Column {
         };
         let there = match (&mut self.values, cell) {
             (_, Cell::Nothing) => false,
-            // the bits of an unsigned number, as the column says
+            // the bits of an unsigned number, as the type of the column says
             (Values::Whole(values), Cell::Whole(n)) => {
                 values.push(*n as i64);
                 true

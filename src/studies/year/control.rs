@@ -1,4 +1,4 @@
-//! Lamps by the hour, as a control file says.
+//! Control of lamps by the hour, as a control file says.
 
 use super::{HOUR, Lamp, Year, local};
 use crate::{
@@ -10,11 +10,11 @@ use crate::{
     scene::world::Scene,
 };
 
-/// An entry of the file with what it is about.
+/// An entry of the control file, with the lights and the place that it is about.
 struct Entry<'a> {
     lamps: &'a LampControl,
     lights: Vec<usize>,
-    /// Index of the place, of [`Places`].
+    /// Index of the captor or group and band in the list of all places.
     place: Option<usize>,
     on: Vec<f64>,
 }
@@ -89,7 +89,8 @@ impl Year {
         Ok(())
     }
 
-    /// Where the conditions of an entry look; none where they do not.
+    /// Returns the captor or group and band that the conditions of an entry read; `None` if the
+    /// entry names no captor or group.
     fn place(
         &self,
         lamps: &LampControl,
@@ -129,8 +130,8 @@ impl Year {
         Ok(Some((id, band)))
     }
 
-    /// Decides hour by hour how long the lamps of each entry are on. Entries come on one after the other, and each
-    /// knows what those before it bring.
+    /// Decides hour by hour how long the lamps of each entry are on. Entries are switched one after
+    /// the other, and each takes into account what those before it bring.
     fn switch(&self, entries: &mut [Entry], places: &[Place]) {
         let brings = |entry: &Entry, (id, band): Place| -> f64 {
             let place = id * self.width() + band;

@@ -1,4 +1,5 @@
-//! What is written of a year by the hour: tables of hours, days, months and all, and of the lamps, and a chart.
+//! The output of a year by the hour: tables of hours, days, months, the whole period and lamps, and
+//! a chart.
 
 use std::{
     io::{self, Write},
@@ -17,7 +18,7 @@ use crate::{
 /// The tables that are always CSV.
 const TABLES: [&str; 4] = ["days.csv", "months.csv", "year.csv", "lamps.csv"];
 
-/// The files of a year, to be written whole or not at all.
+/// The files of a year, which are written as a whole or not at all.
 pub struct YearTables {
     hours: OutputFile,
     /// Whether the table of hours is Parquet.
@@ -27,8 +28,8 @@ pub struct YearTables {
 }
 
 impl YearTables {
-    /// Prepares them in a folder that is there, with `file`. The table of hours is Parquet, or CSV if asked for or if
-    /// this build knows no Parquet.
+    /// Prepares the files in an existing folder; `file` opens each. The table of hours is Parquet,
+    /// or CSV if that is asked for or this build does not support Parquet.
     pub fn create(
         folder: &Path,
         csv: bool,
@@ -45,14 +46,14 @@ impl YearTables {
 }
 
 impl Year {
-    /// Writes its tables into a folder that is there.
+    /// Writes the tables into an existing folder.
     pub fn write_tables(&self, folder: &Path, csv: bool) -> Result<()> {
         let tables = YearTables::create(folder, csv, OutputFile::create)?;
         write(self, tables, &FilesRead::default())
     }
 }
 
-/// Writes all tables and the chart; none may replace a file that was `read`.
+/// Writes all tables and the chart. None of them may replace a file that was `read`.
 pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
     table(tables.hours.open(read)?, &hour_columns(), tables.parquet, |file| hours(year, file))?;
     let mut others = tables.others.into_iter();
@@ -123,7 +124,8 @@ fn sums<W: Write + Send>(
     Ok(())
 }
 
-/// A row for each captor and group and each band; of daily light integrals for each band that has one.
+/// Adds one row for each captor or group and each band. Daily light integrals have a row only for
+/// the bands that have one.
 fn rows<W: Write + Send>(
     year: &Year,
     when: &str,
@@ -145,10 +147,10 @@ fn rows<W: Write + Send>(
     Ok(())
 }
 
-/// Groups, or captors where there are none, that the chart shows.
+/// The largest number of groups, or of captors if there are no groups, that the chart shows.
 const CHARTED: usize = 6;
 
-/// The daily light integral of each day: of all bands together, or of the only one.
+/// Draws the daily light integral of each day, in the last band or sum that has one.
 fn chart(year: &Year) -> Result<String> {
     let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
     let first = match year.ids.len() > year.run.captors.len() {
@@ -156,7 +158,7 @@ fn chart(year: &Year) -> Result<String> {
         false => 0,
     };
     let shown = year.ids.iter().enumerate().skip(first).take(CHARTED);
-    // sums come after bands
+    // sums come after bands, so the last one is taken
     if let Some(band) = year.integrated.iter().rposition(|&integrated| integrated) {
         let name = &year.bands[band].name;
         chart.title = format!("daily light integral, {name}");
@@ -187,7 +189,7 @@ fn chart(year: &Year) -> Result<String> {
     chart.svg().map_err(|e| Error::run("dli.svg", e))
 }
 
-/// Hours and energy of each lamp by the month, then of all.
+/// Adds the hours and energy of each lamp for every month, then for the whole period.
 fn lamps<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<()> {
     let months = year.periods(month);
     for lamp in &year.lamps {
@@ -216,12 +218,12 @@ fn lamp_row<W: Write + Send>(
     ])
 }
 
-/// `2005-06-21`.
+/// Writes a date as `2005-06-21`.
 pub fn day(date: Date) -> String {
     format!("{}-{:02}-{:02}", date.year, date.month, date.day)
 }
 
-/// `2005-06`.
+/// Writes a month as `2005-06`.
 pub fn month(date: Date) -> String {
     format!("{}-{:02}", date.year, date.month)
 }

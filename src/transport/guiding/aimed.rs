@@ -1,14 +1,17 @@
-//! Flights aimed at captors, which accompany a photon's own (DXTRAN: Booth, "Particle transport", LANL 1985).
+//! Flights aimed at captors, which accompany a photon's own (DXTRAN: Booth, "Particle transport",
+//! LANL 1985).
 //!
-//! Where a photon of power w is scattered, with f cos per solid angle, the aimed flight's direction ω is drawn with the
-//! density p(ω) of [`Targets::choose`]. The photon's own flight takes ω with a density of about q, the largest f cos of all bands.
-//! Both see the same captors, so each counts by the balance heuristic (Veach 1997, ch. 9): the aimed flight
-//! w f cos / (p + q), the photon's own q / (p + q) of what it carries. What no flight can be aimed at (p = 0) counts
-//! in full, and no flight counts more than the photon carries. The weights add up to 1 for every ω,
-//! whatever stands in the way, so the mean is right.
+//! Where a photon of power w is scattered, with f cos per solid angle, the aimed flight's direction
+//! ω is drawn with the density p(ω) of [`Targets::choose`]. The photon's own flight takes ω with a
+//! density of about q, the largest f cos of all bands. Both see the same captors, so each counts by
+//! the balance heuristic (Veach 1997, ch. 9): the aimed flight w f cos / (p + q), the photon's own
+//! q / (p + q) of what it carries. What no flight can be aimed at (p = 0) counts in full, and no
+//! flight counts more than the photon carries. The weights add up to 1 for every ω, whatever stands
+//! in the way, so the mean is right.
 //!
-//! Light from infinitely far away has its direction ω already. Its photon enters anywhere on a face of area A, and the aimed
-//! flight enters where it will reach a captor. There p and q = 1 / (A cos) are densities of places across ω, per m2.
+//! Light from infinitely far away has its direction ω already. Its photon enters anywhere on a face
+//! of area A, and the aimed flight enters where it will reach a captor. There p and q = 1 / (A cos)
+//! are densities of places across ω, per m2.
 
 use glam::Vec3;
 
@@ -31,7 +34,8 @@ use crate::{
 pub struct Aimed<'a> {
     scene: &'a Scene,
     targets: &'a Targets,
-    /// Where the photon's direction was drawn; none where no flight could have been aimed that way.
+    /// The photon's flight and the place where its direction was drawn; `None` where no flight
+    /// could have been aimed in that direction.
     leg: Option<Leg<'a>>,
     /// The weight q / (p + q) of the photon's own crossings, once it has been computed.
     share: Option<f32>,
@@ -40,7 +44,7 @@ pub struct Aimed<'a> {
 /// The photon's own flight, and the place where its direction was drawn.
 struct Leg<'a> {
     from: Origin<'a>,
-    /// The captors that are seen from there.
+    /// What was learned of the captors when a flight was aimed from that place.
     seen: Seen,
     ray: Ray,
 }
@@ -52,18 +56,18 @@ enum Origin<'a> {
     Light(&'a Light, Start),
     /// A face by which light from infinitely far away enters, along a unit vector.
     Infinity(&'a EntryFace, Vec3),
-    /// A point of a surface that scatters it diffusely.
+    /// A point of a surface that scatters the photon diffusely.
     Surface { point: Vec3, material: &'a Material, interaction: Interaction },
 }
 
 impl<'a> Origin<'a> {
-    /// Where a photon has arrived.
+    /// Takes the place where a photon has arrived.
     fn surface(arrived: &Arrived<'_, 'a>) -> Self {
         let Arrived { hit, material, interaction, .. } = *arrived;
         Self::Surface { point: hit.point, material, interaction: *interaction }
     }
 
-    /// Where a photon was emitted; none of a dark light at infinity.
+    /// Takes the place where a photon was emitted; `None` for a dark light at infinity.
     fn of<L>(scene: &'a Scene, emission: &Emission<'_, L>) -> Option<Self> {
         let light = &scene.lights[emission.light];
         match emission.start {
@@ -90,7 +94,8 @@ impl<'a> Origin<'a> {
         }
     }
 
-    /// A ray from here to a captor, and what was seen of the others.
+    /// Draws a ray from here to a captor. Returns with it what was learned of the captors that are
+    /// seen from here.
     fn aim(&self, targets: &Targets, rng: &mut Stream) -> (Option<Ray>, Seen) {
         let (chosen, seen) = targets.choose(self.view(), rng);
         let to = |origin: Vec3, chosen: Option<Vec3>| Some(Ray { origin, direction: chosen? });
@@ -104,7 +109,7 @@ impl<'a> Origin<'a> {
         (ray, seen)
     }
 
-    /// The same ray where it has left the surface that it starts on.
+    /// Returns the same ray, moved off the surface on which it starts.
     fn off(&self, scene: &Scene, ray: Ray) -> Ray {
         let side = match self {
             Self::Light(_, start) => start.normal,
@@ -115,7 +120,8 @@ impl<'a> Origin<'a> {
         scene.leave(ray.origin, side, ray.direction)
     }
 
-    /// The part of the power that leaves along a ray per solid angle, 1/sr, or per area across it, 1/m2; per band.
+    /// Returns the part of the power that leaves along a ray, per band: per solid angle, 1/sr, or
+    /// for light at infinity per area across the ray, 1/m2.
     fn leaves<L: Lanes>(&self, lanes: usize, direction: Vec3) -> Spectrum<L> {
         match self {
             Self::Light(light, start) => Spectrum::splat(lanes, light.density(start, direction)),
@@ -129,13 +135,14 @@ impl<'a> Origin<'a> {
 }
 
 impl<'a> Aimed<'a> {
-    /// Beside a photon that nothing is sent beside yet.
+    /// Starts beside a photon that no flight accompanies yet.
     pub fn new(scene: &'a Scene, targets: &'a Targets) -> Self {
         Self { scene, targets, leg: None, share: None }
     }
 
-    /// Sends the first flight beside a photon as it is emitted, of one that is emitted without a guide: another one,
-    /// unless that is the same.
+    /// Sends the first flight beside a `photon` as it is emitted. The flight leaves from an
+    /// emission without guiding: from `other` or, if the photon itself was emitted without guiding,
+    /// from the photon.
     pub fn start<L: Lanes>(
         &mut self,
         photon: &Emission<'_, L>,
@@ -154,7 +161,8 @@ impl<'a> Aimed<'a> {
         self.leg = Origin::of(self.scene, photon).map(|from| Leg { from, seen, ray });
     }
 
-    /// Sends a flight from where the photon has `power`, and says what it saw there.
+    /// Sends a flight from a place where the photon has `power`. Returns what was learned of the
+    /// captors seen from there.
     #[inline(never)]
     fn send<L: Lanes>(
         &self,
@@ -220,7 +228,7 @@ impl<'a> Aimed<'a> {
         }
     }
 
-    /// The weight q / (p + q) of the photon's own crossings.
+    /// Returns the weight q / (p + q) of the photon's own crossings.
     #[inline(never)]
     fn own_share<L: Lanes>(&self) -> f32 {
         let Some(Leg { from, seen, ray }) = &self.leg else { return 1.0 };
@@ -233,7 +241,7 @@ impl<'a> Aimed<'a> {
         own / (aimed + own)
     }
 
-    /// Tells `on` that the photon crosses a captor.
+    /// Passes a crossing of the photon to `on`, with the power that it counts.
     #[inline]
     pub fn cross<L: Lanes>(
         &mut self,
@@ -248,7 +256,8 @@ impl<'a> Aimed<'a> {
         on(Event::Crossing { crossing, direction, power: &counts, carried: Some(power) });
     }
 
-    /// Sends a flight from a diffuse surface that the photon has brought `power` to, and says what it saw there.
+    /// Sends a flight from a diffuse surface to which the photon has brought `power`. Returns what
+    /// was learned of the captors seen from there.
     #[inline]
     pub fn arrive<L: Lanes>(
         &mut self,
@@ -260,7 +269,7 @@ impl<'a> Aimed<'a> {
         self.send(&Origin::surface(arrived), power, rng, on)
     }
 
-    /// From now on the photon is the one that leaves such a surface as `sample` says, if it does.
+    /// Takes in that the photon leaves the surface as `sample` says; `None`: the photon ends there.
     #[inline]
     pub fn leave<L: Lanes>(
         &mut self,
@@ -269,7 +278,7 @@ impl<'a> Aimed<'a> {
         sample: Option<&BsdfSample<L>>,
     ) {
         self.share = None;
-        // a mirrored one of such a surface no aimed flight follows
+        // no aimed flight is sent in a mirrored direction
         let drawn = sample.filter(|sample| sample.lobe.is_diffuse());
         let from = Origin::surface(arrived);
         let ray = |direction: Vec3| Ray { origin: arrived.hit.point, direction };

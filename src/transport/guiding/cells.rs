@@ -1,20 +1,22 @@
 //! Surfaces cut into cells, each with a front and a back, and the density of arrivals on each cell.
 //!
-//! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood that is just large
-//! enough to hold sufficient arrivals.
+//! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood
+//! that is just large enough to hold sufficient arrivals.
 
 use glam::Vec3;
 use indexmap::IndexMap;
 
 use crate::scene::world::{Scene, SurfaceHit};
 
-/// About how many cells a scene is cut into; every triangle has at least one on each face, however many they are.
+/// The approximate number of cells of a scene. Every triangle has at least one cell on each face,
+/// however many triangles there are.
 const CELLS: f32 = 40_000.0;
 /// The most pieces that a side of a triangle is cut into.
 const MOST_PIECES: f32 = 200.0;
 /// A density rests on at least this many arrivals, if a neighbourhood holds them.
 const ENOUGH: u32 = 32;
-/// The smallest neighbourhood is a cube of this many cell sizes; each further one is twice as large.
+/// The smallest neighbourhood is a cube of this many cell sizes; each further one is twice as
+/// large.
 const CUBE: f32 = 2.0;
 /// How many sizes of cubes there are.
 const CUBES: u32 = 5;
@@ -22,10 +24,12 @@ const CUBES: u32 = 5;
 /// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
 pub struct Cells<'a> {
     scene: &'a Scene,
-    /// For each triangle the place of its first cell, and into how many pieces each of its sides is cut.
+    /// For each triangle, the place of its first cell and the number of pieces into which each of
+    /// its sides is cut.
     cuts: Vec<(u32, u32)>,
     cells: Vec<Cell>,
-    /// The length of lists that hold a value for each cell. Some of their entries belong to no cell.
+    /// The length of lists that hold a value for each cell. Some of their entries belong to no
+    /// cell.
     places: usize,
     /// The approximate side of a cell, m.
     size: f32,
@@ -33,15 +37,15 @@ pub struct Cells<'a> {
 
 /// A piece of one face of a triangle.
 struct Cell {
-    /// Where lists of values hold its own.
+    /// Index of the cell's entry in lists that hold a value for each cell.
     place: usize,
     triangle: usize,
     middle: Vec3,
-    /// m2
+    /// Area, m2.
     area: f64,
 }
 
-/// A neighbourhood: the faces in a cube that are of one material and face the same way.
+/// A neighbourhood: the faces in a cube that are of one material and look the same way.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Cube {
     material: u32,
@@ -85,7 +89,7 @@ impl<'a> Cells<'a> {
         Self { scene, cuts, cells, places, size }
     }
 
-    /// The cell of a face at a point of a triangle.
+    /// Returns the place of the cell of a face at a point of a triangle.
     #[inline]
     pub fn at(&self, hit: &SurfaceHit, front: bool) -> usize {
         let (first, pieces) = self.cuts[hit.triangle];
@@ -93,7 +97,7 @@ impl<'a> Cells<'a> {
         first as usize + 2 * place + usize::from(front)
     }
 
-    /// The places of all cells, and the indices of their materials.
+    /// Returns the places of all cells, each with the index of its material.
     pub fn materials(&self) -> impl Iterator<Item = (usize, usize)> {
         let material = |cell: &Cell| self.scene.surface(cell.triangle).material as usize;
         self.cells.iter().map(move |cell| (cell.place, material(cell)))
@@ -110,8 +114,10 @@ impl<'a> Cells<'a> {
         (i * pieces + j) as usize
     }
 
-    /// What has come to each cell per area, from arrivals at places. Where these are few, the mean over cells of the
-    /// same material close by that look the same way; 0 where there is none at all.
+    /// Returns the density of arrivals on each cell: the sum of their values per area. Each arrival
+    /// is the place of a cell and a value. A cell with few arrivals gets the mean over nearby cells
+    /// that are of the same material and look the same way; the density is 0 where there are no
+    /// arrivals at all.
     pub fn densities(&self, arrivals: impl Iterator<Item = (u32, f64)>) -> Vec<f32> {
         let mut heaps = vec![Heap::default(); self.places];
         for (place, value) in arrivals {
@@ -126,7 +132,7 @@ impl<'a> Cells<'a> {
                 _ => poor.push(cell),
             }
         }
-        // in the order of the cells, so that sums are always the same
+        // in the order of the cells, so that the sums are always the same
         let mut cubes: IndexMap<Cube, Heap> = IndexMap::new();
         for cell in &self.cells {
             cubes.entry(self.cube_of(cell)).or_default().add(heaps[cell.place]);
@@ -150,7 +156,7 @@ impl<'a> Cells<'a> {
         densities
     }
 
-    /// The smallest cube that holds a cell.
+    /// Returns the smallest cube that holds a cell.
     fn cube_of(&self, cell: &Cell) -> Cube {
         let surface = self.scene.surface(cell.triangle);
         let is_front = cell.place % 2 == 1;
@@ -163,7 +169,7 @@ impl<'a> Cells<'a> {
 }
 
 impl Cube {
-    /// The neighbourhood twice as large that holds this one.
+    /// Returns the neighbourhood twice as large that holds this one.
     fn larger(self) -> Self {
         Self { place: self.place.map(|x| x >> 1), ..self }
     }

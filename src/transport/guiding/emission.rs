@@ -1,9 +1,11 @@
-//! Guided emission: more photons are emitted where and whither they matter to the captors.
+//! Guided emission: lamps emit more photons where, and in the directions in which, they matter to
+//! the captors.
 //!
-//! What a lamp emits is decided by the first random numbers of a history: they are the coordinates of a point in a cube. The
-//! cube is halved, over and over, where importance differs between its parts, and a part is chosen in proportion to the
-//! importance that its photons have where they first come to a diffuse surface. A photon counts one over the density of
-//! the choice, which is nowhere below a fifth of that without it.
+//! The first random numbers of a history decide what a lamp emits: they are the coordinates of a
+//! point in a cube. The cube is halved, over and over, where importance differs between its parts.
+//! A part is chosen in proportion to the importance of its photons where they first come to a
+//! diffuse surface. A photon counts one over the density of the choice, which is nowhere below a
+//! fifth of the density without guiding.
 
 use crate::{
     math::{
@@ -18,7 +20,8 @@ use crate::{
 
 /// The share of the photons that are emitted as though nothing guided them.
 const FREE: f64 = 0.2;
-/// A side of a box is cut into this many parts, whose importance tells whether the box is worth halving.
+/// A side of a box is cut into this many parts, whose importance tells whether the box is worth
+/// halving.
 const BINS: usize = 8;
 /// A box is halved where its parts differ by more than this many times what chance alone explains.
 const CLEAR: f64 = 4.0;
@@ -35,8 +38,8 @@ pub struct Lamps {
 }
 
 impl Lamps {
-    /// Emits history `index` of some strata: the photon, of its full power, and the density with which it was chosen
-    /// over that without a guide.
+    /// Emits history `index` of some strata. Returns the photon, with its full power, and the
+    /// density with which it was chosen, relative to the density without guiding.
     pub fn emit<'s, L: Lanes>(
         &self,
         scene: &Scene,
@@ -68,12 +71,13 @@ pub fn emit_at<'s, L: Lanes>(
     emission
 }
 
-/// A point of the cube, and the importance of its photon over the density with which the point was chosen.
+/// A point of the cube, and the importance of its photon over the density with which the point was
+/// chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// Its coordinates, each in [0, 1).
+    /// The coordinates of the point, each in [0, 1).
     pub numbers: [f32; FIRST],
-    /// That quotient, in any unit, not negative.
+    /// The importance over the density, in any unit, not negative.
     pub value: f64,
 }
 
@@ -81,7 +85,7 @@ pub struct Sample {
 #[derive(Clone, Debug)]
 pub struct EmissionTree {
     boxes: Vec<Part>,
-    /// Running sums of their chances.
+    /// Running sums of the chances of the boxes.
     chances: Vec<f64>,
 }
 
@@ -95,7 +99,8 @@ struct Part {
 }
 
 impl EmissionTree {
-    /// From points that matter; none where nothing tells the parts of the cube apart.
+    /// Builds the tree from points with their importance. `None` if importance does not differ
+    /// clearly between parts of the cube.
     pub fn new(mut samples: Vec<Sample>) -> Option<Self> {
         samples.retain(|sample| sample.value > 0.0);
         let all: f64 = samples.iter().map(|sample| sample.value).sum();
@@ -136,7 +141,8 @@ impl EmissionTree {
     }
 }
 
-/// The axis along which importance is spread least evenly over a box, if it is so more clearly than by chance.
+/// Returns the axis along which importance is spread least evenly over a box, if the difference is
+/// larger than chance explains.
 fn differs(part: &Part, samples: &[Sample]) -> Option<usize> {
     let noise: f64 = samples.iter().map(|sample| sample.value * sample.value).sum();
     let all: f64 = samples.iter().map(|sample| sample.value).sum();
@@ -149,13 +155,13 @@ fn differs(part: &Part, samples: &[Sample]) -> Option<usize> {
         let even = all / BINS as f64;
         bins.iter().map(|sum| (sum - even).powi(2)).sum::<f64>()
     };
-    // numbers have 24 bits
+    // random numbers have 24 bits, so a narrower box is not halved
     let wide = |axis: &usize| part.sides[*axis] > 1e-6;
     let (axis, most) = (0..FIRST)
         .filter(wide)
         .map(|axis| (axis, unevenness(axis)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // of independent samples that are spread evenly it is about the noise
+    // for independent samples that are spread evenly, the unevenness is about the noise
     let flat = most < 0.05 * all * all / BINS as f64;
     (most > CLEAR * noise && !flat).then_some(axis)
 }

@@ -1,11 +1,12 @@
 //! Guides one photon: aimed flights accompany it, and weight windows split or end it.
 //!
-//! A photon of power w arrives at a place of importance J. On average m = w J / R photons leave it, each with 1 / m of
-//! the power that the surface scatters. The product of power and importance therefore stays near R, its usual value
-//! where photons first meet a diffuse surface. Splitting (m > 1) and roulette (m < 1) are one game (weight windows:
-//! Booth, "Monte Carlo variance reduction approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the
-//! roulette of absorption. Where both would let nearly the same number of photons go on, the roulette of absorption is
-//! kept: splitting that gains nothing only costs time.
+//! A photon of power w arrives at a place of importance J. On average m = w J / R photons leave it,
+//! each with 1 / m of the power that the surface scatters. The product of power and importance
+//! therefore stays near R, its usual value where photons first meet a diffuse surface. Splitting (m
+//! > 1) and roulette (m < 1) are one game (weight windows: Booth, "Monte Carlo variance reduction
+//! approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the roulette of
+//! absorption. Where both would let nearly the same number of photons go on, the roulette of
+//! absorption is kept: splitting that gains nothing only costs time.
 
 use std::sync::Arc;
 
@@ -27,10 +28,11 @@ use crate::{
     },
 };
 
-/// The dead band: the game is played only where it lets at least this many times as many photons go on as the roulette
-/// of absorption would, or at most the inverse of it.
+/// The dead band: the game is played only where it lets at least this many times as many photons go
+/// on as the roulette of absorption would, or at most the inverse of it.
 const BAND: f32 = 5.0;
-/// A photon that survives the game carries at most this many times the power that it would carry without it.
+/// A photon that survives the game carries at most this many times the power that it would carry
+/// without it.
 const MOST_GAIN: f32 = 20.0;
 /// The most photons into which one is split at a place: more of them would bring nearly the same.
 const MOST_COPIES: f32 = 300.0;
@@ -51,12 +53,13 @@ pub struct Guidance<'a> {
 }
 
 impl<'a> Guidance<'a> {
-    /// Flights aimed at the virtual captors of a scene, if there are any.
+    /// Returns a guidance that only aims flights at the virtual captors of a scene; `None` if there
+    /// are none.
     pub fn aim(scene: &Scene) -> Option<Self> {
         Targets::of(scene).map(|targets| Self { targets: Some(targets), ..Self::default() })
     }
 
-    /// The name of this kind of guiding.
+    /// Returns the name of this kind of guiding.
     pub fn guiding(&self) -> Guiding {
         match self {
             Self { windows: None, lamps: None, targets: None, .. } => Guiding::Off,
@@ -86,7 +89,7 @@ pub struct Guided<'a, 'p, L> {
     pub scene: &'a Scene,
     /// Sends the aimed flights, where there are captors to aim at.
     pub aimed: Option<Aimed<'a>>,
-    /// The importance, and the factor that makes of power times importance the m above.
+    /// The importance J, and the factor by which the product of power and importance gives m.
     pub windows: Option<(&'a Importance<'a>, f32)>,
     /// Copies that are still to be followed; there are none at first.
     pub copies: &'p mut Vec<Copies<'a, L>>,
@@ -115,12 +118,12 @@ pub struct Copies<'a, L> {
 struct Game {
     /// Their mean number, m.
     mean: f32,
-    /// Their mean number over that of the roulette of absorption.
+    /// Their mean number over the mean number with the roulette of absorption.
     gain: f32,
 }
 
 impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
-    /// Guides a photon that leaves a light.
+    /// Starts with a photon that leaves a light.
     pub fn new(
         scene: &'a Scene,
         aimed: Option<Aimed<'a>>,
@@ -187,7 +190,8 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         let mut seen = Seen::default();
         let gain = self.game.map_or(1.0, |game| game.gain);
         if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
-            // aimed flights leave from here as though the photon had been split, or ended, before it arrived
+            // aimed flights leave from here as though the photon had been split, or ended, before
+            // it arrived
             let each = power.clone().scaled(1.0 / gain);
             let flights = if self.game.is_some() { gain + rng.uniform() } else { 1.0 };
             for _ in 0..flights as u32 {

@@ -1,4 +1,4 @@
-//! How much light at a place matters to the captors.
+//! The importance of light: how much light at a place matters to the captors.
 
 use std::{f32::consts::PI, sync::Arc};
 
@@ -13,19 +13,21 @@ use crate::{
     },
 };
 
-/// J: the mean that a watt which arrives at a face brings to the captors, each captor's in units of its own expected
-/// light, so that all of them gain alike (FW-CADIS: Wagner, Peplow and Mosher, Nuclear Science and Engineering 176,
-/// 2014).
+/// The importance J of every face: the mean amount of light that a watt which arrives at the face
+/// brings to the captors. The light of each captor is in units of the light that it expects, so
+/// that all of them gain alike (FW-CADIS: Wagner, Peplow and Mosher, Nuclear Science and
+/// Engineering 176, 2014).
 pub struct Importance<'a> {
     cells: Arc<Cells<'a>>,
     values: Vec<f32>,
-    /// For each material.
+    /// For each material, the approximate fraction of the light that it sends on, in [0, 1].
     kept: Vec<f32>,
 }
 
 impl<'a> Importance<'a> {
-    /// From the importance that arrives at each place of `cells` per area: J = kept / pi of what comes to the face, or to
-    /// both where light passes the surface.
+    /// Computes J from the importance that arrives at each place of `cells` per area. J is kept /
+    /// pi of what comes to the face or, if the material transmits diffusely, of the mean over both
+    /// faces.
     pub fn new(scene: &'a Scene, cells: Arc<Cells<'a>>, arriving: &[f32]) -> Self {
         let kept = kept(scene);
         let mut values = vec![0.0; arriving.len()];
@@ -38,25 +40,26 @@ impl<'a> Importance<'a> {
         Self { cells, values, kept }
     }
 
-    /// J of a face at a point.
+    /// Returns J of a face at a point.
     #[inline]
     pub fn at(&self, hit: &SurfaceHit, front: bool) -> f32 {
         self.values[self.cells.at(hit, front)]
     }
 
-    /// Whether light matters nowhere.
+    /// Returns whether J is zero everywhere.
     pub fn is_zero(&self) -> bool {
         self.values.iter().all(|value| *value == 0.0)
     }
 
-    /// About the share of light that a material sends on, in [0, 1].
+    /// Returns the approximate fraction of the light that a material sends on, in [0, 1].
     #[inline]
     pub fn kept(&self, material: u32) -> f32 {
         self.kept[material as usize]
     }
 }
 
-/// About the share of light that each material sends on: of a ray at 45 degrees, the mean over the bands.
+/// Returns the approximate fraction of the light that each material sends on: that of a ray at 45
+/// degrees, as the mean over the bands.
 fn kept(scene: &Scene) -> Vec<f32> {
     let of = |material: &Material| -> f32 {
         let at = Interaction::new(Vec3::new(0.0, 0.5f32.sqrt(), -(0.5f32.sqrt())), Vec3::Z);

@@ -1,4 +1,5 @@
-//! Importons: they start at the captors and go the way of light backwards. They arrive where light matters to the captors.
+//! Importons: they start at the captors and follow the ways of light backwards, so that they arrive
+//! where light matters to the captors.
 
 use std::f32::consts::PI;
 
@@ -25,8 +26,8 @@ use crate::{
 const BLOCK: u64 = 512;
 /// A block ends early once its importons have taken this many flights each, on average.
 const FLIGHTS: u64 = 40;
-/// Importons are split where few arrive and ended where many do, but not where their number is within this factor of
-/// the usual one.
+/// Importons are split where few arrive and ended where many do, but not where their number is
+/// within this factor of the usual one.
 const BAND: f32 = 5.0;
 /// The most importons into which one is split at a place.
 const MOST_COPIES: f32 = 30.0;
@@ -43,12 +44,13 @@ struct Source<'a> {
     /// How far above the surface importons start, m.
     lift: f32,
     face: Channel,
-    /// The weight of its importons, per band.
+    /// Weight of an importon that starts from the face, per band.
     weights: Vec<f32>,
 }
 
 impl<'a> Sources<'a> {
-    /// The faces of a scene's captors, of which `expected` says the light per face and band, in any unit, above 0.
+    /// Takes the faces of a scene's captors. `expected` holds the light on each face per band, in
+    /// any unit, above 0.
     pub fn new(scene: &'a Scene, expected: &[Vec<f64>]) -> Self {
         let mut expected = expected.iter();
         let mut faces: Vec<Source> = Vec::new();
@@ -63,7 +65,7 @@ impl<'a> Sources<'a> {
                 faces.push(Source { triangles, areas, lift, face, weights });
             }
         }
-        // a watt's worth of light at each face, which is one in so many that importons start from
+        // a face emits importons of pi / light in all, and starts one in `faces.len()` of them
         let share = PI * faces.len() as f32;
         faces.iter_mut().flat_map(|face| &mut face.weights).for_each(|weight| *weight *= share);
         Self { scene, faces }
@@ -82,9 +84,10 @@ impl Source<'_> {
     }
 }
 
-/// The importance that arrives at each place of `cells` per area, from so many importons of a `round`. Where few came in the
-/// round `before` they are split (as weight windows from the flux itself, MAGIC: Davis and Turner, Fusion Engineering and
-/// Design 86, 2011), so that some come through several openings.
+/// Traces this number of importons of a `round`. Returns the importance that arrives at each place
+/// of `cells` per area. Where few importons arrived in the round `before`, they are split (as in
+/// weight windows from the flux itself, MAGIC: Davis and Turner, Fusion Engineering and Design 86,
+/// 2011), so that some pass several openings.
 pub fn learn(
     sources: &Sources,
     cells: &Cells,
@@ -97,13 +100,13 @@ pub fn learn(
     let usual = before.map(|density| (density, usual(sources, cells, density, streams)));
     let one = 1.0 / importons as f32;
     let trace = |block: u64| with_lanes!(scene.lanes(), L => trace_block::<L>(sources, cells, streams, (block, one), usual));
-    // in the order of the blocks, whichever thread was first
+    // in the order of the blocks, whichever thread is first
     let blocks: Vec<Vec<(u32, f32)>> =
         (0..importons.div_ceil(BLOCK)).into_par_iter().map(trace).collect();
     cells.densities(blocks.into_iter().flatten().map(|(place, value)| (place, value.into())))
 }
 
-/// The mean of the density where importons come first.
+/// Returns the mean of the density at the places to which importons come first.
 fn usual(sources: &Sources, cells: &Cells, density: &[f32], streams: Streams) -> f32 {
     let first = |index: u64| {
         let mut rng = streams.history(u64::MAX - index);
@@ -117,7 +120,8 @@ fn usual(sources: &Sources, cells: &Cells, density: &[f32], streams: Streams) ->
     found.iter().sum::<f32>() / found.len().max(1) as f32
 }
 
-/// Where the importons of a block come to, and what they bring; each is this share of all.
+/// Traces the importons of a block, each of which counts the fraction `one` of the total. Returns
+/// the places where they arrive, and what they bring.
 fn trace_block<L: Lanes>(
     sources: &Sources,
     cells: &Cells,
@@ -145,19 +149,19 @@ fn trace_block<L: Lanes>(
     walk.found
 }
 
-/// An importon and its copies.
+/// An importon and its copies, which are followed one after the other.
 struct Walk<'a, 's, L> {
     scene: &'a Scene,
     cells: &'a Cells<'s>,
-    /// The density found before, and its mean where importons come first.
+    /// The density of the round before, and its mean at the places to which importons come first.
     usual: Option<(&'a [f32], f32)>,
     waiting: Vec<(Ray, Spectrum<L>)>,
     found: Vec<(u32, f32)>,
 }
 
 impl<L: Lanes> Walk<'_, '_, L> {
-    /// Follows all that wait, which started with the weight `first`, for at most so many flights. Returns how many there
-    /// were.
+    /// Follows all flights in `waiting`, which started with the weight `first`, for at most `most`
+    /// flights. Returns the number of flights.
     fn go(&mut self, first: f32, most: u64, rng: &mut Stream) -> u64 {
         let mut flights = 0;
         while let Some((mut ray, mut carried)) = self.waiting.pop() {

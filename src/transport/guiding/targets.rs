@@ -1,5 +1,5 @@
-//! The virtual captors as something to aim at: which of them a point, or a beam from infinitely far away, sees well,
-//! and where.
+//! The virtual captors as targets of aimed flights: which of them a point, or a beam from
+//! infinitely far away, sees well, and where they are.
 
 use std::f32::consts::PI;
 
@@ -18,18 +18,22 @@ use crate::{
     },
 };
 
-/// The shape that is aimed at is larger than the captor by this factor, so that rounding does not miss its rim.
+/// The shape at which flights are aimed is larger than the captor by this factor, so that rounding
+/// does not make them miss its rim.
 const MARGIN: f32 = 1.02;
-/// Behind solid glass, which shifts rays, some flights aim at up to so many times the captor's size, ...
+/// In scenes with solid glass, which shifts rays, some flights aim at a shape up to this many times
+/// as large as the captor.
 const WIDE: f32 = 4.0;
-/// ... and these are so many of all. The closer to its rim the more of them come there: flights that are shifted onto it
-/// from there alone bring a few times as much as others, and not 50 times.
+/// The fraction of the flights that do so. More of these flights pass close to the captor's rim
+/// than far from it, so that a flight that only the shift brings onto the captor counts a few times
+/// as much as others, and not 50 times as much.
 const WIDE_SHARE: f32 = 0.4;
-/// The most captors that are compared one by one; more are cut in halves, which are compared first.
+/// The largest number of captors that are compared one by one. More captors are cut into halves,
+/// which are compared first.
 const GROUP: usize = 128;
-/// The most captors that a ray is tried against without a ball around some of them.
+/// The largest number of captors against which a ray is tested without a ball around some of them.
 const LEAF: usize = 8;
-/// A captor is flat if its corners lie off their mean plane by less than this share of its size.
+/// A captor is flat if its corners are off their mean plane by less than this fraction of its size.
 const FLAT: f32 = 0.02;
 
 /// The directions into which light leaves a point.
@@ -37,14 +41,15 @@ const FLAT: f32 = 0.02;
 pub enum Facing {
     /// The half space towards which this unit vector points.
     Front(Vec3),
-    /// All, with the cosine to this normal: light leaves both sides of the surface.
+    /// All directions, with the cosine to this normal: light leaves both sides of the surface.
     Both(Vec3),
-    /// All, equally.
+    /// All directions equally.
     Anywhere,
 }
 
 impl Facing {
-    /// The cosine at which a ball is seen, times its distance, and a little more for its rim; 0 where it lies behind.
+    /// Returns the cosine at which a ball is seen, times its distance, with its radius added for
+    /// its rim; 0 if the ball lies behind.
     #[inline]
     fn along(self, to: Vec3, radius: f32) -> f32 {
         match self {
@@ -64,7 +69,7 @@ pub enum View {
     Beam(Vec3),
 }
 
-/// The shape that is aimed at.
+/// The shape at which flights are aimed.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
     /// The ellipse around a flat captor.
@@ -84,29 +89,30 @@ enum Shape {
     Ball,
 }
 
-/// A captor to aim at.
+/// A captor at which flights are aimed.
 #[derive(Clone, Copy, Debug)]
 struct Target {
     center: Vec3,
-    /// The radius of a ball around it, m.
+    /// The radius of a ball around the captor, m.
     radius: f32,
     shape: Shape,
 }
 
-/// A node of the tree of targets: some that are neighbours.
+/// A node of the tree of targets: a set of neighbouring targets.
 #[derive(Clone, Debug)]
 struct Node {
-    /// Of a ball around all that is aimed at there.
+    /// Centre of a ball around everything at which flights are aimed there.
     center: Vec3,
     radius: f32,
-    /// Their range in the list of targets.
+    /// The range of the node's targets in the list is `from..to`.
     from: usize,
     to: usize,
-    /// The node of their first half; the one of the other half follows it in the list.
+    /// The index of the node of their first half; the node of the other half follows it in the
+    /// list.
     halves: Option<usize>,
 }
 
-/// The sum of the weights of the targets that were compared one by one in a view, and the node that they are of.
+/// The node whose targets were compared one by one in a view, and the sum of their weights.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen(Option<(usize, f32)>);
 
@@ -123,7 +129,7 @@ pub struct Targets {
 }
 
 impl Targets {
-    /// The targets of a scene; none where it has no virtual captor.
+    /// Builds the targets of a scene; `None` if it has no virtual captor.
     pub fn of(scene: &Scene) -> Option<Self> {
         let captors = scene.captors.iter().enumerate();
         let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
@@ -156,7 +162,7 @@ impl Targets {
         Node { center, radius, from, to, halves: None }
     }
 
-    /// Cuts a node across its longest side, unless it is small.
+    /// Cuts a node into halves across its longest side, unless it is small.
     fn halve(&mut self, node: usize, reach: f32) {
         let Node { from, to, .. } = self.nodes[node];
         if to - from <= LEAF {
@@ -172,8 +178,9 @@ impl Targets {
         self.nodes.extend(halves);
     }
 
-    /// A unit vector from the point of a view to one of them, or a point that a beam is to pass; and what the
-    /// [`density`](Self::density) of others in that view need not find again. None where no captor is chosen.
+    /// Chooses a target in a view. Returns a unit vector from the point of the view to it or, for a
+    /// beam, a point that the beam is to pass. Also returns what [`density`](Self::density) in the
+    /// same view then need not compute again. `None` where no captor is chosen.
     pub fn choose(&self, view: View, rng: &mut Stream) -> (Option<Vec3>, Seen) {
         let mut u = rng.uniform();
         let mut number = 0;
@@ -205,10 +212,12 @@ impl Targets {
         (chosen.and_then(|target| target.aim(view, self.wide_share, rng)), seen)
     }
 
-    /// The density with which [`choose`](Self::choose) takes a ray: of its direction from the point of the view, 1/sr, or
-    /// of its place across a beam, 1/m2.
+    /// Returns the density with which [`choose`](Self::choose) draws a ray: of its direction from
+    /// the point of the view, 1/sr, or of its place across a beam, 1/m2.
     pub fn density(&self, view: View, ray: &Ray, seen: Seen) -> f32 {
-        // each with its chance and the node that is compared one by one; no deeper than the logarithm of their number
+        // nodes to visit, each with its chance and the node whose targets are compared one by one;
+        // there are no more than the depth of the tree, which is the logarithm of the number of
+        // targets
         let mut open = [(0, 1.0, None); 64];
         let mut left = 1;
         let Seen(mut known) = seen;
@@ -240,7 +249,7 @@ impl Targets {
                 if there == 0.0 {
                     continue;
                 }
-                // without weight it is seen from behind
+                // a target without weight is seen from behind
                 let weight = target.weight(view);
                 if weight > 0.0 {
                     let total = match known {
@@ -260,7 +269,8 @@ impl Targets {
         &self.targets[from..to]
     }
 
-    /// The chances of a node's halves, the first of which is `first`; none where neither is seen.
+    /// Returns the chances of the two halves of a node, of which `first` is the first; `None` if
+    /// neither is seen.
     #[inline]
     fn shares(&self, first: usize, view: View) -> Option<(f32, f32)> {
         let seen = |node: &Node| {
@@ -277,14 +287,15 @@ impl Targets {
 }
 
 impl Node {
-    /// The first of its halves, where these are compared first.
+    /// Returns the index of the node's first half, if its halves are compared before its targets.
     #[inline]
     fn choice(&self) -> Option<usize> {
         self.halves.filter(|_| self.to - self.from > GROUP)
     }
 }
 
-/// Whether a ray along `direction` meets a ball whose middle lies at `to` from its start.
+/// Returns whether a ray along `direction` meets a ball whose middle lies at `to` from the ray's
+/// origin.
 #[inline]
 fn meets_ball(to: Vec3, radius: f32, direction: Vec3) -> bool {
     let along = to.dot(direction);
@@ -321,8 +332,9 @@ impl Target {
         Self { center, radius: a.max(b), shape }
     }
 
-    /// About how much of the light of a view comes to a unit of its area, cos cos' / d2 or the cosine of a beam: the
-    /// chance to aim at it.
+    /// Returns the weight of the target in a view, in proportion to which flights aim at it: the
+    /// approximate light of the view per unit of the target's area, cos cos' / d2 or the cosine of
+    /// a beam.
     #[inline]
     fn weight(&self, view: View) -> f32 {
         let height = |to: Vec3| match self.shape {
@@ -345,7 +357,8 @@ impl Target {
         height(to) * facing.along(to, self.radius) / (d2 + r2).powi(2)
     }
 
-    /// A unit vector to it, or a point of it that a beam is to pass.
+    /// Draws a unit vector to the target or, for a beam, a point of the target that the beam is to
+    /// pass.
     fn aim(&self, view: View, wide_share: f32, rng: &mut Stream) -> Option<Vec3> {
         let size = match wide_share {
             0.0 => 1.0,
@@ -374,13 +387,14 @@ impl Target {
         }
     }
 
-    /// 1 - cos of the angle at which the radius of a ball appears from outside.
+    /// Returns 1 - cos of the angle at which the radius of the ball appears from outside.
     fn versine(&self, to: Vec3) -> f32 {
         let sin2 = (self.radius * self.radius / to.length_squared()).min(1.0);
         sin2 / (1.0 + (1.0 - sin2).sqrt())
     }
 
-    /// The density of [`aim`](Self::aim): of directions, 1/sr, or of places across a beam, 1/m2.
+    /// Returns the density of [`aim`](Self::aim): of directions, 1/sr, or of places across a beam,
+    /// 1/m2.
     #[inline]
     fn density(&self, view: View, ray: &Ray, wide_share: f32) -> f32 {
         let (to, direction) = (self.center - ray.origin, ray.direction);
@@ -390,7 +404,7 @@ impl Target {
                 let t = to.dot(normal) / cos;
                 let at = t * direction - to;
                 let r2 = at.dot(inverse[0]).powi(2) + at.dot(inverse[1]).powi(2);
-                // a direction in its plane has none
+                // a ray in the plane of the ellipse has no density
                 if !(r2 <= WIDE * WIDE && t > 0.0) {
                     return 0.0;
                 }
@@ -414,22 +428,24 @@ impl Target {
     }
 }
 
-/// How many times as large as the captor the ellipse is that a flight aims at: `u` below 1 makes it larger, so that 1 / s is
-/// uniform in [1 / [`WIDE`], 1].
+/// Returns the size of the ellipse at which a flight aims, relative to the captor. It is 1 for `u`
+/// of 1 and more; below, it is a size s of which 1 / s is uniform in [1 / [`WIDE`], 1].
 #[inline]
 fn wide_size(u: f32) -> f32 {
     if u < 1.0 { 1.0 / (1.0 - u * (1.0 - 1.0 / WIDE)) } else { 1.0 }
 }
 
-/// The density of points uniform on ellipses of such sizes, at `r2` times the squared size of the captor, times its area:
-/// the integral of s^-4 WIDE / (WIDE - 1) over the sizes s that reach there.
+/// Returns the density of points that are uniform on ellipses of such sizes, times the area of the
+/// captor's ellipse. `r2` is the squared distance from the middle, relative to the size of the
+/// captor. The density is the integral of s^-4 WIDE / (WIDE - 1) over the sizes s that reach there.
 #[inline]
 fn wide_density(r2: f32) -> f32 {
     let r = r2.max(1.0).sqrt();
     (WIDE / (3.0 * (WIDE - 1.0)) * ((r * r * r).recip() - (WIDE * WIDE * WIDE).recip())).max(0.0)
 }
 
-/// Half axes of an ellipse around flat triangles that has the directions and the proportion of their second moments.
+/// Returns the half axes of an ellipse around flat triangles. Their directions and the proportion
+/// of their lengths are those of the second moments of the triangles.
 fn axes(middle: Vec3, normal: Vec3, triangles: &[Triangle]) -> [Vec3; 2] {
     let Frame { tangent: x, bitangent: y, .. } = Frame::new(normal);
     let corners = || {

@@ -1,4 +1,4 @@
-//! The density of aimed directions, against the directions.
+//! Tests of the density of aimed directions against the directions themselves.
 
 use std::f32::consts::PI;
 
@@ -20,8 +20,8 @@ use crate::{
     },
 };
 
-/// Squares of 0.2 m, `side` x `side` of them 0.25 m apart in the plane z = 0, some of both sides, and a square of a
-/// material.
+/// Builds a scene of `side` x `side` captors, squares of 0.2 m that are 0.25 m apart in the plane z
+/// = 0. Every third captor counts both sides. There is also one square of `material`.
 fn squares(side: usize, material: Material) -> Scene {
     let square = |x: f64, y: f64, size: f64| {
         let at = |u: f64, v: f64| DVec3::new(x + u * size, y + v * size, 0.0);
@@ -52,10 +52,11 @@ fn squares(side: usize, material: Material) -> Scene {
     scene.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Over all directions the density integrates to 1, and weighs a function as the directions that are chosen do: of 9
-/// squares, which are compared one by one, and of 400, of which a tree is descended first; from a point above, and from
-/// a surface that stands upright; in scenes with solid glass, too, where more than the captors is aimed at. 200,000 uniform
-/// directions and as many chosen ones, seed 1; 16 comparisons with odds of 1e-6 each.
+/// Over all directions the density integrates to 1, and the mean of a function with the density as
+/// weight is that over the directions that are chosen. With 9 squares, which are compared one by
+/// one, and with 400, for which a tree is descended first; from a point above, and from a surface
+/// that stands upright; also with solid glass, where flights aim at more than the captors. 200,000
+/// uniform directions and as many chosen ones, seed 1; 16 comparisons with odds of 1e-6 each.
 #[test]
 fn directions_have_their_density() {
     let wall = Material::Lambert(Lambert::new(&[0.5]));
@@ -64,7 +65,7 @@ fn directions_have_their_density() {
         let scene = squares(side, material.clone());
         let targets = Targets::of(&scene).expect("captors");
         for (n, facing) in [Facing::Anywhere, Facing::Front(Vec3::X)].into_iter().enumerate() {
-            // beside the scene's own centre, 0.6 m above the squares
+            // away from the scene's centre, 0.6 m above the squares
             let point = scene.captor_triangles()[0].a + Vec3::new(-0.4, 0.2, 0.6);
             let mut rng = Stream::new(1, side as u64, n as u64);
             let weigh = |d: Vec3| f64::from(d.x + 2.0 * d.y * d.y);
@@ -84,8 +85,9 @@ fn directions_have_their_density() {
     }
 }
 
-/// The same of places across a beam from above and of one from below, which comes to some of the captors alone: uniform
-/// ones on a square of 20 m across the beam, 200,000 of them. 16 comparisons with odds of 1e-6 each.
+/// The same holds for places across a beam from above, and for a beam from below, which comes only
+/// to some of the captors. 200,000 uniform places on a square of 20 m across the beam; 16
+/// comparisons with odds of 1e-6 each.
 #[test]
 fn places_across_a_beam_have_their_density() {
     const SIDE: f32 = 20.0;
@@ -120,13 +122,14 @@ fn places_across_a_beam_have_their_density() {
     }
 }
 
-/// What is chosen in a view, of which the ray has the same density with what is known from choosing it as without.
+/// Draws a direction or a place in a view. Its ray must have the same density with what the choice
+/// has learned as without.
 fn chosen(targets: &Targets, view: View, ray: impl Fn(Vec3) -> Ray, rng: &mut Stream) -> Vec3 {
     let (chosen, seen) = targets.choose(view, rng);
     let chosen = chosen.expect("one is in sight");
     let [known, found] =
         [seen, Seen::default()].map(|seen| targets.density(view, &ray(chosen), seen));
-    // a ray to the rim may miss it by rounding
+    // rounding may make a ray to the rim miss it
     assert!((known - found).abs() <= 1e-5 * known, "{known} {found}");
     chosen
 }

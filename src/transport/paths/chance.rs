@@ -1,13 +1,17 @@
 //! Light that paths find by chance alone.
 //!
-//! A small lamp in a mirror, a bright spot there, light that is scattered twice close to a lamp: few paths find
-//! these, and find much. A run in which none has done so knows nothing of them, and its errors are too small. So photons
-//! tell how much of such light comes to each face, and what it counts for a path that finds it.
+//! Examples are the image of a small lamp or of a bright spot in a mirror, and light that is
+//! scattered twice close to a lamp. Few paths find such light, and each of these finds much. If no
+//! path of a run has found any, the spread of the paths does not show it, and the standard errors
+//! are too small. Photons therefore measure how much of such light comes to each face, and how much
+//! a path counts that finds it.
 //!
-//! Say that a path can find the light of a lamp of power Φ in band b but by meeting a source that sheds Φ g per m2: the
-//! lamp itself, for which g is 1 / area, or a place that it lights, for which Φ g is the irradiance there. On a face of area A
-//! such a path counts up to X = Φ g A. The mean of X² over paths is the mean of w X over photons that bring the power w by
-//! the same ways, whatever the chance is: this is what such light adds to the variance of a path.
+//! Suppose that a path can find the light of a lamp of power Φ in band b only by meeting a source
+//! that sheds Φ g per m2. The source is the lamp itself, for which g is 1 / area, or a place that
+//! the lamp lights, for which Φ g is the irradiance there. On a face of area A such a path counts
+//! up to X = Φ g A. The mean of X² over paths is the mean of w X over photons that bring the power
+//! w by the same ways, whatever the chance of these ways is. This mean is what such light adds to
+//! the variance of a path.
 
 use std::f32::consts::PI;
 
@@ -27,60 +31,66 @@ use crate::{
     },
 };
 
-/// The least g times the squared radius of the scene: from so far its source fills less than about a tenth of a
-/// steradian. What is larger, paths find often enough for their errors to know it.
+/// Sources with a smaller product of g and the squared radius of the scene do not count. From that
+/// radius away, a source that counts fills less than about a tenth of a steradian. Larger sources
+/// are found by enough paths to show in the standard errors.
 const SMALL: f32 = 10.0;
-/// Photons on a face below which all faces together speak for it.
+/// A face with fewer photons than this is given the mean of all faces.
 const FEW: u64 = 100;
-/// How many times the variance that a run has found such light must add for its errors to be called too small.
-/// Photons overrate it up to threefold: they take a path to lose nothing on its way (see `LEAST` of paths).
+/// The standard errors are called too small if such light adds more than this many times the
+/// variance that the run has found. Photons overestimate it up to threefold, because they assume
+/// that a path loses nothing on its way (see `LEAST` of paths).
 const TOO_SMALL: f64 = 4.0;
-/// A relative error that is no more than rounding.
+/// A relative error of this size may be rounding.
 const ROUNDING: f64 = 1e-4;
 
-/// What photons found on faces of captors.
+/// Results of photons for the faces of captors.
 pub struct ByChance {
     bands: usize,
     photons: u64,
-    /// Per channel of the captors.
+    /// For each channel of the captors.
     faces: Vec<Sums>,
 }
 
-/// Sums over the photons of a face, or of all.
+/// Sums over the photons that came to a face, or to all faces.
 #[derive(Clone, Debug, Default)]
 struct Sums {
     photons: u64,
-    /// Of what a path may find: power per band.
+    /// Flux of the light that paths can find: the sum of power, per band.
     flux: Vec<f64>,
-    /// Of what it finds by chance alone: power times Φ g.
+    /// Second moment of the light that paths find by chance alone: the sum of power times Φ g, per
+    /// band.
     second: Vec<f64>,
-    /// Area that paths start from, m2.
+    /// Area of the face from which paths start, m2.
     area: f64,
 }
 
-/// Where the light of a photon is to be found.
+/// The source that a path has to meet in order to find the light of a photon. It changes as the
+/// photon is followed.
 pub struct Source<'a> {
     scene: &'a Scene,
     light: usize,
-    /// As it left its light.
+    /// The ray of the photon as it left its light.
     ray: Ray,
-    /// Whether paths are sent light of it.
+    /// Whether the light also sends photons to paths.
     sent: bool,
     way: Way,
 }
 
 #[derive(Clone, Copy)]
 enum Way {
-    /// Straight from its light: by joining.
+    /// The photon has come straight from its light, which next-event estimation finds.
     Straight,
-    /// Scattered once, at this point of a surface with this normal.
+    /// The photon was scattered once, at this point of a surface with this normal. `exitance` is
+    /// that of the lit place per watt, 1/m2, and `mirrored` tells whether a mirror or a refraction
+    /// came after it.
     Once { at: Vec3, normal: Vec3, exitance: f32, mirrored: bool },
-    /// At a source of this exitance per watt, 1/m2.
+    /// A source of this exitance per watt, 1/m2, is to be met.
     Known(f32),
 }
 
 impl<'a> Source<'a> {
-    /// As a photon leaves its light.
+    /// Starts with a photon that leaves its light along `ray`.
     pub fn new(scene: &'a Scene, pilot: &Pilot, light: usize, ray: Ray) -> Self {
         let sent = pilot.spots.as_ref().is_some_and(|spots| spots.has(light));
         let infinite = scene.lights[light].entrance().is_some();
@@ -88,7 +98,8 @@ impl<'a> Source<'a> {
         Self { scene, light, ray, sent, way }
     }
 
-    /// After an arrival at a point of a surface that sends it on so.
+    /// Takes in that the photon has arrived at a point of a surface, which sends it on by `lobe`.
+    /// `None`: the photon ends there.
     pub fn arrived(&mut self, point: Vec3, normal: Vec3, lobe: Option<LobeKind>) {
         let own = self.scene.lights[self.light].exitance();
         self.way = match (self.way, lobe) {
@@ -109,13 +120,15 @@ impl<'a> Source<'a> {
         };
     }
 
-    /// g of the source, for paths that come to a point of a surface, or start there; 0 where they need no chance.
+    /// Returns g of the source, in 1/m2, for paths that come to a point of a surface or start
+    /// there; 0 if they find the light without chance.
     fn per_watt(&self, point: Vec3, normal: Vec3) -> f32 {
         match self.way {
             Way::Straight => 0.0,
             Way::Known(g) => g,
             Way::Once { exitance, mirrored: true, .. } => exitance,
-            // found from afar by what the light's own photons are joined with, which has no bound close by
+            // a sent photon that is joined with the path finds it from afar; close by, the joining
+            // kernel has no bound
             Way::Once { at, normal: there, exitance, .. } if self.sent => {
                 let away = point - at;
                 let d2 = away.length_squared();
@@ -128,7 +141,7 @@ impl<'a> Source<'a> {
 }
 
 impl ByChance {
-    /// Whether a scene with something smooth may have such light.
+    /// Returns whether a scene with a smooth surface may have such light.
     pub fn may_be(scene: &Scene) -> bool {
         scene.lights.iter().any(|light| light.entrance().is_none())
     }
@@ -144,7 +157,7 @@ impl ByChance {
         Self { bands, photons: 0, faces }
     }
 
-    /// A photon that comes to a face.
+    /// Adds a photon that comes to a face.
     pub(super) fn add<L: Lanes>(
         &mut self,
         source: &Source,
@@ -172,14 +185,15 @@ impl ByChance {
         }
     }
 
-    /// All of it, of so many photons; none where no light comes by chance alone.
+    /// Ends the sums after this number of photons. `None` if there is no light that paths find by
+    /// chance alone.
     pub(super) fn of(self, photons: u64) -> Option<Self> {
         let any = self.faces.iter().any(|sums| sums.second.iter().any(|&second| second > 0.0));
         any.then_some(Self { photons, ..self })
     }
 
-    /// Per channel of captors and groups, whether the errors that so many paths from each face found are too small for what
-    /// such light must add to them.
+    /// Returns, for each channel of captors and groups, whether the standard errors of a run with
+    /// this number of paths from each face are too small for what such light must add to them.
     pub fn too_small(&self, scene: &Scene, totals: &Totals, paths: u64) -> Vec<bool> {
         let (bands, captors) = (self.bands, scene.channels());
         let mut all = Sums::new(bands);
@@ -197,7 +211,8 @@ impl ByChance {
                 for b in (0..bands).filter(|&b| sums.second[b] > 0.0) {
                     let flux = sums.flux[b] / self.photons as f64;
                     let relative = sums.second[b] * sums.area / self.photons as f64 / flux.powi(2);
-                    // with a response the sensor reads something else than comes
+                    // the photons measure what arrives, but a sensor with a response reads
+                    // something else
                     let flux = match known && captor.sensor.response.is_none() {
                         true => flux,
                         false => totals.running(channel)[b].estimate(totals.batches).mean,

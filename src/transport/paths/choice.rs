@@ -1,23 +1,25 @@
-//! Which light a point is joined with.
+//! The choice of the light that a point of a path is joined with.
 
 use glam::Vec3;
 
 use crate::scene::light::Light;
 
-/// The chances of the lights at a point: one half in proportion to what each may contribute
-/// there; the other half alike, for a dim lamp in a room that a bright one does not reach.
+/// The chances of the lights at a point. One half of the chance is in proportion to what each light
+/// may contribute there. The other half is the same for all lights that may contribute anything,
+/// for the sake of a dim lamp in a room that a bright lamp does not reach.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LightChoice {
     point: Vec3,
     one_sided: Option<Vec3>,
-    /// What all may contribute.
+    /// Sum of what all lights may contribute.
     total: f32,
-    /// Lights that may contribute something.
+    /// Number of the lights that may contribute anything.
     count: usize,
 }
 
 impl LightChoice {
-    /// At a point, where light from behind does not count if it has a normal.
+    /// Computes the chances at a point. With a normal `one_sided`, light from behind does not
+    /// count.
     pub(super) fn new(lights: &[Light], point: Vec3, one_sided: Option<Vec3>) -> Self {
         let mut choice = Self { point, one_sided, total: 0.0, count: 0 };
         if lights.len() == 1 {
@@ -31,8 +33,8 @@ impl LightChoice {
         choice
     }
 
-    /// The light of `lights` that a number in [0, 1) stands for, and its chance; none where no light can shine.
-    /// One that is alone is chosen everywhere, and needs no number.
+    /// Returns the index of the light that a number in [0, 1) selects, and its chance. `None` where
+    /// no light can shine. A light that is alone is always chosen and needs no number.
     pub(super) fn choose(
         &self,
         lights: &[Light],
@@ -49,7 +51,7 @@ impl LightChoice {
         })
     }
 
-    /// The chance of one of `lights`, in [0, 1].
+    /// Returns the chance with which a light is chosen, in [0, 1].
     pub(super) fn chance(&self, lights: &[Light], light: usize) -> f32 {
         if lights.len() == 1 {
             return 1.0;
@@ -61,7 +63,8 @@ impl LightChoice {
         0.5 * (importance / self.total + 1.0 / self.count as f32)
     }
 
-    /// About the irradiance of a light at the point; zero only where it sheds none directly.
+    /// Returns the approximate irradiance of a light at the point, W/m2 or umol/m2/s; zero only
+    /// where the light sheds none directly.
     fn importance(&self, light: &Light) -> f32 {
         let power = light.power.iter().copied().fold(0.0, f64::max) as f32;
         if power > 0.0 { power * light.importance(self.point, self.one_sided) } else { 0.0 }

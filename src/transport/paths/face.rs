@@ -1,4 +1,4 @@
-//! Where paths start: the faces of captors.
+//! The faces of captors, where paths start.
 
 use std::f32::consts::PI;
 
@@ -27,21 +27,22 @@ use crate::{
     },
 };
 
-/// What one path says about a face, per band in W or umol/s.
+/// What one path has found for a face, per band in W or umol/s.
 #[derive(Clone, Copy, Debug)]
 pub struct PathScore<L> {
     /// Estimate of the flux on the face.
     pub flux: Spectrum<L>,
-    /// Estimate of the power that a surface absorbs of it; zero for a virtual captor.
+    /// Estimate of the part of the flux that the surface absorbs; zero for a virtual captor.
     pub absorbed: Spectrum<L>,
-    /// Rays traced.
+    /// Number of rays traced.
     pub rays: u32,
-    /// Whether a length limit ended it: what it could still have found is missing. Where surfaces have
-    /// left but a part of a path, this is true as often as that part is large.
+    /// Whether a limit on the length of paths ended the path, so that what it could still have
+    /// found is missing. If surfaces have left only a fraction of the path, this is true with that
+    /// probability.
     pub cut_off: bool,
 }
 
-/// The face of a captor that paths start from.
+/// A face of a captor, from which paths start.
 pub struct Face<'a> {
     /// Index of the captor.
     pub captor: usize,
@@ -49,26 +50,26 @@ pub struct Face<'a> {
     pub channel: Channel,
     scene: &'a Scene,
     area: f32,
-    /// Middle of the captor.
+    /// Middle of the captor, m.
     middle: Vec3,
     triangles: &'a [Triangle],
     areas: Discrete,
     places: Vec<Place>,
 }
 
-/// What paths that start from a triangle need of it.
+/// How paths start from one triangle.
 #[derive(Clone, Copy)]
 struct Place {
-    /// Normal of the face.
+    /// Unit normal of the face.
     normal: Vec3,
-    /// From the triangle to where they start, m.
+    /// Offset from the triangle to the points where paths start, m.
     off: Vec3,
-    /// Weights of the corners below which a point is too near to the edge across.
+    /// Barycentric weights below which a point is too close to the edge opposite the corner.
     margins: Vec3,
 }
 
 impl<'a> Face<'a> {
-    /// The front or back of a captor of `scene`.
+    /// Returns the front or the back of a captor of `scene`.
     pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
         let of: &Captor = &scene.captors[captor];
         let triangles = scene.triangles_of(of);
@@ -94,7 +95,7 @@ impl<'a> Face<'a> {
         Self { captor, channel, scene, area, middle, triangles, areas, places }
     }
 
-    /// Follows one path back from the face; some of it aims at what `pilot` found.
+    /// Follows one path back from the face. It uses what the `pilot` run learned.
     pub fn path<L: Lanes>(&self, pilot: &Pilot, rng: &mut Stream) -> PathScore<L> {
         let Start { triangle, point, normal } = self.start(rng);
         let at = self.vertex(point, normal);
@@ -140,7 +141,7 @@ impl<'a> Face<'a> {
         score
     }
 
-    /// What a sensor reads of flux that comes at this cosine.
+    /// Returns what the sensor reads of flux that comes at this cosine to the normal of the face.
     fn read<L: Lanes>(&self, flux: Spectrum<L>, cos: f32) -> Spectrum<L> {
         match &self.scene.captors[self.captor].sensor.response {
             None => flux,
@@ -148,7 +149,7 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// A start at a point of the face, uniform over it.
+    /// Returns the starting point of a path, chosen uniformly on the face.
     fn vertex(&self, point: Vec3, normal: Vec3) -> Vertex {
         let arrival = Some(Arrival { from: self.middle, density: 1.0 / self.area });
         let one_sided = Some(normal);
@@ -156,7 +157,8 @@ impl<'a> Face<'a> {
         Vertex { point, step: None, one_sided, arrival, choice }
     }
 
-    /// Light that a lamp sends to the face itself, weighted against what paths would find that start there.
+    /// Sends a photon from a lamp, and adds to `score` what it brings to the face, weighted by the
+    /// balance heuristic against the paths that start there.
     fn sent<L: Lanes>(&self, spots: &Spots, free: f32, score: &mut PathScore<L>, rng: &mut Stream) {
         let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
         let (light, chance) = spots.choose(scene, self.middle, rng);
@@ -170,7 +172,8 @@ impl<'a> Face<'a> {
             }
             let triangle = crossing.triangle - captor.triangles.start;
             let Place { normal, off, .. } = self.places[triangle];
-            // as paths start, so that both weigh the lights alike: one may lie in the plane of the face
+            // points are lifted as paths start, so that both weigh the lights alike: a lamp may lie
+            // in the plane of the face
             let point = crossing.point + off;
             let Some(origin) = spots::origin(scene, light, &ray, point) else { return };
             let share = spots.share(scene, &self.vertex(point, normal), &origin, |d| {
@@ -182,8 +185,8 @@ impl<'a> Face<'a> {
         });
     }
 
-    /// One shadow ray's estimate of the irradiance that a light at infinity brings straight or through thin panes,
-    /// per band, W/m2; none where that is nothing.
+    /// Estimates with one shadow ray the irradiance that a light at infinity brings to the face,
+    /// straight or through thin panes, per band, W/m2. `None` where no light arrives.
     pub fn direct<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Spectrum<L>> {
         let Start { point: origin, normal, .. } = self.start(rng);
         let sample = light.sample::<L>(rng)?;
@@ -196,12 +199,13 @@ impl<'a> Face<'a> {
         let visible = self.scene.visibility_along::<L>(&ray, f32::INFINITY)?;
         let captor = &self.scene.captors[self.captor];
         let response = captor.sensor.response.as_ref().map_or(1.0, |response| response.factor(cos));
-        // of a sphere four times its area
+        // the face of a spherical sensor is four times its cross-section, which is its area
         let start = self.area / captor.area as f32;
         Some((sample.radiance_over_pdf * visible).scaled(start * response * cos))
     }
 
-    /// A point of the face, as far off it and from its edges as photons that leave it.
+    /// Draws a point of the face. It is as far off the face and from its edges as photons that
+    /// leave it.
     fn start(&self, rng: &mut Stream) -> Start {
         let Chosen { index: triangle, rest } = self.areas.choose(rng.uniform_fine());
         let Place { normal, off, margins } = self.places[triangle];
@@ -210,14 +214,14 @@ impl<'a> Face<'a> {
         Start { triangle, point, normal }
     }
 
-    /// The surface of a surface captor's triangle.
+    /// Returns the surface of a triangle of a surface captor; `None` for a virtual captor.
     fn surface(&self, triangle: usize) -> Option<&'a Surface> {
         let captor = &self.scene.captors[self.captor];
         let surface = || self.scene.surface(captor.triangles.start + triangle);
         (captor.kind == CaptorKind::Surface).then(surface)
     }
 
-    /// What a surface captor absorbs of `flux` that comes from `direction`.
+    /// Returns the part of `flux` from `direction` that a surface captor absorbs.
     fn absorbed<L: Lanes>(
         &self,
         triangle: usize,
@@ -232,7 +236,8 @@ impl<'a> Face<'a> {
         let material = self.scene.material(surface);
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,
-            // no closed form: what scattering once leaves behind, in the mean
+            // without a closed form: what is left after one random scattering is absorbed, on
+            // average
             None => match material.sample::<L>(&interaction, Transport::Light, rng) {
                 Some(scatter) => scatter.weight.zip(flux, |weight, f| f * (1.0 - weight)),
                 None => flux.clone(),
@@ -241,11 +246,11 @@ impl<'a> Face<'a> {
     }
 }
 
-/// Where a path starts.
+/// The point where a path starts.
 struct Start {
     /// Index among the captor's triangles.
     triangle: usize,
     point: Vec3,
-    /// Normal of the face.
+    /// Unit normal of the face.
     normal: Vec3,
 }

@@ -1,4 +1,4 @@
-//! Points of the first visible surfaces, joined with the lamps.
+//! Next-event estimation at the first visible surfaces, for pictures.
 
 use glam::Vec3;
 
@@ -16,8 +16,8 @@ use crate::{
     },
 };
 
-/// For pictures to be compared with: one path's estimate of the radiance that comes along `ray` towards its origin, per band, W/m2/sr or
-/// umol/m2/s/sr.
+/// Returns one path's estimate of the radiance that comes along `ray` towards its origin, per band,
+/// W/m2/sr or umol/m2/s/sr. Tests compare pictures with it.
 #[cfg(test)]
 pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
     let camera = Vertex::new(&scene.lights, ray.origin);
@@ -25,8 +25,8 @@ pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum
     Path { scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false }.follow(leg)
 }
 
-/// A surface that scatters, joined with the lamps, also through thin panes: for whoever follows its
-/// scattering further.
+/// A point of a scattering surface, to be joined with the lamps, also through thin panes. It serves
+/// callers that sample directions at the point and follow them themselves.
 pub struct Joined<'a> {
     scene: &'a Scene,
     material: &'a Material,
@@ -36,7 +36,8 @@ pub struct Joined<'a> {
 }
 
 impl<'a> Joined<'a> {
-    /// A `point` of a surface with this `normal` on its front, met by a camera ray, as if it were of `material`.
+    /// Takes a `point` of a surface that a camera ray meets, as if it were of `material`. `normal`
+    /// is the normal of the surface's front.
     pub fn new(
         scene: &'a Scene,
         normal: Vec3,
@@ -50,8 +51,8 @@ impl<'a> Joined<'a> {
         Self { scene, material, normal, interaction, at }
     }
 
-    /// One light point's estimate of the radiance sent back along the path, less what
-    /// [`weight`](Self::weight) leaves to directions that are sampled.
+    /// Estimates, with one light point, the radiance that the surface sends back along the camera
+    /// ray, without the part that [`weight`](Self::weight) leaves to sampled directions.
     pub fn radiance<L: Lanes>(&self, rng: &mut Stream) -> Spectrum<L> {
         let along = |d| self.material.pdf(&self.interaction, Transport::Importance, d);
         let mut path =
@@ -67,7 +68,8 @@ impl<'a> Joined<'a> {
         f.scaled(arriving.cos) * irradiance
     }
 
-    /// What a light counts that a sampled direction meets straight or through panes.
+    /// Returns the weight, in [0, 1], of a light that a sampled direction meets, straight or
+    /// through panes.
     pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
         let density = self.material.pdf(&self.interaction, Transport::Importance, ray.direction);
         density / (density + next_event_density(self.scene, &self.at, ray, hit))

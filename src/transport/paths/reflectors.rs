@@ -1,5 +1,6 @@
-//! Reflectors: surfaces with a glossy lobe that lamps shine on. From a leaf the patch that a lamp makes in its
-//! reflector is small and bright, and chance seldom takes a path there: so some are aimed.
+//! Reflectors: surfaces with a glossy lobe on which lamps shine. The patch of light that a lamp
+//! makes in its reflector is small and bright as seen from a leaf, and random directions seldom
+//! meet it. Some directions of paths are therefore aimed at reflectors.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -17,19 +18,22 @@ use crate::{
     scene::{light::Light, world::Scene},
 };
 
-/// Photons of each light that tell what it shines on, and the most of all lights.
+/// Number of photons of each light, which find the triangles that it shines on, and the largest
+/// number for all lights together.
 const PHOTONS: u64 = 4096;
 const MOST_PHOTONS: u64 = 1 << 20;
-/// Directions that are aimed, for each photon that is so reflected.
+/// Fraction of the directions that are aimed, divided by the fraction of the light that reflectors
+/// reflect.
 const SHARE: f32 = 0.5;
 
-/// What lamps shine on and that reflects glossily.
+/// The triangles that reflect the light of lamps glossily.
 pub struct Reflectors {
-    /// Share of the directions that are aimed there, in [0, 1).
+    /// Fraction of the directions that are aimed at reflectors, in [0, 1).
     pub share: f32,
-    /// For each light.
+    /// For each light, the triangles that it shines on.
     lit: Vec<Lit>,
-    /// For each triangle the lights that shine on it, and the chance of its points, 1/m2.
+    /// For each triangle, the lights that shine on it and the chance density of its points for
+    /// each, 1/m2.
     chances: HashMap<usize, Vec<(usize, f32)>>,
 }
 
@@ -41,7 +45,8 @@ struct Lit {
 }
 
 impl Reflectors {
-    /// Finds them by photons that go no further than their first surface; none where none shines.
+    /// Finds the reflectors, by photons that are followed to their first surface. `None` if no
+    /// light shines on a glossy surface.
     pub fn find(scene: &Scene, seed: u64) -> Option<Self> {
         if !scene.materials.iter().any(|named| named.material.glossy() > 0.0) {
             return None;
@@ -70,8 +75,9 @@ impl Reflectors {
         (reflected > 0.0).then_some(reflectors)
     }
 
-    /// A point that `u` and `rng` choose, and its triangle: first a light, as for next-event
-    /// estimation, then what it shines on.
+    /// Chooses a point of a reflector, and returns the index of its triangle and the point. First a
+    /// light is chosen by `u` in [0, 1), as for next-event estimation, then a triangle that it
+    /// shines on, with `rng`. `None` if the light shines on none.
     pub(super) fn choose(
         &self,
         scene: &Scene,
@@ -90,7 +96,8 @@ impl Reflectors {
         Some((triangle, scene.triangles()[triangle].point(weights.x, weights.y)))
     }
 
-    /// Density with which a point of `triangle` is chosen at `at`, 1/m2, among all directions.
+    /// Returns the density with which a point of `triangle` is chosen at `at`, 1/m2, as part of the
+    /// choice among all directions, free and aimed.
     pub(super) fn density(&self, scene: &Scene, at: &Vertex, triangle: usize) -> f32 {
         let Some(chances) = self.chances.get(&triangle) else { return 0.0 };
         let own = |light: usize| self.share * at.choice.chance(&scene.lights, light);
@@ -98,7 +105,8 @@ impl Reflectors {
     }
 }
 
-/// The triangles with a glossy lobe that a light's photons meet first, and what they reflect.
+/// Returns the triangles with a glossy lobe that a light's photons meet first, with the sum of what
+/// they reflect.
 fn shone_on(scene: &Scene, light: &Light, photons: Range<u64>, seed: u64) -> BTreeMap<usize, f64> {
     let mut found = BTreeMap::new();
     let streams = Streams::new(seed, Purpose::Reflectors, 0);

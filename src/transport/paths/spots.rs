@@ -1,6 +1,7 @@
-//! Bright spots: what a lamp lights from close by. From afar a path seldom meets so small a patch, and finds it very
-//! bright then. So light is sent from such a lamp as well, and joined with the path where it first lands: another
-//! way to the same points, weighed against the path's own by the balance heuristic.
+//! Bright spots: places that a lamp lights from close by. Such a patch is small and bright, and a
+//! path from afar seldom meets it. The lamp therefore also sends photons, and the place where a
+//! photon first lands is joined with the path. This is a second way to the same points, weighted
+//! against the path's own way by the balance heuristic.
 
 use glam::Vec3;
 
@@ -22,47 +23,53 @@ use crate::{
     transport::trace::MAX_INTERACTIONS,
 };
 
-/// Photons of each light that tell what it lights, and about the most of all lights.
+/// Number of photons of each light, which decide whether it makes bright spots, and the approximate
+/// largest number for all lights together.
 const PHOTONS: u64 = 1024;
 const MOST_PHOTONS: u64 = 1 << 17;
-/// How many times as likely, in the mean over a lamp's light, it is to land at a point as a path is to come there, from
-/// which on light is sent: about what the lamp would add to the relative variance of a path.
+/// A lamp sends photons if one of them is more than this many times as likely to land at a point as
+/// a path is to come there, in the mean over the lamp's photons. This ratio is about what the lamp
+/// would otherwise add to the relative variance of a path.
 const WORTH: f32 = 100.0;
-/// The least cosine at the next surface that such a path is taken to have.
+/// Least cosine assumed at the next surface, where the way back to a bright spot starts.
 const LEAST_COS: f32 = 0.1;
 
 /// The lamps that make bright spots.
 pub struct Spots {
-    /// Their indices.
+    /// Indices of the lamps among the lights of the scene, in rising order.
     lamps: Vec<usize>,
 }
 
-/// A point of a lamp as its light finds it from where it has come to.
+/// A point of a lamp, as seen from a point that its light has reached.
 pub(super) struct Origin {
     pub light: usize,
-    /// Unit vector to it.
+    /// Unit vector towards the point of the lamp.
     pub towards: Vec3,
-    /// As in a [`LightSample`](crate::scene::light::LightSample): 1/m2 per W, times the density of the point.
+    /// Irradiance across the line of sight, 1/m2 per W of the lamp's power. For a lamp with a
+    /// surface, it is the radiance divided by `density`, as in a
+    /// [`LightSample`](crate::scene::light::LightSample).
     irradiance: f32,
-    /// 1/sr; none of a point or a line.
+    /// Density with which next-event estimation chooses the point on this lamp, 1/sr; `None` for a
+    /// point or a line.
     density: Option<f32>,
 }
 
 impl Origin {
-    /// What it brings to a surface with this normal, 1/m2 per W.
+    /// Returns the irradiance on a surface with this normal, 1/m2 per W of the lamp's power.
     pub fn irradiance_on(&self, normal: Vec3) -> f32 {
         self.irradiance * self.towards.dot(normal).abs()
     }
 }
 
 impl Spots {
-    /// Whether light is sent from it.
+    /// Returns whether a light sends photons.
     pub(super) fn has(&self, light: usize) -> bool {
         self.lamps.binary_search(&light).is_ok()
     }
 
-    /// Finds them by photons that go to their first surface, and on to the next; none where there are none. Where paths
-    /// aim at `reflectors`, they come there often enough.
+    /// Finds the lamps that make bright spots, by photons that are followed to their second
+    /// surface. `None` if there is no such lamp. The spots that paths find often enough because
+    /// they aim at `reflectors` do not count.
     pub fn find(scene: &Scene, reflectors: Option<&Reflectors>, seed: u64) -> Option<Self> {
         let photons = PHOTONS.min((MOST_PHOTONS / scene.lights.len().max(1) as u64).max(64));
         let streams = Streams::new(seed, Purpose::Spots, 0);
@@ -85,7 +92,8 @@ impl Spots {
         (!lamps.is_empty()).then_some(Self { lamps })
     }
 
-    /// The lamp that light is sent from, for a path at a point, and its chance.
+    /// Chooses a lamp to send a photon for a path that is at a point. Returns the index of the lamp
+    /// and its chance.
     pub(super) fn choose(&self, scene: &Scene, at: Vec3, rng: &mut Stream) -> (usize, f32) {
         if let [lamp] = self.lamps[..] {
             return (lamp, 1.0);
@@ -102,7 +110,8 @@ impl Spots {
         chosen
     }
 
-    /// The chance of a light to be chosen.
+    /// Returns the chance with which a light is chosen at a point; 0 for a light that sends no
+    /// photons.
     fn chance(&self, scene: &Scene, light: usize, at: Vec3) -> f32 {
         match self.lamps[..] {
             [lamp] => f32::from(u8::from(lamp == light)),
@@ -111,7 +120,9 @@ impl Spots {
         }
     }
 
-    /// One half in proportion to power over squared distance, the other half alike.
+    /// Returns the chance of a lamp that sends photons: one half in proportion to power over
+    /// squared distance, the other half the same for all these lamps. `all` is the sum of power
+    /// over squared distance over these lamps.
     fn chance_of(&self, scene: &Scene, lamp: usize, at: Vec3, all: f32) -> f32 {
         0.5 * (near(&scene.lights[lamp], at) / all + 1.0 / self.lamps.len() as f32)
     }
@@ -120,8 +131,9 @@ impl Spots {
         self.lamps.iter().map(|&lamp| near(&scene.lights[lamp], at)).sum()
     }
 
-    /// How many times as likely light is sent to a point, from a light point that `brings` so much irradiance per W across the line of
-    /// sight, as a path comes there. For a radiance instead of an irradiance, the same per sr.
+    /// Returns how many times as likely a photon is sent to a point as a path comes there. `brings`
+    /// is the irradiance of the lamp's point across the line of sight per W, 1/m2. If it is a
+    /// radiance instead, the result is per sr.
     pub(super) fn rival(
         &self,
         scene: &Scene,
@@ -135,8 +147,9 @@ impl Spots {
         if sent > 0.0 { sent / density } else { 0.0 }
     }
 
-    /// The share of light that counts where it was sent to a point, in [0, 1]; `otherwise`: density with which a path would
-    /// go on towards its light, 1/sr.
+    /// Returns the weight, in [0, 1], of a photon that was sent to a point, by the balance
+    /// heuristic. `otherwise` gives the density with which a path would go on from there in a
+    /// direction, 1/sr.
     pub(super) fn share(
         &self,
         scene: &Scene,
@@ -148,17 +161,17 @@ impl Spots {
         let sent = self.rival(scene, light, at, towards, irradiance);
         let chance = at.choice.chance(&scene.lights, light);
         let met = density.map_or(0.0, |density| otherwise(towards) / density);
-        // also where no path comes by itself, and it is infinite
+        // this form also holds where no path comes by itself, so that `sent` is infinite
         if sent > 0.0 { 1.0 / (1.0 + (chance + met) / sent) } else { 0.0 }
     }
 }
 
-/// Power over squared distance, W/m2.
+/// Returns power over squared distance, W/m2.
 fn near(lamp: &Light, at: Vec3) -> f32 {
     lamp.power.iter().copied().fold(0.0, f64::max) as f32 * lamp.nearness(at)
 }
 
-/// The light point at the origin of a ray as seen from a point of it.
+/// Returns the point of a lamp at which a ray starts, as seen from a `point` of the ray.
 pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Option<Origin> {
     let away = point - ray.origin;
     let towards = -away.try_normalize()?;
@@ -180,8 +193,10 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
     Some(Origin { light, towards, irradiance, density: Some(density) })
 }
 
-/// Follows light straight, also through panes and covers, to what else it meets, and what of it comes there; `cross` is told the faces of
-/// captors on its way.
+/// Follows a ray straight, also through panes and covers, to the first surface that does not let
+/// light straight through. Returns the hit, and the fraction of the light that comes there, per
+/// band. `None` if the ray leaves the scene. `cross` receives each face of a captor on the way,
+/// with the fraction of the light that comes to it.
 pub(super) fn straight<L: Lanes>(
     scene: &Scene,
     mut ray: Ray,
@@ -204,8 +219,10 @@ pub(super) fn straight<L: Lanes>(
     None
 }
 
-/// Follows one photon: for each place where it lands, `on` is told how many times as likely that is as that a path comes
-/// there, from the captor it is or from where the light goes to next; and what of the photon this is.
+/// Follows one photon. For each place where it lands, `on` receives two numbers: how many times as
+/// likely the photon is to land there as a path is to come there, and the fraction of the photon's
+/// power that the place stands for. If the place is a captor, paths start on it; otherwise they
+/// come from where the photon goes to next.
 fn follow<L: Lanes>(
     scene: &Scene,
     reflectors: Option<&Reflectors>,

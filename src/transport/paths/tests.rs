@@ -1,4 +1,4 @@
-//! Aimed paths against free ones.
+//! Tests of aimed paths against free ones.
 
 use glam::DVec3;
 
@@ -16,7 +16,8 @@ use crate::{
     },
 };
 
-/// Two tubes under glossy reflectors, bent as a parabola, that throw their light on a captor 2 m below.
+/// Two tubes under glossy reflectors, which are bent as parabolas and throw the light on a captor 2
+/// m below.
 fn lamps() -> SceneParts {
     let strip = |a: DVec3, b: DVec3| {
         let along = DVec3::Y;
@@ -67,8 +68,8 @@ fn lamps() -> SceneParts {
     }
 }
 
-/// Aiming changes the error, not the value. Seed 1, 2e6 paths each, errors of 0.8 and 0.3 %; one comparison,
-/// odds of a false alarm 6e-5.
+/// Aiming changes the error, not the value. Seed 1, 2e6 paths each, errors of 0.8 and 0.3 %. The
+/// comparison has odds of a false alarm of 6e-5.
 #[test]
 fn aimed_paths_find_the_same_and_with_less_error() {
     let scene = Scene::new(lamps()).unwrap();
@@ -90,8 +91,8 @@ fn aimed_paths_find_the_same_and_with_less_error() {
     assert!(errors[0] < 0.01 && errors[1] < 0.5 * errors[0], "{errors:?}");
 }
 
-/// The density with which points are chosen is that of the choice: 1e5 choices, seed 1, chi-square
-/// over the triangles, odds of a false alarm 1e-6.
+/// The density of the chosen points is that of the choice. 1e5 choices, seed 1, chi-square test
+/// over the triangles with odds of a false alarm of 1e-6.
 #[test]
 fn reflectors_are_chosen_with_their_density() {
     let scene = Scene::new(lamps()).unwrap();
@@ -116,7 +117,7 @@ fn reflectors_are_chosen_with_their_density() {
     assert_counts("reflectors", &counts, &expected);
 }
 
-/// Nothing glossy, or glossy and dark: nothing to aim at.
+/// Paths aim at nothing where no surface is glossy, or where no lamp shines on a glossy one.
 #[test]
 fn what_no_lamp_shines_on_is_no_reflector() {
     let mut dull = lamps();

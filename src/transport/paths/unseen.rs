@@ -1,4 +1,4 @@
-//! What paths cannot find, or by chance alone: a short run of photons tells it.
+//! Light that paths cannot find, or find by chance alone: a short run of photons measures it.
 
 use super::{
     Pilot,
@@ -17,52 +17,54 @@ use crate::{
     transport::trace::{Event, trace},
 };
 
-/// Photons of the run that tells it.
+/// Number of photons of that run.
 const PHOTONS: u64 = 50_000;
-/// It ends sooner where paths are so long that they take more rays.
+/// The run ends earlier if its photons are followed so long that they take this many rays.
 const MOST_RAYS: u64 = 2_000_000;
 
-/// Flux of a short photon run per band, in W or umol/s: on the captors or, where it reached none, on
-/// all surfaces.
+/// Flux in a short run of photons, per band, in W or umol/s: on the captors or, if the photons
+/// reached no captor, on all surfaces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unseen {
     /// Flux of all lights.
     pub all: Vec<f64>,
-    /// Flux that no path can find: of a point or line light, by way of a mirror or refraction
-    /// before its first diffuse scattering; of the sun, by others than one flat pane or mirror.
+    /// Flux that no path can find: of a point or a line, by way of a mirror or a refraction before
+    /// its first diffuse scattering; of the sun, by way of anything but one flat pane or mirror.
     pub hidden: Vec<f64>,
 }
 
-/// What photons tell of a run of paths.
+/// Results of photons that help to judge a run of paths.
 pub struct Told {
-    /// The light that paths cannot find; none where there is no such light.
+    /// The light that paths cannot find; `None` if the scene has no such light.
     pub unseen: Option<Unseen>,
-    /// The light that they find by chance alone; none where there is no such light.
+    /// The light that paths find by chance alone; `None` if the scene has no such light.
     pub by_chance: Option<ByChance>,
 }
 
-/// What has happened to a photon on its way, as far as it decides whether a path could find it there.
+/// The history of a photon, as far as it decides whether a path could find the photon.
 pub struct Finding<'a> {
     delta: bool,
-    /// The flat mirrors in which paths look for its light.
+    /// The flat mirrors in which paths search for the photon's light.
     images: Option<&'a FlatMirrors>,
     diffused: bool,
     mirrored: bool,
-    /// Whether no path could.
+    /// Whether no path could find the photon.
     pub hidden: bool,
 }
 
 impl<'a> Finding<'a> {
-    /// As it leaves a light; `delta`: one that no path meets by chance.
+    /// Starts with a photon that leaves a light. `delta` tells whether no path meets this light by
+    /// chance.
     pub fn new(scene: &'a Scene, light: usize, delta: bool) -> Self {
         let images = scene.flat_mirrors().filter(|mirrors| mirrors.suns().contains(&light));
         Self { delta, images, diffused: false, mirrored: false, hidden: false }
     }
 
-    /// After an arrival at a triangle that sends it on so.
+    /// Takes in that the photon has arrived at a triangle, which sends it on by `lobe`. `None`: the
+    /// photon ends there.
     pub fn arrived(&mut self, triangle: usize, lobe: Option<LobeKind>) {
         if self.delta && !self.diffused && lobe.is_some_and(LobeKind::is_specular) {
-            // paths look for the sun by way of one flat mirror
+            // paths search one flat mirror for the sun
             let shown = |images: &FlatMirrors| images.image_of(triangle).is_some();
             self.hidden |= self.mirrored || !self.images.is_some_and(shown);
             self.mirrored = true;
@@ -72,7 +74,7 @@ impl<'a> Finding<'a> {
 }
 
 impl Told {
-    /// Runs photons, where there is anything to tell.
+    /// Runs the photons, unless the scene cannot have light of either kind.
     pub fn find(scene: &Scene, pilot: &Pilot, seed: u64) -> Self {
         let hides = hides(scene);
         if !hides && pilot.spots.is_none() && !(is_smooth(scene) && ByChance::may_be(scene)) {
@@ -85,12 +87,12 @@ impl Told {
 }
 
 impl Unseen {
-    /// Runs photons; none where the scene has no point or line light, or nothing smooth.
+    /// Runs the photons. `None` if the scene has no point, line or sun, or no smooth surface.
     pub fn find(scene: &Scene, seed: u64) -> Option<Self> {
         hides(scene).then(|| with_lanes!(scene.lanes(), L => count::<L>(scene, None, seed)).0)
     }
 
-    /// The largest hidden share over bands, in [0, 1].
+    /// Returns the largest hidden fraction of the flux over the bands, in [0, 1].
     pub fn share(&self) -> f64 {
         let lit = self.hidden.iter().zip(&self.all).filter(|(_, all)| **all > 0.0);
         lit.map(|(hidden, all)| hidden / all).fold(0.0, f64::max)
@@ -106,7 +108,7 @@ impl Unseen {
     }
 }
 
-/// Whether there may be light that paths cannot find.
+/// Returns whether the scene may have light that paths cannot find.
 fn hides(scene: &Scene) -> bool {
     is_smooth(scene) && scene.lights.iter().any(Light::is_delta)
 }
@@ -115,7 +117,8 @@ fn is_smooth(scene: &Scene) -> bool {
     scene.materials.iter().any(|named| named.material.has_mirror())
 }
 
-/// The photons. What comes by chance alone they tell for the paths of a `pilot`.
+/// Runs the photons. With a `pilot`, they also measure the light that its paths find by chance
+/// alone.
 fn count<L: Lanes>(scene: &Scene, pilot: Option<&Pilot>, seed: u64) -> (Unseen, Option<ByChance>) {
     let nothing = || {
         let zeros = vec![0.0; scene.bands.len()];
@@ -127,7 +130,7 @@ fn count<L: Lanes>(scene: &Scene, pilot: Option<&Pilot>, seed: u64) -> (Unseen, 
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let (mut done, mut rays) = (0, 0);
     let streams = Streams::new(seed, Purpose::Unseen, 0);
-    // neighbouring histories share the lights well, so it can end after any
+    // neighbouring histories share the lights well, so the loop may end after any of them
     while done < photons && rays < MOST_RAYS {
         let mut rng = streams.history(done);
         let photon = scene.emit::<L>(&strata, done, &mut rng);

@@ -1,4 +1,4 @@
-//! Where light is gathered.
+//! The points of a path at which light is gathered.
 
 use glam::Vec3;
 
@@ -9,37 +9,38 @@ use crate::scene::{
     world::Surface,
 };
 
-/// How a path came to a point.
+/// The way by which a path came to a point.
 #[derive(Clone, Copy)]
 pub(super) struct Arrival {
-    /// Where it came from or, at its start, the middle of the captor.
+    /// The previous point of the path or, at the start of a path, the middle of the captor.
     pub from: Vec3,
-    /// Density of the points that it might have come to, 1/m2.
+    /// Density of the points to which the path might have come from there, 1/m2.
     pub density: f32,
 }
 
-/// A point that light is gathered at.
+/// A point at which light is gathered.
 #[derive(Clone, Copy)]
 pub(super) struct Vertex {
     pub point: Vec3,
-    /// Normal of the surface that a shadow ray must step off, on either side.
+    /// Normal of the surface that a shadow ray must step off, towards either side. `None` if the
+    /// point is not on a surface, or is off it already.
     pub step: Option<Vec3>,
-    /// Normal of the only side that light counts from.
+    /// Normal of the only side from which light counts. `None` if light counts from both sides.
     pub one_sided: Option<Vec3>,
-    /// How a path came here, where light may be sent here as well.
+    /// How a path came here. `None` where no photon can be sent.
     pub arrival: Option<Arrival>,
-    /// Which light it is joined with.
+    /// The chances of the lights to be joined with the point.
     pub choice: LightChoice,
 }
 
 impl Vertex {
-    /// A point that lights shine on from all around.
+    /// Creates a point that is on no surface: light counts from all directions.
     pub fn new(lights: &[Light], point: Vec3) -> Self {
         let choice = LightChoice::new(lights, point, None);
         Self { point, step: None, one_sided: None, arrival: None, choice }
     }
 
-    /// A point of a surface that a path comes to.
+    /// Creates a point of a surface, to which a path has come.
     pub fn on(
         lights: &[Light],
         surface: &Surface,
@@ -48,7 +49,7 @@ impl Vertex {
         point: Vec3,
     ) -> Self {
         let one_sided = matches!(material, Material::Lambert(_)).then_some(interaction.normal);
-        // what only mirrors or lets through is joined with no light
+        // a surface that only mirrors or transmits is joined with no light
         let choice = match material.is_diffuse() {
             true => LightChoice::new(lights, point, one_sided),
             false => LightChoice::default(),
@@ -56,7 +57,8 @@ impl Vertex {
         Self { point, step: Some(surface.normal), one_sided, arrival: None, choice }
     }
 
-    /// The cosine between a direction and the normal of its surface.
+    /// Returns the absolute cosine between a direction and the normal of the surface; 0 without a
+    /// surface.
     pub fn cos(&self, direction: Vec3) -> f32 {
         self.step.or(self.one_sided).map_or(0.0, |normal| normal.dot(direction).abs())
     }
