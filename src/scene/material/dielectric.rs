@@ -18,8 +18,8 @@ pub struct Dielectric {
 }
 
 impl Dielectric {
-    /// Makes the material from the index of refraction (at least 1) and the tint per band, in [0,
-    /// 1]. The tint is a factor on the light that is transmitted at each crossing.
+    /// Makes the material from the index of refraction (at least 1) and the tint per band, in
+    /// [0, 1]. The tint is a factor on the light that is transmitted at each crossing.
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
     }
@@ -136,9 +136,9 @@ struct Shares {
 }
 
 impl Pane {
-    /// Makes the material from the index of refraction (at least 1) and the tint per band, in [0,
-    /// 1]. The tint is the internal transmittance: the fraction of light that one passage along the
-    /// normal leaves. At an angle it is tint^(1 / cosine inside), by the Beer-Lambert law.
+    /// Makes the material from the index of refraction (at least 1) and the tint per band, in
+    /// [0, 1]. The tint is the internal transmittance: the fraction of light that one passage along
+    /// the normal leaves. At an angle it is tint^(1 / cosine inside), by the Beer-Lambert law.
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
     }
