@@ -1,12 +1,15 @@
-//! Daylight as mathematics: where the sun stands, how bright each part of the sky is, and light from
-//! infinitely far away as photons and paths meet it. What files say is read elsewhere.
+//! Daylight as mathematics: the position of the sun, the radiance of each part of the sky, and
+//! light from infinitely far away as photons and paths meet it.
 //!
-//! Read in this order: [`SunPosition`] and [`RelativeSky`] (astronomy and sky models), [`Hour`] (the
-//! weather of an hour; a period is a sum of hours), [`RadianceMap`] and [`Suns`] (what they are summed
-//! into: cells of a sphere and discs, with their exact integrals and samples), [`InfiniteLight`] (what
-//! the tracer asks: radiance, density, a direction, what enters through a face).
+//! Read in this order: [`SunPosition`] and [`RelativeSky`] (astronomy and sky models), [`Hour`]
+//! (the weather of an hour; the light of a period is the sum of that of its hours), [`RadianceMap`]
+//! and [`Suns`] (the cells of a sphere and the discs that hours are summed into, with exact
+//! integrals and samples), [`InfiniteLight`] (what the transport of light needs: radiance, density,
+//! a sampled direction, the light that enters through a face). Weather files and the daylight of
+//! scene files are read in `formats`, not here.
 //!
-//! +z is up; azimuths run clockwise from north; directions point towards the light.
+//! The axis +z points up, azimuths run clockwise from north, and directions point towards the
+//! light.
 
 mod by_hour;
 mod hours;

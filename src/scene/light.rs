@@ -1,5 +1,10 @@
-//! Lights: where photons start ([`Light::emit`]), and what a point of the scene sees of them
+//! Lights: where photons start ([`Light::emit`]), and what a point of the scene sees of a light
 //! ([`Light::sample_toward`], [`Light::pdf_toward`], [`Light::radiance`]).
+//!
+//! Read [`LightShape`] (`shape`) first, then [`Light`], then `illuminate` for light as a point sees
+//! it and `strata` for the way in which histories are shared among lights. `intensity` holds
+//! luminaires, `entrance` light from infinitely far away. Nothing here knows surfaces: whether one
+//! stands between a light and a point is for the caller to find out.
 
 use std::sync::Arc;
 
@@ -32,7 +37,7 @@ pub use shape::{
 pub use start::Start;
 pub use strata::{Emission, Strata, sources};
 
-/// A light: power per band and a way to emit it.
+/// A light: the power that it emits in each band, and a way to emit it.
 #[derive(Clone, Debug)]
 pub struct Light {
     /// Unique name.
@@ -40,7 +45,7 @@ pub struct Light {
     /// Total emitted flux per band, W or umol/s, at least 0.
     pub power: Vec<f64>,
     emitter: Emitter,
-    /// A ball around it: middle and radius, m.
+    /// Ball around the light: its middle and radius, m.
     ball: (Vec3, f32),
 }
 
@@ -56,8 +61,8 @@ enum Emitter {
 }
 
 impl Light {
-    /// From its shape, with coordinates taken relative to `center`. The power of a light at infinity is what
-    /// enters `inside`, a box relative to it.
+    /// Makes a light from its shape. Coordinates become relative to `center`. The power of a light
+    /// at infinity is replaced by the flux that enters `inside`, a box in these coordinates.
     pub fn new(
         name: String,
         mut power: Vec<f64>,
@@ -125,7 +130,8 @@ impl Light {
         Self { name, power, emitter, ball }
     }
 
-    /// A box around it, m from the centre of the scene.
+    /// Returns a box around the light, m from the centre of the scene; empty for a light at
+    /// infinity.
     pub fn extent(&self) -> Extent {
         match &self.emitter {
             Emitter::Cone { position, .. } | Emitter::Luminaire { position, .. } => {
@@ -144,8 +150,8 @@ impl Light {
         }
     }
 
-    /// Places where a surface may cut it, as far as it is a point, a line or a tube: on its axis, at the middles of so many
-    /// equal pieces.
+    /// Returns points of a point, line or tube light, at which to look for surfaces that cut it: on
+    /// its axis, at the middles of so many equal `pieces`. The list is empty for other lights.
     pub(super) fn places(&self, pieces: usize) -> Vec<Vec3> {
         match &self.emitter {
             Emitter::Cone { position, .. } | Emitter::Luminaire { position, .. } => vec![*position],
@@ -159,7 +165,7 @@ impl Light {
         }
     }
 
-    /// Unit vector along a line or tube.
+    /// Returns the unit vector along a line or tube.
     pub(super) fn along(&self) -> Option<Vec3> {
         match &self.emitter {
             Emitter::Tube { line, .. } | Emitter::IsotropicLine(line) => {
@@ -169,7 +175,8 @@ impl Light {
         }
     }
 
-    /// Unit vector along the axis of a spot, unless it shines everywhere, or where a luminaire aims.
+    /// Returns the unit vector along the axis of a spot, or in which a luminaire aims. Returns
+    /// `None` for other lights, and for a spot that shines in all directions.
     pub(super) fn axis(&self) -> Option<Vec3> {
         match &self.emitter {
             Emitter::Cone { frame, versine, .. } if *versine < 2.0 => Some(frame.normal),
@@ -178,7 +185,7 @@ impl Light {
         }
     }
 
-    /// Radius of a tube, m; 0 for other lights.
+    /// Returns the radius of a tube, m, or 0 for other lights.
     pub(super) fn tube_radius(&self) -> f32 {
         match &self.emitter {
             Emitter::Tube { radius, .. } => *radius,
@@ -186,12 +193,12 @@ impl Light {
         }
     }
 
-    /// Middle of a ball around it.
+    /// Returns the middle of a ball around the light.
     pub(super) fn middle(&self) -> Vec3 {
         self.ball.0
     }
 
-    /// Moves a point, a spot, a line or a tube.
+    /// Moves a point, spot, line or tube; other lights stay where they are.
     pub(super) fn shift(&mut self, by: Vec3) {
         match &mut self.emitter {
             Emitter::Cone { position, .. } | Emitter::Luminaire { position, .. } => *position += by,
@@ -201,7 +208,7 @@ impl Light {
         self.ball.0 += by;
     }
 
-    /// How its intensity depends on the direction, for a luminaire.
+    /// Returns the intensity by direction of a luminaire.
     pub fn intensity(&self) -> Option<&Intensity> {
         match &self.emitter {
             Emitter::Luminaire { intensity, .. } | Emitter::LuminaireArea { intensity, .. } => {
@@ -211,7 +218,7 @@ impl Light {
         }
     }
 
-    /// How it enters the scene, for a light at infinity.
+    /// Returns how a light at infinity enters the scene.
     #[inline]
     pub fn entrance(&self) -> Option<&Entrance> {
         match &self.emitter {
@@ -220,25 +227,27 @@ impl Light {
         }
     }
 
-    /// How many strata its photons are of: one, or the faces that it enters by.
+    /// Returns the number of strata of the light's photons: one, or one for each face by which a
+    /// light at infinity enters.
     pub fn sources(&self) -> usize {
         self.entrance().map_or(1, Entrance::faces)
     }
 
-    /// Power of one of them, per band, W or umol/s.
+    /// Returns the power of one of these strata, per band, W or umol/s.
     fn source_power(&self, source: usize) -> &[f64] {
         self.entrance().map_or(&self.power, |entrance| entrance.power(source))
     }
 
-    /// The ray of one photon. It starts `offset` metres off a light that has a surface, and as far
-    /// from the edges of a polygon and the ends of a line: a light that reaches from wall to wall
-    /// must not shine behind them by rounding.
+    /// Draws the ray of one photon. It starts `offset` metres off the surface of a light, and as
+    /// far from the edges of a polygon and the ends of a line, because a light that reaches from
+    /// wall to wall must not shine behind the walls by rounding.
     #[inline]
     pub fn emit(&self, offset: f32, rng: &mut Stream) -> Ray {
         self.emit_from(offset, rng).1
     }
 
-    /// The ray of one photon, and the place of the light that it starts from.
+    /// Draws the ray of one photon like [`emit`](Self::emit), and returns with it the place of the
+    /// light that it starts from.
     #[inline(always)]
     fn emit_from(&self, offset: f32, rng: &mut Stream) -> (Start, Ray) {
         match &self.emitter {
@@ -280,7 +289,7 @@ impl Light {
     }
 }
 
-/// A ray with Lambertian direction from a surface.
+/// Draws a ray with a Lambertian direction from a surface.
 #[inline]
 fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> (Start, Ray) {
     let start = Start { point, normal, both_sides: false };

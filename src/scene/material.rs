@@ -1,4 +1,10 @@
-//! What a surface does with light: scatter it or absorb it. A closed set; every one conserves energy.
+//! Materials: what a surface does with the light that meets it, one interaction at a time. A
+//! material scatters light or absorbs it. The set of materials is closed, and every material
+//! conserves energy.
+//!
+//! Read [`Interaction`], [`BsdfSample`] and [`Material`] first. Each file of the folder then holds
+//! one material; `table` holds the measured ones. Nothing here knows lights, captors or what lies
+//! beyond the surface.
 
 mod dielectric;
 mod fresnel;
@@ -26,13 +32,13 @@ use crate::{
     },
 };
 
-/// Rounding that a sum of fractions in single precision may exceed 1 by.
+/// Rounding error by which a sum of fractions in single precision may exceed 1.
 const ROUNDING: f64 = 1e-6;
 
-/// What a check of a value finds.
+/// Result of a check of values: nothing, or what is wrong with them.
 type Checked = Result<(), Problem>;
 
-/// Refuses an index of refraction outside [1, 1000].
+/// Checks an index of refraction. Error: it is outside [1, 1000].
 pub fn check_ior(ior: f64) -> Checked {
     if (1.0..=1000.0).contains(&ior) {
         return Ok(());
@@ -40,7 +46,8 @@ pub fn check_ior(ior: f64) -> Checked {
     Err(Problem::new(format!("ior = {ior}, must be from 1 to 1000"), "water has 1.33, glass 1.5"))
 }
 
-/// Refuses fractions `names` of the band at `index` of `bands` that together are more than 1.
+/// Checks the sum of fractions in one band. `names` says which fractions they are, `index` is the
+/// band's index in `bands`. Error: the sum is above 1 by more than rounding.
 fn check_sum(names: &str, sum: f64, index: usize, bands: &[&str]) -> Checked {
     if sum <= 1.0 + ROUNDING {
         return Ok(());
@@ -53,32 +60,33 @@ fn check_sum(names: &str, sum: f64, index: usize, bands: &[&str]) -> Checked {
     Err(Problem::new(problem, "lower one of them"))
 }
 
-/// Which way a path is followed.
+/// Quantity that a path carries, and thereby whether it follows light forward or backward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transport {
-    /// Photons, from the lights: they carry power.
+    /// Photons, which start at the lights and carry power.
     Light,
-    /// Paths from a captor: they carry importance (Veach 1997, ch. 5).
+    /// Paths, which start at a captor and carry importance (Veach 1997, ch. 5).
     Importance,
 }
 
-/// A path meeting a surface.
+/// Meeting of a path with a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Interaction {
-    /// The way the path travels, unit vector.
+    /// Direction in which the path travels, unit vector.
     pub direction: Vec3,
     /// Unit normal on the side that the path comes from.
     pub normal: Vec3,
     /// Cosine of the angle of incidence, in (0, 1].
     pub cos: f32,
-    /// Whether that side is the surface's front.
+    /// Whether the path comes from the front of the surface.
     pub front: bool,
-    /// Index of the triangle, for tables that are turned about the normal.
+    /// Index of the triangle, which tables that are turned about the normal need.
     pub triangle: u32,
 }
 
 impl Interaction {
-    /// A path along `direction` at a surface with unit normal `front_normal`.
+    /// Describes a path along `direction` that meets a surface with the unit normal `front_normal`
+    /// on its front. The triangle has index 0 until [`on`](Self::on) sets it.
     #[inline]
     pub fn new(direction: Vec3, front_normal: Vec3) -> Self {
         let dot = direction.dot(front_normal);
@@ -87,33 +95,38 @@ impl Interaction {
         Self { direction, normal, cos: dot.abs().clamp(1e-7, 1.0), front, triangle: 0 }
     }
 
-    /// The same on a triangle.
+    /// Returns the same interaction on the triangle of this index.
     #[inline]
     pub fn on(self, triangle: usize) -> Self {
         Self { triangle: triangle as u32, ..self }
     }
 
-    /// The mirror direction.
+    /// Returns the mirror direction, unit vector.
     #[inline]
     fn mirrored(&self) -> Vec3 {
         (self.direction + 2.0 * self.cos * self.normal).normalize()
     }
 }
 
-/// How a path goes on. Nothing ends here by chance: absorption is a weight below 1.
+/// Direction and weight with which a path leaves a surface. No path ends here by chance: absorption
+/// is a weight below 1.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample<L> {
     /// The new direction, unit vector.
     pub direction: Vec3,
-    /// What each band is multiplied with: f |cos| over the density of the choice. At most 1, but where bands have
-    /// their largest fractions in different lobes, or a Phong lobe's cosine is above its mean.
+    /// Factor for each band: f |cos| over the density of the sampled direction. For photons it is
+    /// at most 1, except where bands have their largest fractions in different lobes, or where the
+    /// cosine of a Phong lobe's direction is above the mean. For importance it can be above 1 in
+    /// two more cases: a refraction brings the factor (n here / n there)^2, and the diffuse part of
+    /// a cover belongs to the angle at which the path goes on.
     pub weight: Spectrum<L>,
-    /// By which of the surface's lobes it goes on.
+    /// Lobe of the surface by which the path goes on.
     pub lobe: LobeKind,
 }
 
 impl<L: Lanes> BsdfSample<L> {
-    /// By a diffuse lobe, on the side where the path came from or on the other.
+    /// Makes a sample of a diffuse lobe: on the side that the path came from, or on the other side
+    /// if it `crosses` the surface.
     #[inline]
     fn diffuse(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
         let lobe =
@@ -121,61 +134,62 @@ impl<L: Lanes> BsdfSample<L> {
         Self { direction, weight, lobe }
     }
 
-    /// In the mirror direction.
+    /// Makes a sample in the mirror direction.
     #[inline]
     fn mirrored(at: &Interaction, weight: Spectrum<L>) -> Self {
         Self { direction: at.mirrored(), weight, lobe: LobeKind::MirrorReflection }
     }
 
-    /// On through a thin sheet as if it were not there.
+    /// Makes a sample that goes straight on through a thin sheet.
     #[inline]
     fn straight(at: &Interaction, weight: Spectrum<L>) -> Self {
         Self { direction: at.direction, weight, lobe: LobeKind::Straight }
     }
 }
 
-/// How a path leaves a surface.
+/// Kind of lobe by which a path leaves a surface.
 ///
-/// Not a byte, which would be read together with others that were just written: a stall at each bounce.
+/// A value is 4 bytes wide: a single byte would be read together with other bytes that were just
+/// written, which stalls the processor at each bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LobeKind {
     /// Straight on, through a thin pane or cover.
     Straight,
-    /// In the mirror direction, while a part may go through.
+    /// In the mirror direction, at an angle at which some light may also go through.
     MirrorReflection,
-    /// In the mirror direction inside a solid, out of which nothing comes at this angle.
+    /// In the mirror direction inside a solid, at an angle at which no light leaves it.
     TotalReflection,
     /// Refracted at the surface of a solid.
     Refraction,
-    /// In a random direction, with a density, on the side where the path came from.
+    /// In a random direction with a density, on the side that the path came from.
     DiffuseReflection,
-    /// In a random direction, with a density, on the other side.
+    /// In a random direction with a density, on the other side.
     DiffuseTransmission,
 }
 
 impl LobeKind {
-    /// Whether the path goes on at the other side of the surface.
+    /// Returns whether the path goes on at the other side of the surface.
     #[inline]
     pub fn crosses(self) -> bool {
         matches!(self, Self::Straight | Self::Refraction | Self::DiffuseTransmission)
     }
 
-    /// Whether the new direction is random, with a density.
+    /// Returns whether the new direction is random, with a density.
     #[inline]
     pub fn is_diffuse(self) -> bool {
         matches!(self, Self::DiffuseReflection | Self::DiffuseTransmission)
     }
 
-    /// Whether the new direction follows from the old one, and is another.
+    /// Returns whether the new direction differs from the old one and is fixed by it.
     #[inline]
     pub fn is_specular(self) -> bool {
         matches!(self, Self::MirrorReflection | Self::TotalReflection | Self::Refraction)
     }
 }
 
-/// One way to scatter: the fraction of the incident power per band, as its largest value and
-/// the bands relative to that.
+/// One lobe: the fraction of the incident power that it scatters in each band. The fractions are
+/// stored as the largest of them, and the ratio of each to it.
 #[derive(Clone, Debug, PartialEq)]
 struct Lobe {
     largest: f32,
@@ -189,12 +203,14 @@ impl Lobe {
         Self { largest, relative: fractions.iter().map(|f| f / divisor).collect() }
     }
 
-    /// Refuses all but one fraction in [0, 1] for each of so many bands.
+    /// Checks the fractions of the lobe called `name`. Error: there is not one for each of `bands`
+    /// bands, or one is outside [0, 1] by more than rounding.
     fn check(&self, name: &str, bands: usize) -> Checked {
         self.check_as(name, bands, |fraction| fraction)
     }
 
-    /// The same of what was given for each fraction.
+    /// Checks like [`check`](Self::check), where `given` computes from a stored fraction the value
+    /// that the user gave, which has to be in [0, 1].
     fn check_as(&self, name: &str, bands: usize, given: impl Fn(f64) -> f64) -> Checked {
         check_length(self.relative.len(), bands).map_err(|problem| problem.of(name))?;
         (0..bands).try_for_each(|band| {
@@ -204,9 +220,9 @@ impl Lobe {
         })
     }
 
-    /// The fraction of a band.
+    /// Returns the fraction of a band.
     fn of_band(&self, band: usize) -> f64 {
-        // where none is above 0 they are not relative
+        // where no fraction is above 0, `relative` holds the fractions themselves
         let largest = if self.largest > 0.0 { self.largest } else { 1.0 };
         f64::from(self.relative[band]) * f64::from(largest)
     }
@@ -221,7 +237,7 @@ impl Lobe {
         self.relative().scaled(self.largest)
     }
 
-    /// The same value in every band.
+    /// Returns a spectrum with the same value in every band.
     #[inline]
     fn all<L: Lanes>(&self, value: f32) -> Spectrum<L> {
         Spectrum::splat(self.relative.len(), value)
@@ -233,14 +249,17 @@ impl Lobe {
     }
 }
 
-/// The lobe that a path takes, each with a chance in proportion to the largest of its fractions. What the lobe's
-/// relative bands are then multiplied with is `weight`, the sum of these.
+/// Lobe that was chosen for a path. `lobe` is its index. `weight` is the sum of the largest
+/// fractions of all lobes; the relative fractions of the lobe times `weight` are the weight of the
+/// sample.
 struct Choice {
     lobe: usize,
     weight: f32,
 }
 
-/// Chooses a lobe by the largest band fraction of each; none where all is absorbed. One alone needs no number.
+/// Chooses a lobe with a chance in proportion to its entry in `fractions`, the largest fraction of
+/// the lobe in any band. Returns `None` where all are 0, so that all light is absorbed. A single
+/// lobe needs no random number.
 #[inline]
 fn choose<const K: usize>(fractions: [f32; K], rng: &mut Stream) -> Option<Choice> {
     let last = fractions.iter().rposition(|&fraction| fraction > 0.0)?;
@@ -254,33 +273,36 @@ fn choose<const K: usize>(fractions: [f32; K], rng: &mut Stream) -> Option<Choic
     Some(Choice { lobe, weight })
 }
 
-/// The diffuse direction about `normal`.
+/// Draws a direction about `normal` with the density cos / pi.
 #[inline]
 fn diffuse(normal: Vec3, rng: &mut Stream) -> Vec3 {
     Frame::new(normal).to_world(cosine_hemisphere(rng.square()))
 }
 
-/// A surface's optical behaviour. In a scene its values per band are padded with zeros to the scene's lanes.
+/// Optical behaviour of a surface. In a scene its values per band are padded with zeros to the
+/// number of lanes of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
-    /// Opaque and Lambertian, alike on both faces.
+    /// Opaque and Lambertian, with both faces alike.
     Lambert(Lambert),
-    /// Smooth interface of a closed solid: glass, water, the solid leaf.
+    /// Smooth interface of a closed solid, such as glass, water or a leaf that is modelled as a
+    /// solid.
     Dielectric(Dielectric),
     /// Thin pane with two parallel faces.
     Pane(Pane),
     /// Thin leaf with a cuticle.
     Leaf(Leaf),
-    /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
+    /// Lambertian reflection and transmission, with a glossy lobe or a mirror.
     Phong(Phong),
-    /// Perfect mirror of some reflectance.
+    /// Mirror that reflects the same fraction at every angle.
     Mirror(Mirror),
-    /// Thin sheet as it was measured. Boxed, for the others are small.
+    /// Thin sheet as it was measured. It is boxed because the other variants are small.
     Table(Box<Table>),
 }
 
 impl Material {
-    /// Refuses values that are not one for each of the bands of these names, or are out of their ranges.
+    /// Checks the values of the material. `names` are the names of the bands. Error: there is not
+    /// one value for each band, or a value is out of its range.
     pub fn check(&self, names: &[&str]) -> Checked {
         let bands = names.len();
         match self {
@@ -294,7 +316,7 @@ impl Material {
         }
     }
 
-    /// Pads its values with zeros to so many lanes.
+    /// Pads the values per band with zeros to this number of lanes.
     pub fn pad(&mut self, lanes: usize) {
         let lobes = match self {
             Self::Lambert(Lambert { lobe }) | Self::Mirror(Mirror { lobe }) => vec![lobe],
@@ -307,20 +329,24 @@ impl Material {
         lobes.into_iter().for_each(|lobe| lobe.relative.resize(lanes, 0.0));
     }
 
-    /// Whether it is a table that is turned about the normal, so that it has to know where its azimuth 0 is.
+    /// Returns whether the material is a table that is turned about the normal, so that it needs
+    /// the direction of azimuth 0 on each triangle.
     pub fn needs_tangents(&self) -> bool {
         matches!(self, Self::Table(m) if m.needs_tangents())
     }
 
-    /// Tells such a table where that is on each triangle, in rising order of their indices.
+    /// Sets the direction of azimuth 0 on each triangle of such a table; other materials ignore it.
+    /// `tangents` holds the index of the triangle and the direction, in rising order of the
+    /// indices.
     pub(crate) fn set_tangents(&mut self, tangents: Vec<(u32, Vec3)>) {
         if let Self::Table(table) = self {
             table.set_tangents(tangents);
         }
     }
 
-    /// Follows a path one interaction further; none where nothing goes on. Inlined
-    /// for the walls, which are met most; the longer ones are called.
+    /// Samples the direction in which a path leaves the surface. Returns `None` where nothing goes
+    /// on. This function is inlined for Lambertian walls, which are met most; the longer samplers
+    /// are called.
     #[inline(always)]
     pub fn sample<L: Lanes>(
         &self,
@@ -339,8 +365,9 @@ impl Material {
         }
     }
 
-    /// Scattering function f per band, 1/sr, for light that meets the surface at `interaction` and
-    /// leaves along `outgoing`, without the lobes that are mirrors.
+    /// Returns the scattering function f per band, 1/sr, for light that meets the surface at
+    /// `interaction` and leaves along `outgoing` (unit vector). Light that is mirrored, refracted
+    /// or goes straight on is not part of f.
     #[inline]
     pub fn evaluate<L: Lanes>(&self, interaction: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         match self {
@@ -354,8 +381,9 @@ impl Material {
         }
     }
 
-    /// The ways in which light goes on mirrored, refracted or straight: together with
-    /// [`evaluate`](Self::evaluate) all that is scattered. Each has as weight what it carries per band.
+    /// Returns the mirrored, refracted and straight directions in which light goes on, each with
+    /// the fraction that it carries per band as its weight. Together with
+    /// [`evaluate`](Self::evaluate) they hold all light that is scattered.
     pub fn smooth_ways<L: Lanes>(
         &self,
         interaction: &Interaction,
@@ -376,8 +404,9 @@ impl Material {
         }
     }
 
-    /// Fraction per band that goes straight through, of light along `direction`; none where no light does, as it does
-    /// through thin panes and some tables.
+    /// Returns the fraction per band of light along `direction` that goes straight through. Returns
+    /// `None` for materials through which no light goes straight; thin panes and some tables let it
+    /// through.
     #[inline]
     pub fn straight<L: Lanes>(&self, direction: Vec3, front_normal: Vec3) -> Option<Spectrum<L>> {
         let interaction = || Interaction::new(direction, front_normal);
@@ -388,8 +417,9 @@ impl Material {
         }
     }
 
-    /// Density with which [`sample`](Self::sample) goes on along `outgoing`, 1/sr, without the
-    /// lobes that are mirrors; it integrates to the chance that the path goes on in the others.
+    /// Returns the density, 1/sr, with which [`sample`](Self::sample) draws the direction
+    /// `outgoing`, without mirrored, refracted and straight directions. Its integral is the chance
+    /// that the path goes on by a diffuse lobe.
     #[inline]
     pub fn pdf(&self, interaction: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         match self {
@@ -401,8 +431,8 @@ impl Material {
         }
     }
 
-    /// Fraction of the incident power that is absorbed, per band; `None` where no closed form is
-    /// known (the Phong lobe).
+    /// Returns the fraction of the incident power that is absorbed, per band, or `None` where no
+    /// closed form is known (the glossy Phong lobe).
     #[inline]
     pub fn absorptance<L: Lanes>(&self, interaction: &Interaction) -> Option<Spectrum<L>> {
         match self {
@@ -416,8 +446,9 @@ impl Material {
         }
     }
 
-    /// Radiance that leaves it by other ways than mirrors at an angle of this cosine, as a share of what leaves along the
-    /// normal of the same side; none where that depends on where light comes from.
+    /// Returns the diffusely scattered radiance that leaves the surface at an angle of this cosine
+    /// to the normal, relative to the radiance along the normal of the same side. Returns `None`
+    /// where it depends on the direction that the light comes from.
     pub fn relative_radiance(&self, cos: f32) -> Option<f32> {
         match self {
             Self::Lambert(_) => Some(1.0),
@@ -427,7 +458,8 @@ impl Material {
         }
     }
 
-    /// Whether light leaves it by other ways than mirrors, so that it has a radiance to estimate.
+    /// Returns whether some light is scattered diffusely, so that the surface has a radiance to
+    /// estimate.
     pub fn is_diffuse(&self) -> bool {
         match self {
             Self::Lambert(_) | Self::Leaf(_) | Self::Phong(_) => true,
@@ -436,7 +468,7 @@ impl Material {
         }
     }
 
-    /// Whether some light leaves it by other ways than mirrors at the far side.
+    /// Returns whether some light is transmitted diffusely to the other side.
     pub fn transmits_diffusely(&self) -> bool {
         match self {
             Self::Lambert(_) | Self::Dielectric(_) | Self::Pane(_) | Self::Mirror(_) => false,
@@ -446,7 +478,7 @@ impl Material {
         }
     }
 
-    /// Whether some light leaves it mirrored or refracted.
+    /// Returns whether some light leaves the surface mirrored or refracted.
     pub fn has_mirror(&self) -> bool {
         match self {
             Self::Lambert(_) => false,
@@ -457,8 +489,8 @@ impl Material {
         }
     }
 
-    /// Fraction of the light that leaves it in a lobe around the mirror direction; 0 where there is none
-    /// or it is a mirror.
+    /// Returns the largest fraction of light in any band that is scattered into a glossy lobe
+    /// around the mirror direction, or 0 where there is no such lobe or it is a mirror.
     pub fn glossy(&self) -> f32 {
         match self {
             Self::Phong(m) => m.glossy(),
@@ -466,7 +498,8 @@ impl Material {
         }
     }
 
-    /// Whether it can be seen through: glass and water, and covers that do not scatter.
+    /// Returns whether one can see through the surface, as through glass, water and covers that do
+    /// not scatter.
     pub fn is_clear(&self) -> bool {
         match self {
             Self::Table(m) => m.passes_straight() && !m.is_diffuse(),
@@ -474,7 +507,7 @@ impl Material {
         }
     }
 
-    /// Whether it is the interface of a closed solid.
+    /// Returns whether the surface is the interface of a closed solid.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Dielectric(_))
     }
@@ -491,12 +524,12 @@ pub struct Lambert {
 }
 
 impl Lambert {
-    /// From the reflectance per band, in [0, 1].
+    /// Makes the material from its reflectance per band, in [0, 1].
     pub fn new(reflectance: &[f32]) -> Self {
         Self { lobe: Lobe::new(reflectance) }
     }
 
-    /// Its reflectance per lane.
+    /// Returns the reflectance of each lane in order.
     pub fn reflectance(&self) -> impl Iterator<Item = f32> {
         self.lobe.relative.iter().map(|r| r * self.lobe.largest)
     }
@@ -529,7 +562,7 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// From the reflectance per band, in [0, 1].
+    /// Makes the material from its reflectance per band, in [0, 1].
     pub fn new(reflectance: &[f32]) -> Self {
         Self { lobe: Lobe::new(reflectance) }
     }

@@ -1,5 +1,5 @@
-//! Daylight by the hour as a few lights: patches of the sky and suns on a grid, of which the light of each
-//! hour is a weighted sum.
+//! Daylight by the hour as a few lights: patches of the sky, and suns on a grid. The light of each
+//! hour is a weighted sum of theirs.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI, TAU},
@@ -16,32 +16,37 @@ use super::{
     suns::Suns,
 };
 
-/// Patches in the rows of Tregenza's sky from the horizon up, and the zenith by itself (Tregenza, Lighting
-/// Research & Technology 19:13, 1987).
+/// Number of patches in each row of Tregenza's sky from the horizon up; the zenith is a patch of
+/// its own (Tregenza, Lighting Research & Technology 19:13, 1987).
 const ROWS: [usize; 7] = [30, 30, 24, 24, 18, 12, 6];
-/// Suns stand at least so high, rad: lower ones bring little, and light all from the side.
+/// Least elevation of the suns of the grid, rad. Lower suns bring little light, all of it from the
+/// side.
 const LOWEST: f64 = 2.0 * PI / 180.0;
-/// The farthest that the declinations of two rows of suns are apart, rad; a year takes seven rows.
+/// Largest difference between the declinations of neighbouring rows of suns, rad. A year takes
+/// seven rows.
 const ROW_STEP: f64 = 8.0 * PI / 180.0;
-/// Suns of a row, from sunrise to sunset.
+/// Number of suns in a row, from sunrise to sunset.
 const SUNS: usize = 13;
-/// Points along each side of a patch at which its mean radiance is taken.
+/// Number of points along each side of a patch over which its mean radiance is taken.
 const POINTS: usize = 6;
 
-/// A light of which all hours have some: its strength in the mean of the period, and in each hour as a multiple of
-/// that.
+/// A light that the hours of a period share: its mean strength over the period, and its strength in
+/// each hour as a multiple of that.
 #[derive(Clone, Debug)]
 pub struct HourlyPart {
-    /// Where its light comes from.
+    /// Directions that its light comes from.
     pub shape: InfiniteShape,
-    /// Mean strength over the period, as [`InfinitePart`](super::InfinitePart) takes it, of the whole spectrum.
+    /// Mean strength over the period, of the whole spectrum, as
+    /// [`InfinitePart`](super::InfinitePart) takes it.
     pub mean: f64,
-    /// Index of an hour, and its strength over the mean, above 0.
+    /// For each hour in which it shines, the index of the hour and the strength over the mean,
+    /// above 0.
     pub factors: Vec<(usize, f64)>,
 }
 
 impl HourlyPart {
-    /// From strengths in the hours; none where it is dark in all of them.
+    /// Makes a light from its strengths in the hours, given with the indices of the hours. Returns
+    /// `None` where it is dark in all of them.
     pub fn new(
         shape: InfiniteShape,
         hours: &[Hour],
@@ -53,25 +58,28 @@ impl HourlyPart {
         (mean > 0.0).then_some(Self { shape, mean, factors })
     }
 
-    /// What the ground below the horizon sends up of the horizontal irradiances `of` the hours, if it reflects all.
+    /// Makes the light that the ground below the horizon sends up, if it reflects all of the
+    /// horizontal irradiance that `of` returns for each hour, W/m2. Returns `None` where that is 0
+    /// in all hours.
     pub fn ground(hours: &[Hour], of: impl Fn(&Hour) -> f64) -> Option<Self> {
         let shape = InfiniteShape::Map(Arc::new(RadianceMap::below_horizon()));
         Self::new(shape, hours, hours.iter().map(|hour| of(hour) / PI).enumerate())
     }
 }
 
-/// A patch of the sky between two elevations and two azimuths, rad.
+/// A patch of the sky between two elevations, `from` and `to`, rad, and between two azimuths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyPatch {
     from: f64,
     to: f64,
-    /// Patches of its row, and which of them it is, clockwise from north.
+    /// Number of patches in its row, of which this has the index `index`, clockwise from north.
     of: usize,
     index: usize,
 }
 
 impl SkyPatch {
-    /// All 145 (`fine` 1) or 577 (2) patches of the sky: Reinhart's division of Tregenza's.
+    /// Returns all patches of the sky, 145 (`fine` 1) or 577 (`fine` 2): Reinhart's division of
+    /// Tregenza's patches.
     pub fn all(fine: usize) -> Vec<Self> {
         let height = FRAC_PI_2 / (7.0 * fine as f64 + 0.5);
         let rows = ROWS.iter().flat_map(|&of| std::iter::repeat_n(of * fine, fine)).enumerate();
@@ -83,12 +91,13 @@ impl SkyPatch {
         patches.chain([Self { from, to: FRAC_PI_2, of: 1, index: 0 }]).collect()
     }
 
-    /// Integral of the sine of the elevation, sr: the horizontal irradiance that a radiance of 1 brings.
+    /// Returns the integral of the sine of the elevation over the patch, sr: the horizontal
+    /// irradiance per radiance.
     pub fn projected(&self) -> f64 {
         0.5 * (self.to.sin().powi(2) - self.from.sin().powi(2)) * TAU / self.of as f64
     }
 
-    /// Directions all over it with their shares of its solid angle.
+    /// Returns directions spread over the patch, each with its share of the patch's solid angle.
     fn points(&self) -> impl Iterator<Item = (SunPosition, f64)> + '_ {
         let (height, width) = (self.to - self.from, TAU / self.of as f64);
         let part = |i: usize| (i as f64 + 0.5) / POINTS as f64;
@@ -101,15 +110,17 @@ impl SkyPatch {
         })
     }
 
-    /// The patch as a light of radiance 1; `north`, rad, as in [`azimuth_of`](super::azimuth_of).
+    /// Returns the patch as a map of radiance 1. `north`, rad, is that of
+    /// [`azimuth_of`](super::azimuth_of).
     fn map(&self, north: f64) -> RadianceMap {
         let start = north - 0.5 * TAU / self.of as f64;
         RadianceMap::patch([self.from, self.to], self.of, start, self.index)
     }
 }
 
-/// The skies of all hours as patches of uniform radiance, those that are ever bright; 145 or 577 (`fine` 1 or 2).
-/// The patches of an hour bring its diffuse irradiance exactly.
+/// Returns the skies of all hours as patches of uniform radiance (145 or 577, with `fine` 1 or 2),
+/// without the patches that are always dark. The patches of an hour together bring its diffuse
+/// irradiance exactly. `north`, rad, is that of [`azimuth_of`](super::azimuth_of).
 pub fn sky_by_hour(model: SkyModel, hours: &[Hour], north: f64, fine: usize) -> Vec<HourlyPart> {
     let patches = SkyPatch::all(fine);
     let points: Vec<Vec<_>> = patches
@@ -134,7 +145,7 @@ pub fn sky_by_hour(model: SkyModel, hours: &[Hour], north: f64, fine: usize) -> 
             let due = hour.diffuse_horizontal;
             match irradiance > 0.0 && irradiance.is_finite() {
                 true => own.iter_mut().for_each(|l| *l *= due / irradiance),
-                // a formula that is negative everywhere
+                // a formula that is negative everywhere: a uniform sky instead
                 false => own.fill(due / PI),
             }
             own
@@ -147,7 +158,8 @@ pub fn sky_by_hour(model: SkyModel, hours: &[Hour], north: f64, fine: usize) -> 
     patches.iter().enumerate().filter_map(part).collect()
 }
 
-/// Declination and hour angle, rad: where the sun stands on the celestial sphere; noon is 0, the afternoon above.
+/// Position of the sun on the celestial sphere: declination and hour angle, rad. The hour angle is
+/// 0 at noon and positive in the afternoon.
 #[derive(Clone, Copy, Debug)]
 struct Celestial {
     declination: f64,
@@ -174,8 +186,8 @@ impl Celestial {
     }
 }
 
-/// The hour angle, rad, at which the sun of a declination is [`LOWEST`]: pi where it never is lower, 0 where never
-/// higher.
+/// Returns the hour angle, rad, at which a sun of this declination has the elevation [`LOWEST`]: pi
+/// if it never is lower, 0 if it never is higher.
 fn sunset(declination: f64, latitude: f64) -> f64 {
     let above = LOWEST.sin() - latitude.sin() * declination.sin();
     let swing = latitude.cos() * declination.cos();
@@ -188,10 +200,12 @@ fn sunset(declination: f64, latitude: f64) -> f64 {
     }
 }
 
-/// The suns of all hours as suns on a grid of declinations and times of the day, from sunrise to sunset; the light
-/// of an hour is that of the four around its sun, by bilinear weights. `half_angle`, `latitude`, `north` in rad.
+/// Returns the suns of all hours as suns on a grid of declinations and times of the day, from
+/// sunrise to sunset. The light of an hour is that of the four suns of the grid around its sun,
+/// with bilinear weights. `half_angle`, `latitude` and `north` are in rad.
 ///
-/// It is for scattered light, which changes smoothly with the sun; what comes straight from the sun does not.
+/// The grid is meant for scattered light, which changes smoothly with the position of the sun;
+/// light straight from the sun does not.
 pub fn suns_by_hour(hours: &[Hour], half_angle: f64, latitude: f64, north: f64) -> Vec<HourlyPart> {
     let lit = || hours.iter().enumerate().filter(|(_, hour)| hour.direct_normal > 0.0);
     let places: Vec<(usize, Celestial)> =
@@ -202,7 +216,7 @@ pub fn suns_by_hour(hours: &[Hour], half_angle: f64, latitude: f64, north: f64) 
     if places.is_empty() {
         return Vec::new();
     }
-    // the days of a week share a row
+    // days as close as those of a week share a row
     let steps = if range < 0.05 { 0 } else { (range / ROW_STEP).ceil() as usize };
     let row = |r: usize| match steps {
         0 => first + 0.5 * range,
@@ -231,7 +245,7 @@ pub fn suns_by_hour(hours: &[Hour], half_angle: f64, latitude: f64, north: f64) 
     strengths.into_iter().enumerate().filter_map(part).collect()
 }
 
-/// The two of `count` nodes that a place lies between, and its weights.
+/// Returns the two of `count` nodes that a place lies between, with their weights.
 fn between(at: f64, count: usize) -> [(usize, f64); 2] {
     let low = (at as usize).min(count.saturating_sub(2));
     let weight = if count > 1 { (at - low as f64).clamp(0.0, 1.0) } else { 0.0 };
@@ -252,13 +266,13 @@ mod tests {
             assert_eq!(patches.len(), count);
             let projected: f64 = patches.iter().map(SkyPatch::projected).sum();
             assert!((projected - PI).abs() < 1e-12);
-            // as lights of radiance 1 they are a uniform sky, on a plane and on a wall
+            // as lights of radiance 1 the patches make a uniform sky, on a plane and on a wall
             for (normal, whole) in [(DVec3::Z, PI), (DVec3::Y, FRAC_PI_2), (DVec3::NEG_Z, 0.0)] {
                 let of = |patch: &SkyPatch| patch.map(0.3).irradiance(normal)[0];
                 let sum: f64 = patches.iter().map(of).sum();
                 assert!((sum - whole).abs() < 1e-4, "{normal}: {sum}");
             }
-            // directions of a patch are in it
+            // the directions of a patch lie in it
             let patch = &patches[40];
             for (at, share) in patch.points() {
                 let map = patch.map(0.3);
@@ -272,7 +286,8 @@ mod tests {
         assert!(at.elevation > 0.0 && at.direction(0.0).y > 0.97, "north, then east: {at:?}");
     }
 
-    /// Each hour of a year: its suns bring its direct light, from about where it comes.
+    /// In each hour of a year, the suns of the grid bring the direct light of the hour, and from
+    /// about its direction.
     #[test]
     fn suns_stand_about_the_sun() {
         let latitude = 43.61f64.to_radians();

@@ -1,4 +1,5 @@
-//! From the weather of hours to a sun and a sky: a period's light is the sum of its hours'.
+//! From the weather of hours to a sun and a sky: the light of a period is the sum of that of its
+//! hours.
 
 use std::f64::consts::PI;
 
@@ -9,43 +10,45 @@ use super::{
     radiance_map::RadianceMap, sky_model::RelativeSky, sun_position::SunPosition, suns::Suns,
 };
 
-/// Sun and weather of an hour, or of an instant.
+/// Position of the sun and weather in an hour, or at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hour {
-    /// Its part of the period, 0 to 1; what is missing to 1 is dark.
+    /// Share of the period, 0 to 1. Where the shares of all hours add up to less than 1, the rest
+    /// of the period is dark.
     pub weight: f64,
-    /// Where the sun stands.
+    /// Position of the sun.
     pub sun: SunPosition,
-    /// The day's [`eccentricity`](super::eccentricity).
+    /// The [`eccentricity`](super::eccentricity) of the day.
     pub eccentricity: f64,
-    /// Direct irradiance across the sun's direction, of the whole spectrum, W/m2, at least 0.
+    /// Direct irradiance on a plane across the sun's direction, of the whole spectrum, W/m2, at
+    /// least 0.
     pub direct_normal: f64,
-    /// Diffuse irradiance of a horizontal plane, of the whole spectrum, W/m2, at least 0.
+    /// Diffuse irradiance on a horizontal plane, of the whole spectrum, W/m2, at least 0.
     pub diffuse_horizontal: f64,
 }
 
 impl Hour {
-    /// Irradiance of an open horizontal plane, of the whole spectrum, W/m2.
+    /// Returns the irradiance on an unobstructed horizontal plane, of the whole spectrum, W/m2.
     pub fn global(&self) -> f64 {
         self.direct_normal * self.sun.elevation.sin().max(0.0) + self.diffuse_horizontal
     }
 }
 
-/// How radiance is spread over the sky.
+/// Model of how radiance is spread over the sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyModel {
-    /// Alike everywhere.
+    /// The same radiance everywhere.
     Uniform,
     /// The traditional overcast sky.
     Overcast,
-    /// One of the CIE's general skies, 1 to 15.
+    /// One of the CIE's general skies, types 1 to 15.
     Cie(u8),
     /// The all-weather sky of Perez.
     Perez,
 }
 
 impl SkyModel {
-    /// The sky of an hour that is not dark.
+    /// Returns the sky of an hour; its diffuse irradiance must be above 0.
     pub(super) fn sky(self, hour: &Hour) -> RelativeSky {
         match self {
             Self::Uniform => RelativeSky::Uniform,
@@ -60,7 +63,7 @@ impl SkyModel {
         }
     }
 
-    /// Whether it depends on where the sun stands.
+    /// Returns whether the sky depends on the position of the sun.
     pub fn has_sun(self) -> bool {
         !matches!(self, Self::Uniform | Self::Overcast)
     }
@@ -70,16 +73,17 @@ impl SkyModel {
 const ROWS: usize = 90;
 const COLUMNS: usize = 360;
 
-/// Hours whose skies one task sums up.
+/// Number of hours whose skies are summed up in one task.
 const TASK: usize = 32;
 
-/// Mean direct irradiance on a horizontal plane, W/m2.
+/// Returns the mean direct irradiance on a horizontal plane, W/m2.
 pub fn mean_direct(hours: &[Hour]) -> f64 {
     hours.iter().map(|h| h.weight * h.direct_normal * h.sun.elevation.sin().max(0.0)).sum()
 }
 
-/// The suns of all hours as one light, and its mean direct normal irradiance, W/m2; none where there is
-/// none. `half_angle` and `north` (see [`azimuth_of`](super::azimuth_of)) in rad.
+/// Returns the suns of all hours as one light, and its mean direct normal irradiance, W/m2, or
+/// `None` where there is no direct light. `half_angle` and `north` (see
+/// [`azimuth_of`](super::azimuth_of)) are in rad.
 pub fn mean_sun(hours: &[Hour], half_angle: f64, north: f64) -> Option<(Suns, f64)> {
     let irradiance = |hour: &Hour| hour.weight * hour.direct_normal;
     let mean = hours.iter().map(irradiance).sum();
@@ -87,17 +91,20 @@ pub fn mean_sun(hours: &[Hour], half_angle: f64, north: f64) -> Option<(Suns, f6
     Some((Suns::new(half_angle, suns)?, mean))
 }
 
-/// The mean sky of all hours, for a horizontal irradiance of 1 W/m2, and its own, W/m2; none where
-/// there is none. `north` (see [`azimuth_of`](super::azimuth_of)) in rad.
+/// Returns the mean sky of all hours, scaled to a horizontal irradiance of 1 W/m2, and its own
+/// horizontal irradiance, W/m2, or `None` where there is no diffuse light. `north` (see
+/// [`azimuth_of`](super::azimuth_of)) is in rad.
 ///
-/// Cells of 1 x 1 degree have the mean of the model's radiance, by 4 Gauss points in skies of at most
-/// 48 hours, by their middle in longer sums; each hour's cells are scaled to its diffuse irradiance.
+/// Each cell of 1 x 1 degree has the mean of the model's radiance in it: by 4 Gauss points for up
+/// to 48 hours with diffuse light, by its middle for more. The cells of each hour are scaled to its
+/// diffuse irradiance.
 pub fn mean_sky(model: SkyModel, hours: &[Hour], north: f64) -> Option<(RadianceMap, f64)> {
     let lit: Vec<&Hour> = hours.iter().filter(|h| h.weight * h.diffuse_horizontal > 0.0).collect();
     let points: &[f64] =
         if lit.len() <= 48 { &[0.211_324_865_405_187, 0.788_675_134_594_813] } else { &[0.5] };
     let quadrature = Quadrature::new(points);
-    // the sum of each task by itself, then in order: the same for any number of threads
+    // each task is summed by itself and the tasks in order: the same result for any number of
+    // threads
     let tasks: Vec<Vec<f64>> = lit
         .par_chunks(TASK)
         .map(|hours| {
@@ -118,7 +125,7 @@ pub fn mean_sky(model: SkyModel, hours: &[Hour], north: f64) -> Option<(Radiance
     (irradiance > 0.0).then(|| (RadianceMap::new(COLUMNS, north, values), irradiance))
 }
 
-/// Points in the cells of the sky.
+/// Points of quadrature in the cells of the sky.
 struct Quadrature {
     /// Sine and cosine of the elevation of each line of points, row by row.
     elevations: Vec<[f64; 2]>,
@@ -128,7 +135,8 @@ struct Quadrature {
 }
 
 impl Quadrature {
-    /// `points` are parts of a cell's height and width, alike from both ends.
+    /// Places points in all cells. `points` are fractions of a cell's height and width, symmetric
+    /// about its middle.
     fn new(points: &[f64]) -> Self {
         let all = |cells: usize| {
             (0..cells).flat_map(|cell| points.iter().map(move |p| (cell as f64 + p).to_radians()))
@@ -138,10 +146,11 @@ impl Quadrature {
         Self { elevations, azimuths, points: points.len() }
     }
 
-    /// Adds the sky of an hour, its diffuse irradiance times its weight, to the cells' radiances.
+    /// Adds the sky of an hour to the radiances of the cells, scaled to its diffuse irradiance
+    /// times its weight.
     fn add(&self, sky: &RelativeSky, hour: &Hour, cells: &mut [f64]) {
         let own = self.radiances(sky, hour.sun.direction(0.0));
-        // horizontal irradiance of the cells: all of a row have the same projected solid angle
+        // projected solid angle of a cell, the same for all cells of a row
         let projected = |row: usize| {
             let [above, below] = [row, row + 1].map(|r| (r as f64).to_radians().cos().powi(2));
             0.5 * (above - below) * 1f64.to_radians()
@@ -154,12 +163,12 @@ impl Quadrature {
         let due = hour.weight * hour.diffuse_horizontal;
         match irradiance > 0.0 && irradiance.is_finite() {
             true => cells.iter_mut().zip(own).for_each(|(sum, l)| *sum += l * due / irradiance),
-            // a formula that is negative everywhere
+            // a formula that is negative everywhere: a uniform sky instead
             false => cells.iter_mut().for_each(|sum| *sum += due / PI),
         }
     }
 
-    /// Mean relative radiance of each cell.
+    /// Returns the mean relative radiance of each cell.
     fn radiances(&self, sky: &RelativeSky, sun: DVec3) -> Vec<f64> {
         let mut means = vec![0.0; ROWS * COLUMNS];
         let share = 1.0 / (self.points * self.points) as f64;

@@ -17,10 +17,10 @@ use crate::{
     },
 };
 
-/// A light that is infinitely far away: the sun, the sky, an environment map.
+/// A light that is infinitely far away: the sun, the sky or an environment map.
 ///
-/// Directions point towards the light; densities are per solid angle. Units are those of the scene's
-/// quantity: W or umol/s.
+/// Directions point towards the light, and densities are per solid angle. The unit W stands for
+/// that of the scene's quantity: W or umol/s.
 #[derive(Clone, Debug)]
 pub struct InfiniteLight {
     /// Unique name.
@@ -28,45 +28,46 @@ pub struct InfiniteLight {
     /// Number of bands of every part.
     bands: usize,
     parts: Vec<InfinitePart>,
-    /// Running sums of the chances of the parts.
+    /// Running sums of the strengths of the parts, in proportion to which they are sampled.
     running: Vec<f64>,
-    /// Planar polygons, m from the user's origin, front to the sky: its light comes in through these alone. None
-    /// where it comes in everywhere.
+    /// Planar polygons, m from the user's origin, with their front to the sky, through which alone
+    /// the light comes in. It comes in everywhere if there are none.
     pub through: Vec<Vec<DVec3>>,
 }
 
-/// A part of such a light: a shape over the directions, and its strength in each band.
+/// A part of a light at infinity: a shape over the directions, and its strength in each band.
 #[derive(Clone, Debug)]
 pub struct InfinitePart {
     shape: InfiniteShape,
-    /// Radiance per band over the shape's relative radiance, W/m2/sr.
+    /// Ratio of the radiance, W/m2/sr, to the relative radiance of the shape, per band.
     scale: Vec<f64>,
 }
 
-/// Relative radiance over the directions.
+/// Relative radiance by direction.
 #[derive(Clone, Debug)]
 pub enum InfiniteShape {
-    /// Discs, or parallel rays; the scale is the irradiance across their direction, W/m2.
+    /// Discs, or parallel rays. The scale is then the irradiance on a plane across their direction,
+    /// W/m2.
     Suns(Arc<Suns>),
     /// Cells of a sphere.
     Map(Arc<RadianceMap>),
 }
 
-/// A direction that was chosen as light may come from there.
+/// A direction that was sampled because light may come from there.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectionSample<L> {
-    /// Towards the light, unit vector.
+    /// Direction towards the light, unit vector.
     pub toward: Vec3,
-    /// Radiance divided by the density of the choice, W/m2.
+    /// Radiance over the density of the sample, per band, W/m2.
     pub radiance_over_pdf: Spectrum<L>,
-    /// Density of the choice, 1/sr; none for parallel rays, which no direction meets by chance.
+    /// Density of the sample, 1/sr, or `None` for parallel rays, which no other direction meets.
     pub pdf: Option<f32>,
 }
 
-/// A part of a light as it enters through a plane face.
+/// The light of one part that enters through a plane face.
 #[derive(Debug)]
 pub struct InfiniteEntry {
-    /// Irradiance of the face per band, W/m2.
+    /// Irradiance on the face per band, W/m2.
     pub irradiance: Vec<f64>,
     shape: EntryShape,
 }
@@ -74,32 +75,33 @@ pub struct InfiniteEntry {
 #[derive(Debug)]
 enum EntryShape {
     Suns(Arc<Suns>, SunsEntry),
-    /// Per band, unless all bands are alike: integral of density x cosine over that of radiance x cosine.
+    /// Map, with one factor for each band unless all bands are alike: the integral of density x
+    /// cosine over that of radiance x cosine.
     Map(Arc<RadianceMap>, MapEntry, Option<Vec<f32>>),
 }
 
 /// A photon as it enters through a face.
 #[derive(Clone, Copy, Debug)]
 pub struct Entering<L> {
-    /// Where it goes, unit vector.
+    /// Direction in which it flies, unit vector.
     pub direction: Vec3,
-    /// Its power over the mean of all that enter, per band: 1 unless the bands of a map differ; 0 where
-    /// the band brings nothing.
+    /// Ratio of its power to the mean of all photons that enter, per band. It is 1 unless the bands
+    /// of a map differ, and 0 in a band without light.
     pub factor: Spectrum<L>,
 }
 
 impl InfinitePart {
-    /// From a shape and what its relative radiance is multiplied with in each band (at least 0).
+    /// Makes a part from a shape and the factor on its relative radiance in each band, at least 0.
     pub fn new(shape: InfiniteShape, scale: Vec<f64>) -> Self {
         Self { shape, scale }
     }
 
-    /// Strength per band, as given.
+    /// Returns the strength per band, as it was given.
     pub fn scale(&self) -> &[f64] {
         &self.scale
     }
 
-    /// Integral of the radiance over all directions, summed over the bands, W/m2.
+    /// Returns the integral of the radiance over all directions, summed over the bands, W/m2.
     fn strength(&self) -> f64 {
         let total = match &self.shape {
             InfiniteShape::Suns(suns) => suns.total(),
@@ -108,12 +110,13 @@ impl InfinitePart {
         total * self.scale.iter().sum::<f64>()
     }
 
-    /// Whether it is suns: discs too small for chance, or parallel rays.
+    /// Returns whether the part consists of suns: discs that are too small to be met by chance, or
+    /// parallel rays.
     pub fn is_sun(&self) -> bool {
         matches!(&self.shape, InfiniteShape::Suns(_))
     }
 
-    /// Whether a plane that faces `normal` may see it.
+    /// Returns whether a plane that faces `normal` may see the part.
     fn may_shine_on(&self, normal: Vec3) -> bool {
         match &self.shape {
             InfiniteShape::Suns(suns) => suns.may_shine_on(normal.as_dvec3()),
@@ -121,7 +124,8 @@ impl InfinitePart {
         }
     }
 
-    /// Irradiance across all directions, a quarter of it, in the brightest of so many bands, W/m2.
+    /// Returns the mean irradiance over all orientations of a plane, W/m2, in the brightest of the
+    /// first `bands` bands. It is a quarter of the integral of the radiance.
     pub fn mean_irradiance(&self, bands: usize) -> f64 {
         let total = match &self.shape {
             InfiniteShape::Suns(suns) => suns.total(),
@@ -130,7 +134,8 @@ impl InfinitePart {
         0.25 * total * self.scale.iter().take(bands).copied().fold(0.0, f64::max)
     }
 
-    /// Radiance, W/m2/sr, and density of [`sample`](InfiniteLight::sample)'s choice within the part, 1/sr.
+    /// Returns the radiance, W/m2/sr, and the density, 1/sr, with which
+    /// [`sample`](InfiniteLight::sample) samples this direction within the part.
     fn look<L: Lanes>(&self, toward: Vec3) -> (Spectrum<L>, f64) {
         let toward = toward.as_dvec3();
         match &self.shape {
@@ -152,7 +157,7 @@ impl InfinitePart {
         Spectrum::from_fn(self.scale.len(), value)
     }
 
-    /// Irradiance of a plane that faces `normal`, per band, W/m2.
+    /// Returns the irradiance on a plane that faces `normal`, per band, W/m2.
     pub fn irradiance(&self, normal: Vec3) -> Vec<f64> {
         let normal = normal.as_dvec3().normalize();
         match &self.shape {
@@ -161,13 +166,15 @@ impl InfinitePart {
         }
     }
 
-    /// Relative values, one for all bands or one for each, times the strength of the bands.
+    /// Multiplies relative values, one for all bands or one for each, with the strengths of the
+    /// bands.
     fn scaled(&self, relative: &[f64]) -> Vec<f64> {
         let of = |b: usize| relative.get(b).or(relative.first()).copied().unwrap_or(0.0);
         self.scale.iter().enumerate().map(|(b, scale)| scale * of(b)).collect()
     }
 
-    /// How it enters through a face whose outer side faces `outward`; none where nothing does.
+    /// Returns the light that enters through a face whose outer side faces `outward`, or `None`
+    /// where no light does.
     pub fn entry(&self, outward: Vec3) -> Option<InfiniteEntry> {
         let normal = outward.as_dvec3().normalize();
         let (irradiance, shape) = match &self.shape {
@@ -190,7 +197,8 @@ impl InfinitePart {
 }
 
 impl InfiniteLight {
-    /// From its parts, each with so many bands; without any it is dark, as the sun is at night.
+    /// Makes a light from its parts, each with so many bands. Without parts it is dark, as the sun
+    /// is at night.
     pub fn new(name: String, bands: usize, parts: Vec<InfinitePart>) -> Self {
         let mut sum = 0.0;
         let running = parts.iter().map(|part| {
@@ -201,7 +209,8 @@ impl InfiniteLight {
         Self { name, bands, parts, running, through: Vec::new() }
     }
 
-    /// Refuses strengths that are not one finite number, at least 0, for each of so many bands.
+    /// Checks the strengths. Error: a part has not one for each of `bands` bands, one is not a
+    /// finite number of at least 0, or a map has another number of bands.
     pub fn check(&self, bands: usize) -> Result<(), Problem> {
         for part in &self.parts {
             check_length(part.scale.len(), bands).map_err(|problem| problem.of("strength"))?;
@@ -217,57 +226,60 @@ impl InfiniteLight {
         Ok(())
     }
 
-    /// Its parts; each enters by itself.
+    /// Returns the parts, each of which enters a scene by itself.
     pub fn parts(&self) -> &[InfinitePart] {
         &self.parts
     }
 
-    /// Whether it is dark in every band.
+    /// Returns whether the light is dark in every band.
     pub fn is_dark(&self) -> bool {
         self.running.last().is_none_or(|&sum| sum <= 0.0)
     }
 
-    /// Radiance that comes from a direction, W/m2/sr; that of parallel rays not included.
+    /// Returns the radiance that comes from a direction, per band, W/m2/sr. It does not include
+    /// parallel rays.
     pub fn radiance<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
         self.sum(self.parts.iter().map(|part| part.look(toward).0))
     }
 
-    /// Density with which [`sample`](Self::sample) chooses a direction, 1/sr, parallel rays not included.
+    /// Returns the density, 1/sr, with which [`sample`](Self::sample) samples a direction. It does
+    /// not include parallel rays.
     pub fn pdf(&self, toward: Vec3) -> f32 {
         let parts = self.parts.iter().enumerate();
         parts.map(|(p, part)| self.chance(p) * part.look::<[f32; 1]>(toward).1).sum::<f64>() as f32
     }
 
-    /// Chance that a direction is chosen by part `p`.
+    /// Returns the chance that a direction is sampled from part `p`.
     fn chance(&self, p: usize) -> f64 {
         let before = if p == 0 { 0.0 } else { self.running[p - 1] };
         let total = self.running[self.running.len() - 1];
         if total > 0.0 { (self.running[p] - before) / total } else { 0.0 }
     }
 
-    /// Whether a plane that faces `normal` may see it.
+    /// Returns whether a plane that faces `normal` may see the light.
     pub fn may_shine_on(&self, normal: Vec3) -> bool {
         self.parts.iter().any(|part| part.may_shine_on(normal))
     }
 
-    /// Whether suns are part of it.
+    /// Returns whether suns are part of the light.
     pub fn has_sun(&self) -> bool {
         self.parts.iter().any(InfinitePart::is_sun)
     }
 
-    /// Radiance that comes from a direction but from suns, W/m2/sr.
+    /// Returns the radiance that comes from a direction without that of suns, per band, W/m2/sr.
     pub fn radiance_without_suns<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
         let parts = self.parts.iter().filter(|part| !part.is_sun());
         self.sum(parts.map(|part| part.look(toward).0))
     }
 
-    /// The sum of what parts send.
+    /// Returns the sum of the radiances of parts.
     fn sum<L: Lanes>(&self, radiances: impl Iterator<Item = Spectrum<L>>) -> Spectrum<L> {
         let nothing = Spectrum::from_fn(self.bands, |_| 0.0);
         radiances.fold(nothing, |sum, radiance| sum + radiance)
     }
 
-    /// Chooses a direction in proportion to the radiance (over all bands); none where it is dark.
+    /// Samples a direction in proportion to the radiance (over all bands). Returns `None` where the
+    /// light is dark.
     pub fn sample<L: Lanes>(&self, rng: &mut Stream) -> Option<DirectionSample<L>> {
         if self.is_dark() {
             return None;
@@ -304,8 +316,9 @@ impl InfiniteLight {
         (pdf > 0.0).then_some(DirectionSample { toward, radiance_over_pdf, pdf: Some(pdf as f32) })
     }
 
-    /// Chooses a direction towards its suns in proportion to their radiance (over all bands), and has their irradiance
-    /// across it over the density of the choice, per band, W/m2; none where it has no suns.
+    /// Samples a direction towards the suns of the light in proportion to their radiance (over all
+    /// bands). Returns with it the irradiance of the suns on a plane across the direction, over the
+    /// probability of the choice, per band, W/m2. Returns `None` where the light has no suns.
     pub fn sample_suns<L: Lanes>(&self, rng: &mut Stream) -> Option<(Vec3, Spectrum<L>)> {
         let suns = self.parts.iter().filter_map(|part| match &part.shape {
             InfiniteShape::Suns(suns) => Some((part, suns)),
@@ -324,7 +337,7 @@ impl InfiniteLight {
         Some((suns.sample(rng).0.as_vec3(), part.spectrum(|_| irradiance)))
     }
 
-    /// Irradiance of a plane that faces `normal`, in each band, W/m2.
+    /// Returns the irradiance on a plane that faces `normal`, per band, W/m2.
     pub fn irradiance(&self, normal: Vec3) -> Vec<f64> {
         let mut sum: Vec<f64> = Vec::new();
         for part in &self.parts {
@@ -337,7 +350,8 @@ impl InfiniteLight {
 }
 
 impl InfiniteEntry {
-    /// A photon that enters through the face, with density in proportion to radiance x cosine.
+    /// Draws a photon that enters through the face; the density of its direction is in proportion
+    /// to radiance x cosine.
     pub fn sample<L: Lanes>(&self, rng: &mut Stream) -> Entering<L> {
         let bands = self.irradiance.len();
         let bright = Spectrum::from_fn(bands, |b| {

@@ -1,8 +1,9 @@
 //! Radiance of the whole sphere of directions, constant on each cell of a grid of latitudes and
 //! longitudes: a sky, or an environment map.
 //!
-//! Integrals and samples are those of the same cells, so photons, paths and quadrature agree exactly.
-//! Directions point towards the light. Row 0 is at the zenith, columns run clockwise seen from above.
+//! Integrals and samples are those of the same cells, so that photons, paths and quadrature agree
+//! exactly. Directions point towards the light. Row 0 is at the zenith, and columns run clockwise
+//! seen from above.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -11,17 +12,18 @@ use rayon::prelude::*;
 
 use crate::math::{rng::Stream, sampling::weighted_choice};
 
-/// Tables of chances have at most about so many entries; where there are more cells, runs of
-/// neighbours in a row share an entry.
+/// Approximate limit on the number of entries of a table for sampling. Where there are more cells,
+/// runs of neighbouring cells in a row share an entry.
 const MOST_RUNS: usize = 1 << 18;
 
-/// Cells of relative radiance.
+/// Relative radiance of the sphere, by cells.
 #[derive(Clone, Debug)]
 pub struct RadianceMap {
     grid: Grid,
-    /// What directions are chosen by: radiance relative to the scale of each band; row by row.
+    /// Value of each cell in proportion to which directions are sampled, row by row: the radiance,
+    /// where bands differ the sum of each band's radiance relative to the scale of the band.
     density: Vec<f32>,
-    /// Relative radiance per band, of each cell in turn; none where all bands have that of `density`.
+    /// Relative radiance of each cell, per band, or `None` where all bands have that of `density`.
     spectral: Option<Spectral>,
     /// Running sums of density x solid angle over runs of cells.
     running: Vec<f64>,
@@ -33,14 +35,14 @@ struct Spectral {
     values: Vec<f32>,
 }
 
-/// A cell.
+/// Row and column of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell {
     row: usize,
     column: usize,
 }
 
-/// What a plane sees of the map: chances of its cells in proportion to radiance x cosine.
+/// The map as a plane sees it, for sampling cells in proportion to density x cosine.
 #[derive(Clone, Debug)]
 pub struct MapEntry {
     normal: DVec3,
@@ -48,14 +50,16 @@ pub struct MapEntry {
 }
 
 impl RadianceMap {
-    /// From relative radiances alike in all bands, row by row from the zenith, `columns` in each row;
-    /// the first column begins at the azimuth `start`, rad, clockwise from +y. Values are finite and at least 0.
+    /// Makes a map from relative radiances that are the same in all bands, row by row from the
+    /// zenith, with `columns` values in each row. The first column begins at the azimuth `start`,
+    /// rad, clockwise from +y. Values must be finite and at least 0.
     pub fn new(columns: usize, start: f64, values: Vec<f32>) -> Self {
         Self::build(columns, start, values, None)
     }
 
-    /// From radiances per band, those of each cell side by side. Directions are chosen by the sum over
-    /// bands of the radiance relative to that band's mean.
+    /// Makes a map from relative radiances per band; the values of a cell stand side by side.
+    /// Directions are sampled by the sum over bands of the radiance relative to the mean of the
+    /// band.
     pub fn spectral(columns: usize, start: f64, bands: usize, mut values: Vec<f32>) -> Self {
         let grid = Grid::new(columns, values.len() / bands / columns, start);
         let mut totals = vec![0.0; bands];
@@ -72,12 +76,13 @@ impl RadianceMap {
         Self::build(columns, start, density, Some(Spectral { bands, values }))
     }
 
-    /// Radiance 1 below the horizon, none above.
+    /// Makes a map with radiance 1 below the horizon and 0 above.
     pub fn below_horizon() -> Self {
         Self::new(1, 0.0, vec![0.0, 1.0])
     }
 
-    /// Radiance 1 between two elevations, rad, in one of so many equal columns; none elsewhere.
+    /// Makes a map with radiance 1 between two elevations, rad, in one of so many equal columns,
+    /// and 0 elsewhere.
     pub fn patch([from, to]: [f64; 2], columns: usize, start: f64, column: usize) -> Self {
         let grid = Grid::of_rows(columns, &[FRAC_PI_2, to, from, -FRAC_PI_2], None, start);
         let mut density = vec![0.0; grid.rows.len() * columns];
@@ -96,22 +101,22 @@ impl RadianceMap {
         map
     }
 
-    /// Whether it is dark everywhere.
+    /// Returns whether the map is dark everywhere.
     pub fn is_dark(&self) -> bool {
         self.running.is_empty()
     }
 
-    /// Integral of the density over all directions.
+    /// Returns the integral of the density over all directions.
     pub fn total(&self) -> f64 {
         self.running.last().copied().unwrap_or(0.0)
     }
 
-    /// The cell that lies in a direction.
+    /// Returns the cell in a direction.
     pub fn cell(&self, toward: DVec3) -> Cell {
         self.grid.cell(toward)
     }
 
-    /// Relative radiance of a cell in a band.
+    /// Returns the relative radiance of a cell in a band.
     #[inline]
     pub fn radiance(&self, cell: Cell, band: usize) -> f32 {
         let index = self.grid.index(cell);
@@ -121,26 +126,28 @@ impl RadianceMap {
         }
     }
 
-    /// What directions of a cell are chosen by: relative radiance, alike for all bands.
+    /// Returns the value by which directions of a cell are sampled: a relative radiance, the same
+    /// for all bands.
     #[inline]
     pub fn density(&self, cell: Cell) -> f32 {
         self.density[self.grid.index(cell)]
     }
 
-    /// Number of bands that differ; none where all are alike.
+    /// Returns the number of bands, or `None` where all bands are alike.
     pub fn bands(&self) -> Option<usize> {
         self.spectral.as_ref().map(|spectral| spectral.bands)
     }
 
-    /// A direction with density [`density`](Self::density) / [`total`](Self::total), 1/sr. The map is
-    /// not dark.
+    /// Draws a direction with density [`density`](Self::density) / [`total`](Self::total), 1/sr,
+    /// and returns it with its cell. The map must not be dark.
     pub fn sample(&self, rng: &mut Stream) -> (DVec3, Cell) {
         let chance = |cell| self.grid.solid_angle(cell);
         let cell = self.choose(&self.running, chance, rng.uniform_fine());
         (self.grid.direction(cell, rng.square()), cell)
     }
 
-    /// Irradiance of a plane that faces `normal` (a unit vector), in each band, pi for a map of ones.
+    /// Returns the irradiance on a plane that faces `normal` (a unit vector), in each band. It is
+    /// pi for a map of ones.
     pub fn irradiance(&self, normal: DVec3) -> Vec<f64> {
         let bands = self.bands().unwrap_or(1);
         let rows: Vec<Vec<f64>> = (0..self.grid.rows.len())
@@ -162,13 +169,15 @@ impl RadianceMap {
         (0..bands).map(|b| rows.iter().map(|sums| sums[b]).sum()).collect()
     }
 
-    /// What a plane that faces `normal` sees; none where that is nothing.
+    /// Returns the map as a plane that faces `normal` sees it, or `None` where the plane sees no
+    /// light.
     pub fn entry(&self, normal: DVec3) -> Option<MapEntry> {
         let running = self.running_sums(|cell| self.grid.projected(cell, normal));
         (!running.is_empty()).then_some(MapEntry { normal, running })
     }
 
-    /// A direction with density in proportion to density x cosine to the plane of `entry`.
+    /// Draws a direction whose density is in proportion to density x cosine to the plane of
+    /// `entry`, and returns it with its cell.
     pub fn sample_entry(&self, entry: &MapEntry, rng: &mut Stream) -> (DVec3, Cell) {
         let chance = |cell| self.grid.projected(cell, entry.normal);
         let cell = self.choose(&entry.running, chance, rng.uniform_fine());
@@ -181,12 +190,13 @@ impl RadianceMap {
         }
     }
 
-    /// Cells that share an entry of a table.
+    /// Returns the number of cells that share an entry of a table.
     fn run(&self) -> usize {
         self.density.len().div_ceil(MOST_RUNS)
     }
 
-    /// Running sums over runs of cells of density x `measure`, without the dark ones at the end.
+    /// Returns running sums of density x `measure` over runs of cells, without dark runs at the
+    /// end.
     fn running_sums(&self, measure: impl Fn(Cell) -> f64 + Sync) -> Vec<f64> {
         let (columns, run) = (self.grid.columns.len(), self.run());
         let weigh = |row: usize, first: usize| {
@@ -213,7 +223,8 @@ impl RadianceMap {
         if density > 0.0 { density * measure(cell) } else { 0.0 }
     }
 
-    /// The cell that `u` in [0, 1) chooses from running sums of the same `measure`.
+    /// Returns the cell that the number `u` in [0, 1) chooses from running sums of the same
+    /// `measure`.
     fn choose(&self, running: &[f64], measure: impl Fn(Cell) -> f64, u: f64) -> Cell {
         let chosen = weighted_choice(running, u);
         let (columns, run) = (self.grid.columns.len(), self.run());
@@ -241,13 +252,13 @@ impl RadianceMap {
 }
 
 impl MapEntry {
-    /// Integral of density x cosine over what the plane sees.
+    /// Returns the integral of density x cosine over the directions in front of the plane.
     pub fn total(&self) -> f64 {
         self.running.last().copied().unwrap_or(0.0)
     }
 }
 
-/// The cells' borders, and integrals over them.
+/// Borders of the cells, and integrals over them.
 #[derive(Clone, Debug)]
 struct Grid {
     /// Azimuth of the first border, rad.
@@ -255,34 +266,35 @@ struct Grid {
     /// Width of a column, rad.
     width: f64,
     rows: Vec<Row>,
-    /// Whether all rows are of one height.
+    /// Whether all rows have the same height.
     even: bool,
     columns: Vec<Column>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    /// Elevations of its lower and upper border, rad.
+    /// Elevations of the lower (`from`) and the upper border (`to`), rad.
     from: f64,
     to: f64,
     sine_from: f64,
-    /// Integral of cos h, the solid angle per rad of azimuth.
+    /// Integral of cos h over the elevation h: the solid angle per rad of azimuth.
     solid_angle: f64,
-    /// Integrals of cos^2 h and of sin h cos h.
+    /// Integrals over the elevation h of cos^2 h (`across`) and of sin h cos h (`up`).
     across: f64,
     up: f64,
-    /// Sine and cosine of its middle.
+    /// Sine and cosine of the elevation of the middle.
     middle: DVec2,
-    /// Angle of a cell's corners from its middle, rad.
+    /// Largest angle between a direction of a cell and its middle, rad: that of the farthest
+    /// corner, or pi for very wide or high cells.
     reach: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Column {
     from: f64,
-    /// Integrals of the sine and the cosine of the azimuth.
+    /// Integrals of the sine and the cosine of the azimuth over the column.
     across: DVec2,
-    /// Sine and cosine of its middle.
+    /// Sine and cosine of the azimuth of the middle.
     middle: DVec2,
 }
 
@@ -293,7 +305,8 @@ impl Grid {
         Self { even: true, ..Self::of_rows(columns, &borders, Some(height), start) }
     }
 
-    /// With rows between these elevations, from the zenith down, perhaps all of one height.
+    /// Makes a grid whose rows have their borders at these elevations, rad, from the zenith down.
+    /// `height` is the height of all rows, if it is the same for all.
     fn of_rows(columns: usize, borders: &[f64], height: Option<f64>, start: f64) -> Self {
         let width = TAU / columns as f64;
         let row = |border: &[f64]| {
@@ -313,7 +326,7 @@ impl Grid {
                 across,
                 up,
                 middle: DVec2::new(sin, cos),
-                // the corners of very wide cells are not their farthest points
+                // the farthest point of a very wide cell is not one of its corners
                 reach: match columns < 8 || height > 0.8 {
                     true => PI,
                     false => far[0].max(far[1]) + 1e-9,
@@ -353,7 +366,8 @@ impl Grid {
         Cell { row, column: place(turn, self.columns.len()) }
     }
 
-    /// A direction uniform over a cell's solid angle.
+    /// Returns the direction that two uniform numbers choose; it is uniform over the solid angle of
+    /// a cell.
     fn direction(&self, cell: Cell, u: Vec2) -> DVec3 {
         let (row, column) = (&self.rows[cell.row], &self.columns[cell.column]);
         let z = (row.sine_from + f64::from(u.x) * row.solid_angle).clamp(-1.0, 1.0);
@@ -367,14 +381,15 @@ impl Grid {
         DVec3::new(column.x * row.y, column.y * row.y, row.x)
     }
 
-    /// At least the largest cosine between a cell's directions and `normal`.
+    /// Returns an upper bound of the cosine to `normal` over the directions of a cell.
     fn largest_cosine(&self, cell: Cell, normal: DVec3) -> f64 {
         let (cos, reach) = (self.middle(cell).dot(normal), self.rows[cell.row].reach);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         if reach >= PI || cos >= reach.cos() { 1.0 } else { cos * reach.cos() + sin * reach.sin() }
     }
 
-    /// Integral of the cosine to `normal` over what a plane that faces it sees of a cell, sr.
+    /// Returns the integral, sr, of the cosine to `normal` over the part of a cell in front of a
+    /// plane that faces `normal`.
     fn projected(&self, cell: Cell, normal: DVec3) -> f64 {
         let (row, column) = (&self.rows[cell.row], &self.columns[cell.column]);
         if row.reach < FRAC_PI_2 {
@@ -390,8 +405,8 @@ impl Grid {
         self.projected_at_border(row, column, normal)
     }
 
-    /// The same where the plane's horizon may cross the cell: exact along elevations, by the
-    /// midpoint rule along azimuths.
+    /// Returns the same integral where the plane's horizon may cross the cell. It is exact along
+    /// elevations, and follows the midpoint rule along azimuths.
     #[cold]
     fn projected_at_border(&self, row: &Row, column: &Column, normal: DVec3) -> f64 {
         let steps = (16_384 / self.columns.len()).max(16);
@@ -400,7 +415,7 @@ impl Grid {
             .map(|i| {
                 let (sin, cos) = (column.from + (i as f64 + 0.5) * step).sin_cos();
                 let across = normal.x * sin + normal.y * cos;
-                // across cos h + normal.z sin h is positive within a quarter turn of its largest
+                // across cos h + normal.z sin h is positive within a quarter turn of its maximum
                 let top = normal.z.atan2(across);
                 let (from, to) = (row.from.max(top - FRAC_PI_2), row.to.min(top + FRAC_PI_2));
                 if from >= to {
@@ -414,7 +429,7 @@ impl Grid {
     }
 }
 
-/// Integrals from the horizon to elevation `h` of cos^2 and of sin cos.
+/// Returns the integrals of cos^2 and of sin cos from the horizon to the elevation `h`, rad.
 fn moments(h: f64) -> [f64; 2] {
     let (sin, cos) = h.sin_cos();
     [0.5 * (h + sin * cos), 0.5 * sin * sin]

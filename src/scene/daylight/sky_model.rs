@@ -1,26 +1,29 @@
-//! How radiance is spread over the sky: relative, for the cells' quadrature to normalise.
+//! Sky models: how radiance is spread over the sky. The values are relative; quadrature over cells
+//! normalises them.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// A sky's radiance relative to an arbitrary one.
+/// Radiance of a sky relative to an arbitrary radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RelativeSky {
-    /// Alike everywhere.
+    /// The same radiance everywhere.
     Uniform,
-    /// (1 + 2 sin h) / 3 of the zenith's (Moon and Spencer, 1942; CIE S 011's traditional overcast sky).
+    /// (1 + 2 sin h) / 3 of the zenith's radiance, with h the elevation (Moon and Spencer, 1942;
+    /// the traditional overcast sky of CIE S 011).
     Overcast,
-    /// (1 + a exp(b / cos Z)) (1 + c (exp(d g) - offset) + e cos^2 g), Z from the zenith and g from the sun.
+    /// (1 + a exp(b / cos Z)) (1 + c (exp(d g) - offset) + e cos^2 g), with Z the angle from the
+    /// zenith and g the angle from the sun.
     General {
-        /// a and b of the gradation between zenith and horizon.
+        /// Coefficients a and b of the gradation between zenith and horizon.
         gradation: [f64; 2],
-        /// c, d and e of the indicatrix around the sun.
+        /// Coefficients c, d and e of the indicatrix around the sun.
         indicatrix: [f64; 3],
-        /// exp(d pi / 2) for the CIE's skies, 0 for those of Perez.
+        /// exp(d pi / 2) for the skies of the CIE, 0 for those of Perez.
         offset: f64,
     },
 }
 
-/// a and b of the CIE's types 1 to 15 (ISO 15469:2004, CIE S 011/E:2003).
+/// Coefficients a and b of the CIE's types 1 to 15 (ISO 15469:2004, CIE S 011/E:2003).
 const CIE_GRADATION: [[f64; 2]; 15] = [
     [4.0, -0.70],
     [4.0, -0.70],
@@ -39,7 +42,7 @@ const CIE_GRADATION: [[f64; 2]; 15] = [
     [-1.0, -0.15],
 ];
 
-/// c, d and e of the CIE's types 1 to 15.
+/// Coefficients c, d and e of the CIE's types 1 to 15.
 const CIE_INDICATRIX: [[f64; 3]; 15] = [
     [0.0, -1.0, 0.0],
     [2.0, -1.5, 0.15],
@@ -58,10 +61,10 @@ const CIE_INDICATRIX: [[f64; 3]; 15] = [
     [24.0, -2.8, 0.15],
 ];
 
-/// First clearness of each bin (Perez, Seals, Michalsky, Solar Energy 50:235, 1993).
+/// Lowest clearness of each bin (Perez, Seals, Michalsky, Solar Energy 50:235, 1993).
 const PEREZ_BINS: [f64; 8] = [1.0, 1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2];
 
-/// Four coefficients for each of a to e, by bin (the same paper, table 1).
+/// Four numbers for each of the coefficients a to e, by bin (the same paper, table 1).
 #[rustfmt::skip]
 const PEREZ: [[[f64; 4]; 5]; 8] = [
     [[1.3525, -0.2576, -0.2690, -1.4366], [-0.7670, 0.0007, 1.2734, -0.1233],
@@ -83,7 +86,8 @@ const PEREZ: [[[f64; 4]; 5]; 8] = [
 ];
 
 impl RelativeSky {
-    /// One of the CIE's general skies, `kind` 1 to 15 (others are taken for the nearest).
+    /// Returns one of the CIE's general skies, `kind` 1 to 15; other numbers count as the nearest
+    /// of these.
     pub fn cie(kind: usize) -> Self {
         let kind = kind.clamp(1, 15) - 1;
         let indicatrix = CIE_INDICATRIX[kind];
@@ -91,12 +95,13 @@ impl RelativeSky {
         Self::General { gradation: CIE_GRADATION[kind], indicatrix, offset }
     }
 
-    /// The all-weather sky of Perez, Seals and Michalsky (1993, erratum Solar Energy 51:423) for direct
-    /// normal and diffuse horizontal irradiance (> 0), W/m2, the sun's angle from the zenith, rad (below
-    /// the horizon counts as at it), and the day's [`eccentricity`](super::eccentricity).
+    /// Returns the all-weather sky of Perez, Seals and Michalsky (1993, erratum Solar Energy
+    /// 51:423). It depends on the direct normal and the diffuse horizontal irradiance (> 0), W/m2,
+    /// the sun's angle from the zenith, rad (a sun below the horizon counts as on it), and the
+    /// [`eccentricity`](super::eccentricity) of the day.
     ///
-    /// It is fitted to luminance. Brightness is held above 0.01, and above 0.2 where the clearness is
-    /// 1.065 to 2.8 (the erratum); clearness at most 11.9.
+    /// The model was fitted to luminance. The brightness is kept above 0.01, and above 0.2 where
+    /// the clearness is between 1.065 and 2.8 (the erratum); the clearness is at most 11.9.
     pub fn perez(direct: f64, diffuse: f64, zenith: f64, eccentricity: f64) -> Self {
         let z = zenith.clamp(0.0, FRAC_PI_2);
         let cubed = 1.041 * z.powi(3);
@@ -116,17 +121,18 @@ impl RelativeSky {
         Self::General { gradation: [a, b], indicatrix: [c, d, e], offset: 0.0 }
     }
 
-    /// What depends on the elevation alone; `sine` >= 0.
+    /// Returns the factor that depends on the elevation alone, whose `sine` is at least 0.
     pub fn gradation(&self, sine: f64) -> f64 {
         match *self {
             Self::Uniform => 1.0,
             Self::Overcast => (1.0 + 2.0 * sine) / 3.0,
-            // at the horizon b / 0 is minus infinity, or plus where a Perez sky has b > 0
+            // at the horizon b / 0 would be minus infinity, or plus infinity in a Perez sky with
+            // b > 0
             Self::General { gradation: [a, b], .. } => 1.0 + a * (b / sine.max(0.01)).exp(),
         }
     }
 
-    /// What depends on the angle from the sun alone, given by its cosine.
+    /// Returns the factor that depends on the angle from the sun alone, given its `cosine`.
     pub fn indicatrix(&self, cosine: f64) -> f64 {
         match *self {
             Self::Uniform | Self::Overcast => 1.0,
@@ -137,7 +143,7 @@ impl RelativeSky {
         }
     }
 
-    /// Relative radiance, at least 0 (the formula of Perez may fall below).
+    /// Returns the relative radiance, at least 0, where the formula of Perez may be negative.
     pub fn radiance(&self, sine: f64, cosine_to_sun: f64) -> f64 {
         (self.gradation(sine) * self.indicatrix(cosine_to_sun)).max(0.0)
     }
@@ -147,13 +153,15 @@ impl RelativeSky {
 mod tests {
     use super::*;
 
-    /// Cosine of the angle between two directions by zenith angles and difference of azimuths, deg.
+    /// Returns the cosine of the angle between two directions, from their zenith angles and the
+    /// difference of their azimuths, degrees.
     fn cosine(z: f64, zs: f64, azimuth: f64) -> f64 {
         let [z, zs, a] = [z, zs, azimuth].map(f64::to_radians);
         z.cos() * zs.cos() + z.sin() * zs.sin() * a.cos()
     }
 
-    /// At 45 degrees from the zenith, opposite a sun at 30, over the zenith's: as published code has it.
+    /// The radiance at 45 degrees from the zenith, opposite a sun at 30 degrees from it, over that
+    /// of the zenith, is that of published code.
     #[test]
     fn cie_skies_have_the_standard_s_values() {
         for (kind, expected) in [(1, 0.832_584_6), (12, 0.454_452_4), (5, 1.0)] {
@@ -166,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_clear_june_noon_has_its_coefficients() {
-        // Spencer's value for 21 June
+        // Spencer's value of the eccentricity for 21 June
         let (z, june) = ((90f64 - 69.83).to_radians(), 0.96744);
         let RelativeSky::General { gradation, indicatrix, offset } =
             RelativeSky::perez(850.0, 100.0, z, june)
@@ -186,7 +194,8 @@ mod tests {
         }
     }
 
-    /// In every bin, at every height of the sun, with the brightness of any weather: finite, not negative.
+    /// Radiances are finite and not negative in every bin, at every height of the sun, with the
+    /// brightness of any weather.
     #[test]
     fn every_perez_sky_is_finite() {
         for direct in [0.0, 1.0, 20.0, 60.0, 200.0, 600.0, 1100.0] {
@@ -205,7 +214,7 @@ mod tests {
         }
     }
 
-    /// Between clearness 1.065 and 2.8 a thin diffuse sky is taken for one of brightness 0.2.
+    /// With a clearness between 1.065 and 2.8, a thin diffuse sky counts as one of brightness 0.2.
     #[test]
     fn the_erratum_holds() {
         let sky = |diffuse: f64, direct| RelativeSky::perez(direct, diffuse, 0.5, 1.0);

@@ -1,33 +1,35 @@
-//! How sunlight and skylight are spread over wavelengths.
+//! Spectra of sunlight and skylight.
 //!
-//! The reference spectra of ASTM G173-03: the sun is its direct and circumsolar spectrum; the clear sky is
-//! what its global spectrum on a plane tilted by 37 degrees has beyond that, under a sun at 11.19 degrees
-//! from the plane's normal (about a tenth of it is light from the ground).
+//! They are the reference spectra of ASTM G173-03. The sun has its direct and circumsolar spectrum.
+//! The clear sky has its global spectrum on a plane tilted by 37 degrees, less the share of direct
+//! and circumsolar light on that plane, under a sun at 11.19 degrees from the plane's normal. About
+//! a tenth of it is light from the ground.
 
 use crate::math::units::{Quantity, UMOL_PER_J_NM};
 
-/// The spectra reach from 280 to 4000 nm.
+/// First and last wavelength of the spectra, nm.
 pub const WAVELENGTHS: [f64; 2] = [280.0, 4000.0];
 
-/// Up to here bins are 5 nm wide, from here on 10.
+/// Wavelength, nm, up to which bins are 5 nm wide; from there on they are 10 nm wide.
 const COARSE_FROM: f64 = 1100.0;
 const FINE_BINS: usize = 164;
 const BINS: usize = 454;
 
-/// Which of the two spectra.
+/// Source of daylight, which has a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DaylightSource {
-    /// Direct light.
+    /// Direct light of the sun.
     Sun,
     /// Diffuse light of a clear sky.
     Sky,
 }
 
-/// The band's part of broadband daylight: W in the band per W, 0 to 1, or umol/s in the band per W.
+/// Returns the share of a band in broadband daylight: W in the band per W of all, from 0 to 1, or
+/// umol/s in the band per W.
 ///
-/// Power is taken as spread evenly inside bins of 5 nm (10 nm beyond 1100 nm), so that bands with borders on
-/// these are exact; others err by up to 0.002 of the whole. None where the band is empty or reaches beyond
-/// [`WAVELENGTHS`].
+/// The power is assumed to be spread evenly inside bins of 5 nm (10 nm beyond 1100 nm). The result
+/// is exact for bands with borders on those of bins, and off by up to 0.002 of the whole for
+/// others. It is `None` where the band is empty or reaches beyond [`WAVELENGTHS`].
 pub fn band_share(
     source: DaylightSource,
     quantity: Quantity,
@@ -55,7 +57,7 @@ pub fn band_share(
     inside.then(|| powers.iter().enumerate().map(of_bin).sum::<f64>() / whole)
 }
 
-/// Where a bin begins, nm.
+/// Returns the wavelength at which a bin begins, nm.
 fn border(bin: usize) -> f64 {
     match bin.checked_sub(FINE_BINS) {
         None => WAVELENGTHS[0] + 5.0 * bin as f64,
@@ -63,7 +65,7 @@ fn border(bin: usize) -> f64 {
     }
 }
 
-/// Direct and circumsolar, mW/m2 in each bin.
+/// Direct and circumsolar light, mW/m2 in each bin.
 #[rustfmt::skip]
 const SUN: [u32; BINS] = [
     0, 0, 0, 1, 16, 87, 268, 456, 662, 1073, 1214, 1259, 1418, 1482, 1750, 1636, 1897, 2387, 2199,
@@ -92,7 +94,8 @@ const SUN: [u32; BINS] = [
     89, 85, 79, 69, 68, 75, 78, 70, 69, 73, 75, 77, 78, 75, 74, 72,
 ];
 
-/// Global less 0.9810 (the cosine of 11.19 degrees) of direct and circumsolar, mW/m2 in each bin.
+/// Global light, less 0.9810 (the cosine of 11.19 degrees) times the direct and circumsolar light,
+/// mW/m2 in each bin.
 #[rustfmt::skip]
 const SKY: [u32; BINS] = [
     0, 0, 0, 1, 14, 74, 229, 393, 568, 890, 953, 932, 980, 956, 1051, 921, 999, 1182, 1028, 1122,
@@ -121,7 +124,7 @@ const SKY: [u32; BINS] = [
 mod tests {
     use super::*;
 
-    /// Integrals of the standard's table by the trapezoidal rule.
+    /// The expected shares are integrals of the standard's table by the trapezoidal rule.
     #[test]
     fn shares_are_those_of_the_standard() {
         for (from, to, sun, sun_photons, sky, sky_photons) in [

@@ -1,5 +1,5 @@
-//! Where the sun stands, and how directions are named: elevation above the horizon, azimuth clockwise
-//! from north. +z is up.
+//! Position of the sun, and the convention for directions: elevation above the horizon, azimuth
+//! clockwise from north. +z is up.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,21 +7,23 @@ use glam::DVec3;
 
 use super::time::{Date, Timestamp};
 
-/// Where the sun stands in the sky, rad.
+/// Position of the sun in the sky, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunPosition {
-    /// Angle above the horizon, -pi/2 to pi/2; without refraction.
+    /// Angle above the horizon, -pi/2 to pi/2, without refraction.
     pub elevation: f64,
-    /// Clockwise from north, 0 to 2 pi.
+    /// Angle clockwise from north, 0 to 2 pi.
     pub azimuth: f64,
 }
 
 impl SunPosition {
-    /// At a `time`, seen from a latitude (north is positive) and longitude (east is positive), rad.
+    /// Computes the position at a `time`, seen from a latitude (north is positive) and a longitude
+    /// (east is positive), rad.
     ///
-    /// The Astronomical Almanac's short formulas (Michalsky, Solar Energy 40:227, 1988, erratum
-    /// 41:113), right to 0.01 degree in 1950 to 2050. Refraction is left out: it lifts the sun by 0.03
-    /// degree at an elevation of 30, and by 0.5 at the horizon.
+    /// The formulas are the short ones of the Astronomical Almanac (Michalsky, Solar Energy 40:227,
+    /// 1988, erratum 41:113), accurate to 0.01 degree from 1950 to 2050. Refraction is left out: it
+    /// lifts the sun by 0.03 degree at an elevation of 30 degrees, and by 0.5 degree at the
+    /// horizon.
     pub fn at(time: Timestamp, latitude: f64, longitude: f64) -> Self {
         // days since noon of 1 January 2000
         let n = time.unix / 86_400.0 - 10_957.5;
@@ -46,12 +48,12 @@ impl SunPosition {
         Self { elevation: up.atan2(east.hypot(north)), azimuth: east.atan2(north).rem_euclid(TAU) }
     }
 
-    /// Angle from the zenith, rad.
+    /// Returns the angle from the zenith, rad.
     pub fn zenith(self) -> f64 {
         0.5 * PI - self.elevation
     }
 
-    /// The direction to it, a unit vector; `north`, rad, is that of [`azimuth_of`].
+    /// Returns the direction towards the sun, unit vector. `north`, rad, is that of [`azimuth_of`].
     pub fn direction(self, north: f64) -> DVec3 {
         let (sin_h, cos_h) = self.elevation.sin_cos();
         let (sin_a, cos_a) = (north + self.azimuth).sin_cos();
@@ -59,14 +61,15 @@ impl SunPosition {
     }
 }
 
-/// Angle of a vector's horizontal part, rad, clockwise from +y seen from above: 0 for a `north` along
-/// +y, pi/2 for one along +x.
+/// Returns the angle of a vector's horizontal part, rad, clockwise from +y seen from above. For a
+/// vector to the north it is the `north` of other functions: 0 for north along +y, pi/2 for north
+/// along +x.
 pub fn azimuth_of(vector: DVec3) -> f64 {
     vector.x.atan2(vector.y).rem_euclid(TAU)
 }
 
-/// The square of the mean distance of the earth from the sun over that of a day (Spencer, Search
-/// 2:172, 1971): 0.967 to 1.035.
+/// Returns the square of the mean distance between earth and sun over the distance on a day, 0.967
+/// to 1.035 (Spencer, Search 2:172, 1971).
 pub fn eccentricity(date: Date) -> f64 {
     let day = TAU * (date.day_of_year() - 1) as f64 / 365.0;
     1.000_110
@@ -85,14 +88,15 @@ mod tests {
         [sun.elevation, sun.azimuth].map(f64::to_degrees)
     }
 
-    /// A time by its UTC.
+    /// Makes a timestamp from a date and an hour in UTC.
     fn utc(year: i64, month: u32, day: u32, hour: f64) -> Timestamp {
         let days = Date { year, month, day }.days();
         Timestamp { unix: days as f64 * 86_400.0 + hour * 3600.0, offset: 0.0 }
     }
 
-    /// The case of Reda and Andreas (Solar Energy 76:577, 2004): zenith 50.11162 with 0.0161 of
-    /// refraction, azimuth 194.34024; and the same formulas as here in double precision elsewhere.
+    /// The published case of Reda and Andreas (Solar Energy 76:577, 2004): zenith angle 50.11162
+    /// with 0.0161 of refraction, azimuth 194.34024; and for other times and places the same
+    /// formulas in double precision.
     #[test]
     fn the_sun_stands_where_it_is_published() {
         let [elevation, azimuth] =

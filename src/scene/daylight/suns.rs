@@ -1,4 +1,4 @@
-//! The sun's disc, or many of them: where it stood in the hours of a period.
+//! The sun's disc, or many of them: the suns of the hours of a period.
 
 use std::f64::consts::PI;
 
@@ -10,11 +10,11 @@ use crate::math::{
     sampling::{uniform_cone, weighted_choice},
 };
 
-/// Discs of the same half angle and uniform radiance; together their irradiance across their own
-/// directions is 1.
+/// Discs with the same half angle and uniform radiance. The irradiances on planes across their
+/// directions add up to 1.
 #[derive(Clone, Debug)]
 pub struct Suns {
-    /// Lowest first.
+    /// The suns, lowest first.
     suns: Vec<Sun>,
     running: Vec<f64>,
     half_angle: f64,
@@ -26,7 +26,7 @@ struct Sun {
     weight: f64,
 }
 
-/// What a plane sees of some suns: chances in proportion to the irradiance of each.
+/// The suns as a plane sees them, for sampling in proportion to the irradiance of each.
 #[derive(Clone, Debug)]
 pub struct SunsEntry {
     normal: DVec3,
@@ -34,8 +34,9 @@ pub struct SunsEntry {
 }
 
 impl Suns {
-    /// From directions towards the suns (unit vectors) and their irradiances across them, in any unit, and
-    /// their half angle, rad, 0 (parallel rays) to 5 degrees; none where there is no light.
+    /// Makes suns from directions towards them (unit vectors), the irradiance of each on a plane
+    /// across its direction, in any unit, and the half angle, rad, from 0 (parallel rays) to 5
+    /// degrees. Returns `None` where there is no light.
     pub fn new(half_angle: f64, suns: impl IntoIterator<Item = (DVec3, f64)>) -> Option<Self> {
         let bright = suns.into_iter().filter(|(_, irradiance)| *irradiance > 0.0);
         let mut suns: Vec<Sun> = bright.map(|(toward, weight)| Sun { toward, weight }).collect();
@@ -51,27 +52,29 @@ impl Suns {
         (!suns.is_empty()).then_some(Self { suns, running, half_angle })
     }
 
-    /// Whether they send parallel rays, which no direction meets by chance.
+    /// Returns whether the suns send parallel rays, which no direction meets by chance.
     pub fn is_parallel(&self) -> bool {
         self.half_angle == 0.0
     }
 
-    /// Square of the sine of the half angle.
+    /// Returns the square of the sine of the half angle.
     fn sine2(&self) -> f64 {
         self.half_angle.sin().powi(2)
     }
 
-    /// 1 - cos of the half angle.
+    /// Returns 1 - cos of the half angle.
     fn versine(&self) -> f64 {
         2.0 * (0.5 * self.half_angle).sin().powi(2)
     }
 
-    /// The weight of the suns whose discs lie in a direction; 0 for parallel rays.
+    /// Returns the sum of the weights of the suns whose discs hold a direction; 0 for parallel
+    /// rays.
     fn weight(&self, toward: DVec3) -> f64 {
         if self.is_parallel() {
             return 0.0;
         }
-        // an elevation differs at most by the half angle, and its sine by no more
+        // the elevation of a direction on the disc differs at most by the half angle, its sine by
+        // no more
         let first = self.suns.partition_point(|sun| sun.toward.z < toward.z - self.half_angle);
         let near =
             self.suns[first..].iter().take_while(|s| s.toward.z <= toward.z + self.half_angle);
@@ -79,13 +82,13 @@ impl Suns {
         inside.map(|sun| sun.weight).sum()
     }
 
-    /// Relative radiance, 1/sr, 0 for parallel rays.
+    /// Returns the relative radiance, 1/sr; 0 for parallel rays.
     pub fn radiance(&self, toward: DVec3) -> f64 {
         let weight = self.weight(toward);
         if weight > 0.0 { weight / (PI * self.sine2()) } else { 0.0 }
     }
 
-    /// Integral of the relative radiance over all directions.
+    /// Returns the integral of the relative radiance over all directions.
     pub fn total(&self) -> f64 {
         match self.is_parallel() {
             true => 1.0,
@@ -93,8 +96,8 @@ impl Suns {
         }
     }
 
-    /// A direction towards a sun with density radiance / total, and the radiance there (of parallel rays
-    /// 0).
+    /// Draws a direction towards a sun with density radiance / total, and returns it with the
+    /// radiance there (0 for parallel rays).
     pub fn sample(&self, rng: &mut Stream) -> (DVec3, f64) {
         let sun = &self.suns[weighted_choice(&self.running, rng.uniform_fine()).index];
         if self.is_parallel() {
@@ -102,25 +105,25 @@ impl Suns {
         }
         let local = uniform_cone(self.versine() as f32, rng.square());
         let toward = to_world(sun.toward, local.as_dvec3());
-        // rounding may take it off the disc
+        // rounding may take the direction off the disc
         let own = sun.weight / (PI * self.sine2());
         (toward, self.radiance(toward).max(own))
     }
 
-    /// Whether a plane that faces `normal` may see one.
+    /// Returns whether a plane that faces `normal` may see a sun.
     pub fn may_shine_on(&self, normal: DVec3) -> bool {
-        // of many some are nearly always in front
+        // of many suns some are nearly always in front of the plane
         let border = -self.half_angle.sin() - 1e-6;
         self.suns.len() > 16 || self.suns.iter().any(|sun| sun.toward.dot(normal) > border)
     }
 
-    /// Irradiance of a plane that faces `normal` (a unit vector).
+    /// Returns the irradiance on a plane that faces `normal` (a unit vector).
     pub fn irradiance(&self, normal: DVec3) -> f64 {
         let seen = |sun: &Sun| sun.weight * disc_cosine(sun.toward.dot(normal), self.half_angle);
         self.suns.iter().map(seen).sum()
     }
 
-    /// What a plane that faces `normal` sees; none where that is nothing.
+    /// Returns the suns as a plane that faces `normal` sees them, or `None` where it sees none.
     pub fn entry(&self, normal: DVec3) -> Option<SunsEntry> {
         let mut sum = 0.0;
         let running = self.suns.iter().map(|sun| {
@@ -133,21 +136,22 @@ impl Suns {
         (sum > 0.0).then_some(SunsEntry { normal, running })
     }
 
-    /// A direction with density in proportion to radiance x cosine to the plane of `entry`.
+    /// Draws a direction whose density is in proportion to radiance x cosine to the plane of
+    /// `entry`.
     pub fn sample_entry(&self, entry: &SunsEntry, rng: &mut Stream) -> DVec3 {
         let sun = weighted_choice(&entry.running, rng.uniform_fine()).index;
         let toward = self.suns[sun].toward;
         if self.is_parallel() {
             return toward;
         }
-        // on the disc's projection along its axis, with x towards the plane's normal
+        // work on the projection of the disc along its axis, with x towards the plane's normal
         let cos = toward.dot(entry.normal);
         let aside = entry.normal - cos * toward;
         let sin = aside.length();
         let x = aside.try_normalize().unwrap_or_else(|| toward.any_orthonormal_vector());
         let y = toward.cross(x);
         let (radius, height) = self.half_angle.sin_cos();
-        // the plane's horizon cuts off what is below the first of these
+        // the plane's horizon cuts off the part of the disc below `first`
         let cut = -cos / sin.max(f64::MIN_POSITIVE);
         let first = if cos < 0.0 { cut * height } else { cut.max(-radius) };
         let side =
@@ -161,7 +165,7 @@ impl Suns {
             if u * u + v * v > radius * radius {
                 continue;
             }
-            // the solid angle of an area of the projection has the cosine to the axis below it
+            // solid angle per area of the projection is 1 / the cosine to the axis
             let z = z2.sqrt();
             if f64::from(rng.uniform()) * most < cos + sin * u / z {
                 return u * x + v * y + z * toward;
@@ -176,9 +180,10 @@ fn to_world(axis: DVec3, local: DVec3) -> DVec3 {
     (local.x * x + local.y * y + local.z * axis).normalize()
 }
 
-/// Irradiance of a plane by a disc of uniform radiance and half angle `t`, whose middle has this
-/// cosine to the plane's normal, over that across the disc's own direction: the cosine itself, unless the
-/// plane's horizon cuts the disc (Snyder, Area light sources for real-time graphics, MSR-TR-96-11).
+/// Returns the irradiance on a plane from a disc of uniform radiance and half angle `t`, over the
+/// irradiance on a plane across the disc's direction. `cos` is the cosine of the disc's middle to
+/// the plane's normal. The result is this cosine, unless the plane's horizon cuts the disc (Snyder,
+/// Area light sources for real-time graphics, MSR-TR-96-11).
 fn disc_cosine(cos: f64, t: f64) -> f64 {
     let (sin_t, cos_t) = t.sin_cos();
     if cos >= sin_t || t == 0.0 {
@@ -188,10 +193,11 @@ fn disc_cosine(cos: f64, t: f64) -> f64 {
         return 0.0;
     }
     let sin = (1.0 - cos * cos).sqrt();
-    // where the horizon cuts the disc: a quarter turn about its middle if cos is 0
+    // angle about the disc's middle at which the horizon cuts its rim: a quarter turn if cos is 0
     let turn = (-cos * cos_t / (sin * sin_t)).clamp(-1.0, 1.0).acos();
     let chord = (sin_t * sin_t - cos * cos).max(0.0).sqrt();
-    // the integral of the cosine over the part above, by its border (Lambert): an arc and a great circle
+    // the integral of the cosine over the part above the horizon, from its border (Lambert): an arc
+    // of the rim and an arc of a great circle
     let arc = cos * sin_t * sin_t * turn - cos_t * chord;
     let great_circle = (chord / cos_t).atan();
     ((arc + great_circle) / (PI * sin_t * sin_t)).max(0.0)

@@ -1,6 +1,6 @@
-//! Skies, suns and maps against closed forms, and every sampler against its density.
+//! Tests of skies, suns and maps against closed forms, and of every sampler against its density.
 //!
-//! Chi-squares: seed 1, 2e5 samples, odds of a false alarm 1e-6.
+//! Chi-squares have seed 1, 2e5 samples and odds of a false alarm of 1e-6.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -19,14 +19,14 @@ fn position(elevation: f64, azimuth: f64) -> SunPosition {
     SunPosition { elevation: elevation.to_radians(), azimuth: azimuth.to_radians() }
 }
 
-/// A whole period of one instant.
+/// Returns an hour that is the whole of a period.
 fn hour(direct_normal: f64, diffuse_horizontal: f64, sun: SunPosition) -> Hour {
     let june = Date { year: 2025, month: 6, day: 21 };
     let eccentricity = eccentricity(june);
     Hour { weight: 1.0, sun, eccentricity, direct_normal, diffuse_horizontal }
 }
 
-/// A sky of `diffuse` W/m2 in one band.
+/// Returns a sky with the diffuse irradiance of the hour in its only band.
 fn sky(model: SkyModel, hour: Hour) -> InfiniteLight {
     let (map, mean) = mean_sky(model, &[hour], 0.0).unwrap();
     light([(InfiniteShape::Map(Arc::new(map)), vec![mean])])
@@ -43,7 +43,7 @@ fn sun(half_angle_deg: f64, toward: DVec3) -> InfiniteShape {
     InfiniteShape::Suns(Arc::new(suns))
 }
 
-/// A normal tilted from the zenith towards an azimuth.
+/// Returns a normal that is tilted from the zenith towards an azimuth.
 fn tilted(tilt: f64, azimuth: f64) -> Vec3 {
     position(90.0 - tilt, azimuth).direction(0.0).as_vec3()
 }
@@ -65,7 +65,7 @@ fn tilted_planes_have_their_closed_forms() {
         }
     }
     assert!((overcast.radiance::<[f32; 1]>(Vec3::Z).0[0] / zenith as f32 - 1.0).abs() < 1e-4);
-    // the standard's overcast sky is another function
+    // the overcast sky of the standard is another function
     let cie = sky(SkyModel::Cie(1), hour);
     let vertical = cie.irradiance(Vec3::X)[0] / 100.0;
     assert!((vertical - 0.379).abs() < 5e-4, "{vertical}");
@@ -73,12 +73,13 @@ fn tilted_planes_have_their_closed_forms() {
     assert!((100.0 / zenith - 2.4496).abs() < 5e-4, "{zenith}");
 }
 
-/// DNI 850, DHI 100 on 21 June at an elevation of 69.83, the sun in the south.
+/// A direct normal irradiance of 850 and a diffuse horizontal irradiance of 100 on 21 June, with
+/// the sun in the south at an elevation of 69.83 degrees.
 #[test]
 fn a_clear_june_noon_has_its_irradiances() {
     let noon = hour(850.0, 100.0, position(69.83, 180.0));
     let perez = sky(SkyModel::Perez, noon);
-    // cells meet at the zenith: their mean
+    // many cells meet at the zenith: take their mean
     let around = (0..36).map(|i| position(89.5, 10.0 * f64::from(i)).direction(0.0).as_vec3());
     let zenith = around.map(|d| f64::from(perez.radiance::<[f32; 1]>(d).0[0])).sum::<f64>() / 36.0;
     for (what, found, expected, digit) in [
@@ -96,7 +97,8 @@ fn a_clear_june_noon_has_its_irradiances() {
     assert!((ppfd - 1773.0).abs() < 1.0, "{ppfd}");
 }
 
-/// The cells against the formula in cells a sixteenth as large: irradiances of planes.
+/// Irradiances on planes from the cells agree with those of the formula in cells a sixteenth as
+/// large.
 #[test]
 fn cells_are_as_good_as_the_formula() {
     let weathers =
@@ -128,7 +130,8 @@ fn cells_are_as_good_as_the_formula() {
     }
 }
 
-/// A sum of hours has the sum of their irradiances; its cells are sampled coarser.
+/// A period has the sum of the irradiances of its hours, although its cells are sampled more
+/// coarsely.
 #[test]
 fn a_period_is_the_sum_of_its_hours() {
     let hours: Vec<Hour> = (0..60)
@@ -158,7 +161,7 @@ fn a_period_is_the_sum_of_its_hours() {
     assert!(mean_sun(&[hour(0.0, 100.0, position(30.0, 0.0))], 0.0, 0.0).is_none());
 }
 
-/// The closed form at the plane's horizon against a sum over the disc.
+/// The closed form of a disc at the plane's horizon agrees with a sum over the disc.
 #[test]
 fn a_sun_cut_by_the_horizon_has_its_irradiance() {
     for half_angle in [0.2666f64, 5.0] {
@@ -167,7 +170,7 @@ fn a_sun_cut_by_the_horizon_has_its_irradiance() {
         let t = half_angle.to_radians();
         let aside = toward.any_orthonormal_vector();
         for tilt in [-1.5, -0.9, -0.3, 0.0, 0.3, 0.99, 1.5, 100.0] {
-            // the disc's middle is so many radii above the plane
+            // the middle of the disc is so many radii above the plane
             let above = (tilt * t).min(1.2);
             let normal = (above.sin() * toward + above.cos() * aside).as_vec3();
             let (n, mut sum) = (2000, 0.0);
@@ -177,19 +180,20 @@ fn a_sun_cut_by_the_horizon_has_its_irradiance() {
                 for j in 0..400 {
                     let (s, c) = (f64::from(j) * PI / 200.0).sin_cos();
                     let w = r * (c * aside + s * other) + (1.0 - r * r).sqrt() * toward;
-                    // per area of the projection: the solid angle over the cosine to the axis
+                    // solid angle per area of the projection is 1 / the cosine to the axis
                     sum += w.dot(normal.as_dvec3()).max(0.0) / w.dot(toward);
                 }
             }
             let (found, expected) = (light.irradiance(normal)[0], 800.0 * sum / f64::from(n * 400));
-            // against the irradiance of a plane that the whole disc shines upon at this angle
+            // tolerances relative to the irradiance of a plane that the whole disc shines upon at
+            // this angle
             let scale = 800.0 * t;
             assert!(
                 (found - expected).abs() < 1e-3 * scale,
                 "{half_angle} {tilt}: {found} {expected}"
             );
         }
-        // parallel rays and a disc that is wholly above shine alike
+        // parallel rays and a disc that is wholly above the horizon bring the same irradiance
         let parallel = self::light([(sun(0.0, toward), vec![800.0])]);
         for (tilt, azimuth) in [(0.0, 0.0), (30.0, 180.0), (60.0, 180.0), (90.0, 90.0), (90.0, 0.0)]
         {
@@ -202,7 +206,8 @@ fn a_sun_cut_by_the_horizon_has_its_irradiance() {
     }
 }
 
-/// A map of ones shines with pi on every plane; with a bright cell, from where its heading says.
+/// A map of ones brings an irradiance of pi to every plane, and a map with one bright cell shines
+/// from where its heading says.
 #[test]
 fn maps_shine_from_where_they_should() {
     for (columns, rows) in [(1, 1), (1, 2), (2, 1), (7, 5), (360, 180)] {
@@ -217,7 +222,7 @@ fn maps_shine_from_where_they_should() {
     }
     for heading in [0.0, 90.0, 180.0, 270.0f64] {
         let mut values = vec![0.0; 64 * 32];
-        // 11.25 to 16.875 degrees above the horizon, in the middle of the picture, right of its centre
+        // 11.25 to 16.875 degrees above the horizon, just right of the middle of the picture
         values[13 * 64 + 32] = 1.0;
         let start = (heading - 180.0).to_radians();
         let map = RadianceMap::new(64, start, values);
@@ -235,7 +240,8 @@ fn maps_shine_from_where_they_should() {
     }
 }
 
-/// Lights of every kind: a clear sky, a sun with ground light, suns of a day, a map that differs by band.
+/// Returns lights of every kind: a clear sky, a sun with light from the ground, the suns of a day,
+/// and a map that differs between bands.
 fn lights() -> Vec<(&'static str, InfiniteLight)> {
     let hour = hour(700.0, 90.0, position(25.0, 200.0));
     let ground = || {
@@ -264,7 +270,8 @@ fn lights() -> Vec<(&'static str, InfiniteLight)> {
     ]
 }
 
-/// 240 bins; mean radiance / density is the integral of the radiance, which is also that of the bins.
+/// Uses 240 bins. The mean of radiance / density is the integral of the radiance, also as a sum
+/// over the bins.
 #[test]
 fn directions_have_their_density() {
     for (what, light) in lights() {
@@ -275,7 +282,7 @@ fn directions_have_their_density() {
             let sample = light.sample::<[f32; 2]>(&mut rng).unwrap();
             assert!((sample.toward.length() - 1.0).abs() < 1e-6);
             let pdf = light.pdf(sample.toward);
-            // but at borders of cells and discs, where rounding may fall to either side
+            // except at borders of cells and discs, where rounding may fall to either side
             let radiance = light.radiance::<[f32; 2]>(sample.toward);
             let alike = (pdf / sample.pdf.unwrap() - 1.0).abs() < 1e-4
                 && (radiance.0[0] / pdf / sample.radiance_over_pdf.0[0] - 1.0).abs() < 1e-4;
@@ -284,7 +291,8 @@ fn directions_have_their_density() {
             counts[bins.index(sample.toward)] += 1;
         }
         assert!(balance.mean() > 0.9999, "{what}: {}", balance.mean());
-        // the finer quadrature is right to a part of a thousand in each bin, but at the border of a disc
+        // the finer quadrature is accurate to a thousandth in each bin, except at the border of a
+        // disc
         let fine = sum_over_sphere(&light);
         let total = fine.iter().map(|(_, [p, ..])| p).sum::<f64>();
         assert!((total - 1.0).abs() < 5e-3, "{what}: the density integrates to {total}");
@@ -301,8 +309,8 @@ fn directions_have_their_density() {
     }
 }
 
-/// Directions, and density and radiance in two bands times the solid angle, of each of a million
-/// cells of the sphere that is not dark.
+/// Returns the directions of those of a million cells of the sphere that are not dark, each with
+/// the density and the radiance in two bands, times the solid angle.
 fn sum_over_sphere(light: &InfiniteLight) -> Vec<(Vec3, [f64; 3])> {
     let (rows, columns) = (720, 1440);
     let solid_angle = 4.0 * PI / f64::from(rows * columns);
@@ -323,7 +331,8 @@ fn sum_over_sphere(light: &InfiniteLight) -> Vec<(Vec3, [f64; 3])> {
     found
 }
 
-/// Photons through a face: their directions have density radiance x cosine, in every band.
+/// The directions of photons that enter through a face have the density radiance x cosine, in every
+/// band.
 #[test]
 fn entering_photons_have_their_density() {
     let normals = [Vec3::Z, Vec3::NEG_X, Vec3::Y, tilted(120.0, 33.0)];
@@ -351,7 +360,7 @@ fn check_entry(what: &str, entry: &InfiniteEntry, fine: &[(Vec3, [f64; 3])], nor
     let bins = SphereBins::even(normal);
     let bands = entry.irradiance.len();
     let mut counts = vec![0; bins.len()];
-    // power of each band, and its mean cosine
+    // mean power of each band, and mean of power times cosine
     let mut power = vec![Mean::default(); bands];
     let mut cosine = vec![Mean::default(); bands];
     for _ in 0..SAMPLES {
@@ -370,7 +379,7 @@ fn check_entry(what: &str, entry: &InfiniteEntry, fine: &[(Vec3, [f64; 3])], nor
     };
     for b in 0..bands {
         let (found, expected) = (sum(1, 1 + b), entry.irradiance[b]);
-        // a million directions resolve a disc of 5 degrees to a part of a hundred
+        // a million directions resolve a disc of 5 degrees to a hundredth
         assert!((found / expected - 1.0).abs() < 0.01, "{what} {normal}: {found}, not {expected}");
         power[b].assert(what, 1.0, 1e-6);
         let mean = sum(2, 1 + b) / found;
@@ -387,7 +396,7 @@ fn check_entry(what: &str, entry: &InfiniteEntry, fine: &[(Vec3, [f64; 3])], nor
     }
 }
 
-/// Where runs of cells share an entry of the table, cells still have their chances.
+/// Where runs of cells share an entry of the table, each cell is still sampled with its own chance.
 #[test]
 fn a_large_map_is_sampled_by_its_cells() {
     let (columns, rows) = (1500, 750);
@@ -430,7 +439,7 @@ fn parallel_rays_are_found_by_sampling_alone() {
     let photon = entry.sample::<[f32; 2]>(&mut Stream::new(1, 0, 0));
     assert_eq!((photon.direction, photon.factor.0), (-toward.as_vec3(), [1.0, 0.0]));
     assert!(light.parts()[0].entry(Vec3::Y).is_none());
-    // a disc tells its radiance
+    // a disc, unlike parallel rays, has a radiance
     let disc = self::light([(sun(0.2666, toward), vec![800.0])]);
     let expected = 800.0 / (PI * 0.2666f64.to_radians().sin().powi(2));
     assert!(

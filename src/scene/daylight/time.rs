@@ -1,14 +1,14 @@
-//! Instants and the calendar behind them.
+//! Instants of time, and the calendar.
 
-/// Seconds of a day.
+/// Number of seconds in a day.
 const DAY: f64 = 86_400.0;
 
-/// An instant, and the clock that it was read from.
+/// An instant, with the offset of the clock that it was read from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timestamp {
     /// Seconds since 1970-01-01T00:00Z, without leap seconds.
     pub unix: f64,
-    /// What that clock shows more than UTC, s.
+    /// Seconds by which that clock is ahead of UTC.
     pub offset: f64,
 }
 
@@ -24,14 +24,16 @@ pub struct Date {
 }
 
 impl Date {
-    /// A day that exists, in the years 1900 to 2100, for which positions of the sun are right.
+    /// Makes a date. Returns `None` unless the day exists and is in the years 1900 to 2100, for
+    /// which positions of the sun are right.
     pub fn new(year: i64, month: u32, day: u32) -> Option<Self> {
         let date = Self { year, month, day };
         let real = (1900..=2100).contains(&year) && (1..=12).contains(&month) && day >= 1;
         (real && Self::from_days(date.days()) == date).then_some(date)
     }
 
-    /// Days since 1970-01-01 (Hinnant, chrono-compatible low-level date algorithms, 2021).
+    /// Returns the days since 1970-01-01 (Hinnant, chrono-compatible low-level date algorithms,
+    /// 2021).
     pub fn days(self) -> i64 {
         let (m, d) = (i64::from(self.month), i64::from(self.day));
         let y = self.year - i64::from(m <= 2);
@@ -41,7 +43,7 @@ impl Date {
             - 719_468
     }
 
-    /// The inverse of [`days`](Self::days).
+    /// Returns the date of a number of days since 1970-01-01, the inverse of [`days`](Self::days).
     pub fn from_days(days: i64) -> Self {
         let z = days + 719_468;
         let (era, day) = (z.div_euclid(146_097), z.rem_euclid(146_097));
@@ -56,14 +58,14 @@ impl Date {
         }
     }
 
-    /// Day of the year, from 1.
+    /// Returns the day of the year, from 1.
     pub fn day_of_year(self) -> i64 {
         self.days() - Self { month: 1, day: 1, ..self }.days() + 1
     }
 }
 
 impl Timestamp {
-    /// The day in UTC.
+    /// Returns the day in UTC.
     pub fn date(self) -> Date {
         Date::from_days((self.unix / DAY).floor() as i64)
     }

@@ -1,4 +1,4 @@
-//! The shapes that light leaves from: lines, tubes, triangles.
+//! Shapes that light leaves from: lines, tubes and triangles.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -8,15 +8,16 @@ use crate::math::{
     sampling::{Chosen, uniform_circle, uniform_triangle, weighted_choice},
 };
 
-/// The share of a tube's circumference that shines, about the tangent of its frame.
+/// Fraction of a tube's circumference that shines, centred on the tangent of the tube's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aperture(pub f32);
 
 impl Aperture {
-    /// All around.
+    /// The whole circumference.
     pub const WHOLE: Self = Self(1.0);
 
-    /// A turn from the tangent that is uniform in it, from a uniform number.
+    /// Returns a unit vector turned from the tangent by an angle that is uniform in the aperture,
+    /// where `u` is a uniform number.
     #[inline]
     pub fn turn(self, u: f32) -> Vec2 {
         if self.0 == 1.0 {
@@ -26,25 +27,26 @@ impl Aperture {
         uniform_circle(if turn < 0.0 { turn + 1.0 } else { turn })
     }
 
-    /// Whether it holds the turn of a vector from the tangent.
+    /// Returns whether a vector across the axis, in coordinates along tangent and bitangent, points
+    /// into the aperture.
     pub fn holds(self, across: DVec2) -> bool {
         self.0 == 1.0 || across.y.atan2(across.x).abs() <= std::f64::consts::PI * f64::from(self.0)
     }
 
-    /// Area of a tube within it, m2.
+    /// Returns the area of a tube within the aperture, m2.
     pub fn area(self, radius: f32, length: f32) -> f32 {
         2.0 * std::f32::consts::PI * radius * length * self.0
     }
 }
 
-/// The axis of a tube, or a line that shines.
+/// Axis of a tube, or a line that shines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
-    /// Its start, m.
+    /// Start of the line, m.
     pub from: Vec3,
-    /// From its start to its end, m.
+    /// Vector from the start of the line to its end, m.
     pub whole: Vec3,
-    /// m.
+    /// Length, m.
     pub length: f32,
 }
 
@@ -57,7 +59,7 @@ impl Line {
         self.from + 0.5 * self.whole
     }
 
-    /// A point uniform on it, `offset` from its ends.
+    /// Draws a point uniform on the line, but not closer than `offset` metres to its ends.
     #[inline]
     pub fn choose(&self, offset: f32, rng: &mut Stream) -> Vec3 {
         let margin = (offset / self.length).min(0.5);
@@ -65,7 +67,7 @@ impl Line {
     }
 }
 
-/// The triangles of an area light, and what of them each photon needs.
+/// Triangles of an area light, with the values that each photon needs of them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EmittingSurface {
     pub triangles: Vec<Triangle>,
@@ -93,12 +95,13 @@ impl EmittingSurface {
         surface
     }
 
-    /// m2.
+    /// Returns the total area, m2.
     pub fn area(&self) -> f64 {
         self.cumulative_area[self.cumulative_area.len() - 1]
     }
 
-    /// A point uniform on it, as far as `offset` from the edges of its triangles, and the normal there.
+    /// Draws a point uniform on the triangles, at least `offset` metres from their edges, and
+    /// returns it with the normal there.
     #[inline]
     pub fn choose(&self, offset: f32, rng: &mut Stream) -> (Vec3, Vec3) {
         let Chosen { index, rest } = weighted_choice(&self.cumulative_area, rng.uniform_fine());

@@ -1,5 +1,6 @@
-//! Light from infinitely far away as it enters a scene, through the faces of a box around all that
-//! it may meet: a line enters a box once, so the faces split the light exactly.
+//! Entry of light from infinitely far away into a scene, through the faces of a box around
+//! everything that it may meet. Because a line enters a box only once, the faces divide the light
+//! exactly. Where the light has openings, it enters through these instead.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -13,48 +14,50 @@ use crate::{
     scene::daylight::{InfiniteEntry, InfiniteLight},
 };
 
-/// Ray offsets that the box is wider on all sides than what is in it.
+/// Number of ray offsets by which the box is wider than its contents on each side.
 pub const MARGIN: f32 = 16.0;
 
-/// What enters through a face and part of the light, as a fraction of all, below which it is left out.
+/// Fraction of all light below which the light of one part through one face is left out.
 const LEAST: f64 = 1e-9;
 
-/// A light at infinity, and the faces that it enters a scene through.
+/// A light at infinity, with the faces by which it enters a scene.
 #[derive(Debug)]
 pub struct Entrance {
-    /// The light.
+    /// The light itself.
     pub light: InfiniteLight,
     faces: Vec<EntryFace>,
-    /// The triangles of the openings that it comes in through alone; none where it comes in everywhere.
+    /// Triangles of the openings, if the light comes in through openings alone; empty if it comes
+    /// in everywhere.
     openings: Vec<Triangle>,
-    /// Running sums of the faces' powers, over all bands.
+    /// Running sums of the powers of the faces, over all bands.
     running: Vec<f64>,
-    /// About its irradiance, W/m2.
+    /// Estimate of the irradiance, W/m2: the mean over all orientations of a plane, in the
+    /// brightest band of each part.
     irradiance: f32,
 }
 
-/// A face, and a part of the light that enters there.
+/// A face of the box or an opening, and the part of the light that enters there.
 #[derive(Debug)]
 pub struct EntryFace {
     entry: InfiniteEntry,
     opening: Opening,
-    /// Per band, W.
+    /// Flux that enters per band, W or umol/s.
     power: Vec<f64>,
-    /// Whether it is light of a sun, which paths do not find by chance.
+    /// Whether the light is that of a sun, which paths do not find by chance.
     is_sun: bool,
 }
 
-/// What light comes in through.
+/// Area through which light comes in.
 #[derive(Clone, Debug)]
 enum Opening {
-    /// A corner of a face of the box, and its sides, m.
+    /// Face of the box: a corner, and the vectors along its two sides, m.
     Face { corner: Vec3, sides: [Vec3; 2] },
-    /// A polygon cut into triangles, and running sums of their areas.
+    /// Polygon as triangles, with running sums of their areas, m2.
     Polygon { triangles: Vec<Triangle>, areas: Vec<f64> },
 }
 
 impl Opening {
-    /// A point uniform on it.
+    /// Draws a point uniform on the area.
     fn choose(&self, rng: &mut Stream) -> Vec3 {
         match self {
             Self::Face { corner, sides } => {
@@ -69,7 +72,7 @@ impl Opening {
         }
     }
 
-    /// A point of its plane, and its area times the unit normal there, m2.
+    /// Returns a point of the plane, and the area times the unit normal, m2.
     fn plane(&self) -> (Vec3, Vec3) {
         match self {
             Self::Face { corner, sides: [u, v] } => (*corner, u.cross(*v)),
@@ -80,7 +83,7 @@ impl Opening {
         }
     }
 
-    /// Whether a point of its plane lies on it.
+    /// Returns whether a point of the plane lies on the area.
     fn holds(&self, point: Vec3) -> bool {
         match self {
             Self::Face { corner, sides } => sides.iter().all(|side| {
@@ -97,12 +100,13 @@ impl Opening {
 }
 
 impl EntryFace {
-    /// Its area across a beam along a unit vector, m2.
+    /// Returns the area, m2, across a beam along a unit vector.
     pub fn area_across(&self, direction: Vec3) -> f32 {
         self.opening.plane().1.dot(direction).abs()
     }
 
-    /// The ray along a unit vector that enters here and comes to a point; none where that comes in elsewhere.
+    /// Returns the ray along `direction` (unit vector) that enters here and arrives at `point`, or
+    /// `None` if that ray enters elsewhere.
     pub fn entering(&self, point: Vec3, direction: Vec3) -> Option<Ray> {
         let (on, normal) = self.opening.plane();
         let far = (point - on).dot(normal) / direction.dot(normal);
@@ -112,8 +116,8 @@ impl EntryFace {
 }
 
 impl Entrance {
-    /// Of a light of so many bands into `inside`, m, which is not empty; or through its openings, which `local`
-    /// takes to the coordinates of `inside`.
+    /// Makes the entrance of a light of so many bands into the box `inside` (m, not empty), or
+    /// through the openings of the light, which `local` converts to the coordinates of the box.
     pub fn new(
         light: InfiniteLight,
         bands: usize,
@@ -176,13 +180,14 @@ impl Entrance {
         Self { light, faces, openings, running, irradiance: irradiance as f32 }
     }
 
-    /// Whether its light comes in through openings alone.
+    /// Returns whether the light comes in through openings alone.
     pub fn has_openings(&self) -> bool {
         !self.light.through.is_empty()
     }
 
-    /// The farthest of its openings that a ray crosses, but those in whose plane it starts, to `offset`: how far, m,
-    /// and whether it is crossed towards the sky.
+    /// Returns the farthest opening that a ray crosses: the distance along the ray, m, and whether
+    /// the ray crosses it towards the sky. Openings whose plane the start of the ray lies in, to
+    /// within `offset` metres, are left out.
     pub fn last_opening(&self, ray: &Ray, offset: f32) -> Option<(f32, bool)> {
         let starts_in = |t: &Triangle| (ray.origin - t.a).dot(t.normal()).abs() < offset;
         let others = self.openings.iter().filter(|triangle| !starts_in(triangle));
@@ -193,32 +198,34 @@ impl Entrance {
         crossed.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Pairs of a face and a part that light enters by.
+    /// Returns the number of pairs of a face and a part of the light that enters there.
     pub fn faces(&self) -> usize {
         self.faces.len()
     }
 
-    /// One of them, if there are so many.
+    /// Returns one of these pairs, or `None` if there are not so many.
     pub fn face(&self, face: usize) -> Option<&EntryFace> {
         self.faces.get(face)
     }
 
-    /// What enters by a face, per band, W or umol/s.
+    /// Returns the flux that enters by a face, per band, W or umol/s.
     pub fn power(&self, face: usize) -> &[f64] {
         &self.faces[face].power
     }
 
-    /// Whether what enters by a face is light of a sun.
+    /// Returns whether the light that enters by a face is that of a sun.
     pub fn is_sun(&self, face: usize) -> bool {
         self.faces[face].is_sun
     }
 
-    /// About its irradiance, W/m2.
+    /// Returns an estimate of the irradiance, W/m2: the mean over all orientations of a plane, in
+    /// the brightest band of each part.
     pub fn irradiance(&self) -> f32 {
         self.irradiance
     }
 
-    /// A photon that enters by a face, and its power over the mean there.
+    /// Draws the ray of a photon that enters by a face. Returns it with the ratio of the photon's
+    /// power to the mean of all photons that enter there, per band.
     pub fn enter<L: Lanes>(&self, face: usize, rng: &mut Stream) -> (Ray, Spectrum<L>) {
         let EntryFace { entry, opening, .. } = &self.faces[face];
         let origin = opening.choose(rng);
@@ -226,7 +233,7 @@ impl Entrance {
         (Ray { origin, direction: entering.direction }, entering.factor)
     }
 
-    /// The ray of a photon by any of the faces; none of a dark light.
+    /// Draws the ray of a photon that enters by any of the faces. Returns `None` for a dark light.
     pub fn enter_anywhere(&self, rng: &mut Stream) -> Option<Ray> {
         self.running.last()?;
         let face = weighted_choice(&self.running, rng.uniform_fine()).index;
@@ -234,7 +241,8 @@ impl Entrance {
     }
 }
 
-/// How far along a ray its line crosses a triangle (Moeller and Trumbore, Journal of Graphics Tools 2:21, 1997).
+/// Returns the distance along a ray at which its line crosses a triangle; it may be negative
+/// (Moeller and Trumbore, Journal of Graphics Tools 2:21, 1997).
 fn crossing(triangle: &Triangle, ray: &Ray) -> Option<f32> {
     let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3());
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());

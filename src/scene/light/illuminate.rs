@@ -1,4 +1,5 @@
-//! Lights as a point of the scene sees them.
+//! Lights as a point of the scene sees them: directions to sample, densities, radiance and
+//! irradiance.
 
 use std::f32::consts::PI;
 
@@ -14,53 +15,53 @@ use crate::{
     scene::daylight::DirectionSample,
 };
 
-/// Where a light that was sampled is.
+/// Where a sampled light is.
 #[derive(Clone, Copy, Debug)]
 pub enum Toward {
-    /// A point of it, a little off its surface, m.
+    /// A point of the light, slightly off its surface, m.
     Point(Vec3),
-    /// A direction, unit vector: it is infinitely far away.
+    /// Direction of a light that is infinitely far away, unit vector.
     Direction(Vec3),
 }
 
-/// A direction that was chosen because a light may shine from there.
+/// A direction that was sampled because a light may shine from there.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample<L> {
-    /// Where a shadow ray goes.
+    /// Target of the shadow ray.
     pub target: Toward,
-    /// Radiance over the density of the choice: the irradiance that it brings across its direction, per band,
-    /// W/m2 or umol/m2/s.
+    /// Radiance over the density of the sample: the irradiance that it brings to a plane across its
+    /// direction, per band, W/m2 or umol/m2/s.
     pub radiance_over_pdf: Spectrum<L>,
-    /// Density of the choice, 1/sr; none for a light that no direction meets by chance (a point, a line, parallel
-    /// rays).
+    /// Density of the sample, 1/sr, or `None` for a light that no sampled direction meets (a point,
+    /// a line, parallel rays).
     pub pdf: Option<f32>,
-    /// The irradiance per W of the light's power, 1/m2; 0 of a light at infinity.
+    /// The same irradiance per W of the light's power, 1/m2; 0 for a light at infinity.
     pub per_watt: f32,
 }
 
-/// How bright a light's surface is, per W of its power.
+/// Emitted radiance of a light's surface, per W of the light's power.
 #[derive(Clone, Copy, Debug)]
 pub struct EmittedRadiance {
-    /// Radiance, 1/(m2 sr).
+    /// Radiance per W, 1/(m2 sr).
     pub radiance: f32,
     /// Area that emits, m2.
     pub area: f32,
 }
 
-/// Where a ray meets the bright side of a light's surface.
+/// Point where a ray meets the bright side of a light's surface.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterHit {
     /// Distance along the ray, m.
     pub t: f32,
-    /// Cosine to the surface's normal, above 0.
+    /// Cosine of the angle between the ray and the surface's normal, above 0.
     pub cos: f32,
-    /// How bright it is there.
+    /// Emitted radiance at this point.
     pub emitted: EmittedRadiance,
 }
 
 impl EmitterHit {
-    /// Density of its direction as seen from a `point` of the ray's line, 1/sr, where a point of the surface is
-    /// chosen uniformly.
+    /// Returns the density, 1/sr, with which the direction of this hit is sampled from `point` on
+    /// the line of the ray, if points of the surface are sampled uniformly.
     pub fn pdf_toward(&self, point: Vec3, ray: &Ray) -> f32 {
         ray.at(self.t).distance_squared(point) / (self.emitted.area * self.cos)
     }
@@ -69,24 +70,26 @@ impl EmitterHit {
 /// A light that a ray meets.
 #[derive(Clone, Copy, Debug)]
 pub struct LightHit {
-    /// Index of the light.
+    /// Index of the light in the scene.
     pub light: usize,
-    /// Where on its surface; none of a light at infinity.
+    /// Point on the surface of the light, or `None` for a light at infinity.
     pub on: Option<EmitterHit>,
 }
 
-/// A chosen point of a light as seen from a point of the scene.
+/// A sampled point of a light as seen from a point of the scene.
 struct Seen {
-    /// A little off the surface.
+    /// The point, slightly off the surface of the light.
     point: Vec3,
-    /// Irradiance across the line of sight over the density of the choice, per W, 1/m2.
+    /// Irradiance on a plane across the line of sight, over the density of the sample, per W of the
+    /// light's power, 1/m2.
     per_watt: f32,
-    /// 1/sr.
+    /// Density of the sample, 1/sr, or `None` for a point or a line.
     pdf: Option<f32>,
 }
 
 impl Light {
-    /// Whether it is a point or a line, which no ray can hit, or the sun, which none hits by chance.
+    /// Returns whether the light is a point or a line, which no ray can meet, or has a sun, which
+    /// no ray meets by chance.
     pub fn is_delta(&self) -> bool {
         match &self.emitter {
             Emitter::Cone { .. } | Emitter::IsotropicLine { .. } | Emitter::Luminaire { .. } => {
@@ -98,7 +101,8 @@ impl Light {
         }
     }
 
-    /// Power that leaves its surface, per m2 and W of its power, 1/m2: the mean over it; none of a light without a surface.
+    /// Returns the mean exitance of the light's surface per W of its power, 1/m2, or `None` for a
+    /// light without a surface.
     pub fn exitance(&self) -> Option<f32> {
         match &self.emitter {
             Emitter::Tube { line, radius, aperture, .. } if *radius > 0.0 => {
@@ -113,7 +117,7 @@ impl Light {
         }
     }
 
-    /// The triangles that emit, for an area light.
+    /// Returns the triangles of an area light; the list is empty for other lights.
     pub fn triangles(&self) -> &[Triangle] {
         match &self.emitter {
             Emitter::Area { surface, .. } | Emitter::LuminaireArea { surface, .. } => {
@@ -123,8 +127,9 @@ impl Light {
         }
     }
 
-    /// About the irradiance at `point` per W of its power, 1/m2, for choosing among lights; zero only
-    /// where it sheds no light directly. `normal`: of a face that light from behind does not reach.
+    /// Returns an estimate of the irradiance at `point` per W of the light's power, 1/m2, by which
+    /// lights are chosen. It is 0 only where the light sheds no direct light. `normal` is that of a
+    /// face that light from behind does not reach, or `None`.
     pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32 {
         if let Emitter::Infinite(entrance) = &self.emitter {
             let most = self.power.iter().copied().fold(0.0, f64::max) as f32;
@@ -139,7 +144,7 @@ impl Light {
         let near = self.nearness(point);
         match &self.emitter {
             Emitter::Cone { frame, versine, .. } => {
-                // a little more than the cone, for rounding
+                // slightly more than the cone, because of rounding
                 let inside = 1.0 + frame.normal.dot(towards.normalize_or_zero()) <= versine + 1e-5;
                 if inside { near / versine } else { 0.0 }
             }
@@ -154,16 +159,17 @@ impl Light {
         }
     }
 
-    /// One over the squared distance of `point` from the middle of the light but, close by, not more than over that of its rim,
-    /// 1/m2.
+    /// Returns 1 / d^2, 1/m2, with d the distance of `point` from the middle of the light, but not
+    /// less than the radius of the ball around it.
     pub fn nearness(&self, point: Vec3) -> f32 {
         let (middle, radius) = self.ball;
         let d2 = point.distance_squared(middle);
         1.0 / d2.max(radius * radius).max(f32::MIN_POSITIVE)
     }
 
-    /// The irradiance that one of its points brings as far `away`, across the line of sight, per W, 1/m2; none of a light that
-    /// has a surface.
+    /// Returns the irradiance per W of power, 1/m2, that a point of the light brings to a plane
+    /// across the line of sight at `away`, the vector from the light to there, m. Returns `None`
+    /// for a light with a surface.
     pub fn irradiance(&self, away: Vec3) -> Option<f32> {
         let d2 = away.length_squared();
         match &self.emitter {
@@ -180,8 +186,9 @@ impl Light {
         }
     }
 
-    /// Chooses a direction in which a `point` may see the light: towards a point of it, as far from its edges as
-    /// [`emit`](Self::emit) starts, or towards a part of the sky. None where it sheds no light this way.
+    /// Samples a direction in which `point` may see the light: towards a point of the light, as far
+    /// from its edges as [`emit`](Self::emit) starts (`offset`, m), or towards a part of the sky.
+    /// Returns `None` where the light sheds no light this way.
     pub fn sample_toward<L: Lanes>(
         &self,
         point: Vec3,
@@ -198,8 +205,9 @@ impl Light {
         Some(LightSample { target: Toward::Point(point), radiance_over_pdf, pdf, per_watt })
     }
 
-    /// Density with which [`sample_toward`](Self::sample_toward) from `point` chooses the direction of a ray that comes
-    /// from there, straight or through panes, and meets the light at `on`, 1/sr.
+    /// Returns the density, 1/sr, with which [`sample_toward`](Self::sample_toward) from `point`
+    /// samples the direction of a ray that comes from there, straight or through panes, and meets
+    /// the light at `on`.
     pub fn pdf_toward(&self, point: Vec3, ray: &Ray, on: Option<&EmitterHit>) -> f32 {
         match on {
             Some(hit) => hit.pdf_toward(point, ray),
@@ -207,8 +215,8 @@ impl Light {
         }
     }
 
-    /// Radiance that comes back along a ray that meets the light at `on`, per band, W/m2/sr or umol/m2/s/sr; that of
-    /// parallel rays not included.
+    /// Returns the radiance that comes back along a ray that meets the light at `on`, per band,
+    /// W/m2/sr or umol/m2/s/sr. It does not include parallel rays.
     pub fn radiance<L: Lanes>(&self, ray: &Ray, on: Option<&EmitterHit>) -> Spectrum<L> {
         match (on, self.entrance()) {
             (Some(hit), _) => self.spectrum().scaled(hit.emitted.radiance),
@@ -217,7 +225,8 @@ impl Light {
         }
     }
 
-    /// The same but of suns, which are too small for chance.
+    /// Returns the radiance like [`radiance`](Self::radiance), but without suns, which are too
+    /// small to be met by chance.
     pub fn radiance_without_suns<L: Lanes>(
         &self,
         ray: &Ray,
@@ -229,12 +238,13 @@ impl Light {
         }
     }
 
-    /// Its power in lanes, W or umol/s.
+    /// Returns the power of the light in lanes, W or umol/s.
     pub fn spectrum<L: Lanes>(&self) -> Spectrum<L> {
         Spectrum::from_fn(self.power.len(), |b| self.power.get(b).map_or(0.0, |p| *p as f32))
     }
 
-    /// Chooses a point of a light that is not infinitely far away.
+    /// Samples a point of a light that is not infinitely far away. Returns `None` where it sheds no
+    /// light on `point`.
     fn choose_point(&self, point: Vec3, offset: f32, rng: &mut Stream) -> Option<Seen> {
         match &self.emitter {
             Emitter::Cone { position, frame, versine } => {
@@ -294,8 +304,9 @@ impl Light {
         }
     }
 
-    /// Radiance per W of power, 1/(m2 sr), of an area light's triangle for a ray that meets it along `direction`, with
-    /// the cosine `cos` to its front, below zero from behind, and the area that emits, m2; none where it is dark.
+    /// Returns the emitted radiance of an area light's triangle that a ray meets along `direction`,
+    /// and the area that emits. `cos` is the cosine of the ray to the triangle's front, below 0 if
+    /// the ray comes from behind. Returns `None` where the triangle is dark.
     pub fn emitted_radiance(&self, direction: Vec3, cos: f32) -> Option<EmittedRadiance> {
         match &self.emitter {
             Emitter::LuminaireArea { surface, intensity } => {
@@ -312,9 +323,10 @@ impl Light {
         }
     }
 
-    /// Where a ray enters a tube from outside, and the cosine there. In double precision, and from the
-    /// point of the ray that is nearest to the axis: of a distance of many radii, squared, single
-    /// precision would leave nothing of the radius.
+    /// Returns where a ray enters a tube from outside, with the cosine there. The intersection is
+    /// computed in double precision and from the point of the ray that is nearest to the axis: at a
+    /// distance of many radii, the square of that distance in single precision would leave nothing
+    /// of the radius.
     pub fn tube_hit(&self, ray: &Ray) -> Option<EmitterHit> {
         let Emitter::Tube { line, frame, radius, aperture } = &self.emitter else { return None };
         let (r, from) = (f64::from(*radius), line.from.as_dvec3());
@@ -323,7 +335,7 @@ impl Light {
         let across = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
         let (o, d) = (across(origin), across(direction));
         let d2 = d.length_squared();
-        // half of what the ray cuts off the cylinder, seen along the axis
+        // half of the chord that the ray cuts off the cylinder, seen along the axis
         let half2 = r * r - o.perp_dot(d).powi(2) / d2;
         let is_outside = o.length_squared() > r * r;
         if !(half2 > 0.0 && is_outside) {
@@ -347,7 +359,7 @@ impl Light {
 }
 
 impl Emitter {
-    /// Middle and radius of a ball around it.
+    /// Returns middle and radius, m, of a ball around the light.
     pub(super) fn ball(&self) -> (Vec3, f32) {
         match self {
             Self::Cone { position, .. } | Self::Luminaire { position, .. } => (*position, 0.0),
@@ -364,13 +376,15 @@ impl Emitter {
     }
 }
 
-/// 1 - cos of the angle between two unit vectors, exact where they are nearly the same.
+/// Returns 1 - cos of the angle between two unit vectors, accurate also where they are nearly the
+/// same.
 pub(super) fn versine_between(a: Vec3, b: Vec3) -> f32 {
     let cos = a.dot(b);
     if cos > 0.0 { a.cross(b).length_squared() / (1.0 + cos) } else { 1.0 - cos }
 }
 
-/// A point chosen uniformly from a Lambertian surface of `area` with so many `sides`.
+/// Describes a point that was sampled uniformly from a Lambertian surface of `area` m2 with so many
+/// `sides`. Returns `None` where `point` is behind it.
 fn seen(
     point: Vec3,
     on_light: Vec3,

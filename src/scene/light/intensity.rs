@@ -1,4 +1,4 @@
-//! Intensity that depends on the direction: tables as measured, and cosine lobes.
+//! Intensity that depends on the direction: measured tables and cosine lobes.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -18,24 +18,26 @@ use crate::{
 #[cfg(test)]
 mod tests;
 
-/// How the intensity of a light depends on the direction in the scene, per W of its power.
+/// Intensity of a light by the direction in the scene, per W of the light's power.
 #[derive(Clone, Debug)]
 pub struct Intensity {
     pattern: Pattern,
-    /// Its normal is the aim; its tangent is where C = 0, its bitangent where C = 90 degrees.
+    /// Axes in the scene: the normal is the aim, the tangent points to C = 0 and the bitangent to
+    /// C = 90 degrees.
     frame: Frame,
 }
 
 #[derive(Clone, Debug)]
 enum Pattern {
     Table(Arc<IntensityTable>),
-    /// The exponent n of I ~ cos^n, nothing backwards.
+    /// Exponent n of I ~ cos^n of the angle to the aim; nothing is emitted backwards.
     Cosine(f32),
 }
 
 impl Intensity {
-    /// A measured table: its vertical angle 0 lies along `aim`, C = 0 along `zero_plane`, made perpendicular to it, and
-    /// C = 90 degrees along `zero_plane` x `aim`. Refuses vectors of length 0 and parallel ones.
+    /// Makes the intensity of a measured table. Its vertical angle 0 lies along `aim`, C = 0 along
+    /// `zero_plane`, made perpendicular to `aim`, and C = 90 degrees along `zero_plane` x `aim`.
+    /// Error: a vector has length 0, or the two are parallel.
     pub fn table(
         table: Arc<IntensityTable>,
         aim: DVec3,
@@ -52,8 +54,9 @@ impl Intensity {
         Ok(Self { pattern: Pattern::Table(table), frame })
     }
 
-    /// I ~ cos^n of the angle to `aim`, n being the `exponent` from 0 to 1e9, and nothing backwards. Refuses another
-    /// exponent and an aim of length 0.
+    /// Makes an intensity I ~ cos^n of the angle to `aim`, where n is the `exponent` from 0 to 1e9;
+    /// nothing is emitted backwards. Error: the exponent is outside this range, or `aim` has
+    /// length 0.
     pub fn cosine(exponent: f64, aim: DVec3) -> Result<Self, Problem> {
         check_range(exponent, 0.0, MAX_EXPONENT).map_err(|problem| problem.of("cosine"))?;
         let aim = check_direction(aim).map_err(|problem| problem.of("aim"))?;
@@ -61,7 +64,7 @@ impl Intensity {
         Ok(Self { pattern: Pattern::Cosine(exponent as f32), frame })
     }
 
-    /// Its table, if it is one.
+    /// Returns the measured table, or `None` for a cosine lobe.
     pub fn as_table(&self) -> Option<&Arc<IntensityTable>> {
         match &self.pattern {
             Pattern::Table(table) => Some(table),
@@ -69,12 +72,13 @@ impl Intensity {
         }
     }
 
-    /// Where it aims, C = 0 and C = 90 degrees are in the scene: normal, tangent and bitangent.
+    /// Returns the axes in the scene: the normal is the aim, the tangent points to C = 0 and the
+    /// bitangent to C = 90 degrees.
     pub fn axes(&self) -> &Frame {
         &self.frame
     }
 
-    /// A direction with this intensity as its density.
+    /// Draws a direction whose density is this intensity.
     #[inline(never)]
     pub fn sample(&self, rng: &mut Stream) -> Vec3 {
         let local = match &self.pattern {
@@ -84,7 +88,7 @@ impl Intensity {
         self.frame.to_world(local).normalize()
     }
 
-    /// The intensity along a unit vector per W of the light's power, 1/sr.
+    /// Returns the intensity along a unit vector per W of the light's power, 1/sr.
     pub fn towards(&self, direction: Vec3) -> f32 {
         let Frame { tangent, bitangent, normal } = self.frame;
         match &self.pattern {
@@ -99,25 +103,27 @@ impl Intensity {
     }
 }
 
-/// Intensity at angles C about the axis and V from it (LM-63 type C), linear in both angles between them, nothing
-/// beyond the first and last V; scaled to a flux of 1.
+/// Intensity at angles C about the axis and V from the axis (LM-63 type C). It is linear in both
+/// angles between those of the table, 0 beyond the first and the last V, and scaled to a flux of 1.
 #[derive(Clone, Debug)]
 pub struct IntensityTable {
-    /// From 0 to 2 pi, rad.
+    /// Angles C from 0 to 2 pi, rad.
     c: Vec<f64>,
-    /// Between 0 and pi, rad.
+    /// Angles V between 0 and pi, rad.
     v: Vec<f64>,
-    /// For each C those of all V, 1/sr.
+    /// Intensities, 1/sr: for each C those of all V.
     values: Vec<f64>,
-    /// Running sums of the flux of the cells, for each pair of C those of all pairs of V.
+    /// Running sums of the flux of the cells: for each pair of neighbouring C those of all pairs of
+    /// neighbouring V.
     running: Vec<f64>,
-    /// Flux of the table as it was given.
+    /// Flux of the table as it was given, in its own unit.
     flux: f64,
 }
 
 impl IntensityTable {
-    /// From rising angles, degrees (`c` from 0 to 360, `v` within 0 to 180), and for each C the intensities (at least 0,
-    /// any unit) at all V. Refuses other angles, numbers and lengths, and a table without light.
+    /// Makes a table from rising angles, degrees (`c` from 0 to 360, `v` within 0 to 180), and the
+    /// intensities, which hold for each C one value for each V (at least 0, in any unit). Error:
+    /// other angles, numbers or lengths, or a table without light.
     pub fn new(c: &[f64], v: &[f64], values: Vec<f64>) -> Result<Self, Problem> {
         check_rising(c, 360.0).map_err(|problem| problem.of("horizontal angles"))?;
         check_rising(v, 180.0).map_err(|problem| problem.of("vertical angles"))?;
@@ -153,18 +159,20 @@ impl IntensityTable {
         Ok(table)
     }
 
-    /// The integral of the intensities that it was made of over all directions, in their unit x sr.
+    /// Returns the integral over all directions of the intensities that the table was made from, in
+    /// their unit times sr.
     pub fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Intensities at the corners of a cell: (C, V), (C, next V), (next C, V), (next C, next V).
+    /// Returns the intensities at the corners of a cell: (C, V), (C, next V), (next C, V), (next C,
+    /// next V).
     fn corners(&self, j: usize, k: usize) -> [f64; 4] {
         let at = |j: usize, k: usize| self.values[j * self.v.len() + k];
         [at(j, k), at(j, k + 1), at(j + 1, k), at(j + 1, k + 1)]
     }
 
-    /// The intensity in a direction of its frame, 1/sr.
+    /// Returns the intensity, 1/sr, in a direction given in the axes of the table.
     fn at(&self, local: Vec3) -> f64 {
         let [x, y, z] = local.as_dvec3().to_array();
         let v = x.hypot(y).atan2(z);
@@ -180,8 +188,9 @@ impl IntensityTable {
         bilinear(self.corners(j, k), part(&self.c, j, c), part(&self.v, k, v))
     }
 
-    /// A direction of its frame with the intensity as its density: a cell by its flux; in it a direction uniform per
-    /// solid angle is kept with the chance of its intensity over the largest there.
+    /// Draws a direction, in the axes of the table, whose density is the intensity. A cell is
+    /// chosen by its flux; in the cell, directions uniform per solid angle are accepted with the
+    /// probability of their intensity over the largest of the cell.
     fn sample(&self, rng: &mut Stream) -> Vec3 {
         let cell = weighted_choice(&self.running, rng.uniform_fine()).index;
         let (j, k) = (cell / (self.v.len() - 1), cell % (self.v.len() - 1));
@@ -204,7 +213,7 @@ impl IntensityTable {
     }
 }
 
-/// Where `angle` lies between a number of a list and the next, 0 to 1.
+/// Returns where `angle` lies between the angle at index `i` (0) and the next (1).
 fn part(angles: &[f64], i: usize, angle: f64) -> f64 {
     (angle - angles[i]) / (angles[i + 1] - angles[i])
 }
@@ -213,9 +222,10 @@ fn bilinear([a, b, d, e]: [f64; 4], s: f64, t: f64) -> f64 {
     (1.0 - s) * ((1.0 - t) * a + t * b) + s * ((1.0 - t) * d + t * e)
 }
 
-/// Integrals of sin V, between two angles, times the weight that falls from 1 to 0 and times that which rises from 0 to 1.
-/// With the middle m and half the step x they are sin m sin x -+ cos m (sin x / x - cos x), which loses nothing
-/// where x is small.
+/// Returns two integrals of sin V between two angles: with a weight that falls from 1 to 0, and
+/// with one that rises from 0 to 1. With the middle m and half the width x they are sin m sin x -+
+/// cos m (sin x / x - cos x); for small x the difference in brackets is computed by its series,
+/// which loses nothing to rounding.
 fn shares(from: f64, to: f64) -> [f64; 2] {
     let (m, x) = (0.5 * (from + to), 0.5 * (to - from));
     let x2 = x * x;
@@ -227,7 +237,8 @@ fn shares(from: f64, to: f64) -> [f64; 2] {
     [even - odd, even + odd].map(|share| share.max(0.0))
 }
 
-/// Refuses angles that do not rise within 0 to `most` degrees, and less than two.
+/// Checks angles, degrees. Error: there are fewer than two, they do not rise, or one is outside 0
+/// to `most`.
 fn check_rising(angles: &[f64], most: f64) -> Checked {
     if angles.len() < 2 {
         return Err(Problem::new(format!("{} of them", angles.len()), "give at least two"));

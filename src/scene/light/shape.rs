@@ -1,4 +1,4 @@
-//! Shapes of lights as users give them, and their checks.
+//! Shapes of lights as users give them, with the checks of their values.
 
 use glam::DVec3;
 
@@ -12,82 +12,87 @@ use crate::{
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
 pub enum LightShape {
-    /// A point, alike in all directions.
+    /// A point with the same intensity in all directions.
     Point {
-        /// Where it is.
+        /// Position of the point.
         position: DVec3,
     },
     /// A point with uniform intensity inside a cone.
     Spot {
-        /// Where it is.
+        /// Position of the point.
         position: DVec3,
-        /// Axis of the cone; not zero.
+        /// Axis of the cone; not the zero vector.
         direction: DVec3,
         /// Half angle of the cone, rad, in (0, pi].
         half_angle: f64,
     },
-    /// Lateral surface of a cylinder, Lambertian.
+    /// Lateral surface of a cylinder, which emits Lambertian light.
     Tube {
         /// One end of the axis.
         from: DVec3,
-        /// The other end, not the same.
+        /// Other end of the axis; not the same point.
         to: DVec3,
-        /// Radius, m; 0 is the line (intensity ~ sine of the angle to the axis).
+        /// Radius, m. With 0 the light is a line, with an intensity in proportion to the sine of
+        /// the angle to the axis.
         radius: f64,
     },
-    /// The part of a cylinder's lateral surface within an angle, Lambertian.
+    /// Part of a cylinder's lateral surface, within an angle about its axis; it emits Lambertian
+    /// light.
     ApertureTube {
         /// One end of the axis.
         from: DVec3,
-        /// The other end, not the same.
+        /// Other end of the axis; not the same point.
         to: DVec3,
         /// Radius, m, above 0.
         radius: f64,
-        /// The middle of the part that shines, as seen from the axis; not along it.
+        /// Direction from the axis to the middle of the part that shines; not along the axis.
         toward: DVec3,
-        /// How much of the circumference shines, rad, in (0, 2 pi].
+        /// Angle of the part of the circumference that shines, rad, in (0, 2 pi].
         opening: f64,
     },
-    /// Points uniform on a line, directions uniform on the sphere.
+    /// A line that emits from points uniform on it, into directions uniform on the sphere.
     IsotropicLine {
-        /// One end.
+        /// One end of the line.
         from: DVec3,
-        /// The other end.
+        /// Other end of the line.
         to: DVec3,
     },
-    /// Triangles, Lambertian from the front, or from both sides.
+    /// Triangles that emit Lambertian light from the front, or from both sides.
     Area {
-        /// Corners, counter-clockwise seen from the front; total area above zero.
+        /// Corners, counter-clockwise seen from the front. The total area is above zero.
         triangles: Vec<[DVec3; 3]>,
-        /// Whether the back emits too.
+        /// Whether the back emits as well.
         two_sided: bool,
     },
     /// A point whose intensity depends on the direction.
     Luminaire {
-        /// Where it is.
+        /// Position of the point.
         position: DVec3,
-        /// Into which directions it shines.
+        /// Intensity by direction.
         intensity: Intensity,
     },
-    /// Triangles of which every point shines with the same intensity, from the front where that goes to the
-    /// front, from the back where it goes to the back: with the radiance I / (area x |cosine|).
+    /// Triangles on which every point shines with the same intensity, whose radiance is thus I /
+    /// (area x |cosine|). Light leaves from the front into directions on the front's side, and from
+    /// the back into the others.
     LuminaireArea {
-        /// Corners, counter-clockwise seen from the front; total area above zero.
+        /// Corners, counter-clockwise seen from the front. The total area is above zero.
         triangles: Vec<[DVec3; 3]>,
-        /// Into which directions it shines.
+        /// Intensity by direction.
         intensity: Intensity,
     },
-    /// Infinitely far away: what enters the scene's box is its power.
+    /// A light that is infinitely far away. Its power is the flux that enters the box around the
+    /// scene, or its openings.
     Infinite(InfiniteLight),
 }
 
-/// Powers that single precision can carry, W or umol/s.
+/// Range of powers above 0 that single precision can carry, W or umol/s.
 const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
-/// What a check of a value finds.
+/// Result of a check of values: nothing, or what is wrong with them.
 pub(super) type Checked = Result<(), Problem>;
 
-/// Refuses all but one power that single precision can carry for each of so many bands.
+/// Checks the powers of a light, W or umol/s. Error: there is not one for each of `bands` bands, or
+/// one is negative or beyond what single precision can carry.
 pub fn check_power(power: &[f64], bands: usize) -> Checked {
     check_length(power.len(), bands).map_err(|problem| problem.of("power"))?;
     power.iter().try_for_each(|&power| {
@@ -100,7 +105,7 @@ pub fn check_power(power: &[f64], bands: usize) -> Checked {
     })
 }
 
-/// The unit vector of the axis of a spot; refuses one of length 0.
+/// Returns the unit vector along the axis of a spot. Error: its length is 0.
 pub fn check_direction(direction: DVec3) -> Result<DVec3, Problem> {
     unit_vector(direction).ok_or_else(|| {
         let remedy = "say where the spot points: [0, 0, -1] is down";
@@ -108,7 +113,7 @@ pub fn check_direction(direction: DVec3) -> Result<DVec3, Problem> {
     })
 }
 
-/// Refuses a half angle of a cone, degrees, outside (0, 180].
+/// Checks the half angle of a cone, degrees. Error: it is outside (0, 180].
 pub fn check_half_angle(degrees: f64) -> Checked {
     if degrees > 0.0 && degrees <= 180.0 {
         return Ok(());
@@ -117,7 +122,7 @@ pub fn check_half_angle(degrees: f64) -> Checked {
     Err(Problem::new(format!("{degrees}, must be above 0 and at most 180"), remedy))
 }
 
-/// The unit vector of the axis of a tube; refuses one of length 0.
+/// Returns the unit vector along the axis of a tube. Error: its length is 0.
 pub fn check_axis(from: DVec3, to: DVec3) -> Result<DVec3, Problem> {
     unit_vector(to - from).ok_or_else(|| {
         let problem = "a tube of length 0: `from` is `to`";
@@ -125,8 +130,8 @@ pub fn check_axis(from: DVec3, to: DVec3) -> Result<DVec3, Problem> {
     })
 }
 
-/// The unit vector across a tube's `axis` where it shines; refuses one along it, and an opening, degrees, outside
-/// (0, 360].
+/// Returns the unit vector across a tube's `axis` towards the middle of the part that shines.
+/// Error: `toward` is along the axis, or the opening, degrees, is outside (0, 360].
 pub fn check_aperture(axis: DVec3, toward: DVec3, opening: f64) -> Result<DVec3, Problem> {
     if !(opening > 0.0 && opening <= 360.0) {
         let remedy = "it is the part of the circumference that shines, in degrees";
@@ -140,7 +145,7 @@ pub fn check_aperture(axis: DVec3, toward: DVec3, opening: f64) -> Result<DVec3,
     })
 }
 
-/// Refuses triangles that together have no area.
+/// Checks the total area of the triangles of a light. Error: it is 0.
 pub fn check_area(area: f64) -> Checked {
     if area > 0.0 {
         return Ok(());
@@ -149,7 +154,8 @@ pub fn check_area(area: f64) -> Checked {
 }
 
 impl LightShape {
-    /// Refuses what cannot shine. That coordinates are finite is for the scene to check.
+    /// Checks the values of the shape. Error: it could not shine. Whether coordinates are finite is
+    /// checked with the scene.
     pub fn check(&self) -> Checked {
         match self {
             Self::Point { .. } | Self::Luminaire { .. } | Self::Infinite(_) => Ok(()),
@@ -176,7 +182,7 @@ impl LightShape {
         }
     }
 
-    /// The triangles that it is made of, if it is.
+    /// Returns the triangles of an area light; the list is empty for other shapes.
     pub fn triangles(&self) -> &[[DVec3; 3]] {
         match self {
             Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => triangles,

@@ -1,4 +1,4 @@
-//! Where on a light a photon starts, and how likely it is to leave in a direction.
+//! Where on a light a photon starts, and with which density it leaves in a direction.
 
 use std::f32::consts::PI;
 
@@ -7,19 +7,19 @@ use glam::Vec3;
 use super::{Emitter, Light, illuminate::versine_between};
 use crate::math::{geometry::Ray, sampling::cosine_hemisphere_density};
 
-/// A place of a light that a photon starts from.
+/// Place on a light that a photon starts from.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
-    /// Where it is, m.
+    /// Position, m.
     pub point: Vec3,
-    /// Unit normal of the side that the photon leaves from; zero of a point or a line.
+    /// Unit normal of the side that the photon leaves from, or zero for a point or a line.
     pub normal: Vec3,
-    /// Whether photons leave from here to both sides.
+    /// Whether photons leave from this place to both sides.
     pub both_sides: bool,
 }
 
 impl Start {
-    /// A place without a surface, and a ray from there.
+    /// Makes a place without a surface, and a ray from it.
     #[inline]
     pub(super) fn of_point(point: Vec3, direction: Vec3) -> (Self, Ray) {
         let start = Self { point, normal: Vec3::ZERO, both_sides: true };
@@ -28,8 +28,8 @@ impl Start {
 }
 
 impl Light {
-    /// The density with which a photon that [`emit`](Self::emit) starts at this place and side leaves along a unit
-    /// vector, 1/sr; 0 of a light at infinity.
+    /// Returns the density, 1/sr, with which a photon of [`emit`](Self::emit) that starts at this
+    /// place and side leaves along a unit vector; 0 for a light at infinity.
     pub fn density(&self, start: &Start, direction: Vec3) -> f32 {
         match &self.emitter {
             Emitter::Cone { frame, versine, .. } => {

@@ -12,7 +12,7 @@ use crate::math::{
 #[cfg(test)]
 mod tests;
 
-/// Strata of all lights: each needs a history of its own.
+/// Returns the number of strata of all lights, at least 1. Each needs at least one history.
 pub fn sources(lights: &[Light]) -> usize {
     lights.iter().map(Light::sources).sum::<usize>().max(1)
 }
@@ -21,43 +21,47 @@ pub fn sources(lights: &[Light]) -> usize {
 pub struct Emission<'a, L> {
     /// Index of the light.
     pub light: usize,
-    /// Index of its stratum.
+    /// Index of its stratum, over all lights.
     pub source: usize,
-    /// Mean power of the photons of its stratum per lane, times the histories of the piece, W or umol/s.
+    /// Mean power of the photons of its stratum per lane, times the number of histories of the
+    /// task, W or umol/s.
     pub weights: &'a [f64],
-    /// Where it starts.
+    /// Ray along which it starts.
     pub ray: Ray,
-    /// The place of the light that it starts from; none of a light at infinity.
+    /// Place of the light that it starts from, or `None` for a light at infinity.
     pub start: Option<Start>,
-    /// Index of the face that it enters by, of a light at infinity.
+    /// Index of the face by which it enters, for a light at infinity.
     pub face: usize,
-    /// What it starts with, as a fraction of these `weights`: 1, or 0 in bands that the light does not emit;
-    /// something else where the bands of a light at infinity come from different directions.
+    /// Power at the start, as a fraction of `weights`: 1, or 0 in bands that the light does not
+    /// emit. It has other values where the bands of a light at infinity come from different
+    /// directions.
     pub power: Spectrum<L>,
 }
 
-/// How the histories of one piece are shared among the lights: which history belongs to which
-/// light, and the power that each carries. A light at infinity has a stratum for each face that it enters by.
+/// Division of the histories of a task among the lights: which history belongs to which light, and
+/// the power that it carries. A light at infinity has one stratum for each face by which it enters;
+/// any other light is one stratum.
 #[derive(Clone, Debug)]
 pub struct Strata {
-    /// Light of each stratum, and its index there.
+    /// Light of each stratum, and the index of the stratum within that light.
     sources: Vec<(usize, usize)>,
-    /// First rank of each stratum, and the number of histories at the end.
+    /// First rank of each stratum, followed by the number of histories.
     first: Vec<u64>,
     stride: u64,
-    /// Per stratum and lane: power of a photon x histories of the piece.
+    /// Power of a photon times the number of histories of the task, for each stratum and lane.
     weights: Vec<f64>,
     lanes: usize,
 }
 
 impl Strata {
-    /// Shares `histories` (at least one for each of the [`sources`]) in proportion to the strata's largest
-    /// band power, but at least 1 % / number of strata each.
+    /// Shares `histories` (at least one for each of the [`sources`]) in proportion to the largest
+    /// band power of each stratum, but gives each at least 1 % / number of strata.
     pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
         Self::shared(lights, histories, lanes, None)
     }
 
-    /// The same in proportion to other `shares` of the strata, if they are given.
+    /// Shares the histories like [`new`](Self::new), but in proportion to `shares`, one for each
+    /// stratum, if they are given.
     pub fn shared(lights: &[Light], histories: u64, lanes: usize, shares: Option<&[f64]>) -> Self {
         let mut sources: Vec<(usize, usize)> = Vec::with_capacity(lights.len());
         for (l, light) in lights.iter().enumerate() {
@@ -65,7 +69,7 @@ impl Strata {
         }
         let powers = sources.iter().map(|&(l, source)| lights[l].source_power(source));
         let powers: Vec<&[f64]> = powers.collect();
-        // where all is dark
+        // one stratum without power where no light has any stratum
         if sources.is_empty() {
             sources.push((0, 0));
         }
@@ -88,21 +92,21 @@ impl Strata {
         Self { sources, first, stride: golden_stride(histories), weights, lanes }
     }
 
-    /// Number of histories.
+    /// Returns the number of histories.
     pub fn histories(&self) -> u64 {
         self.first[self.first.len() - 1]
     }
 
-    /// The stratum of history `index`. Ranks follow a golden-ratio sequence, so that any run of
-    /// neighbouring histories has nearly each stratum's share.
+    /// Returns the stratum of history `index`. The ranks follow a golden-ratio sequence, so that
+    /// any run of neighbouring histories has nearly the share of each stratum.
     #[inline]
     pub fn source(&self, index: u64) -> usize {
-        // a piece has far fewer than 2^32 histories
+        // no overflow, as a task has far fewer than 2^32 histories
         let rank = index * self.stride % self.histories();
         self.first.partition_point(|&first| first <= rank) - 1
     }
 
-    /// Emits history `index`, from `offset` metres off its light.
+    /// Emits history `index`, starting `offset` metres off the surface of its light.
     #[inline(always)]
     pub fn emit<L: Lanes>(
         &self,
@@ -114,7 +118,7 @@ impl Strata {
         self.emit_of(lights, self.source(index), offset, rng)
     }
 
-    /// Emits a history of stratum `source`.
+    /// Emits a history of the stratum `source`.
     #[inline(always)]
     fn emit_of<L: Lanes>(
         &self,
@@ -140,13 +144,15 @@ impl Strata {
         Emission { light, source, weights, ray, start, face, power }
     }
 
-    /// Power of a photon of stratum `source` per lane, times the histories of the piece, W or umol/s.
+    /// Returns the power of a photon of the stratum `source` per lane, times the number of
+    /// histories of the task, W or umol/s.
     #[inline]
     pub fn weights(&self, source: usize) -> &[f64] {
         &self.weights[source * self.lanes..][..self.lanes]
     }
 
-    /// Whether no path meets by chance the light of stratum `source`: that of a point, a line or the sun.
+    /// Returns whether the light of the stratum `source` is that of a point, a line or the sun,
+    /// which no path meets by chance.
     pub fn is_delta(&self, lights: &[Light], source: usize) -> bool {
         let (light, face) = self.sources[source];
         match lights[light].entrance() {
@@ -155,7 +161,7 @@ impl Strata {
         }
     }
 
-    /// Whether stratum `source` is light of a sun at infinity.
+    /// Returns whether the light of the stratum `source` is that of a sun at infinity.
     pub fn is_sun(&self, lights: &[Light], source: usize) -> bool {
         let (light, face) = self.sources[source];
         let entrance = lights.get(light).and_then(Light::entrance);
@@ -163,7 +169,8 @@ impl Strata {
     }
 }
 
-/// Whole numbers of histories: largest remainders, at least one each.
+/// Divides the histories into whole numbers in proportion to the powers, by largest remainders.
+/// Each number is at least one, and each share at least 1 % / number of powers.
 fn apportion(powers: &[f64], histories: u64) -> Vec<u64> {
     let total: f64 = powers.iter().sum();
     let least = 0.01 / powers.len() as f64;
@@ -185,7 +192,7 @@ fn apportion(powers: &[f64], histories: u64) -> Vec<u64> {
         counts[l] += 1;
         rest -= 1;
     }
-    // the minimum of one may have handed out too many: the largest give back
+    // the minimum of one may have given out too many: the largest numbers give back
     let mut largest: BinaryHeap<(u64, usize)> =
         counts.iter().enumerate().map(|(l, &count)| (count, l)).collect();
     for _ in rest..0 {
@@ -196,7 +203,8 @@ fn apportion(powers: &[f64], histories: u64) -> Vec<u64> {
     counts
 }
 
-/// The first number from the golden section of `n` up that has no common divisor with it.
+/// Returns the first number, from the golden section of `n` upwards, that has no common divisor
+/// with `n`.
 fn golden_stride(n: u64) -> u64 {
     let golden = (n as f64 * 0.618_033_988_749_895) as u64;
     let coprime = |&k: &u64| gcd(k, n) == 1;

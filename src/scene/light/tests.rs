@@ -1,4 +1,5 @@
-//! Emission against closed forms. Every chi-square: 4e5 photons, odds of a false alarm 1e-6.
+//! Tests of emission against closed forms. Every chi-square has 4e5 photons and odds of a false
+//! alarm of 1e-6.
 
 use std::f64::consts::PI;
 
@@ -19,7 +20,7 @@ fn light(power: &[f64], shape: &LightShape) -> Light {
     Light::new("lamp".into(), power.to_vec(), shape, CENTER, &Extent::EMPTY)
 }
 
-/// Each photon of a light: its place in the user's coordinates, and its direction.
+/// Visits each photon of a light, with its start in the user's coordinates and its direction.
 fn photons(seed: u64, shape: &LightShape, mut visit: impl FnMut(DVec3, Vec3)) {
     let (light, mut rng) = (light(&[1.0], shape), Stream::new(seed, 0, 0));
     for _ in 0..PHOTONS {
@@ -34,7 +35,7 @@ fn assert_uniform(what: &str, counts: &[u64]) {
     assert_counts(what, counts, &vec![PHOTONS as f64 / counts.len() as f64; counts.len()]);
 }
 
-/// The cell, of `n` equal ones, of a number in [0, 1].
+/// Returns which of `n` equal cells holds a number in [0, 1].
 fn cell(u: f64, n: usize) -> usize {
     ((u * n as f64) as usize).min(n - 1)
 }
@@ -44,7 +45,7 @@ fn turn_around(axis: DVec3, v: DVec3) -> f64 {
     v.dot(y).atan2(v.dot(x)).rem_euclid(2.0 * PI) / (2.0 * PI)
 }
 
-/// The cell of a Lambertian direction about `normal`, of 4 x 4 equally likely ones.
+/// Returns which of 4 x 4 equally likely cells holds a Lambertian direction about `normal`.
 fn lambertian_cell(normal: DVec3, direction: Vec3) -> usize {
     let d = direction.as_dvec3();
     let cos = d.dot(normal);
@@ -52,7 +53,7 @@ fn lambertian_cell(normal: DVec3, direction: Vec3) -> usize {
     4 * cell(cos * cos, 4) + cell(turn_around(normal, d), 4)
 }
 
-/// Seed 1; 240 bins.
+/// Seed 1, 240 bins of directions.
 #[test]
 fn point_and_isotropic_line_fill_the_sphere() {
     let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-0.5, 2.5, 4.0));
@@ -73,7 +74,8 @@ fn point_and_isotropic_line_fill_the_sphere() {
     assert_uniform("isotropic line", &counts);
 }
 
-/// Seed 2; 20 x 12 bins of each cone. No direction is outside by more than its own rounding, 1e-7.
+/// Seed 2, 20 x 12 bins in each cone. No direction is outside the cone by more than its own
+/// rounding, 1e-7.
 #[test]
 fn spot_is_uniform_in_its_cone() {
     let (position, direction) = (DVec3::ONE, DVec3::new(1.0, 2.0, -3.0));
@@ -83,7 +85,7 @@ fn spot_is_uniform_in_its_cone() {
         let whole = 2.0 * (half_angle / 2.0).sin().powi(2);
         let mut counts = vec![0; 240];
         let spot = LightShape::Spot { position, direction, half_angle };
-        // a direction is known to 1e-7: coarser than the rings of the narrowest cone
+        // directions are known to 1e-7, which is coarser than the rings of the narrowest cone
         let rings = if degrees < 0.01 { 4 } else { 20 };
         photons(2, &spot, |_, d| {
             let d = d.as_dvec3();
@@ -96,7 +98,8 @@ fn spot_is_uniform_in_its_cone() {
             .map(|i| if i < 12 * rings { PHOTONS as f64 / (12 * rings) as f64 } else { 0.0 })
             .collect();
         if degrees < 0.01 {
-            // its mean versine, within 1 %: rounding to a grid moves photons between cells
+            // half of the photons are in the inner rings, within 1 %: rounding moves some between
+            // cells
             let inner: u64 = counts[..12 * rings / 2].iter().sum();
             assert!((inner as f64 / PHOTONS as f64 - 0.5).abs() < 0.01);
         } else {
@@ -105,8 +108,9 @@ fn spot_is_uniform_in_its_cone() {
     }
 }
 
-/// Seed 3. Together: 5 places along, 8 around (none for a line), 4 x 4 Lambertian directions; and
-/// apart: intensity ~ sine of the angle to the axis in 240 bins, density sin / pi^2.
+/// Seed 3. One chi-square has 5 places along the tube, 8 around it (none for a line) and 4 x 4
+/// Lambertian directions. Another compares the intensity in 240 bins with the sine of the angle to
+/// the axis, density sin / pi^2.
 #[test]
 fn tube_is_lambertian() {
     let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-0.5, 2.5, 4.0));
@@ -122,7 +126,7 @@ fn tube_is_lambertian() {
             let outward = p - from.lerp(to, along);
             assert!((outward.length() - radius - f64::from(OFFSET)).abs() < 2e-6);
             let normal = outward.normalize();
-            // the offset of a line is too short to tell the normal well
+            // the offset of a line is too short to show the normal well
             let direction = if radius > 0.0 { lambertian_cell(normal, d) } else { 0 };
             let around = cell(turn_around(axis, outward), 8);
             cells[(5 * around + cell(along, 5)) * 16 + direction] += 1;
@@ -143,8 +147,8 @@ fn tube_is_lambertian() {
     }
 }
 
-/// Seed 4. Triangles of areas 3 to 0.03 and one of none, either face: together 4 cells of each
-/// triangle and 4 x 4 Lambertian directions.
+/// Seed 4. Triangles of areas from 3 to 0.03 and one without area, on either face. One chi-square
+/// has 4 cells in each triangle and 4 x 4 Lambertian directions.
 #[test]
 fn area_light_is_uniform_and_lambertian() {
     let triangles = vec![
@@ -160,7 +164,7 @@ fn area_light_is_uniform_and_lambertian() {
         let mut counts = vec![0; 2 * 5 * 4 * 16];
         let shape = LightShape::Area { triangles: triangles.clone(), two_sided };
         photons(4, &shape, |p, d| {
-            // the triangle that the photon comes from
+            // find the triangle that the photon comes from
             let (index, weights, height) = (0..5)
                 .filter(|&i| area(&triangles[i]) > 0.0)
                 .map(|i| {
@@ -202,10 +206,10 @@ fn area_light_is_uniform_and_lambertian() {
     }
 }
 
-/// Tubes from afar: the width that rays find is the true one, the mean cosine is pi / 4 of the cosine
-/// of the tilt, and the hit is where it should be. 2e5 rays for each tube, seed 6, spread evenly across
-/// twice its width; their directions are rounded to single precision, which moves the width by a random
-/// 2e-4 at most.
+/// For tubes from afar, the width that rays find is the true one, the mean cosine is pi / 4 of the
+/// cosine of the tilt, and hits lie on the tube. There are 2e5 rays for each tube with seed 6,
+/// spread evenly across twice its width. The rounding of their directions to single precision moves
+/// the width by a random 2e-4 at most.
 #[test]
 fn tubes_are_as_wide_as_they_are() {
     const RAYS: u64 = 200_000;
@@ -227,7 +231,7 @@ fn tubes_are_as_wide_as_they_are() {
             let ray = Ray { origin, direction: towards.normalize().as_vec3() };
             let Some(hit) = tube.tube_hit(&ray) else { continue };
             hits += 1;
-            // of the cosine across the axis
+            // relative to the cosine of the tilt
             let direction = ray.direction.as_dvec3();
             let across = direction.reject_from_normalized(axis).length();
             cosines += f64::from(hit.cos) / across;

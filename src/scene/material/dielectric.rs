@@ -9,7 +9,8 @@ use crate::math::{
     spectrum::{Lanes, Spectrum},
 };
 
-/// Interface between air, on the front, and a solid: Fresnel reflection, Snell refraction.
+/// Smooth interface between air, on the front, and a solid, with Fresnel reflection and Snell
+/// refraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dielectric {
     ior: f32,
@@ -17,8 +18,8 @@ pub struct Dielectric {
 }
 
 impl Dielectric {
-    /// From the index of refraction (at least 1) and the tint per band, in [0, 1], that
-    /// multiplies what is transmitted at each crossing.
+    /// Makes the material from the index of refraction (at least 1) and the tint per band, in
+    /// [0, 1]. The tint is a factor on the light that is transmitted at each crossing.
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
     }
@@ -28,12 +29,12 @@ impl Dielectric {
         self.tint.check("tint", bands)
     }
 
-    /// Index of refraction of the solid.
+    /// Returns the index of refraction of the solid.
     pub fn ior(&self) -> f32 {
         self.ior
     }
 
-    /// Index beyond the surface relative to the index on the side of incidence.
+    /// Returns the index of the medium beyond the surface over the index on the side of incidence.
     #[inline]
     fn eta(&self, at: &Interaction) -> f32 {
         if at.front { self.ior } else { 1.0 / self.ior }
@@ -58,7 +59,7 @@ impl Dielectric {
         })
     }
 
-    /// Both ways on, each with the fraction that it carries.
+    /// Returns the reflected and the refracted direction, each with the fraction that it carries.
     pub(super) fn ways<L: Lanes>(
         &self,
         at: &Interaction,
@@ -100,7 +101,8 @@ impl Dielectric {
         let eta = self.eta(at);
         let along = at.cos / eta - fresnel.cos_refracted;
         let direction = (at.direction / eta + along * at.normal).normalize();
-        // radiance, seen backward, scales by (n here / n there)^2; photon power does not
+        // the radiance of a backward path scales by (n here / n there)^2; the power of a photon
+        // does not
         let scale = match transport {
             Transport::Light => 1.0,
             Transport::Importance => 1.0 / (eta * eta),
@@ -115,17 +117,18 @@ impl Dielectric {
     }
 }
 
-/// A pane with two parallel faces, seen as one polygon. With F the reflectance of a face, and a what one
-/// passage between them leaves of the light, all reflections between the faces sum to
-/// F + F (1-F)^2 a^2 / (1 - F^2 a^2) that is mirrored and (1-F)^2 a / (1 - F^2 a^2) that goes straight on,
-/// averaged over the polarisations (Stokes, Proc. R. Soc. 11, 1862).
+/// A pane with two parallel faces, represented by one polygon. With F the reflectance of a face and
+/// a the fraction of light that one passage between the faces leaves, the sum over all reflections
+/// between the faces is F + F (1-F)^2 a^2 / (1 - F^2 a^2) for the mirrored light and (1-F)^2 a /
+/// (1 - F^2 a^2) for the light that goes straight on. Both are averaged over the two polarisations
+/// (Stokes, Proc. R. Soc. 11, 1862).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pane {
     ior: f32,
     pub(super) tint: Lobe,
 }
 
-/// What becomes of the light that meets a pane; the three sum to 1.
+/// Fractions of the light that meets a pane; their sum is 1.
 struct Shares {
     mirrored: f32,
     passed: f32,
@@ -133,9 +136,9 @@ struct Shares {
 }
 
 impl Pane {
-    /// From the index of refraction (at least 1) and the tint per band, in [0, 1]: the internal
-    /// transmittance, what one passage along the normal leaves of the light. At an angle it is
-    /// tint^(1 / cosine inside), by the Beer-Lambert law.
+    /// Makes the material from the index of refraction (at least 1) and the tint per band, in
+    /// [0, 1]. The tint is the internal transmittance: the fraction of light that one passage along
+    /// the normal leaves. At an angle it is tint^(1 / cosine inside), by the Beer-Lambert law.
     pub fn new(ior: f32, tint: &[f32]) -> Self {
         Self { ior, tint: Lobe::new(tint) }
     }
@@ -145,13 +148,14 @@ impl Pane {
         self.tint.check("tint", bands)
     }
 
-    /// The shares where the tint is `tint`. `faces`: what each face mirrors.
+    /// Returns the fractions for one value of the tint. `faces` holds the reflectances of one face.
     #[inline(always)]
     fn shares(faces: &Fresnel, tint: f32) -> Shares {
         let passage = tint.powf(1.0 / faces.cos_refracted);
         let [s, p] = [faces.s, faces.p].map(|f| {
             let enters = 1.0 - f;
-            // over 1 - f a, as exact where both are nearly 1
+            // the sum of the reflections, (1 - f) / (1 - f a), in a form that stays exact where f
+            // and a are nearly 1
             let inside =
                 if enters > 0.0 { enters / (1.0 - passage + passage * enters) } else { 0.0 };
             let passed = enters * passage * inside / (1.0 + f * passage);
@@ -162,12 +166,12 @@ impl Pane {
             }
         });
         let mirrored = 0.5 * (s.mirrored + p.mirrored);
-        // what loses nothing loses nothing to rounding either
+        // a pane that absorbs nothing must not lose light to rounding either
         let passed = if passage == 1.0 { 1.0 - mirrored } else { 0.5 * (s.passed + p.passed) };
         Shares { mirrored, passed, absorbed: 0.5 * (s.absorbed + p.absorbed) }
     }
 
-    /// One of the shares, per band.
+    /// Returns one of the fractions, per band.
     #[inline(always)]
     fn per_band<L: Lanes>(&self, at: &Interaction, which: fn(Shares) -> f32) -> Spectrum<L> {
         let faces = Fresnel::new(at.cos, self.ior);
@@ -198,7 +202,8 @@ impl Pane {
         })
     }
 
-    /// What a lossless pane of index `ior` lets through at a cosine of incidence.
+    /// Returns the fraction that a pane of index `ior` without absorption transmits at a cosine of
+    /// incidence.
     pub(super) fn lossless(cos: f32, ior: f32) -> f32 {
         Self::shares(&Fresnel::new(cos, ior), 1.0).passed
     }
@@ -208,7 +213,7 @@ impl Pane {
         self.per_band(at, |shares| shares.absorbed)
     }
 
-    /// Both ways on, each with the fraction that it carries.
+    /// Returns the mirrored and the straight direction, each with the fraction that it carries.
     pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
         let mirrored = self.per_band(at, |shares| shares.mirrored);
         [
@@ -217,7 +222,7 @@ impl Pane {
         ]
     }
 
-    /// Fraction that goes straight through, per band.
+    /// Returns the fraction that goes straight through, per band.
     pub fn transmittance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         self.per_band(at, |shares| shares.passed)
     }

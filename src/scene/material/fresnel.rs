@@ -1,22 +1,22 @@
 //! Fresnel reflectance of a smooth dielectric interface (Born and Wolf, Principles of Optics, 1.5).
 
-/// Power reflectances of an interface at one angle, per polarisation.
+/// Power reflectances of an interface at one angle of incidence, for both polarisations.
 #[derive(Clone, Copy, Debug)]
 pub struct Fresnel {
-    /// Polarised across the plane of incidence.
+    /// Reflectance of light polarised across the plane of incidence.
     pub s: f32,
-    /// Polarised in it.
+    /// Reflectance of light polarised in the plane of incidence.
     pub p: f32,
-    /// Cosine of the angle of refraction; zero where reflection is total.
+    /// Cosine of the angle of refraction; 0 where reflection is total.
     pub cos_refracted: f32,
 }
 
 impl Fresnel {
-    /// At the cosine of incidence `cos` in [0, 1], towards a medium of relative index
-    /// `eta` = n beyond / n here.
+    /// Computes the reflectances at the cosine of incidence `cos` in [0, 1]. `eta` is the index of
+    /// the medium beyond the interface over the index of the medium here.
     #[inline]
     pub fn new(cos: f32, eta: f32) -> Self {
-        // not 1 - sin^2 / eta^2: with an index near 1 nothing would be left of a grazing cosine
+        // not 1 - sin^2 / eta^2, which with an index near 1 would lose a grazing cosine to rounding
         let cos2_refracted = ((eta - 1.0) * (eta + 1.0) + cos * cos) / (eta * eta);
         if cos2_refracted <= 0.0 {
             return Self { s: 1.0, p: 1.0, cos_refracted: 0.0 };
@@ -27,26 +27,27 @@ impl Fresnel {
         Self { s: s * s, p: p * p, cos_refracted }
     }
 
-    /// Reflectance for unpolarised light.
+    /// Returns the reflectance for unpolarised light.
     #[inline]
     pub fn unpolarised(&self) -> f32 {
         0.5 * (self.s + self.p)
     }
 
-    /// Whether reflection is total.
+    /// Returns whether reflection is total.
     #[inline]
     pub fn is_total(&self) -> bool {
         self.cos_refracted == 0.0
     }
 }
 
-/// Reflectance at normal incidence, F0.
+/// Returns the reflectance at normal incidence, F0, of an index of refraction seen from air.
 pub fn normal_fresnel(ior: f64) -> f64 {
     ((ior - 1.0) / (ior + 1.0)).powi(2)
 }
 
-/// Reflectance for diffuse light from outside, Fbar = 2 integral of F cos d(cos), by the midpoint
-/// rule over cos = x^2 (F is steep at grazing angles).
+/// Returns the reflectance for diffuse light from outside, Fbar = 2 integral of F cos d(cos). The
+/// integral is computed by the midpoint rule over x with cos = x^2, because F is steep at grazing
+/// angles.
 pub fn diffuse_fresnel(ior: f64) -> f64 {
     const STEPS: usize = 20_000;
     let sum: f64 = (0..STEPS)
@@ -65,7 +66,8 @@ mod tests {
 
     #[test]
     fn known_reflectances() {
-        // Brewster's angle: no p; a leaf's diffuse reflectance; total reflection beyond 41.8 deg
+        // no p at Brewster's angle, a leaf's diffuse reflectance, total reflection beyond 41.8
+        // degrees
         let brewster = 1.5f32.atan().cos();
         assert!(Fresnel::new(brewster, 1.5).p < 1e-12);
         assert!((diffuse_fresnel(1.425) - 0.0806).abs() < 5e-5);
@@ -75,8 +77,8 @@ mod tests {
         assert!((normal - normal_fresnel(1.425)).abs() < 1e-7);
     }
 
-    /// Against the textbook's sines and tangents in double precision, to 1e-5 even where single
-    /// precision is at its end: grazing angles, indices near 1.
+    /// Compares with the textbook's sines and tangents in double precision, to 1e-5 even at the
+    /// limits of single precision: grazing angles and indices near 1.
     #[test]
     fn agrees_with_double_precision() {
         for ior in [1.0001f32, 1.01, 1.33, 1.425, 1.52, 2.4, 1000.0] {
@@ -87,7 +89,7 @@ mod tests {
                     let (angle, eta) = (f64::from(cos).acos(), f64::from(eta));
                     let sine = angle.sin() / eta;
                     if (sine - 1.0).abs() < 1e-6 {
-                        continue; // the critical angle, to rounding
+                        continue; // this is the critical angle, to rounding
                     }
                     let exact = if sine > 1.0 {
                         [1.0, 1.0]
@@ -105,7 +107,7 @@ mod tests {
         }
     }
 
-    /// An index of 1 is no interface, however grazing the light.
+    /// An index of 1 is no interface and reflects nothing, however grazing the light is.
     #[test]
     fn no_interface_reflects_nothing() {
         for i in 0..=10_000 {

@@ -15,20 +15,21 @@ use crate::math::{
     spectrum::{Lanes, Spectrum},
 };
 
-/// A leaf of index n: at the angle theta the cuticle mirrors F(theta); of what enters, r comes
-/// back out of the same face, t out of the other, Lambertian inside and refracted out:
-/// f = a (1-F_i) (1-F_o) / (pi (1-Fbar)), a = r or t of the face that the light enters.
-/// After Govaerts et al. (1996) and Bousquet et al. (2005): cuticle and diffuse mesophyll.
+/// A leaf of index of refraction n. At the angle theta the cuticle mirrors F(theta). Of the light
+/// that enters, the fraction r comes back out of the same face and t out of the other; it is
+/// Lambertian inside and refracted on its way out: f = a (1-F_i) (1-F_o) / (pi (1-Fbar)), with a =
+/// r or t of the face that the light enters. The model of a cuticle over a diffuse mesophyll is
+/// after Govaerts et al. (1996) and Bousquet et al. (2005).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaf {
     ior: f32,
-    /// 1 - Fbar.
+    /// Fraction of diffuse light that passes the cuticle, 1 - Fbar.
     diffuse_transmittance: f32,
     front: Face,
     back: Face,
 }
 
-/// What happens, per lane, to light that has entered through one face.
+/// Fractions r and t, per lane, of the light that has entered through one face.
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
     reflected: Lobe,
@@ -39,14 +40,15 @@ struct Face {
 /// sphere measures them near normal incidence.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafFace<'a> {
-    /// Reflectance R, cuticle included; below F0 it counts as F0.
+    /// Reflectance R, cuticle included. A value below F0 counts as F0.
     pub reflectance: &'a [f32],
-    /// Transmittance T; max(R, F0) + T is at most 1.
+    /// Transmittance T. The sum max(R, F0) + T is at most 1.
     pub transmittance: &'a [f32],
 }
 
 impl Leaf {
-    /// From the index of refraction (at least 1; 1 is a bi-Lambertian sheet) and both faces.
+    /// Makes the material from the index of refraction (at least 1; with 1 it is a bi-Lambertian
+    /// sheet) and the measured values of both faces.
     pub fn new(ior: f32, front: LeafFace, back: LeafFace) -> Self {
         let f0 = normal_fresnel(f64::from(ior)) as f32;
         let face = |face: LeafFace| {
@@ -86,12 +88,12 @@ impl Leaf {
         [&mut front.reflected, &mut front.transmitted, &mut back.reflected, &mut back.transmitted]
     }
 
-    /// Whether it mirrors: all but the plain bi-Lambertian sheet.
+    /// Returns whether the cuticle mirrors: an index of 1 makes a plain bi-Lambertian sheet.
     pub(super) fn has_cuticle(&self) -> bool {
         self.ior > 1.0
     }
 
-    /// Fraction per band that the cuticle mirrors.
+    /// Returns the fraction per band that the cuticle mirrors.
     pub(super) fn mirrored<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         self.front.reflected.all(if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 })
     }
@@ -106,13 +108,14 @@ impl Leaf {
         if front { &self.front } else { &self.back }
     }
 
-    /// What leaves the sheet at an angle, as a share of what leaves along the normal.
+    /// Returns the radiance that leaves the sheet at an angle of this cosine, relative to the
+    /// radiance along the normal.
     pub(super) fn relative_radiance(&self, cos: f32) -> f32 {
         (1.0 - self.cuticle(cos)) / (1.0 - self.cuticle(1.0))
     }
 
-    /// The lobe of light that crosses the sheet, for a path at `at`: it belongs to the face that
-    /// the light enters, which for importance is the other one.
+    /// Returns the lobe of light that crosses the sheet, for a path at `at`. It belongs to the face
+    /// that the light enters, which for a path of importance is the face on the other side.
     #[inline]
     fn transmitted(&self, at: &Interaction, transport: Transport) -> &Lobe {
         &self.face(at.front == (transport == Transport::Light)).transmitted
@@ -145,7 +148,7 @@ impl Leaf {
         })
     }
 
-    /// A direction out of the sheet, with density (1-F) cos / (pi (1-Fbar)) about `normal`.
+    /// Draws a direction out of the sheet about `normal`, with density (1-F) cos / (pi (1-Fbar)).
     #[inline]
     fn leave(&self, normal: Vec3, rng: &mut Stream) -> Vec3 {
         loop {

@@ -1,4 +1,4 @@
-//! Lambertian reflection and transmission with a Phong or mirror lobe.
+//! Lambertian reflection and transmission with a glossy (Phong) lobe or a mirror.
 
 use std::f32::consts::PI;
 
@@ -15,12 +15,14 @@ use crate::{
     },
 };
 
-/// The largest exponent of the lobe, which is then as narrow as single precision can tell from a mirror.
+/// Largest exponent of the lobe. In single precision a narrower lobe could not be told from a
+/// mirror.
 pub const MAX_EXPONENT: f64 = 1e9;
 
-/// Modified Phong model, alike on both faces: above the surface f is the sum of reflectance / pi
-/// and specular (n+2) / (2 pi) cos^n(alpha), below it transmittance / pi (Lafortune and Willems,
-/// 1994). Without exponent the lobe is a mirror at every angle.
+/// Modified Phong model, with both faces alike. Above the surface f is the sum of reflectance / pi
+/// and specular (n+2) / (2 pi) cos^n(alpha), with alpha the angle to the mirror direction; below it
+/// f is transmittance / pi (Lafortune and Willems, 1994). Without an exponent the lobe is a mirror
+/// at every angle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phong {
     reflected: Lobe,
@@ -29,7 +31,8 @@ pub struct Phong {
     exponent: Option<f32>,
 }
 
-/// Fractions per band of a [`Phong`] material; each in [0, 1], their sum at most 1.
+/// Fractions per band of a [`Phong`] material. Each is in [0, 1], and the sum of the three is at
+/// most 1.
 #[derive(Clone, Copy, Debug)]
 pub struct PhongFractions<'a> {
     /// Lambertian reflectance.
@@ -41,7 +44,8 @@ pub struct PhongFractions<'a> {
 }
 
 impl Phong {
-    /// From its fractions and the exponent of the lobe (from 0 to 10^9), if it is not a mirror.
+    /// Makes the material from its fractions and the exponent of the lobe (0 to 10^9), or `None`
+    /// for a mirror.
     pub fn new(fractions: PhongFractions, exponent: Option<f32>) -> Self {
         Self {
             reflected: Lobe::new(fractions.reflectance),
@@ -72,22 +76,22 @@ impl Phong {
         [&mut self.reflected, &mut self.specular, &mut self.transmitted]
     }
 
-    /// Whether its specular lobe is a mirror.
+    /// Returns whether the specular lobe is a mirror and reflects some light.
     pub(super) fn has_mirror(&self) -> bool {
         self.exponent.is_none() && self.specular.largest > 0.0
     }
 
-    /// The largest specular fraction, unless the lobe is a mirror.
+    /// Returns the largest specular fraction in any band, or 0 where the lobe is a mirror.
     pub(super) fn glossy(&self) -> f32 {
         if self.exponent.is_some() { self.specular.largest } else { 0.0 }
     }
 
-    /// Fraction per band that is mirrored.
+    /// Returns the fraction per band that is mirrored; 0 for a glossy lobe.
     pub(super) fn mirrored<L: Lanes>(&self) -> Spectrum<L> {
         if self.has_mirror() { self.specular.fraction() } else { self.specular.nothing() }
     }
 
-    /// Whether some light crosses it.
+    /// Returns whether some light is transmitted.
     pub(super) fn transmits(&self) -> bool {
         self.transmitted.largest > 0.0
     }
@@ -143,7 +147,8 @@ impl Phong {
         diffuse + self.specular.fraction().scaled(lobe)
     }
 
-    /// Density of the lobe around the mirror direction, above the surface or below.
+    /// Returns the density, 1/sr, of the lobe around the mirror direction. The lobe may reach below
+    /// the surface.
     fn lobe_density(exponent: f32, at: &Interaction, outgoing: Vec3) -> f32 {
         cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
     }

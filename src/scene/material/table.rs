@@ -1,4 +1,8 @@
-//! Thin sheets as they were measured: a cover by the angle of incidence, or all pairs of directions.
+//! Thin sheets as they were measured: covers, whose transmittance is known at some angles of
+//! incidence (`cover`), and scattering functions, known for pairs of directions (`bsdf`).
+//!
+//! A scattering function is made of four parts at most (`part`): reflection and transmission of
+//! light on either face. `basis` holds the functions of direction that its values belong to.
 
 mod basis;
 mod bsdf;
@@ -21,9 +25,9 @@ use crate::math::{
 /// A measured thin sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Table {
-    /// What passes straight, what scattered and what is mirrored, by the angle of incidence.
+    /// Fractions that go straight on, are scattered and are mirrored, by the angle of incidence.
     Cover(Cover),
-    /// The scattering function by both directions.
+    /// Scattering function of both directions.
     Bsdf(Box<Bsdf>),
 }
 
@@ -86,7 +90,7 @@ impl Table {
         }
     }
 
-    /// The ways in which light goes on mirrored or straight.
+    /// Returns the mirrored and the straight direction, each with the fraction that it carries.
     pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
         match self {
             Self::Cover(table) => table.ways(at),
@@ -94,7 +98,7 @@ impl Table {
         }
     }
 
-    /// Fraction per band that goes straight on.
+    /// Returns the fraction per band that goes straight on.
     pub(super) fn straight<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
         match self {
             Self::Cover(table) => table.straight(at),

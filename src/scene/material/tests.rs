@@ -1,4 +1,6 @@
-//! The materials against the contract. Four bands; random tests state seed, samples and odds.
+//! Tests of the materials against the equations and rules that they promise: energy, reciprocity,
+//! sampling by the density. All materials have four bands. The comments of random tests state the
+//! seed, the number of samples and the odds of a false alarm.
 
 mod tables;
 
@@ -16,7 +18,7 @@ const BANDS: usize = 4;
 type Bands = [f64; BANDS];
 type Lanes4 = [f32; BANDS];
 
-/// A front normal along no axis.
+/// Normal of the front, which is parallel to no axis.
 const NORMAL: Vec3 = Vec3::new(0.48, -0.6, 0.64);
 
 const TRANSPORTS: [Transport; 2] = [Transport::Light, Transport::Importance];
@@ -25,7 +27,7 @@ fn unit(v: DVec3) -> Vec3 {
     v.normalize().as_vec3()
 }
 
-/// A path that meets a face at this cosine; `turn` radians around the normal.
+/// Returns a path that meets a face at this cosine, `turn` radians around the normal.
 fn incident(front: bool, cos: f64, turn: f64) -> Interaction {
     let normal = if front { NORMAL } else { -NORMAL }.as_dvec3().normalize();
     let (x, y) = normal.any_orthonormal_pair();
@@ -45,7 +47,7 @@ fn mirror(reflectance: [f32; BANDS]) -> Material {
     Material::Mirror(Mirror::new(&reflectance))
 }
 
-/// Reflectance and transmittance of a leaf's face.
+/// Reflectance and transmittance of one face of a leaf.
 type FaceBands = [[f32; BANDS]; 2];
 
 fn leaf(ior: f32, front: FaceBands, back: FaceBands) -> Material {
@@ -57,7 +59,7 @@ fn leaf(ior: f32, front: FaceBands, back: FaceBands) -> Material {
 
 const GREEN: FaceBands = [[0.08, 0.45, 0.5, 0.0], [0.04, 0.45, 0.1, 0.3]];
 const PALE: FaceBands = [[0.12, 0.46, 0.2, 0.1], [0.04, 0.3, 0.5, 0.05]];
-/// Two bands that peak in different lobes, whose largest fractions sum to 1.8.
+/// Two bands with their peaks in different lobes; the largest fractions of the lobes add up to 1.8.
 const OPPOSED: FaceBands = [[0.9, 0.05, 0.3, 0.0], [0.05, 0.9, 0.3, 0.0]];
 
 fn phong(kd: [f32; BANDS], ks: [f32; BANDS], kt: [f32; BANDS], exponent: Option<f32>) -> Material {
@@ -85,7 +87,8 @@ fn wide(spectrum: Spectrum<Lanes4>) -> Bands {
     spectrum.0.map(f64::from)
 }
 
-/// Fresnel reflectance for each polarisation, and the cosine of refraction, in double precision.
+/// Returns the Fresnel reflectance for each polarisation, and the cosine of refraction, in double
+/// precision.
 fn exact_fresnel(cos: f32, eta: f64) -> ([f64; 2], f64) {
     let cos = f64::from(cos);
     let cos2_refracted = 1.0 - (1.0 - cos * cos) / (eta * eta);
@@ -98,13 +101,14 @@ fn exact_fresnel(cos: f32, eta: f64) -> ([f64; 2], f64) {
     ([s, p], refracted)
 }
 
-/// Unpolarised Fresnel reflectance in double precision.
+/// Returns the unpolarised Fresnel reflectance in double precision.
 fn exact_reflectance(cos: f32, eta: f64) -> f64 {
     let [s, p] = exact_fresnel(cos, eta).0;
     0.5 * (s + p)
 }
 
-/// What a pane mirrors and lets through: light followed to and fro between its faces, until nothing is left.
+/// Returns the fractions that a pane mirrors and transmits, found by following light to and fro
+/// between the faces until nothing is left.
 fn exact_pane(cos: f32, ior: f64, tint: f64) -> [f64; 2] {
     let (faces, refracted) = exact_fresnel(cos, ior);
     let mut sums = [0.0; 2];
@@ -113,7 +117,7 @@ fn exact_pane(cos: f32, ior: f64, tint: f64) -> [f64; 2] {
         let mut inside = 0.5 * (1.0 - face);
         for passage in 1.. {
             inside *= tint.powf(1.0 / refracted);
-            // even passages end at the face that the light came to
+            // after an even number of passages the light is at the face that it entered by
             sums[passage % 2] += inside * (1.0 - face);
             inside *= face;
             if inside < 1e-12 {
@@ -124,8 +128,8 @@ fn exact_pane(cos: f32, ior: f64, tint: f64) -> [f64; 2] {
     sums
 }
 
-/// f cos for a path that meets the surface at `at` and goes on along `outgoing`: backward paths
-/// follow the light that travels the other way.
+/// Returns f cos for a path that meets the surface at `at` and goes on along `outgoing`. Backward
+/// paths follow light that travels the other way.
 fn f_cos(material: &Material, at: &Interaction, transport: Transport, outgoing: Vec3) -> Bands {
     let f = match transport {
         Transport::Light => material.evaluate(at, outgoing),
@@ -137,8 +141,8 @@ fn f_cos(material: &Material, at: &Interaction, transport: Transport, outgoing: 
     wide(f).map(|f| f * cos)
 }
 
-/// Integral of f cos over the sphere, by the midpoint rule over cos = x^2 (3 - 2x), finest at both
-/// ends, and 256 turns.
+/// Returns the integral of f cos over the sphere, by the midpoint rule over cos = x^2 (3 - 2x),
+/// which is finest at both ends, and over 256 turns.
 fn quadrature(material: &Material, at: &Interaction) -> Bands {
     const STEPS: usize = 500;
     const TURNS: usize = 256;
@@ -171,7 +175,8 @@ fn assert_near(what: &str, found: Bands, expected: Bands, tolerance: f64) {
 
 // --- without randomness -------------------------------------------------------------------------
 
-/// Quadrature with the mirror lobe is 1 - absorptance to 3e-5 (rounding and step size).
+/// The integral of f cos, plus what is mirrored, is 1 - absorptance to 3e-5 (rounding and step
+/// size).
 #[test]
 fn albedo_is_what_is_not_absorbed() {
     let f0 = f64::from(((0.425f32) / 2.425).powi(2));
@@ -215,7 +220,7 @@ fn albedo_is_what_is_not_absorbed() {
     }
 }
 
-/// Near normal incidence a leaf shows the R and T that were measured.
+/// Near normal incidence a leaf shows the reflectance and the transmittance that were measured.
 #[test]
 fn leaf_shows_what_was_measured() {
     let leaf = leaf(1.425, GREEN, PALE);
@@ -227,9 +232,9 @@ fn leaf_shows_what_was_measured() {
     }
 }
 
-/// The lobe's albedo has closed forms at exponents 0 and 1: ks (1 + cos) / 2 and
-/// ks (sin + (pi - theta) cos) / pi; it is ks at normal incidence, and .505 ks at 60 degrees for
-/// exponent 10.
+/// The albedo of the Phong lobe has closed forms at exponents 0 and 1: ks (1 + cos) / 2 and ks
+/// (sin + (pi - theta) cos) / pi. At normal incidence it is ks; for exponent 10 it is .505 ks at 60
+/// degrees.
 #[test]
 fn phong_lobe_has_its_albedo() {
     let ks: Bands = [0.8, 0.4, 0.2, 0.0].map(|k: f32| f64::from(k));
@@ -237,7 +242,7 @@ fn phong_lobe_has_its_albedo() {
         let theta = degrees.to_radians();
         let at = at_degrees(true, degrees);
         let zero = (1.0 + theta.cos()) / 2.0;
-        // the lobe's border is a step: half a cell of the quadrature
+        // the border of the lobe is a step, which the quadrature misses by up to half a cell
         assert_near("exponent 0", quadrature(&only_lobe(0.0), &at), ks.map(|k| k * zero), 2e-3);
         let one = (theta.sin() + (PI - theta) * theta.cos()) / PI;
         assert_near("exponent 1", quadrature(&only_lobe(1.0), &at), ks.map(|k| k * one), 1e-4);
@@ -250,8 +255,8 @@ fn phong_lobe_has_its_albedo() {
     assert_near("exponent 10", found, ks.map(|k| 0.505 * k), 5e-4);
 }
 
-/// The transmittance of a lossless pane; and with a tint of 0 what is not mirrored is absorbed, so that of
-/// a slab of two such interfaces, (1-F) / (1+F).
+/// Panes and slabs transmit what is published. The absorptance of an interface with tint 0 is 1 -
+/// F; from it follows the transmittance of a slab with two such interfaces, (1-F) / (1+F).
 #[test]
 fn panes_and_slabs_transmit_what_is_published() {
     let entered =
@@ -287,8 +292,8 @@ fn panes_and_slabs_transmit_what_is_published() {
     assert!((diffuse(&through_slab) - 0.8396).abs() < 6e-5);
 }
 
-/// What a pane mirrors, lets through and absorbs at any tint and angle is what light followed between
-/// its faces does, to 1e-6 of the whole.
+/// The fractions that a pane mirrors, transmits and absorbs, at any tint and angle, agree to 1e-6
+/// of the whole with those of light followed between its faces.
 #[test]
 fn panes_sum_all_inner_reflections() {
     let tints = [1.0f32, 0.999, 0.9, 0.5, 0.05, 1e-6, 0.0];
@@ -312,8 +317,8 @@ fn panes_sum_all_inner_reflections() {
     }
 }
 
-/// f(i, o) = f(o, i) to 1e-6 of the larger, on either side, where the faces agree. A Phong lobe is
-/// as steep as its exponent: there 1e-6 of its peak.
+/// f(i, o) = f(o, i) to 1e-6 of the larger value, on either side, for materials whose faces are
+/// alike. For a Phong lobe, which is as steep as its exponent, to 1e-6 of its peak.
 #[test]
 fn scattering_is_reciprocal() {
     let materials = [
@@ -344,10 +349,12 @@ fn scattering_is_reciprocal() {
     }
 }
 
-/// r and t belong to the face that the light enters, whichever way the path is followed.
+/// The fractions r and t of a leaf belong to the face that the light enters, whichever way the path
+/// is followed.
 #[test]
 fn leaf_faces_belong_to_the_light() {
-    // band 0 passes from front to back only, band 1 from back to front only; likewise reflected
+    // band 0 passes from front to back only, band 1 from back to front only; bands 2 and 3 are
+    // reflected by the front and the back only
     let front = [[0.0, 0.0, 0.5, 0.0], [0.3, 0.0, 0.0, 0.0]];
     let back = [[0.0, 0.0, 0.0, 0.5], [0.0, 0.4, 0.0, 0.0]];
     let leaf = leaf(1.0, front, back);
@@ -358,7 +365,7 @@ fn leaf_faces_belong_to_the_light() {
             let light_enters_front = from_front == (transport == Transport::Light);
             let through = if light_enters_front { 0 } else { 1 };
             let reflected = if from_front { 2 } else { 3 };
-            // a path goes on always, with what both lobes scatter
+            // a path always goes on, with the sum of both lobes
             let weight = 0.5 + if light_enters_front { 0.3 } else { 0.4 };
             let mut seen = [0; 2];
             for _ in 0..1_000 {
@@ -377,7 +384,7 @@ fn leaf_faces_belong_to_the_light() {
 
 // --- samplers -----------------------------------------------------------------------------------
 
-/// Fraction of the power that goes on in a mirror, per band, and the odds that a path does.
+/// Fraction of the power that is mirrored, per band, and the chance that a path is.
 #[derive(Clone, Copy)]
 struct MirrorLobe {
     fraction: Bands,
@@ -386,9 +393,10 @@ struct MirrorLobe {
 
 const NO_MIRROR: MirrorLobe = MirrorLobe { fraction: [0.0; BANDS], chance: 0.0 };
 
-/// With the seed given, 2e5 samples, each assertion with odds of 1e-6: chi-square of directions, the
-/// mirror lobe and what does not go on against the density; per band, chi-square of the sums of weights
-/// in each bin against f cos, and the mean over everything against the albedo. No weight exceeds
+/// Checks a sampler with seed 4, 2e5 samples, and odds of a false alarm of 1e-6 for each assertion.
+/// A chi-square compares the numbers of samples in each bin of directions, in the mirror lobe and
+/// absorbed with the density. For each band, a chi-square compares the sums of weights in each bin
+/// with f cos, and the mean of all weights is compared with the albedo. No weight may exceed
 /// `growth`.
 fn assert_sampler(
     what: &str,
@@ -444,7 +452,7 @@ fn assert_sampler(
         let albedo: f64 = fractions.iter().sum();
         means[b].assert(&what, albedo, 1e-3);
         if let Some(absorptance) = material.absorptance::<Lanes4>(at) {
-            // an importance path through a leaf of two faces has no absorptance of its own
+            // absorptance is that of light: a path of importance may see a leaf's other face
             if transport == Transport::Light {
                 means[b].assert(&what, 1.0 - f64::from(absorptance.0[b]), 1e-6);
             }
@@ -465,8 +473,9 @@ fn assert_sampler(
 
 const ANGLES: [f64; 3] = [0.0, 35.0, 80.0];
 
-/// Where one lobe alone goes, weight x density = f cos in every band of every sample, to 1e-5 (1e-4 in
-/// a Phong lobe, as steep as its exponent). Seed 10, 2e4 samples each.
+/// Where only one lobe leads to a direction, weight x density = f cos in every band of every
+/// sample, to 1e-5 (1e-4 in a Phong lobe, which is as steep as its exponent). Seed 10, 2e4 samples
+/// for each material, face and direction of transport.
 #[test]
 fn weight_times_density_is_f_cos() {
     let lobe = only_lobe(10.0);
@@ -486,7 +495,7 @@ fn weight_times_density_is_f_cos() {
                 let sample = material.sample::<Lanes4>(&at, transport, &mut rng);
                 let Some(BsdfSample { direction, weight, lobe: kind }) = sample else { continue };
                 let is_mirror = matches!(material, Material::Leaf(_)) && direction == at.mirrored();
-                // a glossy surface's two lobes overlap above it
+                // above a glossy surface two lobes overlap
                 let overlaps =
                     matches!(material, Material::Phong(_)) && *material != lobe && !kind.crosses();
                 if is_mirror || overlaps {
@@ -505,7 +514,7 @@ fn weight_times_density_is_f_cos() {
     }
 }
 
-/// 240 bins.
+/// Uses 240 bins.
 #[test]
 fn lambert_samples_its_density() {
     let material = lambert([0.75, 0.3, 0.0, 0.1]);
@@ -518,7 +527,8 @@ fn lambert_samples_its_density() {
     }
 }
 
-/// 240 bins, both faces, both ways. The mirror's share is Fresnel's; R below F0 counts as F0.
+/// Uses 240 bins, on both faces, for both directions of transport. The mirrored fraction is
+/// Fresnel's, and R below F0 counts as F0.
 #[test]
 fn leaf_samples_its_density() {
     for (ior, front, back) in
@@ -546,7 +556,8 @@ fn leaf_samples_its_density() {
     }
 }
 
-/// 240 bins; to 396 that resolve a narrow lobe. The lobe's weight is at most (n+2) / (n+1).
+/// Uses 240 bins, or up to 396 that resolve a narrow lobe. A weight of the lobe is at most (n+2) /
+/// (n+1).
 #[test]
 fn phong_samples_its_density() {
     for exponent in [0.0, 0.4, 1.0, 10.0, 60.0, 1e3, 1e6] {
@@ -561,7 +572,7 @@ fn phong_samples_its_density() {
             let growth = weight * (exponent + 2.0) / (exponent + 1.0) * 1.000_001;
             for (degrees, transport) in ANGLES.into_iter().zip(TRANSPORTS.into_iter().cycle()) {
                 let at = at_degrees(i != 1, degrees);
-                // rings around the lobe's middle, unless the horizon cuts it
+                // rings around the middle of the lobe, unless the horizon cuts it
                 let bins = if exponent > 100.0 || exponent >= 10.0 && degrees < 50.0 {
                     SphereBins::lobe(at.mirrored(), f64::from(exponent))
                 } else {
@@ -574,7 +585,7 @@ fn phong_samples_its_density() {
     }
 }
 
-/// 240 bins and the mirror: without exponent it takes ks at every angle.
+/// Uses 240 bins and the mirror: without an exponent ks is mirrored at every angle.
 #[test]
 fn phong_with_a_mirror_samples_its_density() {
     for (material, ks, weight) in [
@@ -597,9 +608,10 @@ fn phong_with_a_mirror_samples_its_density() {
     }
 }
 
-/// Seed 5, 2e5 samples for each angle, face, direction of transport and index: shares of mirror,
-/// and transmission against Fresnel's in double precision, with odds of 1e-6 each.
-/// Weights per band are exact: the tint, and (n here / n there)^2 for a backward path's radiance.
+/// Seed 5, 2e5 samples for each angle, face, direction of transport and index: the shares of
+/// mirrored and transmitted samples agree with Fresnel's equations in double precision, with odds
+/// of a false alarm of 1e-6 each. The weights per band are exact: the tint, and (n here / n
+/// there)^2 for the radiance of a backward path.
 #[test]
 fn dielectrics_share_by_fresnel() {
     const SAMPLES: u64 = 200_000;
@@ -617,7 +629,7 @@ fn dielectrics_share_by_fresnel() {
                 let n = f64::from(ior);
                 let eta = if front || thin { n } else { 1.0 / n };
                 let interface = exact_reflectance(at.cos, eta);
-                // of each band: mirrored, passed
+                // for each band: mirrored, transmitted
                 let shares = tint.map(|t| match thin {
                     true => exact_pane(at.cos, n, f64::from(t)),
                     false => [interface, (1.0 - interface) * f64::from(t)],
@@ -647,7 +659,7 @@ fn dielectrics_share_by_fresnel() {
     }
 }
 
-/// A mirror sends on its share of each band, always and one way.
+/// A mirror always sends on its fraction of each band, in the mirror direction.
 #[test]
 fn mirror_reflects_its_share() {
     let material = mirror([0.5, 0.9, 0.0, 0.45]);
@@ -659,8 +671,9 @@ fn mirror_reflects_its_share() {
     }
 }
 
-/// Seed 7, 1e5 random interactions for each index: the mirror direction and Snell's law in double
-/// precision, to 1e-5; for light that leaves a solid 3e-7 n, as its direction is known to 1e-7.
+/// Seed 7, 1e5 random interactions for each index: mirror directions and Snell's law agree with
+/// double precision to 1e-5. For light that leaves a solid the limit is 3e-7 n, because its
+/// direction is known to 1e-7.
 #[test]
 fn mirrors_and_refractions_go_where_they_should() {
     let mut rng = Stream::new(7, 0, 0);
@@ -680,7 +693,7 @@ fn mirrors_and_refractions_go_where_they_should() {
             let (expected, tolerance) = if scatter.lobe.crosses() {
                 let refracted = across / eta;
                 let down = (1.0 - refracted.length_squared()).max(0.0).sqrt();
-                // near the critical angle the cosine is the root of a small difference
+                // near the critical angle the cosine is the square root of a small difference
                 let tolerance = 1e-5_f64.max(3e-7 / eta);
                 assert!((out - out.dot(side) * side).distance(refracted) < tolerance, "{at:?}");
                 (refracted - down * side, (4.0 * tolerance / eta.min(1.0)).sqrt())
@@ -704,7 +717,8 @@ fn mirrors_and_refractions_go_where_they_should() {
 
 // --- extremes -----------------------------------------------------------------------------------
 
-/// Either face; cosines of 1e-7 to 1 evenly, evenly by their logarithm, or at the ends.
+/// Draws an interaction on either face. Its cosine, from 1e-7 to 1, is uniform, uniform in its
+/// logarithm, or at the ends.
 fn random_encounter(rng: &mut Stream) -> Interaction {
     let (front, turn) = (rng.uniform() < 0.5, f64::from(rng.uniform()) * 2.0 * PI);
     let u = f64::from(rng.uniform());
@@ -716,8 +730,9 @@ fn random_encounter(rng: &mut Stream) -> Interaction {
     incident(front, cos, turn)
 }
 
-/// Seed 8, 1e6 samples at 2^14 interactions: unit directions, finite weights that are not negative, and directions
-/// on the side that `crosses` says, to the rounding of a dot product.
+/// Checks with seed 8 and 1e6 samples at 2^14 interactions that directions are unit vectors, that
+/// weights are finite and not negative, and that directions are on the side that `crosses` says, to
+/// the rounding of a dot product.
 fn assert_sound(what: &str, material: &Material) {
     let mut rng = Stream::new(8, 0, 0);
     let interactions: Vec<Interaction> = (0..1 << 14).map(|_| random_encounter(&mut rng)).collect();
@@ -779,7 +794,7 @@ fn phong_is_sound() {
     assert_sound("all lobe", &phong([0.0; 4], [1.0; 4], [0.0; 4], Some(1e9)));
 }
 
-/// What reflects everything ends no path, in 1e6 samples at 2^14 interactions (seed 9).
+/// Materials that scatter everything end no path, in 1e6 samples at 2^14 interactions (seed 9).
 #[test]
 fn lossless_materials_end_no_path() {
     let half = [[0.5; 4]; 2];
@@ -805,8 +820,9 @@ fn lossless_materials_end_no_path() {
     }
 }
 
-/// The smooth ways carry on average what sampling sends along them. 200,000 samples of seed 1 for each
-/// of 28 cases; a share of samples is off by more than 5 of its errors with odds of 6e-7.
+/// The smooth ways carry on average what sampling sends along them. There are 200,000 samples of
+/// seed 1 for each of 28 cases; a share of the samples is off by more than 5 of its errors with
+/// odds of 6e-7.
 #[test]
 fn smooth_ways_carry_what_is_sampled() {
     const SAMPLES: u32 = 200_000;
@@ -839,7 +855,8 @@ fn smooth_ways_carry_what_is_sampled() {
                     let weight = way.map_or([0.0; BANDS], |way| way.weight.0);
                     for (mean, weight) in mean.into_iter().zip(weight) {
                         let (mean, weight) = (mean / f64::from(SAMPLES), f64::from(weight));
-                        // a weight is at most the square of the index, a share at most 1
+                        // a weight is at most the square of the index, the share of the samples at
+                        // most 1
                         let error = 2.25 * (weight.min(1.0) / f64::from(SAMPLES)).sqrt();
                         assert!((mean - weight).abs() <= 5.0 * error, "{m}: {mean} {weight}");
                     }

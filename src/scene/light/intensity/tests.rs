@@ -1,4 +1,5 @@
-//! Tables and lobes against closed forms. Every chi-square: 4e5 directions, seed 1, odds of a false alarm 1e-6.
+//! Tests of tables and lobes against closed forms. Every chi-square has 4e5 directions, seed 1 and
+//! odds of a false alarm of 1e-6.
 
 use std::f64::consts::PI;
 
@@ -7,7 +8,7 @@ use crate::math::odds::{SphereBins, assert_counts};
 
 const SAMPLES: u64 = 400_000;
 
-/// A table of a function of C and V in degrees.
+/// Makes the table of a function of C and V, degrees.
 fn table(c: &[f64], v: &[f64], f: impl Fn(f64, f64) -> f64) -> IntensityTable {
     let values = c.iter().flat_map(|&c| v.iter().map(move |&v| (c, v))).map(|(c, v)| f(c, v));
     IntensityTable::new(c, v, values.collect()).unwrap_or_else(|e| panic!("{e:?}"))
@@ -17,8 +18,9 @@ fn steps(to: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|i| to * i as f64 / n as f64).collect()
 }
 
-/// Isotropic: 4 pi. A hat about the axis, 1 - V / a, has 2 pi (1 - sin a / a). A wedge that rises with C has half of
-/// what it would have. Steps down to 1e-5 rad lose nothing.
+/// An isotropic table has a flux of 4 pi. A hat about the axis, 1 - V / a, has 2 pi (1 - sin a /
+/// a). A wedge that rises with C has half the flux that it would have without the rise. Nothing is
+/// lost to rounding with angles down to 1e-6 degrees.
 #[test]
 fn fluxes_are_exact() {
     let isotropic = table(&[0.0, 360.0], &[0.0, 180.0], |_, _| 1.0);
@@ -36,8 +38,9 @@ fn fluxes_are_exact() {
     assert!((fine.flux() / (4.0 * PI) - 1.0).abs() < 1e-6);
 }
 
-/// 240 bins around three axes: an uneven table, a narrow beam, one beyond the horizon alone, and lobes. Directions
-/// have the intensity as density, which integrates to 1.
+/// Uses 240 bins around three axes, for an uneven table, a narrow beam, a table that shines only
+/// above the horizon, and lobes. Directions have the intensity as their density, which integrates
+/// to 1.
 #[test]
 fn directions_have_the_intensity_as_density() {
     let uneven = table(&[0.0, 45.0, 200.0, 360.0], &[0.0, 30.0, 90.0, 150.0], |c, v| {
@@ -72,7 +75,8 @@ fn directions_have_the_intensity_as_density() {
     }
 }
 
-/// Aimed down, C = 0 is +x and C = 90 is +y; up, C = 90 is -y; what is not perpendicular is made so.
+/// When a lamp aims down, C = 0 is +x and C = 90 is +y; when it aims up, C = 90 is -y. A zero plane
+/// that is not perpendicular to the aim is made so.
 #[test]
 fn planes_lie_where_they_should() {
     let rising = |aim: DVec3, zero: DVec3| {
@@ -88,7 +92,7 @@ fn planes_lie_where_they_should() {
     [(1.0, 0.0, 1.0), (0.0, 1.0, 2.0), (-1.0, 0.0, 3.0), (0.0, -1.0, 4.0)]
         .into_iter()
         .for_each(|(x, y, value)| close(down(x, y, 0.0), value));
-    // halfway in both angles
+    // half way in both angles
     let half = 0.5f32.sqrt();
     close(down(0.5, 0.5, -half), 0.5 * 1.0 + 0.5 * 1.5);
     let up = rising(DVec3::Z, DVec3::X);

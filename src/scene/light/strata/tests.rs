@@ -1,4 +1,4 @@
-//! The sharing of histories among lights.
+//! Tests of how histories are shared among lights.
 
 use glam::DVec3;
 
@@ -7,13 +7,13 @@ use crate::math::geometry::Extent;
 
 fn lights(powers: &[f64]) -> Vec<Light> {
     let point = LightShape::Point { position: DVec3::ZERO };
-    // the largest band decides: two bands, the other one smaller
+    // two bands, of which the largest decides
     let light =
         |&p: &f64| Light::new("lamp".into(), vec![0.3 * p, p], &point, DVec3::ZERO, &Extent::EMPTY);
     powers.iter().map(light).collect()
 }
 
-/// Powers that are alike, very unlike, zero, and many.
+/// Returns powers that are alike, very unlike, zero, and many.
 fn mixtures() -> Vec<Vec<f64>> {
     let mut rng = Stream::new(5, 0, 0);
     let mut mixtures = vec![
@@ -31,9 +31,10 @@ fn mixtures() -> Vec<Vec<f64>> {
     mixtures
 }
 
-/// For any mixture of lights and number of histories: counts that sum up, at least one each, in
-/// proportion to the powers to one history, and not below 1 % / lights (of which all the raised ones
-/// take at most 1 % of the rest); each count appears exactly; the weights add up to the powers.
+/// For any mixture of lights and number of histories: the counts add up and are at least one each.
+/// They are in proportion to the powers to one history, and not below 1 % / lights (all counts
+/// raised to that take at most 1 % of the others). Each light appears exactly as often as its
+/// count, and the weights add up to the powers.
 #[test]
 fn strata_are_exact() {
     for powers in mixtures() {
@@ -58,7 +59,7 @@ fn strata_are_exact() {
                     let emitted = count as f64 * weight / histories as f64;
                     assert!((emitted - power).abs() <= 1e-12 * power, "{what}: {emitted}");
                 }
-                // with few histories the minimum of one each takes from the others
+                // with few histories, the minimum of one each takes some from the other lights
                 if histories >= 200 * n {
                     let share = if total > 0.0 { powers[l] / total } else { 1.0 / n as f64 };
                     let due = share.max(least) * histories as f64;
@@ -69,8 +70,9 @@ fn strata_are_exact() {
     }
 }
 
-/// In any run of neighbouring histories each light has its share to within 8 histories (a golden
-/// sequence's discrepancy grows with the logarithm), the first of a piece or not.
+/// In any run of neighbouring histories each light has its share to within 8 histories, whether the
+/// run starts with the first history or not (the discrepancy of a golden sequence grows with the
+/// logarithm).
 #[test]
 fn neighbouring_histories_have_each_lights_share() {
     for powers in mixtures() {
@@ -83,7 +85,7 @@ fn neighbouring_histories_have_each_lights_share() {
             let shares: Vec<f64> = (0..powers.len()).map(share).collect();
             for index in 0..histories {
                 ahead[strata.source(index)] += 1.0;
-                // how far ahead of its share each light is after so many histories
+                // how far each light is ahead of its share after so many histories
                 if powers.len() <= 7 || index % 64 == 0 {
                     for l in 0..powers.len() {
                         let lead = ahead[l] - shares[l] * (index + 1) as f64;

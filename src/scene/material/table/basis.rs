@@ -1,17 +1,20 @@
-//! Functions on the hemisphere that sum to 1 in every direction: what a table has values for.
+//! Functions on the hemisphere whose sum is 1 in every direction. A table has one value for each of
+//! them.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use crate::math::rng::Stream;
 
-/// A direction above a face: the cosine to its normal, and the azimuth, rad.
+/// A direction on one side of a sheet: the cosine of its angle to the normal of that side, and its
+/// azimuth, rad.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Polar {
     pub(super) cos: f32,
     pub(super) phi: f32,
 }
 
-/// Cuts of the circle into sectors, rad: where they begin, rising from the first by less than a whole turn.
+/// Division of the circle into sectors. `starts` holds where each begins, rad, rising by less than
+/// one turn from the first to the last; `middles` holds the azimuths in the middle of the sectors.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sectors {
     starts: Vec<f32>,
@@ -19,12 +22,13 @@ pub(super) struct Sectors {
 }
 
 impl Sectors {
-    /// One sector, all around.
+    /// Makes a single sector, the whole circle.
     pub(super) fn full() -> Self {
         Self { starts: vec![0.0], middles: vec![0.0] }
     }
 
-    /// Cuts half way between azimuths, rad, that rise within one turn.
+    /// Makes one sector about each azimuth of `phi` (rad, rising within one turn), with borders
+    /// half way between neighbours.
     pub(super) fn between(phi: &[f32]) -> Self {
         let last = phi.last().copied().unwrap_or(0.0) - TAU;
         let before = std::iter::once(&last).chain(phi);
@@ -40,7 +44,7 @@ impl Sectors {
         self.starts.get(sector + 1).copied().unwrap_or(self.starts[0] + TAU)
     }
 
-    /// Share of the circle.
+    /// Returns the share of the circle that a sector covers.
     pub(super) fn share(&self, sector: usize) -> f64 {
         f64::from(self.end(sector) - self.starts[sector]) / std::f64::consts::TAU
     }
@@ -62,32 +66,33 @@ impl Sectors {
     }
 }
 
-/// Functions on the hemisphere that are nowhere negative and sum to 1 in every direction. All are counted in one row: by the
-/// angle to the normal first, then by azimuth.
+/// Functions on the hemisphere that are nowhere negative, and whose sum is 1 in every direction.
+/// They are numbered in one sequence, by the angle to the normal first, then by azimuth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis(Kind);
 
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
-    /// 1 in a cell, 0 elsewhere.
+    /// Functions that are 1 in a cell and 0 elsewhere.
     Cells(Vec<Ring>),
-    /// Linear in the angle to the normal between those of `theta`, and in the azimuth between those of `phi`, rad.
+    /// Functions that are linear in the angle to the normal between the angles `theta`, and in the
+    /// azimuth between the azimuths `phi`, both rad.
     Hats { theta: Vec<f32>, phi: Vec<f32> },
 }
 
 /// Cells between two angles to the normal.
 #[derive(Clone, Debug, PartialEq)]
 struct Ring {
-    /// Squared sine of both.
+    /// Squared sines of the two angles.
     sin2: [f32; 2],
-    /// Angle in its middle, rad.
+    /// Angle in the middle of the ring, rad.
     middle: f32,
-    /// Index of its first cell.
+    /// Index of the first cell of the ring.
     first: usize,
     sectors: Sectors,
 }
 
-/// Those functions of a basis that are not 0 in a direction: index and value.
+/// Functions of a basis that are not 0 in a direction: the index and the value of each.
 pub(super) struct Weights {
     list: [(usize, f32); 4],
     len: usize,
@@ -100,13 +105,15 @@ impl Weights {
 }
 
 impl Basis {
-    /// Functions that are linear between the angles `theta` to the normal, and between the azimuths `phi`, both rad and
-    /// rising; beyond the angles they are constant. One azimuth: alike all around.
+    /// Makes functions that are linear between the angles `theta` to the normal and between the
+    /// azimuths `phi`, both rad and rising. Below the first angle and above the last they are
+    /// constant. With a single azimuth they do not depend on it.
     pub fn linear(theta: &[f32], phi: &[f32]) -> Self {
         Self(Kind::Hats { theta: theta.to_vec(), phi: phi.to_vec() })
     }
 
-    /// Cells about the same, with borders half way between; the last ends at 90 degrees.
+    /// Makes one cell about each pair of an angle of `theta` and an azimuth of `phi` (rad, rising),
+    /// with borders half way between neighbours; the last ring of cells ends at 90 degrees.
     pub fn cells(theta: &[f32], phi: &[f32]) -> Self {
         let borders = theta.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let borders: Vec<f32> = borders.chain([FRAC_PI_2]).collect();
@@ -114,15 +121,16 @@ impl Basis {
         Self::rings(rings.map(|(&end, &middle)| (end, middle, Sectors::between(phi))))
     }
 
-    /// Rings of cells: the angle where each ends (rad, rising to 90 degrees; the first begins at 0), and its number of
-    /// cells, all alike. The azimuth `turn`, rad, is in the middle of the first.
+    /// Makes rings of cells. `rings` holds the angle at which each ring ends (rad, rising to 90
+    /// degrees; the first begins at 0) and the number of its cells, which are equally wide. The
+    /// middle of the first cell is at the azimuth `turn`, rad.
     pub fn patches(rings: &[(f32, usize)], turn: f32) -> Self {
         let mut start = 0.0;
         Self::rings(rings.iter().map(|&(end, cells)| {
             let width = TAU / cells as f32;
             let middles: Vec<f32> = (0..cells).map(|i| turn + i as f32 * width).collect();
             let starts = middles.iter().map(|middle| middle - 0.5 * width).collect();
-            // straight up is in the middle of a cell that has all azimuths
+            // the middle of a cell around the normal is the normal itself
             let middle = if cells == 1 && start == 0.0 { 0.0 } else { 0.5 * (start + end) };
             start = end;
             (end, middle, Sectors { starts, middles })
@@ -141,7 +149,7 @@ impl Basis {
         Self(Kind::Cells(rings.map(ring).collect()))
     }
 
-    /// How many functions it has.
+    /// Returns the number of functions.
     pub fn len(&self) -> usize {
         match &self.0 {
             Kind::Cells(rings) => rings.last().map_or(0, |ring| ring.first + ring.sectors.len()),
@@ -149,12 +157,12 @@ impl Basis {
         }
     }
 
-    /// Whether it has none.
+    /// Returns whether there are no functions.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Integral of a function times the cosine over the hemisphere.
+    /// Returns the integral over the hemisphere of a function times the cosine to the normal.
     pub(super) fn measure(&self, index: usize) -> f64 {
         match &self.0 {
             Kind::Cells(rings) => {
@@ -169,7 +177,7 @@ impl Basis {
         }
     }
 
-    /// Where a function is largest, or in the middle of its cell.
+    /// Returns the direction in which a function is largest, or the middle of its cell.
     pub(super) fn middle(&self, index: usize) -> Polar {
         match &self.0 {
             Kind::Cells(rings) => {
@@ -182,7 +190,7 @@ impl Basis {
         }
     }
 
-    /// Its functions in a direction.
+    /// Returns the functions that are not 0 in a direction, with their values.
     pub(super) fn weights(&self, at: Polar) -> Weights {
         let mut weights = Weights { list: [(0, 0.0); 4], len: 0 };
         let mut add = |index, weight| {
@@ -211,7 +219,7 @@ impl Basis {
         weights
     }
 
-    /// A direction with density function x cosine / measure.
+    /// Draws a direction with the density function x cosine / measure.
     pub(super) fn sample(&self, index: usize, rng: &mut Stream) -> Polar {
         match &self.0 {
             Kind::Cells(rings) => {
@@ -234,7 +242,8 @@ fn cell(rings: &[Ring], index: usize) -> (&Ring, usize) {
     (ring, index - ring.first)
 }
 
-/// The two nodes next to `x` with their weights; beyond the first and the last, that alone.
+/// Returns the two nodes next to `x` with their weights. Beyond the first or the last node that
+/// node alone has weight.
 fn between(nodes: &[f32], x: f32) -> [(usize, f32); 2] {
     let next = nodes.partition_point(|&node| node < x);
     match next {
@@ -247,7 +256,7 @@ fn between(nodes: &[f32], x: f32) -> [(usize, f32); 2] {
     }
 }
 
-/// The same on the circle.
+/// Returns the two nodes next to `x` on the circle with their weights.
 fn around(nodes: &[f32], x: f32) -> [(usize, f32); 2] {
     let count = nodes.len();
     if count == 1 {
@@ -260,7 +269,7 @@ fn around(nodes: &[f32], x: f32) -> [(usize, f32); 2] {
     [(next - 1, 1.0 - along), (next % count, along)]
 }
 
-/// Ends of the intervals on both sides of a node, on the circle.
+/// Returns the lengths, rad, of the intervals before and after a node on the circle.
 fn gaps(nodes: &[f32], index: usize) -> [f32; 2] {
     let count = nodes.len();
     let before = if index == 0 { nodes[count - 1] - TAU } else { nodes[index - 1] };
@@ -268,15 +277,16 @@ fn gaps(nodes: &[f32], index: usize) -> [f32; 2] {
     [nodes[index] - before, after - nodes[index]]
 }
 
-/// Integral of a hat over the circle, rad.
+/// Returns the integral of a hat function over the circle, rad.
 fn hat_width(nodes: &[f32], index: usize) -> f64 {
     let [before, after] = gaps(nodes, index).map(f64::from);
     0.5 * (before + after)
 }
 
-/// Integral of a hat over the angle to the normal, times its cosine and sine.
+/// Returns the integral of a hat function of the angle to the normal, times the cosine and the sine
+/// of that angle.
 fn hat_measure(theta: &[f32], index: usize) -> f64 {
-    // of x -> (x - zero) / (one - zero) from `from` to `to`, times sin(2x) / 2
+    // integral of (x - zero) / (one - zero) times sin(2x) / 2 over x between `from` and `to`
     let linear = |zero: f64, one: f64, from: f64, to: f64| {
         let at = |x: f64| (2.0 * x).sin() / 8.0 - (x - zero) * (2.0 * x).cos() / 4.0;
         (at(to) - at(from)) / (one - zero)
@@ -297,12 +307,13 @@ fn hat_measure(theta: &[f32], index: usize) -> f64 {
     before + after
 }
 
-/// A cosine whose density is that of a hat in the angle, times cosine and sine: cells are drawn evenly, and taken as often as
-/// the hat is high; a third of them at least.
+/// Draws the cosine of an angle whose density is a hat function of the angle, times its cosine and
+/// sine. Candidates are uniform in the squared sine, and each is accepted with the value of the hat
+/// as its probability; at least a third of them are.
 fn sample_hat(theta: &[f32], index: usize, rng: &mut Stream) -> f32 {
     let low = if index == 0 { 0.0 } else { theta[index - 1].sin().powi(2) };
     let high = theta.get(index + 1).map_or(1.0, |next| next.sin().powi(2));
-    // enough that none is cut off but by a fault of rounding
+    // so many attempts fail only where rounding is at fault
     for _ in 0..1000 {
         let sin2 = low + rng.uniform() * (high - low);
         let cos = (1.0 - sin2).max(1e-12).sqrt();
@@ -315,7 +326,7 @@ fn sample_hat(theta: &[f32], index: usize, rng: &mut Stream) -> f32 {
     theta[index].cos().max(1e-6)
 }
 
-/// An azimuth whose density is a hat on the circle.
+/// Draws an azimuth whose density is a hat function on the circle.
 fn sample_turn(phi: &[f32], index: usize, rng: &mut Stream) -> f32 {
     if phi.len() == 1 {
         return rng.uniform() * TAU;

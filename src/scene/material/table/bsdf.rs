@@ -16,62 +16,66 @@ use crate::{
     scene::material::{BsdfSample, Checked, Interaction, Transport, choose, complement},
 };
 
-/// What a table's reflectance and transmittance may sum to beyond 1, by its rounding and its steps; it is then scaled down
-/// to 1.
+/// Amount by which the sum of reflectance and transmittance of a table may exceed 1, because of its
+/// rounding and its steps. Such a table is scaled down to 1.
 const TOLERATED: f64 = 1e-3;
 
-/// A sheet whose scattering function is given for directions of incidence and exit. The light that comes to each face is
-/// reflected and transmitted by tables of their own; where there are none for the back it reflects like the front, and
-/// transmits what goes the opposite way from the front. Directions are chosen by the largest band of the table.
+/// A sheet whose scattering function is given for pairs of directions of incidence and exit. Light
+/// that comes to a face is reflected and transmitted by tables of that face. If there are none for
+/// the back, it reflects like the front, and its transmission is that of the front in the opposite
+/// direction. Directions are sampled by the largest value of the table in any band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bsdf {
     front: Face,
     back: Option<Face>,
     bands: usize,
-    /// What is wrong with its values, if something is.
+    /// Fault of the values, if they have one.
     wrong: Option<Problem>,
-    /// The axis of azimuth 0 of each triangle that it covers, by index; empty where azimuths count by their difference.
+    /// Axis of azimuth 0 on each triangle of the sheet, with the index of the triangle. It is empty
+    /// where only the difference of azimuths counts.
     tangents: Vec<(u32, Vec3)>,
     isotropic: bool,
 }
 
-/// Where the light that comes to a face goes.
+/// Scattering of the light that comes to one face.
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
     reflected: Part,
     transmitted: Part,
 }
 
-/// What is measured of the light that comes to a face: directions are counted from the normal of the side that they are on,
-/// azimuths about the front's normal, and all point away from the sheet.
+/// Measured values for the light that comes to one face. Directions are counted from the normal of
+/// the side that they are on, azimuths about the normal of the front, and all directions point away
+/// from the sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceValues {
-    /// Back to where it comes from.
+    /// Scattering back to the side that the light comes from.
     pub reflected: PairValues,
-    /// To the other side; of the same rows.
+    /// Scattering to the other side. Its rows are those of `reflected`.
     pub transmitted: PairValues,
 }
 
-/// What a [`Bsdf`] is made of.
+/// Values that a [`Bsdf`] is made from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BsdfFaces {
-    /// For light that comes to the front.
+    /// Values for light that comes to the front.
     pub front: FaceValues,
-    /// For light that comes to the back, if it is known.
+    /// Values for light that comes to the back, if they are known.
     pub back: Option<FaceValues>,
     /// Number of bands.
     pub bands: usize,
 }
 
-/// How far a table is from f(i, o) = f(o, i).
+/// Deviation of a table from reciprocity, f(i, o) = f(o, i).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reciprocity {
-    /// Mean of |f(i, o) - f(o, i)| over the mean of f, of the band where it is largest.
+    /// Mean of |f(i, o) - f(o, i)| over the mean of f, in the band and the part of the table where
+    /// it is largest.
     pub error: f64,
 }
 
 impl BsdfFaces {
-    /// Takes the mean of f(i, o) and f(o, i) everywhere.
+    /// Replaces all values for which both are known by the mean of f(i, o) and f(o, i).
     pub fn make_reciprocal(&mut self) {
         let bands = self.bands;
         let parts = |values: &FaceValues| {
@@ -82,13 +86,13 @@ impl BsdfFaces {
         average(&mut self.front.reflected, &front[0], bands);
         if let (Some(values), Some(back)) = (&mut self.back, &back) {
             average(&mut values.reflected, &back[0], bands);
-            // what is transmitted one way has to be what is transmitted the other
+            // transmission one way has to equal transmission the other way
             average(&mut self.front.transmitted, &back[1], bands);
             average(&mut values.transmitted, &front[1], bands);
         }
     }
 
-    /// How far from it they are.
+    /// Returns how far the values are from reciprocity.
     pub fn reciprocity(&self) -> Reciprocity {
         let part = |values: &PairValues| Part::new(values, self.bands);
         let mut errors =
@@ -101,7 +105,7 @@ impl BsdfFaces {
     }
 }
 
-/// Visits every pair: its index, its directions, and the product of their measures.
+/// Visits every pair with its index, its two directions and the product of their measures.
 fn each_pair(values: &PairValues, mut visit: impl FnMut(usize, Polar, Polar, f64)) {
     let turns = values.turns.as_deref().unwrap_or(&[0.0]);
     let mut pair = 0;
@@ -119,7 +123,7 @@ fn each_pair(values: &PairValues, mut visit: impl FnMut(usize, Polar, Polar, f64
     }
 }
 
-/// Means of the values with those that `opposite` has for light that goes the other way.
+/// Replaces each value by its mean with the value of `opposite` for light that goes the other way.
 fn average(values: &mut PairValues, opposite: &Part, bands: usize) {
     let mut means = values.values.clone();
     each_pair(values, |pair, from, to, _| {
@@ -132,7 +136,8 @@ fn average(values: &mut PairValues, opposite: &Part, bands: usize) {
     values.values = means;
 }
 
-/// Mean difference from what `opposite` has for light that goes the other way, over the mean, of the worst band.
+/// Returns the mean difference from the values of `opposite` for light that goes the other way,
+/// over the mean of both, in the band where it is largest.
 fn difference(values: &PairValues, opposite: &Part, bands: usize) -> f64 {
     let mut sums = vec![[0.0; 2]; bands];
     each_pair(values, |pair, from, to, measure| {
@@ -148,14 +153,16 @@ fn difference(values: &PairValues, opposite: &Part, bands: usize) -> f64 {
 }
 
 impl Bsdf {
-    /// From values that are at least 0, as many as there are pairs and bands.
+    /// Makes the material from its values. They must be at least 0, one for each pair and band;
+    /// `check` reports those that are not. Where slightly more light would go on than came, all
+    /// values are scaled down.
     pub fn new(faces: &BsdfFaces) -> Self {
         let isotropic = faces.front.reflected.turns.is_some();
         let mut scale = 1.0;
         loop {
             let bsdf = Self::scaled(faces, scale, isotropic);
             let most = bsdf.most();
-            // the second time it is 1
+            // once scaled, the largest fraction is 1, up to rounding
             if scale < 1.0 || most <= 1.0 || most > 1.0 + TOLERATED || bsdf.wrong.is_some() {
                 return bsdf;
             }
@@ -191,22 +198,24 @@ impl Bsdf {
         Self { front, back, bands, wrong, tangents: Vec::new(), isotropic }
     }
 
-    /// Whether it has to know where azimuth 0 is.
+    /// Returns whether the table needs the direction of azimuth 0 on each triangle.
     pub(super) fn needs_tangents(&self) -> bool {
         !self.isotropic
     }
 
-    /// Says where azimuth 0 is on each triangle, in rising order of their indices.
+    /// Sets the direction of azimuth 0 on each triangle, in rising order of the indices of the
+    /// triangles.
     pub(super) fn set_tangents(&mut self, tangents: Vec<(u32, Vec3)>) {
         self.tangents = tangents;
     }
 
-    /// The largest share of light from any direction that goes on.
+    /// Returns the largest fraction of light that goes on, over all directions of incidence and
+    /// bands.
     fn most(&self) -> f64 {
         self.sums().map(|sum| sum.share).fold(0.0, f64::max)
     }
 
-    /// What of the light goes on, for each direction that it can come from, and each band.
+    /// Returns the fraction of light that goes on, for each direction of incidence and each band.
     fn sums(&self) -> impl Iterator<Item = Sum> {
         let of_face = |face: &Face, front: bool| {
             let sum = |row: usize, band: usize| Sum {
@@ -264,13 +273,14 @@ impl Bsdf {
         }
     }
 
-    /// Whether some light crosses it.
+    /// Returns whether some light is transmitted.
     pub(super) fn transmits(&self) -> bool {
         let faces = [&self.front].into_iter().chain(&self.back);
         faces.into_iter().any(|face| !face.transmitted.is_black())
     }
 
-    /// The ways of light that comes to the front or back: back from it, and through.
+    /// Returns reflection and transmission, as views from the light's end, for light that comes to
+    /// the front or the back.
     fn ways_of_light(&self, front: bool) -> [View<'_>; 2] {
         let (face, seen_backward) = match (&self.back, front) {
             (Some(back), false) => (back, false),
@@ -283,8 +293,9 @@ impl Bsdf {
         ]
     }
 
-    /// The ways of a path at the front or back. For one that is followed backward the light comes from where it goes on to:
-    /// back from this face, or through the sheet from the other.
+    /// Returns reflection and transmission for a path that meets the front or the back. For a path
+    /// that is followed backward the light comes from where the path goes on: back from this face,
+    /// or through the sheet from the other face.
     fn ways(&self, front: bool, transport: Transport) -> [View<'_>; 2] {
         if transport == Transport::Light {
             return self.ways_of_light(front);
@@ -294,7 +305,8 @@ impl Bsdf {
         [reflected, transmitted].map(|View { part, backward }| View { part, backward: !backward })
     }
 
-    /// Axes across and along the front's normal; azimuths count from the first to the second.
+    /// Returns axes about the front's normal: the tangent has azimuth 0, the bitangent azimuth 90
+    /// degrees.
     fn frame(&self, at: &Interaction) -> Frame {
         let normal = if at.front { at.normal } else { -at.normal };
         let found = self.tangents.binary_search_by_key(&at.triangle, |(triangle, _)| *triangle);
@@ -308,7 +320,7 @@ impl Bsdf {
         }
     }
 
-    /// Where a path comes from.
+    /// Returns the direction that a path comes from.
     fn near(frame: &Frame, at: &Interaction) -> Polar {
         Polar { cos: at.cos, ..polar(frame, -at.direction) }
     }
@@ -362,19 +374,20 @@ impl Bsdf {
         complement(reflected + transmitted)
     }
 
-    /// Zero in every band.
+    /// Returns a spectrum of zeros.
     pub(super) fn nothing<L: Lanes>(&self) -> Spectrum<L> {
         Spectrum::splat(self.front.reflected.lanes(), 0.0)
     }
 }
 
-/// A direction as seen from the sheet.
+/// Converts a direction to its cosine to the normal on its side of the sheet, and its azimuth about
+/// the front's normal.
 fn polar(frame: &Frame, direction: Vec3) -> Polar {
     let [x, y, z] = [frame.tangent, frame.bitangent, frame.normal].map(|axis| direction.dot(axis));
     Polar { cos: z.abs().min(1.0), phi: y.atan2(x) }
 }
 
-/// What of the light from a direction goes on.
+/// Fraction of the light from a direction that goes on in a band.
 struct Sum {
     share: f64,
     from: Polar,

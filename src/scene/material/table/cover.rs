@@ -1,4 +1,5 @@
-//! The cover of a greenhouse, a screen or a film, of which a maker tells the transmittance at some angles.
+//! The cover of a greenhouse, a screen or a film, for which makers state the transmittance at some
+//! angles.
 
 use std::f32::consts::PI;
 
@@ -17,37 +18,39 @@ use crate::{
     },
 };
 
-/// Index of refraction of the pane that a table is continued by.
+/// Index of refraction of the pane whose transmittance continues a table beyond its last angle.
 const PANE_IOR: f32 = 1.52;
 
-/// A thin sheet, alike on both faces. Of the light that comes at an angle, a part goes straight on, a part is
-/// transmitted Lambertian (f = diffuse / pi) and a part is mirrored; between the angles of the table these are linear in
-/// the angle. Beyond the last angle what is transmitted falls as through a thin pane of n = 1.52, to 0 at 90 degrees.
+/// A thin sheet with both faces alike. Of the light that comes at an angle, one part goes straight
+/// on, one is transmitted Lambertian (f = diffuse / pi) and one is mirrored. Between the angles of
+/// the table these parts are linear in the angle. Beyond its last angle the transmitted parts fall
+/// as through a thin pane of n = 1.52, to 0 at 90 degrees.
 ///
-/// It is not reciprocal where `diffuse` differs between angles: what is transmitted belongs to the angle at which the
-/// light comes, and paths follow it that way.
+/// The sheet is not reciprocal where `diffuse` differs between angles. The transmitted light
+/// depends on the angle at which light comes in, and backward paths account for that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cover {
     rows: Vec<Row>,
-    /// Of each part the largest value; for the diffuse one the largest band's mean under diffuse light.
+    /// Largest value of each part over angles and bands. For the diffuse part it is the mean under
+    /// diffuse light of the largest band.
     largest: Parts<f32>,
 }
 
-/// What becomes of the light at one angle of incidence; each part has one fraction per band, in [0, 1], their sum at most
-/// 1.
+/// Fractions of the light that comes at one angle of incidence. Each part has one fraction per
+/// band, in [0, 1], and the sum of the parts is at most 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoverRow {
     /// Angle of incidence, degrees, from 0 to 90.
     pub angle_deg: f64,
-    /// Goes straight on.
+    /// Fraction that goes straight on.
     pub direct: Vec<f32>,
-    /// Is transmitted into all directions.
+    /// Fraction that is transmitted diffusely, into all directions.
     pub diffuse: Vec<f32>,
-    /// Is mirrored.
+    /// Fraction that is mirrored.
     pub reflectance: Vec<f32>,
 }
 
-/// A value for each part of the light.
+/// One value for each part of the light.
 type Parts<T> = [T; 3];
 const MIRRORED: usize = 0;
 const STRAIGHT: usize = 1;
@@ -55,23 +58,23 @@ const DIFFUSE: usize = 2;
 
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
-    /// rad
+    /// Angle of incidence, rad.
     angle: f32,
     parts: Parts<Vec<f32>>,
 }
 
-/// Where an angle lies among the rows.
+/// Place of an angle among the rows of the table.
 struct Place<'a> {
     before: &'a Row,
     after: &'a Row,
-    /// Weight of the row after.
+    /// Weight of the row `after`, in [0, 1].
     along: f32,
-    /// What transmitted light is multiplied with.
+    /// Factor on transmitted light beyond the last angle; 1 at other angles.
     beyond: f32,
 }
 
 impl Cover {
-    /// From its rows, at least one, in the order of rising angles.
+    /// Makes the material from its rows in the order of rising angles; there must be at least one.
     pub fn new(rows: Vec<CoverRow>) -> Self {
         let row = |row: CoverRow| Row {
             angle: row.angle_deg.to_radians() as f32,
@@ -90,7 +93,8 @@ impl Cover {
         cover
     }
 
-    /// The largest band's diffuse part, averaged over diffuse light; it sets chances only.
+    /// Returns the mean under diffuse light of the largest band's diffuse part. It affects sampling
+    /// probabilities only.
     fn mean_diffuse(&self) -> f32 {
         const STEPS: usize = 200;
         let at = |i: usize| {
@@ -98,7 +102,7 @@ impl Cover {
             Self::largest_at(&self.place(squared_cos.sqrt()), DIFFUSE)
         };
         let mean = (0..STEPS).map(at).sum::<f32>() / STEPS as f32;
-        // of what shows at single angles only
+        // not too small where the diffuse part shows at single angles only
         mean.max(0.01 * self.largest[DIFFUSE])
     }
 
@@ -124,7 +128,7 @@ impl Cover {
             }
             for band in 0..names.len() {
                 let sum = row.parts.iter().map(|part| f64::from(part[band])).sum();
-                // as it was written, before rounding
+                // the angle as the file has it, without the rounding of single precision
                 let written = (1e4 * degrees).round() / 1e4;
                 let fractions = format!("direct + diffuse + reflectance at {written} degrees");
                 check_sum(&fractions, sum, band, names)?;
@@ -157,7 +161,7 @@ impl Cover {
         }
     }
 
-    /// A part of the light that comes at a place.
+    /// Returns one part of the light, per band, at a place in the table.
     fn part<L: Lanes>(place: &Place, part: usize) -> Spectrum<L> {
         let [before, after] = [place.before, place.after].map(|row| &row.parts[part]);
         let scale = if part == MIRRORED { 1.0 } else { place.beyond };
@@ -171,15 +175,16 @@ impl Cover {
         [MIRRORED, STRAIGHT, DIFFUSE].map(|part| Self::part(&place, part))
     }
 
-    /// The largest band of a part.
+    /// Returns the largest band of one part at a place in the table.
     fn largest_at(place: &Place, part: usize) -> f32 {
         let pairs = place.before.parts[part].iter().zip(&place.after.parts[part]);
         let scale = if part == MIRRORED { 1.0 } else { place.beyond };
         pairs.map(|(a, b)| scale * (a + place.along * (b - a))).fold(0.0, f32::max)
     }
 
-    /// Chances of the parts, but for a common factor, of a path at a place. Light that a path follows backward came at the
-    /// angle at which the path goes on: then the chance of the diffuse part is that of its mean.
+    /// Returns the chances of the parts for a path at a place in the table, up to a common factor.
+    /// Light that a path follows backward came at the angle at which the path goes on, so that the
+    /// diffuse part then has the chance of its mean.
     fn chances(&self, place: &Place, transport: Transport) -> Parts<f32> {
         [MIRRORED, STRAIGHT, DIFFUSE].map(|part| match (part, transport) {
             (DIFFUSE, Transport::Importance) => self.largest[DIFFUSE],

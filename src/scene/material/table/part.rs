@@ -1,4 +1,5 @@
-//! One of the ways through a measured sheet: from one side back to it, or to the other.
+//! Part of the scattering function of a measured sheet: reflection on one side, or transmission
+//! from one side to the other.
 
 use super::basis::{Basis, Polar, Sectors};
 use crate::math::{
@@ -7,28 +8,32 @@ use crate::math::{
     spectrum::{Lanes, Spectrum},
 };
 
-/// Values of the scattering function: f(i, o) is the sum over rows and columns of `row(i) column(o) value`.
+/// Values of a scattering function: f(i, o) is the sum of `row(i) column(o) value` over rows and
+/// columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairValues {
     /// Functions of the direction that the light comes from.
     pub rows: Basis,
-    /// Functions of the direction that it leaves in.
+    /// Functions of the direction in which the light leaves.
     pub columns: Basis,
-    /// Where only the difference of the azimuths counts: those (leaving less coming, rad, rising within one turn) that
-    /// there are values for, and cells about them. Then both bases have a single azimuth.
+    /// `None` where f depends on both azimuths. Otherwise it depends only on their difference
+    /// (leaving less coming, rad): this holds the differences that there are values for, rising
+    /// within one turn, and f is constant in a sector about each. Both bases then have a single
+    /// azimuth.
     pub turns: Option<Vec<f32>>,
-    /// 1/sr: row by row, in these column by column, in these turn by turn if there are any, in these band by band.
+    /// Values of f, 1/sr, by row, then column, then azimuth difference (if `turns` holds any), then
+    /// band.
     pub values: Vec<f32>,
 }
 
 impl PairValues {
-    /// How many values there are for each band.
+    /// Returns the number of values for each band.
     pub fn pairs(&self) -> usize {
         self.rows.len() * self.columns.len() * self.turns.as_ref().map_or(1, Vec::len)
     }
 }
 
-/// The same, ready to be sampled from both ends.
+/// A part of the scattering function, prepared to be sampled from either end.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
     rows: Basis,
@@ -37,20 +42,21 @@ pub(super) struct Part {
     isotropic: bool,
     lanes: usize,
     values: Vec<f32>,
-    /// The largest band of each pair.
+    /// Largest value in any band of each pair.
     largest: Vec<f32>,
     forward: End,
     backward: End,
 }
 
-/// What is needed to begin at one end: for each of its functions, sums over the functions of the other end and the sectors.
+/// Sums for paths that come from one end: for each function of that end, sums over the functions of
+/// the other end and over the sectors.
 #[derive(Clone, Debug, PartialEq)]
 struct End {
-    /// Running sums of the largest band times measure.
+    /// Running sums of the largest value in any band times the measure.
     running: Vec<f64>,
-    /// Of each function, its number of pairs.
+    /// Number of pairs of each function.
     width: usize,
-    /// Sum of each band times measure.
+    /// Sums of the values times the measure, for each function and band.
     albedo: Vec<f32>,
 }
 
@@ -61,7 +67,8 @@ impl End {
 }
 
 impl Part {
-    /// From values per band; there are as many as the bases have pairs.
+    /// Prepares a part from its values. Their number must be that of the pairs times that of the
+    /// bands.
     pub(super) fn new(given: &PairValues, bands: usize) -> Self {
         let PairValues { rows, columns, turns, values } = given;
         let sectors = turns.as_ref().map_or(Sectors::full(), |turns| Sectors::between(turns));
@@ -113,7 +120,7 @@ impl Part {
         }
     }
 
-    /// Pads the values per band with zeros to so many lanes.
+    /// Pads the values per band with zeros to this number of lanes.
     pub(super) fn pad(&mut self, lanes: usize) {
         let pad = |values: &mut Vec<f32>, bands: usize| {
             let padded = values.chunks(bands).flat_map(|of_bands| {
@@ -145,17 +152,19 @@ impl Part {
         self.largest.iter().all(|&f| f == 0.0)
     }
 
-    /// Of the function `row` of the light that comes, the share that leaves in a band.
+    /// Returns the fraction that leaves in a band, of light that comes as the function `row`
+    /// describes.
     pub(super) fn row_albedo(&self, row: usize, band: usize) -> f64 {
         self.forward.albedo[row * self.lanes + band].into()
     }
 
-    /// The same for light that goes the other way, from a `column`.
+    /// Returns the fraction that leaves in a band, of light that goes the opposite way and comes as
+    /// the function `column` describes.
     pub(super) fn column_albedo(&self, column: usize, band: usize) -> f64 {
         self.backward.albedo[column * self.lanes + band].into()
     }
 
-    /// Every value of a pair of directions, with its index.
+    /// Visits every value that a pair of directions depends on, with its index and its weight.
     fn pairs(&self, from: Polar, to: Polar, mut visit: impl FnMut(usize, f32)) {
         let sector = self.sectors.find(to.phi - from.phi);
         let (rows, columns) = (self.rows.weights(from), self.columns.weights(to));
@@ -167,7 +176,7 @@ impl Part {
         }
     }
 
-    /// Of one band, for checks.
+    /// Returns the value of f in one band, 1/sr, for checks.
     pub(super) fn value(&self, from: Polar, to: Polar, band: usize) -> f64 {
         let mut sum = 0.0;
         self.pairs(from, to, |pair, weight| {
@@ -177,8 +186,10 @@ impl Part {
     }
 }
 
-/// A part as a path goes through it: `near` is where the path comes from, `far` where it goes on. Light that a path
-/// follows backward comes from the far end; and a sheet of which only one side was lit is, from the other, seen backward.
+/// A part as a path goes through it. The path comes from the `near` end and goes on at the `far`
+/// end. A path that is followed backward meets light that comes from the far end. If only one side
+/// of a sheet was measured, transmission from the other side is the measured part seen backward,
+/// too.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) part: &'a Part,
@@ -190,20 +201,21 @@ impl View<'_> {
         if self.backward { &self.part.backward } else { &self.part.forward }
     }
 
-    /// The basis of the near end, then that of the far one.
+    /// Returns the basis of the near end, then that of the far end.
     fn bases(&self) -> [&Basis; 2] {
         let Part { rows, columns, .. } = self.part;
         if self.backward { [columns, rows] } else { [rows, columns] }
     }
 
-    /// Integral of the largest bands times cosine over the far directions.
+    /// Returns the integral over the far directions of the largest value in any band times the
+    /// cosine.
     pub(super) fn total(&self, near: Polar) -> f32 {
         let end = self.end();
         let weights = self.bases()[0].weights(near);
         weights.list().iter().map(|&(i, weight)| weight * end.total(i) as f32).sum()
     }
 
-    /// The same of each band.
+    /// Returns the integral over the far directions of f times the cosine, per band.
     pub(super) fn albedo<L: Lanes>(&self, near: Polar) -> Spectrum<L> {
         let (end, lanes) = (self.end(), self.part.lanes);
         let weights = self.bases()[0].weights(near);
@@ -217,7 +229,7 @@ impl View<'_> {
         if self.backward { [far, near] } else { [near, far] }
     }
 
-    /// f per band, 1/sr.
+    /// Returns f per band, 1/sr.
     pub(super) fn value<L: Lanes>(&self, near: Polar, far: Polar) -> Spectrum<L> {
         let Part { lanes, values, .. } = self.part;
         let mut sum = Spectrum::<L>::splat(*lanes, 0.0);
@@ -230,7 +242,8 @@ impl View<'_> {
         sum
     }
 
-    /// The mean of the largest bands of the same pairs, 1/sr: what directions are chosen by.
+    /// Returns the weighted mean of the largest values in any band, 1/sr, over the pairs that f
+    /// depends on. Directions are sampled in proportion to it.
     pub(super) fn largest(&self, near: Polar, far: Polar) -> f32 {
         let [from, to] = self.ordered(near, far);
         let mut sum = 0.0;
@@ -238,7 +251,8 @@ impl View<'_> {
         sum
     }
 
-    /// A far direction with density [`largest`](Self::largest) x cosine / [`total`](Self::total), if the total is above 0.
+    /// Draws a far direction with the density [`largest`](Self::largest) x cosine /
+    /// [`total`](Self::total). Returns `None` where the total is 0.
     pub(super) fn sample(&self, near: Polar, rng: &mut Stream) -> Option<Polar> {
         let (end, [from, to]) = (self.end(), self.bases());
         let weights = from.weights(near);
@@ -247,7 +261,8 @@ impl View<'_> {
         if total <= 0.0 {
             return None;
         }
-        // one of the functions at the near end, as often as it is met there and goes on
+        // choose a function of the near end in proportion to its weight times the total of its
+        // pairs
         let mut rest = rng.uniform() * total;
         let list = weights.list().iter().filter(|entry| chance(entry) > 0.0);
         let mut chosen = 0;

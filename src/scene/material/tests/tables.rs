@@ -1,4 +1,4 @@
-//! Measured sheets.
+//! Tests of measured sheets: covers and tables of scattering functions.
 
 use super::*;
 use crate::scene::material::table::*;
@@ -14,7 +14,7 @@ fn cover_of(rows: Vec<CoverRow>) -> Material {
     material
 }
 
-/// A cover whose transmittance falls with the angle.
+/// Makes a cover whose transmittance falls with the angle.
 pub(super) fn cover() -> Material {
     cover_of(vec![
         row(0.0, [0.5, 0.1, 0.0, 0.6], [0.3, 0.6, 0.9, 0.0], [0.1; 4]),
@@ -23,7 +23,8 @@ pub(super) fn cover() -> Material {
     ])
 }
 
-/// The fractions of `cover` by linear interpolation: straight, diffuse, mirrored.
+/// Returns the fractions of `cover` at an angle, by linear interpolation: straight, diffuse,
+/// mirrored.
 fn between(degrees: f64) -> [Bands; 3] {
     let rows = [
         (0.0, [[0.5, 0.1, 0.0, 0.6], [0.3, 0.6, 0.9, 0.0], [0.1; 4]]),
@@ -46,8 +47,9 @@ fn between(degrees: f64) -> [Bands; 3] {
     })
 }
 
-/// Straight, scattered, mirrored and absorbed at angles in and beyond the table, on both faces, to 3e-5; quadrature of what
-/// is scattered is its share.
+/// The straight, scattered, mirrored and absorbed fractions of a cover, at angles in and beyond its
+/// table and on both faces, are those of the table to 3e-5. The scattered fraction is found by
+/// quadrature.
 #[test]
 fn a_cover_shows_its_table() {
     let cover = cover();
@@ -69,7 +71,8 @@ fn a_cover_shows_its_table() {
     assert_near("at 90 degrees", wide(grazing), [0.8, 0.7, 0.9, 1.0], 1e-4);
 }
 
-/// 240 bins, both faces, both ways; what is scattered alone, for straight light is in no bin.
+/// Uses 240 bins, on both faces, for both directions of transport. The cover lets no light straight
+/// through, because such light would belong to no bin.
 #[test]
 fn a_cover_samples_its_density() {
     let scattering = cover_of(vec![
@@ -93,20 +96,21 @@ fn a_cover_samples_its_density() {
     }
 }
 
-/// Chance that a path goes on in a random direction.
+/// Returns the chance that a path goes on in a random direction.
 fn quadrature_of_pdf(material: &Material, at: &Interaction, transport: Transport) -> f64 {
     let bins = SphereBins::even(NORMAL);
     let chances = bins.integrals(|o| [f64::from(material.pdf(at, transport, o))]);
     chances.iter().map(|[p]| p).sum()
 }
 
-/// Degrees in rad.
+/// Converts degrees to rad.
 fn radians(degrees: &[f32]) -> Vec<f32> {
     degrees.iter().map(|x| x.to_radians()).collect()
 }
 
-/// Light from these angles and azimuths, all on a side, that leaves at those, degrees; f of them and the band. One azimuth of
-/// light that comes: what counts is the difference.
+/// Makes the values for light from the angles and azimuths `from` to those of `to`, degrees, on one
+/// side each, where `f` takes theta and phi of both directions, rad, and the band. With a single
+/// azimuth in `from`, only the difference of the azimuths counts.
 fn pairs(
     from: [&[f32]; 2],
     to: [&[f32]; 2],
@@ -146,7 +150,7 @@ fn steps(from: usize, to: usize, step: usize) -> Vec<f32> {
     (from..=to).step_by(step).map(|x| x as f32).collect()
 }
 
-/// A table of a Lambertian sheet is one, whatever its angles.
+/// The table of a Lambertian sheet behaves like that sheet, whatever the angles of the table.
 #[test]
 fn a_lambert_table_is_lambert() {
     let (r, t) = ([0.3, 0.1, 0.0, 0.2f32], [0.5, 0.2, 0.1, 0.0f32]);
@@ -181,8 +185,8 @@ fn a_lambert_table_is_lambert() {
     }
 }
 
-/// A table of a Phong lobe every 3 degrees is that lobe, to 2 % of its peak at the table's angles of incidence, and its albedo to
-/// 1 %.
+/// The table of a Phong lobe in steps of 3 degrees agrees with the lobe to 2 % of its peak at the
+/// table's angles of incidence, and with its albedo to 1 %.
 #[test]
 fn a_phong_table_is_phong() {
     let exact = glossy(Some(10.0));
@@ -215,8 +219,8 @@ fn a_phong_table_is_phong() {
     }
 }
 
-/// Values that depend on all angles, and have their peaks in other places in each band. Smooth, so that steps between cells are
-/// small beside the bins of a test.
+/// Returns a function that depends on all angles, with its peaks in other places in each band. It
+/// is smooth, so that steps between cells are small compared with the bins of a test.
 fn smooth(phase: f64) -> impl FnMut([f64; 4], usize) -> f64 {
     move |[theta_i, phi_i, theta_o, phi_o], band| {
         let around = 1.0 + 0.6 * (2.0 * phi_o - phi_i + band as f64 + phase).sin();
@@ -225,7 +229,8 @@ fn smooth(phase: f64) -> impl FnMut([f64; 4], usize) -> f64 {
     }
 }
 
-/// A table of such values, by difference of the azimuths or by both, and with a back of its own or without.
+/// Makes a table of smooth values, which depend on the difference of the azimuths or on both, with
+/// values for the back or without.
 fn smooth_table(isotropic: bool, has_back: bool) -> BsdfFaces {
     let (coming, leaving) = (steps(0, 75, 25), steps(0, 90, 6));
     let azimuths = if isotropic { vec![0.0] } else { vec![10.0, 100.0, 200.0, 290.0] };
@@ -237,7 +242,7 @@ fn smooth_table(isotropic: bool, has_back: bool) -> BsdfFaces {
     BsdfFaces { front: face(0.0), back: has_back.then(|| face(3.0)), bands: BANDS }
 }
 
-/// Values that follow no law, but are alike in no two bands.
+/// Returns random values that follow no rule and differ between bands.
 fn wild(rng: &mut Stream, scale: f64) -> impl FnMut([f64; 4], usize) -> f64 {
     let mut rng = Stream::new(u64::from(rng.uniform().to_bits()), 0, 0);
     move |_, band| {
@@ -246,7 +251,8 @@ fn wild(rng: &mut Stream, scale: f64) -> impl FnMut([f64; 4], usize) -> f64 {
     }
 }
 
-/// A table of wild values, by difference of the azimuths or by both, and with a back of its own or without.
+/// Makes a table of such random values, which depend on the difference of the azimuths or on both,
+/// with values for the back or without.
 fn wild_table(isotropic: bool, has_back: bool) -> BsdfFaces {
     let mut rng = Stream::new(11, 0, 0);
     let (coming, leaving) = (steps(0, 75, 25), steps(10, 70, 15));
@@ -260,7 +266,7 @@ fn wild_table(isotropic: bool, has_back: bool) -> BsdfFaces {
     BsdfFaces { front, back: has_back.then(face), bands: BANDS }
 }
 
-/// 240 bins, both faces, both ways, of tables of each kind.
+/// Uses 240 bins, on both faces, for both directions of transport, and tables of each kind.
 #[test]
 fn tables_sample_their_density() {
     for (isotropic, has_back) in [(true, false), (true, true), (false, false), (false, true)] {
@@ -276,7 +282,7 @@ fn tables_sample_their_density() {
     }
 }
 
-/// The same of Klems' patches, each with a value of its own.
+/// Uses 240 bins as well, for Klems' patches, each with a value of its own.
 #[test]
 fn patches_sample_their_density() {
     let rings =
@@ -299,7 +305,8 @@ fn patches_sample_their_density() {
     }
 }
 
-/// What quadrature finds goes on is what the table does not absorb, from both faces, to 1 % of it: cells have steps.
+/// The light that goes on, found by quadrature, is what the table does not absorb, from both faces,
+/// to 1 %, because cells have steps.
 #[test]
 fn tables_absorb_the_rest() {
     for (isotropic, has_back) in [(true, false), (false, true), (false, false)] {
@@ -314,7 +321,8 @@ fn tables_absorb_the_rest() {
     }
 }
 
-/// Light from behind a table without a back goes as it would the other way.
+/// In a table without values for the back, light from behind goes the opposite way of light from
+/// the front.
 #[test]
 fn what_comes_from_behind_goes_the_opposite_way() {
     let table = bsdf(&wild_table(false, false));
@@ -330,8 +338,8 @@ fn what_comes_from_behind_goes_the_opposite_way() {
     }
 }
 
-/// A mean of f(i, o) and f(o, i) differs from itself the other way by nothing where the angles are the same; a wild table by
-/// much.
+/// Where the angles of incidence and exit are the same, a table that was made reciprocal has no
+/// error of reciprocity left, while a table of random values has a large one.
 #[test]
 fn tables_can_be_made_reciprocal() {
     let half = steps(0, 80, 20);
@@ -355,7 +363,8 @@ fn tables_can_be_made_reciprocal() {
     assert!(BsdfFaces { front, back: None, bands: BANDS }.reciprocity().error < 1e-6);
 }
 
-/// What gives back more light than it gets is refused, by the face and the angle.
+/// A table that sends on more light than it receives is refused; the message names the face and the
+/// angle.
 #[test]
 fn tables_conserve_energy() {
     let half = steps(0, 80, 20);
@@ -372,7 +381,7 @@ fn tables_conserve_energy() {
     let problem = check(&BsdfFaces { front: front(0.7), back: None, bands: BANDS }).unwrap_err();
     let sentence = problem.at("table").to_string();
     assert!(sentence.contains(" degrees 1.1000 goes on in band `"), "{sentence}");
-    // rounding is scaled away
+    // an excess as small as rounding is scaled away
     let material = bsdf(&BsdfFaces { front: front(0.6004), back: None, bands: BANDS });
     let absorbed = wide(material.absorptance(&at_degrees(true, 60.0)).unwrap());
     assert_near("absorbed", absorbed, [0.0; BANDS], 1e-5);
