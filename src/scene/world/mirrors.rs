@@ -56,9 +56,9 @@ pub struct ChosenImage {
 }
 
 impl FlatMirrors {
-    /// Finds the images in the largest flat panes and mirrors: those of whose surfaces `material`
-    /// says that they show images. `margin` is the distance by which the boxes are enlarged, m.
-    /// `None` if no light has a sun or no surface shows it.
+    /// Finds the images in the largest flat panes and mirrors; `material` tells whether a surface
+    /// shows images, and `margin` is the distance by which the boxes are enlarged, m. `None` if no
+    /// light has a sun or no surface shows it.
     pub(super) fn find(
         lights: &[Light],
         triangles: &[Triangle],
