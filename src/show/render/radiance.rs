@@ -116,7 +116,7 @@ pub(super) struct Place<'a> {
 impl Whitted<'_> {
     /// Follows a ray, with both branches at every smooth surface, and sums what `seen` returns
     /// where a surface scatters diffusely, and the emitted radiance of the lights on the way, each
-    /// times the weight that `share` gives it. What a branch carries weighs both.
+    /// times the weight that `share` gives it. Both are multiplied by what the branch carries.
     pub fn follow<L: Lanes>(
         &self,
         start: Way<L>,
