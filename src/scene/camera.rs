@@ -1,17 +1,17 @@
-//! The camera: from pixels to rays.
+//! The camera: turns pixels into rays, and points into pixels.
 
 use glam::{DVec3, Vec3};
 
 use crate::math::geometry::{Extent, Ray, unit_vector};
 
-/// A view as it is asked for, in metres from the user's origin.
+/// A view as the user asks for it, in metres from the user's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Position of the camera.
     pub position: DVec3,
     /// The point that the middle of the picture shows; it differs from the position.
     pub look_at: DVec3,
-    /// The way that is up in the picture, not along the view.
+    /// The direction that is up in the picture; it must not be along the view.
     pub up: DVec3,
     /// Angle of view across the picture, degrees, in (0, 180).
     pub fov_deg: f64,
@@ -22,14 +22,15 @@ pub struct View {
 }
 
 impl View {
-    /// Angle of view where none is given, degrees.
+    /// Default angle of view, degrees.
     pub const FOV_DEG: f64 = 45.0;
-    /// Pixels across and down where they are not given.
+    /// Default number of pixels across and down.
     pub const SIZE: (usize, usize) = (800, 600);
-    /// The most pixels across or down.
+    /// Limit on the number of pixels across, and down.
     pub const MOST_PIXELS: u64 = 65_536;
 
-    /// A view of all that is inside `extent`, m from `center`, from in front, the left and above.
+    /// Chooses a view of everything inside `extent`, m from `center`, seen from the front, the left
+    /// and above. `size` is in pixels, (across, down).
     pub fn of(extent: &Extent, center: DVec3, (width, height): (usize, usize)) -> Self {
         let radius = f64::from(0.5 * extent.size().length()).max(1e-6);
         let half_across = (Self::FOV_DEG / 2.0).to_radians();
@@ -41,7 +42,7 @@ impl View {
         Self { position, look_at, up: DVec3::Z, fov_deg: Self::FOV_DEG, width, height }
     }
 
-    /// Says what is wrong with its directions.
+    /// Checks the directions. Error: `look_at` is the position, or the view is along `up`.
     pub fn check_directions(&self) -> Result<(), String> {
         let look = unit_vector(self.look_at - self.position);
         if look.zip(unit_vector(self.up)).is_none_or(|(l, up)| l.cross(up).length() < 1e-9) {
@@ -50,7 +51,7 @@ impl View {
         Ok(())
     }
 
-    /// An angle of view, degrees.
+    /// Returns an angle of view, degrees, if it is valid. Error: it is not in (0, 180).
     pub fn check_fov(fov: f64) -> Result<f64, String> {
         if fov > 0.0 && fov < 180.0 {
             return Ok(fov);
@@ -59,7 +60,7 @@ impl View {
     }
 }
 
-/// A view made ready for rays, relative to the centre of a scene.
+/// A view prepared for rays, relative to the centre of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     /// Position of the camera, m.
@@ -69,13 +70,14 @@ pub struct Camera {
     /// Pixels down.
     pub height: usize,
     forward: Vec3,
-    /// Steps from one pixel to the next, to the right and down, on the plane at distance 1.
+    /// Step from one pixel to the next to the right, on the plane at distance 1; `down` is the step
+    /// downwards.
     right: Vec3,
     down: Vec3,
 }
 
 impl Camera {
-    /// Of a view whose directions are sound, relative to `center`.
+    /// Prepares a view with valid directions, relative to `center`.
     pub fn new(view: &View, center: DVec3) -> Self {
         let forward = unit_vector(view.look_at - view.position).unwrap_or(DVec3::Y);
         let right = unit_vector(forward.cross(view.up)).unwrap_or(DVec3::X);
@@ -90,14 +92,15 @@ impl Camera {
         }
     }
 
-    /// The ray through a point of the picture, pixels from its upper left corner.
+    /// Returns the ray through a point of the picture, given in pixels from its upper left corner.
     pub fn ray(&self, x: f32, y: f32) -> Ray {
         let (x, y) = (x - 0.5 * self.width as f32, y - 0.5 * self.height as f32);
         let direction = (self.forward + x * self.right + y * self.down).normalize();
         Ray { origin: self.position, direction }
     }
 
-    /// Where a point is in the picture, pixels from its upper left corner; none behind the camera.
+    /// Returns the position of a point in the picture, in pixels from its upper left corner; `None`
+    /// behind the camera.
     pub fn project(&self, point: Vec3) -> Option<[f32; 2]> {
         let from = point - self.position;
         let depth = from.dot(self.forward);
@@ -110,12 +113,12 @@ impl Camera {
         })
     }
 
-    /// The way that it looks.
+    /// Returns the viewing direction, a unit vector.
     pub fn forward(&self) -> Vec3 {
         self.forward
     }
 
-    /// Angle across a pixel in the middle, rad.
+    /// Returns the angle across a pixel in the middle of the picture, rad.
     pub fn pixel(&self) -> f32 {
         self.right.length()
     }
@@ -134,7 +137,8 @@ mod tests {
         height: 200,
     };
 
-    /// North of the camera is the middle, east is right, up is up; the angle of view is that across.
+    /// A point north of the camera is in the middle, east is right, up is up; the angle of view is
+    /// that across the picture.
     #[test]
     fn rays_go_where_the_view_says() {
         let camera = Camera::new(&VIEW, DVec3::new(1.0, 0.0, 0.0));
@@ -154,7 +158,7 @@ mod tests {
         assert_eq!(camera.project(ray.at(-1.0)), None);
     }
 
-    /// All of a box is in a view chosen for it, in wide pictures and in tall ones.
+    /// A view chosen for a box shows all of it, in wide pictures and in tall ones.
     #[test]
     fn a_chosen_view_shows_all() {
         for size in [(800, 600), (300, 900), (900, 100)] {

@@ -11,14 +11,15 @@ use crate::error::{Problem, check_range};
 pub enum CaptorKind {
     /// Triangles of its own, which light crosses unhindered.
     Virtual {
-        /// Whether light from behind is counted too, apart.
+        /// Whether light from behind is counted, too, in a separate channel.
         both_sides: bool,
     },
-    /// A surface of the scene: counts what arrives on each face and what is absorbed.
+    /// A surface of the scene, which counts the flux that arrives on each face and the power that
+    /// is absorbed.
     Surface,
 }
 
-/// What is counted at a captor, each in a channel of its own.
+/// A quantity that a captor counts, each in a channel of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Channel {
@@ -34,7 +35,7 @@ pub enum Channel {
 pub const CHANNELS: [Channel; 3] = [Channel::Front, Channel::Back, Channel::Absorbed];
 
 impl CaptorKind {
-    /// Number of channels: the first ones of [`CHANNELS`].
+    /// Returns the number of channels, which are the first ones of [`CHANNELS`].
     pub fn channels(self) -> usize {
         match self {
             Self::Virtual { both_sides: false } => 1,
@@ -43,33 +44,35 @@ impl CaptorKind {
         }
     }
 
-    /// The faces that count.
+    /// Returns the channels of the faces that count light.
     pub fn faces(self) -> &'static [Channel] {
         &CHANNELS[..if self.has_back() { 2 } else { 1 }]
     }
 
-    /// Whether it has a back that counts.
+    /// Returns whether the back counts light.
     pub fn has_back(self) -> bool {
         self.channels() > 1
     }
 }
 
-/// What a sensor has that is no flat one with a cosine response.
+/// Shape and response of a sensor. The default is flat and has a cosine response.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sensor {
-    /// Whether it is a sphere, of which the area is that of its cross-section: what enters it over that area is the
-    /// fluence rate.
+    /// Whether it is a sphere. The area of a sphere is that of its cross-section: the flux that
+    /// enters the sphere, divided by that area, is the fluence rate.
     pub is_sphere: bool,
-    /// Factor on what arrives by its angle; none counts all alike.
+    /// Factor on each arrival by its angle. `None` counts all arrivals alike.
     pub response: Option<Response>,
 }
 
-/// A factor on each arrival, by its angle to the normal: linear between the entries of a table, held at its ends.
+/// A factor on each arrival, by its angle to the normal: linear between the entries of a table,
+/// constant beyond its ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response(Vec<[f32; 2]>);
 
 impl Response {
-    /// From pairs of an angle, degrees in [0, 90] and rising, and a factor in [0, 1e6].
+    /// Makes a response from pairs of an angle (degrees in [0, 90], rising) and a factor (in [0,
+    /// 1e6]). Error: the list is empty, a number is out of range, or the angles do not rise.
     pub fn new(table: &[[f64; 2]]) -> Result<Self, Problem> {
         if table.is_empty() {
             return Err(Problem::new("an empty list", "give pairs of angle and factor"));
@@ -84,7 +87,7 @@ impl Response {
         Ok(Self(table.iter().map(|pair| pair.map(|value| value as f32)).collect()))
     }
 
-    /// The factor of light that comes at an angle with this cosine.
+    /// Returns the factor on light that arrives at an angle with this cosine.
     pub fn factor(&self, cos: f32) -> f32 {
         let angle = cos.clamp(0.0, 1.0).acos().to_degrees();
         let after = self.0.partition_point(|[at, _]| *at <= angle);
@@ -102,7 +105,7 @@ impl Response {
 pub struct Captor {
     /// Unique, stable name.
     pub id: String,
-    /// Virtual or surface.
+    /// Whether the captor is virtual or a surface.
     pub kind: CaptorKind,
     /// One-sided area, m2.
     pub area: f64,
@@ -110,25 +113,27 @@ pub struct Captor {
     pub center: DVec3,
     /// Area-weighted mean normal, a unit vector; zero where it cancels (a closed surface).
     pub normal: DVec3,
-    /// Its triangles: of the scene's virtual captors, or of the scene's surfaces.
+    /// Range of its triangles, among those of the scene's virtual captors or of the scene's
+    /// surfaces.
     pub triangles: Range<usize>,
     /// Index of its first channel.
     pub first_channel: usize,
-    /// The groups that it belongs to.
+    /// Indices of the groups that it belongs to.
     pub groups: Vec<usize>,
-    /// Its shape and response, where they are special.
+    /// Shape and response, where they are special.
     pub sensor: Sensor,
 }
 
 impl Captor {
-    /// The area of a face that light comes to, m2: of a sphere all of it, four times its cross-section.
+    /// Returns the area of a face on which light arrives, m2: for a sphere the whole surface, four
+    /// times its cross-section.
     pub fn area_of_face(&self) -> f64 {
         if self.sensor.is_sphere { 4.0 * self.area } else { self.area }
     }
 }
 
-/// With the sensor only where it is special: [`Scene::digest`](crate::Scene::digest) of a scene without such ones is
-/// what it was before there were any.
+/// Writes the sensor only where it is special, so that [`Scene::digest`](crate::Scene::digest) of a
+/// scene without special sensors is the same as before such sensors existed.
 impl fmt::Debug for Captor {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { id, kind, area, center, normal, triangles, first_channel, groups, sensor } =
@@ -156,7 +161,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of `triangles`, in metres.
+    /// Computes the moments of `triangles`, given in metres.
     pub fn of(triangles: &[[DVec3; 3]]) -> Self {
         let (mut area, mut center, mut vector) = (0.0, DVec3::ZERO, DVec3::ZERO);
         let anchor = triangles.first().map_or(DVec3::ZERO, |t| t[0]);

@@ -1,9 +1,11 @@
-//! What there is before a photon flies: surfaces and what they do with light ([`material`]), lights
-//! ([`light`]), captors, the camera, and the validated [`world::Scene`], which arranges them for rays
-//! ([`bvh`]).
+//! The scene as it stands before a photon flies: the surfaces and what they do with light
+//! ([`material`]), the lights ([`light`], and sun and sky in [`daylight`]), the captors
+//! ([`captor`]), the camera ([`camera`]), and the validated [`world::Scene`], which arranges all of
+//! them for the tracing of rays ([`bvh`]). [`patches`] and [`tiles`] divide surfaces into pieces:
+//! for photon maps on surfaces, and for display.
 //!
-//! Read `material` and `light` for the physics, then `world`. Nothing here follows light further than
-//! one interaction, and nothing here reads a file.
+//! Read `material` and `light` for the physics, then `world`. Code that follows light further than
+//! one interaction, or that reads a file, may not enter.
 
 pub mod bvh;
 pub mod camera;

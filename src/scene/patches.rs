@@ -1,29 +1,30 @@
 //! Smooth pieces of surface: triangles joined by edges that hardly bend.
 //!
-//! Light changes at once from one side of a sheet to the other, from wall to wall, and from leaf to
-//! leaf; over one face of a smooth piece it changes only as far as shadows and distances make it.
+//! Irradiance changes abruptly from one side of a sheet to the other, from wall to wall, and from
+//! leaf to leaf. Over one face of a smooth piece it changes only as shadows and distances make it,
+//! so photon estimates on a face use the photons of its own piece alone.
 
 use glam::Vec3;
 
 use crate::scene::world::Scene;
 
-/// Cosine of the angle by which an edge may bend, and by which a triangle of a piece may lean from the
-/// first: 30 degrees.
+/// Cosine of the largest angle by which an edge may bend, and by which a triangle of a piece may
+/// lean from the first triangle: 30 degrees.
 const SMOOTH: f32 = 0.866;
 
-/// The smooth pieces of all surfaces of a scene. Edges that more than two triangles share part pieces:
-/// something stands there.
+/// The smooth pieces of all surfaces of a scene. An edge that more than two triangles share ends a
+/// piece: something stands there.
 #[derive(Clone, Debug)]
 pub struct Patches {
     of_triangle: Vec<u32>,
     areas: Vec<f64>,
 }
 
-/// An edge of a triangle: the bits of its ends, the lesser first.
+/// An edge of a triangle: the bits of its ends' coordinates, the lesser end first.
 type Edge = [[u32; 3]; 2];
 
 impl Patches {
-    /// Finds the smooth patches of the surfaces of `scene`.
+    /// Finds the smooth pieces of the surfaces of `scene`.
     pub fn new(scene: &Scene) -> Self {
         const NONE: u32 = u32::MAX;
         let joined = joined(scene);
@@ -53,30 +54,31 @@ impl Patches {
         patches
     }
 
-    /// How many there are.
+    /// Returns the number of pieces.
     pub fn count(&self) -> usize {
         self.areas.len()
     }
 
-    /// The patch of a triangle.
+    /// Returns the index of the piece that a triangle belongs to.
     #[inline]
     pub fn of(&self, triangle: usize) -> usize {
         self.of_triangle[triangle] as usize
     }
 
-    /// Area of a patch, m2.
+    /// Returns the area of one side of a piece, m2.
     pub fn area(&self, patch: usize) -> f64 {
         self.areas[patch]
     }
 
-    /// What photons are filed under that arrive at this face of a triangle.
+    /// Returns the number under which photons that arrive at this face of a triangle are stored:
+    /// one for each face of each piece.
     #[inline]
     pub fn bin(&self, triangle: usize, front: bool) -> u32 {
         2 * self.of_triangle[triangle] + u32::from(!front)
     }
 }
 
-/// Pairs of triangles that join smoothly, both ways round, in order.
+/// Returns the pairs of triangles that join smoothly, each pair both ways round, sorted.
 fn joined(scene: &Scene) -> Vec<[u32; 2]> {
     let mut edges: Vec<(Edge, bool, u32)> = Vec::with_capacity(3 * scene.triangles().len());
     for (i, t) in scene.triangles().iter().enumerate() {
@@ -88,7 +90,8 @@ fn joined(scene: &Scene) -> Vec<[u32; 2]> {
     edges.sort_unstable();
     let mut joined = Vec::new();
     for edge in edges.chunk_by(|a, b| a.0 == b.0) {
-        // both run along it the same way where one has its front where the other has its back
+        // if both triangles run along the edge the same way, the front of one joins the back of the
+        // other
         let &[(_, one_way, one), (_, other_way, other)] = edge else { continue };
         let normals = [one, other].map(|i| scene.surface(i as usize).normal);
         if one_way != other_way && normals[0].dot(normals[1]) >= SMOOTH {
@@ -99,7 +102,7 @@ fn joined(scene: &Scene) -> Vec<[u32; 2]> {
     joined
 }
 
-/// A corner's coordinates, alike for alike places: 0 is -0.
+/// Returns the bits of a corner's coordinates, equal for equal places: -0 becomes 0.
 fn bits(p: Vec3) -> [u32; 3] {
     (p + Vec3::ZERO).to_array().map(f32::to_bits)
 }

@@ -1,4 +1,4 @@
-//! Surfaces and captors cut into tiles, small enough to show how light varies over them.
+//! Surfaces and captors cut into tiles that are small enough to show how light varies over them.
 
 use std::{
     cmp::Reverse,
@@ -13,36 +13,38 @@ use crate::{
     scene::{captor::CaptorKind, world::Scene},
 };
 
-/// Tiles that cutting adds, at most.
+/// Limit on the number of tiles that cutting adds.
 const MORE: usize = 60_000;
 /// Edges shorter than this are not cut, relative to the radius of the scene.
 const SHORT: f32 = 1.0 / 200.0;
-/// Copies of objects of so many triangles are not cut: they are shown as copies.
+/// Copies of objects with at least this many triangles are not cut: they are displayed as copies.
 const DETAILED: usize = 100;
 
-/// All surfaces, cut, then all virtual captors, whole.
+/// The tiles of a scene: those of all surfaces, which are cut, then the triangles of all virtual
+/// captors, which are not.
 #[derive(Debug)]
 pub struct Tiles {
     /// Corners, m from the centre of the scene.
     pub corners: Vec<Triangle>,
-    /// For each tile the triangle that it is of, among the surfaces or the virtual captors.
+    /// For each tile the index of its triangle, among those of the surfaces or of the virtual
+    /// captors.
     pub triangles: Vec<u32>,
-    /// The surfaces and captors that were cut into tiles, in order.
+    /// The surfaces and captors that the tiles belong to, in the order of the tiles.
     pub parts: Vec<TilePart>,
-    /// Which tiles are copies of others, in order.
+    /// The tiles that are copies of each other, in rising order.
     pub copies: Vec<TileCopies>,
 }
 
-/// Copies of an object, one after the other.
+/// Copies of an object, whose tiles follow one another.
 #[derive(Clone, Debug)]
 pub struct TileCopies {
     /// Index of the object, if it has a name.
     pub object: Option<usize>,
-    /// The first tile of the first copy.
+    /// Index of the first tile of the first copy.
     pub first: usize,
-    /// Tiles of each copy.
+    /// Number of tiles of each copy.
     pub each: usize,
-    /// Where each copy was put, m from the user's origin; two at least.
+    /// The transforms that placed the copies, at least two, m from the user's origin.
     pub transforms: Vec<Transform>,
 }
 
@@ -51,22 +53,23 @@ pub struct TileCopies {
 pub struct TilePart {
     /// Index of the object, if it has a name.
     pub object: Option<usize>,
-    /// Index of the material; none for a virtual captor.
+    /// Index of the material; `None` for a virtual captor.
     pub material: Option<usize>,
-    /// Index of the captor, if it counts.
+    /// Index of the captor, if the tiles belong to one.
     pub captor: Option<usize>,
     /// Range of the part's tiles.
     pub tiles: Range<usize>,
 }
 
 impl Tiles {
-    /// Cuts the surfaces of a scene but for its glass and copies of detailed objects: the longest edges are halved, over
-    /// and over, until there are 60,000 more tiles than triangles or all edges are short.
+    /// Cuts the surfaces of a scene, except glass and the copies of detailed objects. The longest
+    /// edges are halved, over and over, until there are 60,000 more tiles than triangles or all
+    /// edges are short.
     pub fn new(scene: &Scene) -> Self {
-        // glass is looked through
+        // glass is transparent in the display
         let clear = |triangle: usize| scene.material(scene.surface(triangle)).is_clear();
         let mut copies = copies(scene);
-        // the last that begins at or before it
+        // looks in the last group of copies that begins at or before the triangle
         let is_copy = |triangle: usize| {
             let after = copies.partition_point(|copies| copies.first <= triangle);
             let last = copies[..after].last();
@@ -104,7 +107,7 @@ impl Tiles {
         tiles
     }
 
-    /// How many there are.
+    /// Returns the number of tiles.
     pub fn count(&self) -> usize {
         self.corners.len()
     }
@@ -119,7 +122,8 @@ impl Tiles {
     }
 }
 
-/// Copies of detailed objects among the triangles of a scene, in their order.
+/// Returns the copies of detailed objects among the triangles of a scene, in the order of the
+/// triangles.
 fn copies(scene: &Scene) -> Vec<TileCopies> {
     let mut found: Vec<TileCopies> = Vec::new();
     for copy in &scene.copies {
@@ -139,7 +143,9 @@ fn copies(scene: &Scene) -> Vec<TileCopies> {
     found
 }
 
-/// The tiles in the order of their triangles, and the triangle of each.
+/// Cuts triangles, except those that `stays` keeps whole, until there are `more` more tiles or no
+/// edge is longer than `short`, m. Returns the tiles in the order of their triangles, and the
+/// triangle of each.
 fn cut(
     triangles: &[Triangle],
     stays: impl Fn(usize) -> bool,
@@ -156,15 +162,15 @@ fn cut(
 }
 
 /// Halves the longest edge, over and over, in all tiles that share it: so no crack opens between
-/// them. As it is the longest of each, no angle becomes less than half of the least there was
-/// (I. G. Rosenberg and F. Stenger 1975, Mathematics of Computation 29:390-395).
+/// them. As it is the longest edge of each tile, no angle becomes less than half of the least angle
+/// at the beginning (I. G. Rosenberg and F. Stenger 1975, Mathematics of Computation 29:390-395).
 #[derive(Default)]
 struct Cutter {
     short: f32,
     points: Vec<Vec3>,
     known_points: HashMap<[u32; 3], u32>,
     tiles: Vec<Tile>,
-    /// The tiles that share each edge that is still to be cut.
+    /// The tiles that share each edge that can still be cut.
     sharing: HashMap<Edge, Vec<u32>>,
     longest: BinaryHeap<(Length, Reverse<Edge>)>,
 }
@@ -175,10 +181,10 @@ struct Tile {
     corners: [u32; 3],
 }
 
-/// Indices of its ends, the lesser first.
+/// An edge: the indices of its ends, the lesser first.
 type Edge = [u32; 2];
 
-/// The bits of a positive number, which are in its order.
+/// The bits of a positive float, which sort like the float itself.
 type Length = u32;
 
 impl Cutter {
@@ -194,7 +200,7 @@ impl Cutter {
         let tile = self.tiles.len() as u32;
         self.tiles.push(Tile { triangle: tile, corners });
         let [a, b, c] = corners;
-        // without area there is nothing to cut
+        // a tile without area is not cut
         if !stays && a != b && b != c && c != a {
             [[a, b], [b, c], [c, a]].into_iter().for_each(|edge| self.share(edge, tile));
         }
@@ -213,7 +219,7 @@ impl Cutter {
         tiles.push(tile);
     }
 
-    /// Whether there was one.
+    /// Halves the longest edge, and returns whether there was one to halve.
     fn halve_longest(&mut self) -> bool {
         let Some((_, Reverse([p, q]))) = self.longest.pop() else { return false };
         let middle = self.points.len() as u32;
@@ -255,7 +261,7 @@ mod tests {
         let triangles: Vec<Triangle> =
             square.into_iter().chain([sliver, small]).map(Triangle::from).collect();
         let (tiles, of) = cut(&triangles, |_| false, 1000, 0.02);
-        // a last edge may be shared by two
+        // the last edge may be shared by two tiles
         assert!((1004..=1005).contains(&tiles.len()), "{}", tiles.len());
         assert_eq!(tiles.len(), of.len());
         assert!(of.is_sorted());
@@ -271,7 +277,7 @@ mod tests {
             let facing = own.iter().all(|tile| tile.cross().dot(triangle.cross()) > 0.0);
             assert!(facing, "{i}: a tile shows its back");
         }
-        // the small one is whole; no long edge is left
+        // the small triangle is whole; no long edge is left
         assert_eq!(of.iter().filter(|t| **t == 3).count(), 1);
         let longest = tiles.iter().map(longest).fold(0.0, f32::max);
         assert!(longest < 0.1, "{longest}");

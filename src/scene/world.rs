@@ -1,7 +1,11 @@
-//! The world: surfaces, lights and captors, validated and immutable.
+//! The validated scene: surfaces, lights and captors, immutable and arranged for the tracing of
+//! rays.
 //!
-//! Coordinates come in double precision and are kept in single precision relative to the centre
-//! of the scene, so that a scene far from the origin works like one at the origin.
+//! [`SceneParts`] is the input; `build` and `validate` turn it into a [`Scene`]; `shapes` keeps the
+//! triangles with their search structures; `lights_met` finds the lights that a ray meets.
+//!
+//! Coordinates come in double precision and are kept in single precision relative to the centre of
+//! the scene, so that a scene far from the origin works like one at the origin.
 
 mod build;
 mod digest;
@@ -39,15 +43,15 @@ pub use parts::{
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
-/// Share of a triangle's margins (some ray offsets) within which rounding, 2^-20 of the scene's radius, may change
-/// what is met first.
+/// Fraction of a triangle's margins (some ray offsets) within which rounding, 2^-20 of the scene's
+/// radius, may change which surface is met first.
 const AT_EDGE: f32 = 1.0 / 16.0;
 
-/// Ray offsets by which the distances of two faces may err that a ray meets at their common edge; one that it grazes
-/// errs most.
+/// Largest error of the difference between the distances at which a ray meets two faces at their
+/// common edge, in ray offsets. The error is largest for a face that the ray grazes.
 const BLUR: f32 = 128.0;
 
-/// One triangle of a surface: what the hot loop asks of it.
+/// The properties of one triangle of a surface that the photon loop needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
     /// Unit normal of the front.
@@ -62,7 +66,7 @@ pub struct Surface {
 const NO_CAPTOR: u32 = u32::MAX;
 
 impl Surface {
-    /// Index of its captor, if it counts.
+    /// Returns the index of the triangle's captor, if it is part of one.
     #[inline]
     pub fn captor(&self) -> Option<usize> {
         (self.captor != NO_CAPTOR).then_some(self.captor as usize)
@@ -74,9 +78,10 @@ impl Surface {
 pub struct ObjectCopy {
     /// Index of the object.
     pub object: Option<usize>,
-    /// Its triangles among those of all surfaces, in the same order in each copy.
+    /// Its range among the triangles of all surfaces; each copy has the same triangles in the same
+    /// order.
     pub triangles: Range<usize>,
-    /// Where it was put, m from the user's origin.
+    /// The transform that placed it, m from the user's origin.
     pub transform: Transform,
 }
 
@@ -85,13 +90,13 @@ pub struct ObjectCopy {
 pub struct Scene {
     /// Title.
     pub name: String,
-    /// What the photons carry.
+    /// The quantity that photons carry: power in W or photon flux in umol/s.
     pub quantity: Quantity,
-    /// Whether its daylight is the mean over a period, nights included.
+    /// Whether the daylight of the scene is the mean over a period, nights included.
     pub is_period: bool,
-    /// The bands.
+    /// The wavelength bands.
     pub bands: Vec<Band>,
-    /// Totals over bands.
+    /// Sums over bands.
     pub sums: Vec<BandSum>,
     /// The materials.
     pub materials: Vec<NamedMaterial>,
@@ -105,13 +110,13 @@ pub struct Scene {
     pub groups: Vec<String>,
     /// The point that single-precision coordinates are relative to, m from the user's origin.
     pub center: DVec3,
-    /// Half the diagonal of everything, m.
+    /// Half the diagonal of the box around surfaces, captors and lights, m.
     pub radius: f32,
-    /// Which surfaces are copies of an object.
+    /// The surfaces that are copies of an object.
     pub copies: Vec<ObjectCopy>,
     shapes: Arc<Shapes>,
     surfaces: Vec<Surface>,
-    /// The object of each part, and the first triangle of it.
+    /// The first triangle of each surface part, and the index of its object.
     object_parts: Vec<(usize, Option<usize>)>,
     flush_lights: Vec<FlushLight>,
     light_triangles: Vec<Triangle>,
@@ -119,12 +124,12 @@ pub struct Scene {
     light_bvh: Bvh,
     /// Indices of the lights at infinity.
     infinite: Vec<usize>,
-    /// Whether one of these comes in through openings alone.
+    /// Whether the light of one of these enters through openings alone.
     has_openings: bool,
     flat_mirrors: Option<FlatMirrors>,
 }
 
-/// A ray's meeting with a surface.
+/// The place where a ray meets a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceHit {
     /// Distance along the ray, m.
@@ -135,83 +140,84 @@ pub struct SurfaceHit {
     pub point: Vec3,
 }
 
-/// A ray's passage through a virtual captor.
+/// The place where a ray crosses a virtual captor.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     /// Index of the captor.
     pub captor: usize,
     /// Index of the triangle in the list of captor triangles.
     pub triangle: usize,
-    /// Whether it came against the normal.
+    /// Whether the ray goes against the normal, and so arrives at the front.
     pub front: bool,
-    /// Where.
+    /// The point of the crossing.
     pub point: Vec3,
 }
 
 impl Scene {
-    /// Number of lanes that its bands are carried in.
+    /// Returns the number of lanes in which the bands are carried.
     pub fn lanes(&self) -> usize {
         lanes(self.bands.len())
     }
 
-    /// Strata of the lights: the least number of photons of a run.
+    /// Returns the number of strata of the lights, which is the least number of photons in a run.
     pub fn sources(&self) -> usize {
         sources(&self.lights)
     }
 
-    /// Whether light comes from infinitely far away.
+    /// Returns whether there is a light at infinity: a sun or a sky.
     pub fn has_daylight(&self) -> bool {
         !self.infinite.is_empty()
     }
 
-    /// Channels of all captors.
+    /// Returns the number of channels of all captors.
     pub fn channels(&self) -> usize {
         self.captors.last().map_or(0, |c| c.first_channel + c.kind.channels())
     }
 
-    /// Triangles of all surfaces.
+    /// Returns the triangles of all surfaces.
     #[inline]
     pub fn triangles(&self) -> &[Triangle] {
         &self.shapes.triangles
     }
 
-    /// Triangles of all virtual captors, where the user put them.
+    /// Returns the triangles of all virtual captors, where the user put them.
     #[inline]
     pub fn captor_triangles(&self) -> &[Triangle] {
         &self.shapes.captor_triangles
     }
 
-    /// What a triangle of a surface is.
+    /// Returns the properties of a triangle of a surface.
     #[inline]
     pub fn surface(&self, triangle: usize) -> &Surface {
         &self.surfaces[triangle]
     }
 
-    /// Index of the object that a triangle of a surface is part of, if it has a name.
+    /// Returns the index of the object that a triangle of a surface belongs to, if the object has a
+    /// name.
     pub fn object(&self, triangle: usize) -> Option<usize> {
         let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
         self.object_parts[..after].last()?.1
     }
 
-    /// The material of a triangle.
+    /// Returns the material of a surface's triangle.
     #[inline]
     pub fn material(&self, surface: &Surface) -> &Material {
         &self.materials[surface.material as usize].material
     }
 
-    /// Names of the bands, followed by those of the sums over bands.
+    /// Returns the names of the bands, followed by those of the sums over bands.
     pub fn band_names(&self) -> impl Iterator<Item = &str> + Clone {
         let bands = self.bands.iter().map(|band| band.name.as_str());
         bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
     }
 
-    /// Values per band, followed by those of the sums over bands.
+    /// Returns `values` per band, followed by their sums over bands.
     pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
         let sums = self.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());
         values.iter().copied().chain(sums).collect()
     }
 
-    /// The triangles of a captor.
+    /// Returns the triangles of a captor.
     pub fn triangles_of(&self, captor: &Captor) -> &[Triangle] {
         match captor.kind {
             CaptorKind::Surface => &self.triangles()[captor.triangles.clone()],
@@ -219,12 +225,13 @@ impl Scene {
         }
     }
 
-    /// Whether it has virtual captors.
+    /// Returns whether the scene has virtual captors.
     pub fn has_virtual_captors(&self) -> bool {
         !self.shapes.captor_bvh.is_empty()
     }
 
-    /// How far a captor's triangles are taken off the surface that they lie in, m.
+    /// Returns the distance by which a captor's triangles are lifted off the surface that they lie
+    /// in, m; 0 if they lie in none.
     pub fn lift(&self, captor: usize) -> f32 {
         match self.shapes.in_surface.binary_search(&captor) {
             Ok(_) => 2.0 * self.ray_offset(),
@@ -232,31 +239,31 @@ impl Scene {
         }
     }
 
-    /// Virtual captors that lie in a surface.
+    /// Returns the indices of the virtual captors that lie in a surface, in rising order.
     pub fn captors_in_surfaces(&self) -> &[usize] {
         &self.shapes.in_surface
     }
 
-    /// Lights that lie in a surface, and tubes that one cuts.
+    /// Returns the lights that lie in a surface, and the tubes that a surface cuts.
     pub fn flush_lights(&self) -> &[FlushLight] {
         &self.flush_lights
     }
 
-    /// Distance at which rays start off surfaces, m.
+    /// Returns the ray offset: the distance from a surface at which a ray that leaves it starts, m.
     #[inline]
     pub fn ray_offset(&self) -> f32 {
         RAY_OFFSET * self.radius
     }
 
-    /// The nearest surface that a ray meets.
+    /// Returns the nearest surface that a ray meets.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
         Some(self.surface_hit(ray, &hit))
     }
 
-    /// The nearest surface that a ray meets, and every virtual captor that it crosses before, in any
-    /// order.
+    /// Returns the nearest surface that a ray meets, and visits every virtual captor that the ray
+    /// crosses before it, in any order.
     #[inline]
     pub fn meet(&self, ray: &Ray, visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
@@ -268,13 +275,14 @@ impl Scene {
         hit.map(|hit| self.surface_hit(ray, &hit))
     }
 
-    /// Every virtual captor that a ray crosses before `t_max`, in any order.
+    /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
     pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
         self.shapes.captor_bvh.crossings(ray, t_max, self.crossing(ray, visit));
     }
 
-    /// Every virtual captor that a ray crosses before it meets a surface, in any order. Surfaces are looked for
-    /// only as far as there are captors: less work than [`meet`](Self::meet) where few rays cross one.
+    /// Visits every virtual captor that a ray crosses before it meets a surface, in any order.
+    /// Surfaces are searched only as far as the farthest captor: less work than
+    /// [`meet`](Self::meet) where few rays cross a captor.
     pub fn glance(&self, ray: &Ray, visit: impl FnMut(Crossing)) {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
         let mut farthest = 0.0;
@@ -290,16 +298,17 @@ impl Scene {
         let triangle = hit.triangle as usize;
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         if weights.cmplt(self.surfaces[triangle].margins).any() {
-            // Taken apart, so that for the sake of this rare call the usual hit need not lie in memory.
+            // taken apart, so that this rare call does not force the usual hit into memory
             let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit, weights);
             return SurfaceHit { t, triangle, point };
         }
         SurfaceHit { t: hit.t, triangle, point: hit.point }
     }
 
-    /// At the outline of a mesh the distances of the face that looks at the ray and of that which looks away differ by
-    /// less than they err by. There it is the one in front that is hit: else light that grazes a closed mesh would come
-    /// in.
+    /// Returns the hit of a ray near the edge of a triangle. At the outline of a mesh, the
+    /// distances of the face that looks at the ray and of the face that looks away differ by less
+    /// than their error. There the face in front is taken as hit; otherwise light that grazes a
+    /// closed mesh would enter it.
     #[cold]
     fn hit_near_edge(&self, ray: &Ray, hit: &Hit, weights: Vec3) -> SurfaceHit {
         let mut front = *hit;
@@ -323,7 +332,8 @@ impl Scene {
         }
     }
 
-    /// Visits what a hit of a captor's triangle is.
+    /// Returns a function that turns the hit of a captor's triangle into a [`Crossing`] and visits
+    /// it.
     #[inline]
     fn crossing(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> impl FnMut(Hit) {
         let direction = ray.direction;
@@ -339,20 +349,21 @@ impl Scene {
         }
     }
 
-    /// Visits every triangle of a surface that may reach into the ball of `radius`, m, around `center`.
+    /// Visits the index of every triangle of a surface that may reach into the ball of `radius`, m,
+    /// around `center`.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
         self.shapes.surface_bvh.near(center, radius, |triangle| visit(triangle as usize));
     }
 
-    /// Triangles of surfaces that are the same as an earlier one, corner by corner, each with the first
-    /// of them; in order. Rays meet the first alone.
+    /// Returns the triangles of surfaces that coincide with an earlier one, corner by corner, each
+    /// with the first of them, in rising order. Rays meet only the first.
     pub fn copies(&self) -> &[[u32; 2]] {
         &self.shapes.copies
     }
 
-    /// Whether one of the triangles of surfaces, without [copies](Self::copies), that lie in the plane of this
-    /// one over its middle is `wanted`; it may be this one. None where more than 100 triangles lie
-    /// there, and none of the first ones is.
+    /// Returns whether any triangle that lies in the plane of this one over its middle is `wanted`.
+    /// It looks at the triangles of surfaces without [copies](Self::copies), this one among them.
+    /// `None` if more than 100 triangles lie there and none of those looked at is wanted.
     pub fn has_coincident(
         &self,
         triangle: usize,
@@ -365,14 +376,15 @@ impl Scene {
         })
     }
 
-    /// The ray that leaves a surface at `point` on the side of `normal`.
+    /// Returns the ray that leaves a surface at `point`, starting one ray offset off it on the side
+    /// of `normal`.
     #[inline]
     pub fn leave(&self, point: Vec3, normal: Vec3, direction: Vec3) -> Ray {
         Ray { origin: point + self.ray_offset() * normal, direction }
     }
 
-    /// A hit point, drawn in from edges nearer than a few ray offsets: a point that rounding has
-    /// put beyond the edge of a closed mesh would let light through its corner.
+    /// Moves a hit point inwards from edges that are nearer than a few ray offsets: a point that
+    /// rounding has put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
     fn inside(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
         self.triangles()[triangle].draw_in(point, u, v, self.surfaces[triangle].margins)

@@ -1,5 +1,5 @@
-//! Rows -> pictures: lines, dots and bars on logarithmic or linear axes (plotters), as SVG or on any other of
-//! its backends.
+//! Charts: draws rows of numbers as lines, dots and bars on logarithmic or linear axes (plotters),
+//! as SVG or on any other backend of plotters.
 
 use std::ops::Range;
 
@@ -19,9 +19,9 @@ use plotters::{
     style::{BLACK, IntoFont, WHITE},
 };
 
-/// Width and height, pixels.
+/// Width and height of a chart, pixels.
 pub(super) const SIZE: (u32, u32) = (860, 480);
-/// Width of the part left of the legend.
+/// Width of the part to the left of the legend, pixels.
 const PLOT: i32 = 640;
 /// Colour of horizontal lines.
 const LEVEL: RGBColor = RGBColor(130, 130, 130);
@@ -36,40 +36,40 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(90, 90, 90),
 ];
 
-/// A picture.
+/// A chart.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
-    /// Above it.
+    /// The title above the chart.
     pub title: String,
-    /// What x is, with its unit.
+    /// Label of the x axis, with the unit.
     pub x: String,
-    /// What y is, with its unit.
+    /// Label of the y axis, with the unit.
     pub y: String,
-    /// Whether x is linear; else logarithmic.
+    /// Whether the x axis is linear; otherwise it is logarithmic.
     pub linear_x: bool,
-    /// Whether y is linear, and then x too; else logarithmic.
+    /// Whether both axes are linear; otherwise the y axis is logarithmic.
     pub linear_y: bool,
-    /// What is drawn, in order.
+    /// The series, in the order in which they are drawn.
     pub series: Vec<Series>,
-    /// Horizontal lines, with what they mean.
+    /// Horizontal lines: their meaning and their y.
     pub levels: Vec<(String, f64)>,
 }
 
-/// One kind of points.
+/// Points that are drawn in one colour and style.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// Its name in the legend; without one it is not named.
+    /// The name in the legend; a series without a name is not in it.
     pub name: Option<String>,
-    /// Index of its colour.
+    /// Index of the colour.
     pub colour: usize,
-    /// How it is drawn.
+    /// The style in which it is drawn.
     pub stroke: Stroke,
-    /// Points (x, y). Those that an axis cannot show are left out.
+    /// Points (x, y). Points that an axis cannot show are left out.
     pub points: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// The colour of what only guides the eye.
+    /// The colour of series that only guide the eye.
     pub const GREY: usize = COLOURS.len() - 1;
 
     fn colour(&self) -> RGBColor {
@@ -77,7 +77,7 @@ impl Series {
     }
 }
 
-/// How a series is drawn.
+/// The style in which a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
     /// A line with a mark at each point.
@@ -90,22 +90,22 @@ pub enum Stroke {
     Dashed,
     /// Small pale dots.
     Dots,
-    /// A bar between each two points that follow each other.
+    /// A bar between the two points of each pair.
     Bars,
 }
 
-/// Why a backend could not draw.
+/// The reason why a backend could not draw.
 pub(super) type Failure = Box<dyn std::error::Error>;
 /// A part of a picture.
 pub(super) type Area<D> = DrawingArea<D, Shift>;
 
-/// A backend of plotters whose errors can be told.
+/// A backend of plotters whose errors can be reported.
 pub(super) trait Backend: DrawingBackend<ErrorType: 'static> {}
 impl<D: DrawingBackend<ErrorType: 'static>> Backend for D {}
 
 impl Chart {
-    /// The picture as SVG text; one that says so where there is nothing to draw. Errors: none that
-    /// input can cause.
+    /// Returns the chart as SVG text; where there is nothing to draw, the chart says so. Errors:
+    /// none that input can cause.
     pub fn svg(&self) -> Result<String, String> {
         let mut text = String::new();
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
@@ -115,7 +115,7 @@ impl Chart {
         done.map(|()| text).map_err(|e| e.to_string())
     }
 
-    /// Draws it.
+    /// Draws the chart on an area.
     pub(super) fn draw<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
         let (plot, legend) = area.split_horizontally(PLOT);
         let shown: Vec<Series> = self.series.iter().map(|series| self.visible(series)).collect();
@@ -140,7 +140,7 @@ impl Chart {
         Ok(())
     }
 
-    /// Without the points that the axes cannot show.
+    /// Returns the series without the points that the axes cannot show.
     fn visible(&self, series: &Series) -> Series {
         let fits = |&&(x, y): &&(f64, f64)| {
             x.is_finite()
@@ -193,7 +193,7 @@ impl Chart {
         Ok(())
     }
 
-    /// Names beside strokes, in an area of their own: nothing is hidden below them.
+    /// Draws the legend: names beside strokes, in an area of their own, so that they hide nothing.
     fn draw_legend<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
         let series = self.series.iter().filter_map(|series| {
             Some((series.name.as_ref()?, series.colour(), series.stroke == Stroke::Dashed))
@@ -252,7 +252,7 @@ pub(super) fn font(size: u32) -> plotters::style::FontDesc<'static> {
     ("sans-serif", size).into_font()
 }
 
-/// Least and greatest of some values.
+/// Returns the range from the least to the greatest value; `None` without values.
 fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     values.fold(None, |span, v| {
         let (low, high) = span.map_or((v, v), |Range { start, end }| (v.min(start), v.max(end)));
@@ -260,12 +260,13 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     })
 }
 
-/// A range on a logarithmic axis with some room around it.
+/// Widens a range on a logarithmic axis to leave some room around it.
 fn roomy(range: Range<f64>) -> Range<f64> {
     range.start / 1.4..range.end * 1.6
 }
 
-/// A range on a linear axis with some room around it; from 0, where it begins below this share of its end.
+/// Widens a range on a linear axis to leave some room around it; it begins at 0 if its start is at
+/// least 0 and below `share` times its end.
 fn spacious(range: Range<f64>, share: f64) -> Range<f64> {
     let Range { start, end } = range;
     let room = match 0.04 * (end - start) {
@@ -276,7 +277,7 @@ fn spacious(range: Range<f64>, share: f64) -> Range<f64> {
     (if near_zero { 0.0 } else { start - room })..end + room
 }
 
-/// A number at an axis.
+/// Formats a number at an axis.
 pub(super) fn tick(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),

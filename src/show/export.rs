@@ -1,4 +1,4 @@
-//! A scene with its light, for other programs.
+//! Exports a scene with its light to files for other programs.
 
 use std::{
     io::{self, Write},
@@ -17,19 +17,19 @@ use crate::{
     },
 };
 
-/// Kinds of file.
+/// The formats of exported files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportFormat {
     /// Surfaces and captors with all values, for ParaView.
     Vtk(VtkKind),
-    /// The same coloured by one value, for Blender and browsers.
+    /// Surfaces and captors coloured by one value, for Blender and browsers.
     Glb,
-    /// Photons.
+    /// Stored photons.
     Ply,
 }
 
 impl ExportFormat {
-    /// By the ending of a path. Error: it is of none of them.
+    /// Returns the format for the ending of a path. Error: no format has this ending.
     pub fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         match ending.as_deref() {
@@ -43,21 +43,21 @@ impl ExportFormat {
     }
 }
 
-/// What colours show, as it is asked for.
+/// The quantity that colours show, as the user asks for it.
 #[derive(Clone, Debug, Default)]
 pub struct Colours {
-    /// Absorbed power, or irradiance.
+    /// Whether colours show absorbed power per area; otherwise irradiance.
     pub absorbed: Option<bool>,
-    /// Name of a band or sum; none is the first sum, or the first band.
+    /// Name of a band or sum; `None` stands for the first sum, or the first band.
     pub band: Option<String>,
     /// Values at the ends of the colour map.
     pub range: Option<(f64, f64)>,
-    /// Whether colours go by the logarithm.
+    /// Whether the colour scale is logarithmic.
     pub log: bool,
 }
 
 impl Colours {
-    /// Error: they are asked for in a file that has none; a range that is none.
+    /// Checks the request. Errors: the format has no colours; the range is not valid.
     pub fn check(&self, format: ExportFormat) -> Result<()> {
         let asked =
             self.absorbed.is_some() || self.band.is_some() || self.range.is_some() || self.log;
@@ -69,7 +69,7 @@ impl Colours {
         self.range.map_or(Ok(()), |(low, high)| Scale::new(low, high, self.log).map(drop))
     }
 
-    /// What they show of a scene. Error: it has no such band.
+    /// Looks up the band in a scene. Error: the scene has no such band.
     pub fn shown(&self, scene: &Scene) -> Result<Shown> {
         let band = match &self.band {
             Some(name) => scene.band_names().position(|band| band == name).ok_or_else(|| {
@@ -87,7 +87,8 @@ impl Colours {
     }
 }
 
-/// Error: a scene cannot be written so: no such band, no photons.
+/// Checks that a scene can be written in a format. Errors: it has no such band; it has no surface
+/// for photons to arrive on.
 pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> Result<()> {
     colours.shown(scene)?;
     if format == ExportFormat::Ply && scene.triangles().is_empty() {
@@ -97,7 +98,8 @@ pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> R
     Ok(())
 }
 
-/// Writes a rendered scene in a format.
+/// Writes a rendered scene in a format. Errors: writing fails; the scene has no photons or no such
+/// band.
 pub fn write_export(
     rendered: &RenderedScene,
     format: ExportFormat,

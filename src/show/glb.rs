@@ -1,5 +1,5 @@
-//! Surfaces and captors as binary glTF 2.0 (Khronos 2017-2021), coloured by a value: Blender and
-//! browsers open it.
+//! Writes surfaces and captors as binary glTF 2.0 (Khronos 2017-2021), coloured by a value: for
+//! Blender and browsers.
 
 use std::{
     f32::consts::FRAC_1_SQRT_2,
@@ -15,33 +15,36 @@ use crate::{
     show::{picture::Scale, rendered::RenderedScene},
 };
 
-/// What the colours stand for.
+/// The quantity that the colours show.
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// Index of a band or sum.
     pub band: usize,
-    /// Power that the surface keeps per area; otherwise what arrives at each face.
+    /// Whether the colours show the power that the surface absorbs per area; otherwise the
+    /// irradiance on each face.
     pub absorbed: bool,
-    /// The values at the ends of the colour map; none chooses them.
+    /// Values at the ends of the colour map; `None` chooses them.
     pub range: Option<(f64, f64)>,
-    /// Whether colours go by the logarithm.
+    /// Whether the colour scale is logarithmic.
     pub log: bool,
 }
 
-/// Nodes for single captors; where there are more captors, those of one object, or the virtual
-/// ones, share one.
+/// Limit on the number of captors with a node each. If there are more captors, those of one object
+/// share a node, and so do the virtual ones.
 const NODES: usize = 5000;
-/// Shown where no value is known, sRGB.
+/// Colour where no value is known, sRGB.
 const PALE: Vec3 = Vec3::splat(0.88);
-/// Share of the values below the end of a chosen range: a few bright spots would leave all else dark.
+/// Fraction of the values that lie below the upper end of a chosen range: a few bright spots would
+/// leave everything else dark.
 const SHOWN_SHARE: f64 = 0.99;
 
-/// The value of each face of a tile, front then back.
+/// The value of a face of a tile, if it is known.
 type FaceValue = Option<f64>;
 
-/// Writes the rendered scene. Each face is there where it has a value, so that the dark outside of a room
-/// does not hide it; faces of which none is known are pale. Errors: beyond the 4 GiB of such a file;
-/// a range that is none.
+/// Writes the rendered scene. A face is written where its value is above 0, so that the dark
+/// outside of a room does not hide its inside; where neither face has such a value, the front is
+/// written. Faces without a known value are pale. Errors: the file would exceed 4 GiB; the range is
+/// not valid; writing fails.
 pub fn write_glb(
     rendered: &RenderedScene,
     shown: &Shown,
@@ -84,7 +87,7 @@ pub fn write_glb(
     file.write(rendered, shown, &range, writer)
 }
 
-/// Whether two parts belong into one node.
+/// Returns whether two parts belong to one node.
 fn one_node(rendered: &RenderedScene, part: &TilePart, other: &TilePart) -> bool {
     let captor = |part: &TilePart| match rendered.scene.captors.len() > NODES {
         true => part.captor.map(|_| 0),
@@ -104,7 +107,7 @@ fn node_name(rendered: &RenderedScene, part: &TilePart) -> String {
     }
 }
 
-/// What a node's captor received, in every band.
+/// Returns the values of a node's captor in every band, with standard errors.
 fn extras(rendered: &RenderedScene, part: &TilePart) -> Option<Map<String, Value>> {
     let captor = part.captor.filter(|_| rendered.scene.captors.len() <= NODES)?;
     let mut extras = Map::new();
@@ -123,7 +126,7 @@ fn extras(rendered: &RenderedScene, part: &TilePart) -> Option<Map<String, Value
     Some(extras)
 }
 
-/// Faces of one node, with three corners of their own.
+/// The faces of one node, each with three corners of its own.
 #[derive(Default)]
 struct Mesh {
     corners: Vec<[f32; 3]>,
@@ -147,19 +150,19 @@ impl Mesh {
         let [r, g, b] = value.map_or(PALE, |value| range.colour(value)).to_array().map(linear);
         self.corners.extend(corners);
         self.colours.extend([[r, g, b, 255]; 3]);
-        // none is known: glTF has no NaN
+        // -1 where no value is known, as glTF has no NaN
         self.values.extend([value.map_or(-1.0, |value| value as f32); 3]);
     }
 }
 
-/// glTF's vertex colours are linear (IEC 61966-2-1).
+/// Converts an sRGB component to a linear byte: vertex colours of glTF are linear (IEC 61966-2-1).
 fn linear(s: f32) -> u8 {
     let linear = if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
     (255.0 * linear).round() as u8
 }
 
-/// A file in the making: its data, and what the JSON says of them. Numbers are those of the
-/// specification (2.0, section 5).
+/// A file that is being built: its data, and the JSON that describes them. The constants are those
+/// of the specification (2.0, section 5).
 #[derive(Default)]
 struct GlbFile {
     nodes: Vec<Value>,
@@ -203,7 +206,7 @@ impl GlbFile {
         self.nodes.push(node);
     }
 
-    /// Adds data and what an accessor says of them; the index of the accessor.
+    /// Adds data with its accessor, and returns the index of the accessor.
     fn add(&mut self, bytes: Vec<u8>, mut accessor: Value) -> usize {
         const ARRAY_BUFFER: u16 = 34962;
         accessor["bufferView"] = self.views.len().into();
@@ -224,7 +227,7 @@ impl GlbFile {
         let scene = rendered.scene;
         let center = scene.center.as_vec3();
         let children: Vec<usize> = (1..=self.nodes.len()).collect();
-        // glTF's y is up, a scene's z
+        // the y axis of glTF is up, in a scene the z axis
         let mut upright = json!({
             "name": scene.name,
             "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2],
@@ -248,7 +251,7 @@ impl GlbFile {
             "scenes": [{ "name": scene.name, "nodes": [0], "extras": extras }],
             "nodes": self.nodes,
         });
-        // empty lists are not allowed
+        // glTF does not allow empty lists
         if !self.data.is_empty() {
             root["meshes"] = self.meshes.into();
             root["accessors"] = self.accessors.into();
@@ -265,7 +268,8 @@ impl GlbFile {
     }
 }
 
-/// The frame of a `.glb` (section 4): a header, then chunks, each padded to a multiple of 4 bytes.
+/// Writes the container of a `.glb` (section 4): a header, then chunks, each padded to a multiple
+/// of 4 bytes. Errors: it would exceed 4 GiB; writing fails.
 fn write_chunks(mut json: Vec<u8>, mut data: Vec<u8>, writer: &mut dyn Write) -> io::Result<()> {
     json.resize(json.len().next_multiple_of(4), b' ');
     data.resize(data.len().next_multiple_of(4), 0);

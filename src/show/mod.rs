@@ -1,6 +1,11 @@
-//! Light to look at: pictures ([`render`], [`picture`]), charts ([`chart`]), plots of results ([`plot`]), the page for the browser
-//! ([`view`]) and files for other programs ([`export`]). All but charts and plots begin with [`rendered`], a scene
-//! with its results.
+//! The display of light: pictures ([`render`], [`picture`]), charts ([`chart`]), plots of results
+//! ([`plot`]), the page for the browser ([`view`]) and files for other programs ([`export`], with
+//! [`vtk`], [`glb`] and [`ply`]).
+//!
+//! Read [`rendered`] first, a scene with its light: the page and the exported files are made from
+//! it. Pictures begin with [`render`], and [`picture`] colours and writes them. Charts draw rows of
+//! numbers; plots read results and no scene. Code that knows sweeps, studies or the command line
+//! may not enter.
 
 pub mod chart;
 pub mod export;

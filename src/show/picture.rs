@@ -1,4 +1,7 @@
-//! Pictures: pixels of colour, text on them, and files (PNG; EXR for numbers).
+//! Pictures: coloured pixels, text on them, and files (PNG; EXR for numbers).
+//!
+//! `spectral` and `scale` turn values into colours, `glow` spreads bright light, `bar` adds a
+//! colour bar, and `canvas` lets charts be drawn on a picture.
 
 mod bar;
 mod canvas;
@@ -32,23 +35,23 @@ pub struct Picture {
     rgb: Vec<u8>,
 }
 
-/// The colour where there is nothing, sRGB.
+/// The colour of the background, sRGB.
 pub const PAPER: Vec3 = Vec3::ONE;
 const INK: Vec3 = Vec3::splat(0.1);
 
 impl Picture {
-    /// Of sRGB colours in [0, 1], row by row.
+    /// Makes a picture of sRGB colours in [0, 1], row by row from the upper left.
     pub fn new(width: usize, colours: impl Iterator<Item = Vec3>) -> Self {
         let rgb: Vec<u8> = colours.flat_map(bytes).collect();
         Self { width, height: rgb.len() / (3 * width), rgb }
     }
 
-    /// The three bytes of every pixel, row by row from the upper left.
+    /// Returns the three bytes of every pixel, row by row from the upper left.
     pub fn rgb(&self) -> &[u8] {
         &self.rgb
     }
 
-    /// Gives a pixel a colour; beside the picture nothing happens.
+    /// Gives a pixel a colour; outside the picture nothing happens.
     pub fn set(&mut self, x: usize, y: usize, colour: Vec3) {
         if x < self.width && y < self.height {
             let at = 3 * (y * self.width + x);
@@ -56,7 +59,8 @@ impl Picture {
         }
     }
 
-    /// The same with paper to its right and, where it is lower than `least`, below.
+    /// Returns the picture with background added to the right, `by` pixels wide, and below, up to a
+    /// height of at least `least`.
     fn widened(&self, by: usize, least: usize) -> Self {
         let (width, height) = (self.width + by, self.height.max(least));
         let paper = std::iter::repeat_n(PAPER, width * height);
@@ -83,7 +87,7 @@ impl Picture {
         }
     }
 
-    /// Writes it as PNG.
+    /// Writes the picture as PNG.
     pub fn write_png(&self, writer: &mut dyn Write) -> io::Result<()> {
         let side = |pixels: usize| u32::try_from(pixels).map_err(io::Error::other);
         let mut encoder = png::Encoder::new(writer, side(self.width)?, side(self.height)?);
@@ -103,7 +107,7 @@ impl Picture {
 struct TextSize(RasterHeight);
 
 impl TextSize {
-    /// For a picture so many pixels high.
+    /// Chooses the letters for a picture of this height in pixels.
     fn of(height: usize) -> Self {
         Self(if height > 1100 { RasterHeight::Size24 } else { RasterHeight::Size16 })
     }

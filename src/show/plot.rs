@@ -1,5 +1,8 @@
-//! Plots of results: sensors as a map, light over height, what plants absorbed, spectra. They read a results
-//! file and no scene.
+//! Plots of results: sensors as a map, light over height, the power that plants absorbed, spectra.
+//! They read a results file and no scene.
+//!
+//! `chosen` picks the band and the captors, `map`, `profile`, `plants` and `spectrum` each make one
+//! kind of plot, and `drawing` writes it as SVG or as pixels.
 
 mod chosen;
 mod drawing;
@@ -15,7 +18,8 @@ pub use chosen::{PlotKind, PlotRequest};
 pub use drawing::Plot;
 
 impl Plot {
-    /// Of results. Errors: no such band or captor, nothing of what the plot shows, a wrong range.
+    /// Makes a plot of results. Errors: there is no such band or captor; the results have nothing
+    /// that the plot shows; the range is not valid.
     pub fn new(result: &RunResult, request: PlotRequest) -> Result<Self> {
         let chosen = Chosen::new(result, request)?;
         match request.kind {

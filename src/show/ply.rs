@@ -1,12 +1,12 @@
-//! Photons as a PLY file (G. Turk 1994): binary points, which MeshLab, CloudCompare, Blender and
-//! Python open.
+//! Writes photons as a PLY file (G. Turk 1994): binary points, which MeshLab, CloudCompare, Blender
+//! and Python open.
 
 use std::io::{self, Write};
 
 use crate::{scene::world::Scene, transport::surface_light::SurfaceLight};
 
-/// Writes every stored photon: where (m from the user's origin), the way it travelled, its power per
-/// band (W or umol/s), the index of its light and how often it was scattered before.
+/// Writes every stored photon: its position (m from the user's origin), its direction of travel,
+/// its power per band (W or umol/s), the index of its light, and how often it was scattered before.
 pub fn write_ply(light: &SurfaceLight, writer: &mut dyn Write) -> io::Result<()> {
     let (scene, map) = (light.scene, &light.map);
     header(scene, map.photons.len(), writer)?;
@@ -26,9 +26,9 @@ pub fn write_ply(light: &SurfaceLight, writer: &mut dyn Write) -> io::Result<()>
     Ok(())
 }
 
-/// The names and types of what follows.
+/// Writes the header: the names and types of the data that follow.
 fn header(scene: &Scene, photons: usize, writer: &mut dyn Write) -> io::Result<()> {
-    // a line end in a name would end its line
+    // a line end in a name would end the line of the header
     let plain = |name: &str| name.replace(char::is_control, " ");
     let (name, unit) = (plain(&scene.name), scene.quantity.unit_names().flux);
     write!(writer, "ply\nformat binary_little_endian 1.0\n")?;
@@ -47,9 +47,9 @@ fn header(scene: &Scene, photons: usize, writer: &mut dyn Write) -> io::Result<(
     for b in 0..scene.bands.len() {
         writeln!(writer, "property float power_{b}")?;
     }
-    // of whole numbers, all readers know this one (meshio 5.3: no ushort)
+    // all readers know this type of whole numbers (meshio 5.3 has no ushort)
     write!(writer, "property uint light\nproperty uint bounce\nend_header\n")
 }
 
-/// Lights that the header names.
+/// Limit on the number of lights that the header names.
 const LISTED: usize = 1000;

@@ -1,6 +1,11 @@
-//! Pictures before they have colours: what the rays of every pixel find in a scene.
+//! Pictures before they are coloured: the values per band, such as radiance, that the camera rays
+//! of every pixel find in a scene.
 //!
-//! Random numbers belong to pixels and rays, so a picture does not depend on threads.
+//! [`Viewpoint`] says what the camera sees; `radiance` follows camera rays through glass and
+//! mirrors; `gather` finds the light that diffuse surfaces send back; `fragments` keeps the sums of
+//! each pixel apart by surface; `denoise` filters them; `dots` projects stored photons instead.
+//!
+//! Random numbers belong to pixels and rays, so a picture does not depend on the number of threads.
 
 mod denoise;
 mod dots;
@@ -40,46 +45,50 @@ use radiance::Whitted;
 use shared::Shared;
 pub use viewpoint::{FirstVisible, Viewpoint};
 
-/// What a picture of light shows.
+/// The quantity that a picture of light shows.
 #[derive(Clone, Copy)]
 pub enum Show<'a> {
-    /// What a viewpoint would see.
+    /// Radiance towards the viewpoint.
     Radiance,
-    /// What arrives at the side that is seen.
+    /// Irradiance on the side that is seen.
     Irradiance,
-    /// What the surface absorbs from both sides.
+    /// Power per area that the surface absorbs, from both sides together.
     Absorbed,
-    /// Irradiance in some bands together, one value a pixel, whose errors are wanted ([`Fragments::errors`]).
+    /// The sum of the irradiance over some bands, one value per pixel, together with what is needed
+    /// for its relative standard errors ([`Fragments::errors`]).
     Error {
-        /// Bands.
+        /// Indices of the bands.
         bands: &'a [usize],
     },
 }
 
-/// How pixels are made.
+/// How the pixels are sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
-    /// Rays of each pixel, at least 1.
+    /// Number of rays of each pixel, at least 1.
     pub rays: u32,
-    /// Those that it has had before: further ones are others.
+    /// Number of rays that each pixel has had in earlier rounds; the rays of this round differ from
+    /// them.
     pub before: u32,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Threads; 0 takes as many as there are processors.
+    /// Number of threads; 0 takes as many as there are processors.
     pub threads: usize,
 }
 
-/// Random numbers of a ray that are spread evenly over those of its neighbours, too: a point of a lamp, and the direction of
-/// a gathering ray.
+/// The number of a ray's random numbers that are spread evenly over the rays of neighbouring
+/// pixels, too: enough to choose a point on a lamp and the direction of a gathering ray.
 const SPREAD: u32 = 6;
-/// Pixels across and down of the squares over which they are.
+/// Side of the squares of pixels over which these numbers are spread, pixels.
 const SQUARE: usize = 16;
 
-/// The most memory that the values of a picture may take where its pixels show two surfaces each, bytes.
+/// Limit on the memory for the values of a picture whose pixels show two surfaces each, bytes.
 const MAX_BYTES: usize = 4 << 30;
 
-/// Renders a picture of light, gathered or from the photons on what is seen alone. Errors: it would not fit into memory,
-/// stopped by `control` (whose progress counts pixels), no threads to be had.
+/// Renders a picture of `light`: with `gather` by final gathering, without it from the photons on
+/// the surfaces that are seen alone. Returns sums per pixel, surface and band. Errors: the picture
+/// would not fit into memory; `control` stopped the work (its progress counts pixels); no threads
+/// can be started.
 pub fn render(
     light: &SurfaceLight,
     gather: Option<&Gather>,
@@ -140,7 +149,7 @@ pub fn render(
     Ok(all)
 }
 
-/// The first surface in a ray's way that cannot be seen through.
+/// The first surface along a camera ray that cannot be seen through.
 struct First {
     hit: SurfaceHit,
     front: bool,
@@ -170,7 +179,8 @@ impl First {
     }
 }
 
-/// The mean colour of each pixel's rays. Errors: as [`render()`].
+/// Returns the mean of `colour` over the rays of each pixel, row by row from the upper left.
+/// Errors: as [`render()`].
 pub fn painted(
     viewpoint: &Viewpoint,
     sampling: Sampling,
@@ -189,7 +199,8 @@ pub fn painted(
     Ok(colours)
 }
 
-/// Does `work` for every row of a picture, in parallel.
+/// Does `work` for every row of a picture, in parallel. Errors: `control` stopped the work; no
+/// threads can be started.
 fn each_row<T: Send>(
     rows: impl IndexedParallelIterator<Item = T>,
     viewpoint: &Viewpoint,
@@ -218,7 +229,7 @@ fn each_row<T: Send>(
     Ok(())
 }
 
-/// The rays of the pixels of one row.
+/// Generates the camera rays for the pixels of one row.
 struct Samples<'a> {
     viewpoint: &'a Viewpoint<'a>,
     sampling: Sampling,
@@ -226,15 +237,18 @@ struct Samples<'a> {
 }
 
 impl Samples<'_> {
-    /// The rays of a pixel, spread evenly over it, each with random numbers of its own. What they find is spread evenly over
-    /// squares of pixels, which share a sequence along a curve that keeps those side by side together: what one of them
-    /// lacks its neighbours have, and less noise is left where they are evened out (Ahmed and Wonka, Screen-Space
-    /// Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels, SIGGRAPH Asia 2020).
+    /// Returns the rays of a pixel, spread evenly over it, each with a random stream of its own.
+    /// The first `SPREAD` numbers of the streams are spread evenly over squares of pixels: the
+    /// pixels of a square share a Sobol sequence, in the order of a curve that keeps neighbours
+    /// close to each other. What the rays of one pixel miss those of its neighbours then find, so
+    /// less noise is left when the denoising filter averages neighbours (Ahmed and Wonka,
+    /// Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
+    /// Pixels, SIGGRAPH Asia 2020).
     fn pixel(&mut self, x: usize) -> impl Iterator<Item = (Ray, Stream)> {
         let Self { viewpoint, sampling: Sampling { rays, before, seed, .. }, y } = *self;
         let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
         let pixel = (y * width + x) as u64;
-        // after those of the pixels
+        // the sequences of the squares are numbered after those of the pixels
         let square = width * height + y / SQUARE * width.div_ceil(SQUARE) + x / SQUARE;
         let first = along_z(x % SQUARE, y % SQUARE) * u64::from(rays);
         (before..before + rays).map(move |ray| {
@@ -249,16 +263,19 @@ impl Samples<'_> {
     }
 }
 
-/// The place of a pixel of a square on a Z-curve: the bits of both coordinates in turns.
+/// Returns the position of a pixel along a Z-curve through its square: the bits of both coordinates
+/// interleaved.
 fn along_z(x: usize, y: usize) -> u64 {
     let bit = |i: u32| ((x >> i & 1) << (2 * i) | (y >> i & 1) << (2 * i + 1)) as u64;
     (0..SQUARE.ilog2()).map(bit).sum()
 }
 
-/// Refuses a picture that would not fit into memory.
+/// Refuses a picture of the viewpoint's size that would take more than `MAX_BYTES`. Error: it is
+/// too large.
 pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
-    // four sums, a value and its variances for each of two surfaces, and colours; 65536^2 x 4096 x 64 is below 2^64
+    // per band four sums, a value and two variances for each of two surfaces, and colours; 65536^2
+    // x 4096 x 64 is below 2^64
     let bytes = width * height * (2 * 7 * bands + 32) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());

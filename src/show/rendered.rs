@@ -1,5 +1,5 @@
-//! What views and exports show: surfaces and captors in tiles, with the light on them, the captors'
-//! results, and photons.
+//! The content of the page for the browser and of exported files: surfaces and captors in tiles,
+//! with the light on them, the results of the captors, and photons.
 
 use std::{
     fmt::Display,
@@ -31,53 +31,53 @@ use crate::{
 pub struct RenderedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its surfaces and virtual captors.
+    /// The tiles of its surfaces and virtual captors.
     pub tiles: Tiles,
-    /// Where the captors' results come from, in words.
+    /// Description of the origin of the captors' results, in words.
     pub source: String,
-    /// In the order of the scene's.
+    /// Results of the captors, in the order of the scene.
     pub(crate) captors: Vec<CaptorValues>,
-    /// Groups of captors: entries, objects, their instances.
+    /// Results of the groups of captors: entries, objects, their instances.
     pub(crate) groups: Vec<GroupValues>,
     /// Photons on all surfaces, if any were traced.
     pub light: Option<SurfaceLight<'a>>,
-    /// Of tile, channel and band, W/m2 or umol/m2/s: what the photons say of the tiles of surfaces.
+    /// Photon estimates for the tiles of surfaces, W/m2 or umol/m2/s, by tile, channel and band.
     local: Vec<f32>,
-    /// Of tile, face, light and band: the share of each light in what arrives there, 255 for all of it; empty
-    /// where there is one light, or where results are not split by light.
+    /// Share of each light in the irradiance, by tile, face, light and band; 255 stands for 1.
+    /// Empty where there is one light, too many lights, or where results are not split by light.
     shares: Vec<u8>,
 }
 
-/// Where the light of a rendered scene comes from.
+/// The source of the light in a rendered scene.
 #[derive(Clone, Debug)]
 pub enum RenderPlan {
     /// The scene is run for its captors, and photons are traced for all surfaces.
     Run,
-    /// The captors' results are these.
+    /// The captors' results are given.
     Results {
-        /// Of this scene.
+        /// Results of this scene.
         results: Box<ResultsFile>,
-        /// Whether photons are traced where some surface is no captor.
+        /// Whether photons are traced if some surface is not a captor.
         trace: bool,
     },
-    /// Photons on all surfaces, and nothing else.
+    /// Photons are traced for all surfaces, and nothing else.
     Photons,
 }
 
-/// Stages that progress is told of.
+/// Stages of the work, for reports of progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RenderStage {
-    /// The run that finds what captors receive.
+    /// The run for the captors.
     Captors,
-    /// Photons for all surfaces.
+    /// Tracing of photons for all surfaces.
     Surfaces,
-    /// The light on each tile from them.
+    /// Estimation of the light on each tile from these photons.
     Tiles,
 }
 
 impl<'a> RenderedScene<'a> {
-    /// Traces what is needed. `progress` is called now and then, from any thread. Errors: results of
-    /// another scene, those of [`simulate`].
+    /// Traces what `plan` needs. `progress` is called now and then, from any thread. Errors: the
+    /// results are of another scene; more than 2^30 numbers would be needed; those of [`simulate`].
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,
@@ -126,7 +126,7 @@ impl<'a> RenderedScene<'a> {
         };
         if trace && !scene.triangles().is_empty() {
             let k = settings.k.or(Some(NEAREST));
-            // beside a run for captors as many as the map takes
+            // beside a run for captors, as many photons as the map takes
             let photons = settings.photons.filter(|_| !reads_tiles);
             let settings = Settings { photons, k, ..settings.clone() };
             let stage = Control { progress: &staged(RenderStage::Surfaces), ..*control };
@@ -143,20 +143,20 @@ impl<'a> RenderedScene<'a> {
         Ok(rendered)
     }
 
-    /// Whether the light at each place is known of surfaces.
+    /// Returns whether the light at each place of the surfaces is known.
     pub fn has_local(&self) -> bool {
         !self.local.is_empty()
     }
 
-    /// What the photons say of a tile, per band, W/m2 or umol/m2/s; none for a virtual captor and where
-    /// nothing was traced.
+    /// Returns the photon estimate for a tile, per band, W/m2 or umol/m2/s; `None` for a virtual
+    /// captor and where nothing was traced.
     pub fn local(&self, tile: usize, channel: Channel) -> Option<&[f32]> {
         let bands = self.scene.bands.len();
         let values = self.local.get((3 * tile + channel as usize) * bands..)?;
         values.get(..bands)
     }
 
-    /// Whether the captors' results are split by the lights of the scene.
+    /// Returns whether the captors' results are split by the lights of the scene.
     pub fn is_by_light(&self) -> bool {
         let same = |lights: &ByLight<FaceValues>| {
             lights.keys().eq(self.scene.lights.iter().map(|light| &light.name))
@@ -165,19 +165,20 @@ impl<'a> RenderedScene<'a> {
         splits(self.scene) && !self.captors.is_empty() && self.captors.iter().all(split)
     }
 
-    /// The share of each light in what arrives at the faces of surfaces, of tile, face, light and band; 255 stands
-    /// for all of it. Empty where it is not known.
+    /// Returns the share of each light in the irradiance on the faces of surfaces, by tile, face,
+    /// light and band; 255 stands for 1. Empty where the shares are not known.
     pub fn shares(&self) -> &[u8] {
         &self.shares
     }
 
-    /// What a captor received per area in a band or sum, W/m2 or umol/m2/s.
+    /// Returns the flux per area on a captor's face, or its absorbed power per area, in a band or
+    /// sum, W/m2 or umol/m2/s.
     pub fn captor(&self, captor: usize, channel: Channel, band: usize) -> Option<Estimate> {
         self.captors.get(captor)?.value(channel, band)
     }
 
-    /// What is shown of a tile in a band or sum: the light at its place where that is known, otherwise
-    /// what its captor received, per area.
+    /// Returns the value that is shown for a tile in a band or sum: the light at its place where
+    /// that is known, otherwise the value of its captor; per area, W/m2 or umol/m2/s.
     pub fn value(
         &self,
         part: &TilePart,
@@ -200,12 +201,13 @@ fn source(photons: u64, of: impl Display, seed: u64) -> String {
 }
 
 impl CaptorValues {
-    /// Whether some of it rests on few paths.
+    /// Returns whether the value of some face rests on few paths.
     pub fn few_paths(&self) -> bool {
         self.front.few_paths || self.back.as_ref().is_some_and(|back| back.few_paths)
     }
 
-    /// What it received per area in a band or sum, W/m2 or umol/m2/s.
+    /// Returns the irradiance on a face, or the absorbed power per area, in a band or sum, W/m2 or
+    /// umol/m2/s.
     pub fn value(&self, channel: Channel, band: usize) -> Option<Estimate> {
         let face = match channel {
             Channel::Front => &self.front,
@@ -218,7 +220,7 @@ impl CaptorValues {
         per_area(&face.irradiance, &face.irradiance_se, band, 1.0)
     }
 
-    /// The same of one light, where results are split by light.
+    /// Returns the same value for the light of one lamp, where results are split by light.
     pub fn of_light(&self, light: usize, channel: Channel, band: usize) -> Option<Estimate> {
         let face = match channel {
             Channel::Front => &self.front,
@@ -240,7 +242,7 @@ fn per_area(values: &[f64], errors: &[Option<f64>], band: usize, area: f64) -> O
 }
 
 impl ResultsFile {
-    /// Refuses results that are not of this scene.
+    /// Checks that the results are of this scene. Error: bands, unit or captors differ.
     pub(crate) fn check_scene(&self, scene: &Scene) -> Result<()> {
         let refuse = |problem: String| {
             Err(Error::input("results", format!("are of another scene: {problem}"))
@@ -269,7 +271,7 @@ impl ResultsFile {
             if *id != theirs.id {
                 return refuse(format!("they have captor `{}` where it has `{id}`", theirs.id));
             }
-            // they hold both to the last digit
+            // results hold both numbers to the last digit
             if ours.area != theirs.area
                 || theirs.center.is_some_and(|c| c != ours.center.to_array())
             {
@@ -292,23 +294,25 @@ impl ResultsFile {
     }
 }
 
-/// Photons that the light on a tile is read from, unless the scene says: an error of 6 %, which
-/// the eye takes for even.
+/// Number of photons in the estimate for a tile, unless the scene sets it: an error of 6 %, which
+/// looks even to the eye.
 const NEAREST: usize = 300;
-/// The most numbers that the light on surfaces may take, 4 GiB.
+/// Limit on the numbers for the light on surfaces, 4 GiB.
 const MOST_NUMBERS: usize = 1 << 30;
-/// The most lights that are told apart.
+/// Limit on the number of lights that are kept apart.
 const MOST_LIGHTS: usize = 32;
 
-/// Whether a scene has lights to tell apart, and not too many.
+/// Returns whether a scene has several lights, and not too many to keep apart.
 fn splits(scene: &Scene) -> bool {
     (2..=MOST_LIGHTS).contains(&scene.lights.len())
 }
 
-/// Tiles between two looks at the stop flag.
+/// Number of tiles between two looks at the stop flag.
 const CHUNK: usize = 256;
 
-/// The light at the middle of each tile of a surface and, if `split`, the shares of the lights in it.
+/// Returns the light at the middle of each tile of a surface, by tile, channel and band, and, if
+/// `split`, the shares of the lights in it, by tile, face, light and band. Errors: `control`
+/// stopped the work; no threads can be started.
 fn local(
     tiles: &Tiles,
     light: &SurfaceLight,

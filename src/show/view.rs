@@ -1,4 +1,5 @@
-//! A scene with its light as one HTML page that needs no network: WebGL by three.js, all data in it.
+//! Writes a scene with its light as one HTML page that needs no network: WebGL by three.js, with
+//! all data in the page.
 
 mod hours;
 mod levels;
@@ -26,13 +27,13 @@ use hours::Hours;
 use levels::Levels;
 use shapes::{Shape, quantised, shapes};
 
-/// The most triangles in a page.
+/// Limit on the number of triangles in a page.
 const MOST_TRIANGLES: usize = 4_000_000;
-/// The most captors.
+/// Limit on the number of captors.
 const MOST_CAPTORS: usize = 500_000;
-/// The most photons, those of the first histories.
+/// Limit on the number of photons, which are those of the first histories.
 const MOST_PHOTONS: usize = 50_000;
-/// The most lights that are outlined.
+/// Limit on the number of lights that are outlined.
 const MOST_LIGHTS: usize = 10_000;
 
 const PAGE: &str = include_str!("view/page.html");
@@ -49,7 +50,7 @@ const SCRIPTS: [&str; 6] = [
 const THREE: &str = include_str!("view/three.min.js");
 const THREE_LICENCE: &str = include_str!("view/three.LICENSE");
 
-/// Refuses a scene that no page can hold.
+/// Checks that a scene fits into a page. Error: it has too many triangles or captors.
 pub fn check_view(scene: &Scene) -> Result<()> {
     let counts = [
         (scene.triangles().len() + scene.captor_triangles().len(), MOST_TRIANGLES, "triangles"),
@@ -64,7 +65,7 @@ pub fn check_view(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-/// Writes the page, with the hours of a year of this scene if there are any.
+/// Writes the page, with the hours of a year of this scene if they are given.
 pub fn write_view(
     rendered: &RenderedScene,
     hours: Option<&HoursFile>,
@@ -89,12 +90,12 @@ pub fn write_view(
     Ok(())
 }
 
-/// Text that is no markup.
+/// Escapes text, so that it contains no markup.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// The facts as JSON, long lists of numbers deflated (zlib), as base64.
+/// Writes the facts as JSON, and long lists of numbers deflated (zlib) in base64.
 fn write_data(
     rendered: &RenderedScene,
     hours: Option<&HoursFile>,
@@ -107,7 +108,7 @@ fn write_data(
     });
     let shapes = shapes(&rendered.tiles, rendered.scene.center);
     let facts = facts(rendered, &shapes, hours.as_ref()).to_string();
-    // in a script element only `<` could end it
+    // only `<` could end a script element
     script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
     let mut array = |name: &str, bytes: &[u8]| {
         let mut deflated = ZlibEncoder::new(Vec::new(), Compression::default());
@@ -183,13 +184,13 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
         scene.sums.iter().map(|sum| json!({ "name": sum.name, "of": sum.bands, "sum": true }));
     let materials = scene.materials.iter();
     let few_paths = rendered.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
-    // those that have a place
+    // lights that have a place
     let lights = scene.lights.iter().filter(|light| light.entrance().is_none());
     let lights = lights.take(MOST_LIGHTS).map(|light| {
         let Extent { min, max } = light.extent();
         json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
     });
-    // those whose share is known, if each of them is
+    // lights whose shares are known, if all of them are
     let split = rendered.is_by_light() || !rendered.shares().is_empty();
     let lamps = scene.lights.iter().filter(|_| split).map(|light| &light.name);
     let shown = rendered.light.as_ref().map(|light| (light, shown_photons(light)));
@@ -228,24 +229,25 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
     })
 }
 
-/// The colour map in 256 steps, sRGB.
+/// Returns the colour map in 256 steps, sRGB.
 fn colours() -> Vec<[u8; 3]> {
     let map = Scale { low: 0.0, high: 255.0, log: false };
     let byte = |share: f32| (255.0 * share).round() as u8;
     (0..=255).map(|i| map.colour(f64::from(i)).to_array().map(byte)).collect()
 }
 
-/// A box around all tiles and lights.
+/// Returns a box around all tiles and lights.
 fn extent(rendered: &RenderedScene) -> Extent {
     let lights = rendered.scene.lights.iter().map(|light| light.extent());
     let tiles = Extent::of_triangles(&rendered.tiles.corners);
     lights.fold(tiles, Extent::join)
 }
 
-/// Tiles of which each value takes two bytes; of more it takes one.
+/// Up to this many tiles each value takes two bytes; with more tiles it takes one.
 const MOST_FINE: usize = 500_000;
 
-/// Of what is up to `most` on tiles: one byte, to a third of what light there errs by, where there are many.
+/// Returns the scale for values up to `most` on tiles. Where there are many tiles, it has one byte
+/// and an error of a third of the error of the light there.
 fn levels(rendered: &RenderedScene, most: f32) -> Levels {
     let error = rendered.light.as_ref().map_or(0.0, SurfaceLight::error_of_alike);
     match rendered.tiles.count() {
@@ -258,29 +260,30 @@ fn shorts(values: impl Iterator<Item = u16>) -> Vec<u8> {
     values.flat_map(u16::to_le_bytes).collect()
 }
 
-/// What arrives on the tiles of surfaces: face after face, band after band, tile after tile.
+/// Returns the irradiance on the tiles of surfaces: face after face, in it band after band, in it
+/// tile after tile.
 fn arriving<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
     let bands = rendered.scene.bands.len();
     let planes = [Channel::Front, Channel::Back].into_iter();
     planes.flat_map(move |face| (0..bands).flat_map(move |b| plane(rendered, face, b)))
 }
 
-/// The greatest of it.
+/// Returns the greatest irradiance.
 fn most_arrived(rendered: &RenderedScene) -> f32 {
     arriving(rendered).fold(f32::MIN_POSITIVE, f32::max)
 }
 
-/// The share of what arrives on both faces that a tile absorbs, which differs from tile to tile far less than the
-/// light does: band after band, tile after tile.
+/// Returns the share that a tile absorbs of the light on both faces: band after band, in it tile
+/// after tile. The share differs from tile to tile far less than the light does.
 fn kept_shares<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
     (0..rendered.scene.bands.len()).flat_map(move |b| {
         let [front, back, absorbed] = CHANNELS.map(|channel| plane(rendered, channel, b));
-        // no number where nothing arrives, which is level 0
+        // NaN where nothing arrives, which becomes level 0
         front.zip(back).zip(absorbed).map(|((front, back), absorbed)| absorbed / (front + back))
     })
 }
 
-/// The light on the tiles of surfaces in a channel and band.
+/// Returns the light on the tiles of surfaces in a channel and band.
 fn plane<'a>(
     rendered: &'a RenderedScene,
     channel: Channel,
@@ -290,7 +293,8 @@ fn plane<'a>(
     (0..rendered.tiles.count()).map_while(value)
 }
 
-/// The shares of lights: light after light, face after face, band after band, tile after tile.
+/// Returns the shares of lights: light after light, in it face after face, in it band after band,
+/// in it tile after tile.
 fn shares(rendered: &RenderedScene) -> Vec<u8> {
     let (lights, bands) = (rendered.scene.lights.len(), rendered.scene.bands.len());
     let of_tile = rendered.shares();
@@ -301,8 +305,8 @@ fn shares(rendered: &RenderedScene) -> Vec<u8> {
     order.flat_map(|place| of_tile.iter().skip(place).step_by(each)).copied().collect()
 }
 
-/// What captors or groups received per area: channel after channel, band after band and sums, value before error;
-/// NaN where it is not known.
+/// Returns the values of captors or groups per area: for each one channel after channel, in it band
+/// after band and sums, value before error; NaN where a number is not known.
 fn received<'a>(
     all: impl IntoIterator<Item = &'a CaptorValues>,
     bands: usize,
@@ -313,7 +317,7 @@ fn received<'a>(
     })
 }
 
-/// The same of each light, one light after the other within a band.
+/// Returns the same values for each light, one light after the other within a band.
 fn received_of_lights<'a>(
     all: impl IntoIterator<Item = &'a CaptorValues>,
     lights: usize,
@@ -332,7 +336,7 @@ fn numbers(estimate: Option<Estimate>) -> [f32; 2] {
     [estimate.map(|e| e.mean), error].map(|value| value.map_or(f32::NAN, |value| value as f32))
 }
 
-/// All photons of as many first histories as a page holds.
+/// Returns the indices of all photons of as many first histories as a page holds.
 fn shown_photons(light: &SurfaceLight) -> Vec<usize> {
     let photons = &light.map.photons;
     let mut per_history: Vec<u32> = Vec::new();
@@ -353,7 +357,7 @@ fn shown_photons(light: &SurfaceLight) -> Vec<usize> {
     (0..photons.len()).filter(|&i| photons[i].history < histories).collect()
 }
 
-/// Normal of the face that a photon arrived on, in steps of 1/127.
+/// Returns the normal of the face that a photon arrived on, in steps of 1/127.
 fn face_normal(light: &SurfaceLight, photon: usize) -> [i8; 3] {
     let stored = &light.map.photons[photon];
     let normal = light.scene.surface(stored.triangle as usize).normal;

@@ -1,7 +1,8 @@
-//! VTK files, which ParaView opens: XML with binary data in base64 (VTK File Formats, Kitware 2003-).
+//! Writes VTK files, which ParaView opens: XML with binary data in base64 (VTK File Formats,
+//! Kitware 2003-).
 //!
-//! Written with quick-xml: vtkio (0.6.3, 0.7.0-rc2) has no field data in XML, so that names and the unit
-//! would be lost, and holds the whole file in memory.
+//! They are written with quick-xml, because vtkio (0.6.3, 0.7.0-rc2) has no field data in XML, so
+//! that names and the unit would be lost, and because it holds the whole file in memory.
 
 use std::{
     collections::HashMap,
@@ -16,7 +17,7 @@ use crate::{
     show::rendered::RenderedScene,
 };
 
-/// Kinds of VTK file.
+/// The kinds of VTK file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VtkKind {
     /// Polygons, `.vtp`.
@@ -25,7 +26,7 @@ pub enum VtkKind {
     UnstructuredGrid,
 }
 
-/// VTK_TRIANGLE
+/// The cell type VTK_TRIANGLE.
 const TRIANGLE: u8 = 5;
 /// Type of an array of strings.
 const STRING: &str = "String";
@@ -35,9 +36,10 @@ const QUANTITIES: [&str; 3] = ["irradiance_front", "irradiance_back", "absorbed"
 type Xml<'a> = quick_xml::Writer<&'a mut dyn Write>;
 type Attributes<'a> = &'a [(&'a str, &'a str)];
 
-/// Writes surfaces and captors: points in metres from the user's origin; for each cell what arrives
-/// and is absorbed per area, what its captor received with standard errors (NaN where it is not
-/// known), and the indices of its object, material and captor, whose names are field data.
+/// Writes surfaces and captors. Points are in metres from the user's origin. Each cell has the
+/// irradiance and the absorbed power per area, the values of its captor with standard errors (NaN
+/// where they are not known), and the indices of its object, material and captor, whose names are
+/// field data.
 pub fn write_vtk(
     rendered: &RenderedScene,
     kind: VtkKind,
@@ -94,7 +96,7 @@ fn piece(rendered: &RenderedScene, kind: VtkKind, xml: &mut Xml) -> io::Result<(
     })
 }
 
-/// A tile and the part that it is of.
+/// A tile and the part that it belongs to.
 type Cell<'a> = (&'a TilePart, usize);
 
 fn field_data(rendered: &RenderedScene, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
@@ -129,7 +131,7 @@ fn cell_data(rendered: &RenderedScene, cells: &[Cell], xml: &mut Xml) -> io::Res
     column("captor", |part| part.captor)
 }
 
-/// Coordinates of the points, each once, and the points of each tile.
+/// Returns the coordinates of the points, each once, and the indices of the points of each tile.
 fn points(rendered: &RenderedScene) -> (Vec<f64>, Vec<i64>) {
     let (mut points, mut corners) = (Vec::new(), Vec::with_capacity(3 * rendered.tiles.count()));
     let mut known = HashMap::new();
@@ -146,7 +148,7 @@ fn points(rendered: &RenderedScene) -> (Vec<f64>, Vec<i64>) {
     (points, corners)
 }
 
-/// An element and what is in it.
+/// Writes an element with its attributes and its content.
 fn element(
     xml: &mut Xml,
     name: &str,
@@ -157,7 +159,7 @@ fn element(
     element.write_inner_content(inside).map(drop)
 }
 
-/// Numbers, or the bytes of strings.
+/// Writes an array of numbers, or of the bytes of strings.
 fn array<const N: usize>(
     xml: &mut Xml,
     kind: &str,
@@ -165,7 +167,7 @@ fn array<const N: usize>(
     more: Attributes,
     values: impl ExactSizeIterator<Item = [u8; N]>,
 ) -> io::Result<()> {
-    // XML has no control characters
+    // XML does not allow control characters
     let name = name.replace(char::is_control, " ");
     let attributes = [("type", kind), ("Name", &name), ("format", "binary")];
     let element_name = if kind == STRING { "Array" } else { "DataArray" };
@@ -179,8 +181,8 @@ fn array<const N: usize>(
     })
 }
 
-/// VTK's strings, each with a 0 at its end. Some readers of grids take numbers alone (meshio 5.3): there
-/// they are the bytes of a text, one name in each line.
+/// Writes names as VTK strings, each with a 0 at its end. Some readers of grids accept only numbers
+/// (meshio 5.3): in grids the names are the bytes of a text with one name per line.
 fn names<'n>(
     xml: &mut Xml,
     kind: VtkKind,

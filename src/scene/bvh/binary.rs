@@ -1,4 +1,4 @@
-//! From triangles to a tree with two children a node: cut from the top down, then mended.
+//! Builds a binary tree from triangles: splits them from the top down, then improves the tree.
 
 use glam::UVec3;
 use obvhs::aabb::Aabb;
@@ -14,7 +14,7 @@ struct Boxed {
     index: u32,
 }
 
-/// The tree of the triangles with these indices, at least one.
+/// Returns the tree of the triangles with these indices, of which there must be at least one.
 pub(super) fn binary_tree(triangles: &[Triangle], indices: &[u32]) -> Vec<Branch> {
     let boxed =
         |&index: &u32| Boxed { extent: Extent::of_triangles([&triangles[index as usize]]), index };
@@ -28,7 +28,7 @@ pub(super) fn binary_tree(triangles: &[Triangle], indices: &[u32]) -> Vec<Branch
     tree.nodes.iter().map(branch).collect()
 }
 
-/// The nodes of a tree with a triangle in each leaf, level by level.
+/// Returns the nodes of a tree with one triangle in each leaf, level by level.
 fn cut(all: &mut [Boxed]) -> Vec<Bvh2Node> {
     let mut nodes = Vec::with_capacity(2 * all.len());
     let mut level = vec![all];
@@ -58,10 +58,10 @@ fn cut(all: &mut [Boxed]) -> Vec<Bvh2Node> {
     nodes
 }
 
-/// Bins along an axis, at most.
+/// Limit on the number of bins along an axis.
 const BINS: usize = 32;
 
-/// Bounds and number of the triangles whose middles lie in a bin, or in several bins.
+/// Bounds and number of the triangles whose centres lie in a bin, or in several bins.
 #[derive(Clone, Copy)]
 struct Bin {
     extent: Extent,
@@ -75,8 +75,9 @@ impl Bin {
         Self { extent: self.extent.join(other.extent), count: self.count + other.count }
     }
 
-    /// How often a random ray meets it times the triangles to be tested then. Counted by fours, as a leaf
-    /// takes several at once. A part must not be empty.
+    /// Returns the cost for a random ray: how often it meets the box, times the number of triangles
+    /// to be tested then. Triangles are counted in fours, as a leaf tests several at once. An empty
+    /// part costs infinitely much, so that no cut makes one.
     fn cost(&self) -> f32 {
         match self.count {
             0 => f32::INFINITY,
@@ -85,22 +86,22 @@ impl Bin {
     }
 }
 
-/// Cuts a part in two, across the axis and at the place that make the halves cheapest, of those between bins:
-/// the surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume
-/// Hierarchies", Symposium on Interactive Ray Tracing, 2007). A single triangle comes back with
-/// nothing beside it.
+/// Cuts a part in two, across the axis and at the boundary between bins that make the halves
+/// cheapest: the surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume
+/// Hierarchies", Symposium on Interactive Ray Tracing, 2007). A single triangle comes back with an
+/// empty second half.
 fn cut_in_two(part: &mut [Boxed]) -> [&mut [Boxed]; 2] {
     let middle = if part.len() <= 2 { 1 } else { best_middle(part) };
     let (one, other) = part.split_at_mut(middle);
     [one, other]
 }
 
-/// Brings one half of a part before the other; where that starts.
+/// Reorders a part so that one half comes before the other, and returns where the other starts.
 fn best_middle(part: &mut [Boxed]) -> usize {
     let bins = BINS.min(2 * part.len());
     let centers = Extent::of(part.iter().map(|boxed| boxed.extent.center()));
     let scale = bins as f32 / centers.size();
-    // all in bin 0 along an axis on which they are in line, as 0 times infinity is no number
+    // along an axis on which all centres agree, 0 times infinity is a NaN, which becomes bin 0
     let place = |boxed: &Boxed| {
         let place = (boxed.extent.center() - centers.min) * scale;
         place.as_uvec3().min(UVec3::splat(bins as u32 - 1))
@@ -120,13 +121,14 @@ fn best_middle(part: &mut [Boxed]) -> usize {
         }
     }
     match best {
-        // all at one place
+        // all centres at one place
         (f32::INFINITY, ..) => part.len() / 2,
         (_, axis, cut) => partition(part, |boxed| (place(boxed)[axis] as usize) < cut),
     }
 }
 
-/// What the halves cost at the best cut through a row of bins, and the bin above the cut.
+/// Returns the cost of the halves at the best cut through a row of bins, and the index of the bin
+/// above the cut.
 fn best_cut(bins: &[Bin]) -> (f32, usize) {
     let mut above = [0.0; BINS];
     let mut sum = Bin::EMPTY;
@@ -146,7 +148,7 @@ fn best_cut(bins: &[Bin]) -> (f32, usize) {
     best
 }
 
-/// Brings those that are `low` before the others; how many they are.
+/// Reorders a part so that the triangles that are `low` come first, and returns their number.
 fn partition(part: &mut [Boxed], low: impl Fn(&Boxed) -> bool) -> usize {
     let (mut start, mut end) = (0, part.len());
     while start < end {
@@ -160,17 +162,18 @@ fn partition(part: &mut [Boxed], low: impl Fn(&Boxed) -> bool) -> usize {
     start
 }
 
-/// Visits from which on triangles are a heap: reinsertion looks through all that overlap, for each of
-/// them (a minute for 100,000 discs at one place), and finds nothing better. Rooms and plants have
-/// tens to hundreds.
+/// Expected node visits from which on triangles count as a heap, which is not improved. Reinsertion
+/// looks through all overlapping nodes for each node (a minute for 100,000 discs at one place), and
+/// finds nothing better. Rooms and plants have tens to hundreds of visits.
 const HEAP: f32 = 5000.0;
 
-/// Nodes that are put to better places, at most, of those near the root. More would take long in a canopy and
-/// gain nothing there.
+/// Limit on the number of nodes that are moved to better places, those near the root. More would
+/// take long in a canopy and gain nothing there.
 const MENDED: f32 = 20_000.0;
 
-/// Moves nodes that make boxes large (Meister and Bittner, "Parallel Reinsertion for Bounding Volume
-/// Hierarchy Optimization", Computer Graphics Forum 37 (2), 2018), unless the triangles lie in a heap.
+/// Moves nodes that make boxes large (Meister and Bittner, "Parallel Reinsertion for Bounding
+/// Volume Hierarchy Optimization", Computer Graphics Forum 37 (2), 2018), unless the triangles lie
+/// in a heap.
 fn mend(tree: &mut Bvh2) {
     if expected_visits(tree) < HEAP {
         let ratio = (MENDED / tree.nodes.len() as f32).min(1.0);
@@ -178,7 +181,8 @@ fn mend(tree: &mut Bvh2) {
     }
 }
 
-/// How many nodes a random ray through the tree meets: their areas over the area of the root.
+/// Returns the number of nodes that a random ray through the tree is expected to meet: the sum of
+/// their areas over the area of the root.
 fn expected_visits(tree: &Bvh2) -> f32 {
     let root = tree.nodes[0].aabb.half_area();
     tree.nodes.iter().map(|node| node.aabb.half_area() / root).sum()

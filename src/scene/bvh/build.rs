@@ -1,4 +1,4 @@
-//! From triangles to the tree.
+//! Builds the tree from triangles.
 
 use glam::Vec3;
 
@@ -27,7 +27,7 @@ pub(super) fn build(
     Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes, reach }
 }
 
-/// Exactly, but for the rounding of doubles: whether the corners do not lie on one line.
+/// Returns whether the corners do not lie on one line; exact, apart from the rounding of doubles.
 fn has_area(t: &Triangle) -> bool {
     let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
     (b - a).cross(c - a) != glam::DVec3::ZERO
@@ -37,8 +37,8 @@ fn reach(t: &Triangle) -> Vec3 {
     t.a.abs().max(t.b.abs()).max(t.c.abs())
 }
 
-/// The same triangles in the same order in a tree without long branches, where a chain of nested triangles
-/// has made some.
+/// Returns a balanced tree of the same triangles in the same order. It replaces a tree in which a
+/// chain of nested triangles has made long branches.
 pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
     let mut order = Vec::new();
     let mut waiting = vec![0];
@@ -50,7 +50,7 @@ pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
     }
     let mut tree = Vec::with_capacity(binary.len());
     let mut ranges = vec![(0, order.len())];
-    // the two halves of a range come last in the list, to be halved in their turn
+    // the two halves of a range go to the end of the list, to be halved later
     while let Some(&(start, end)) = ranges.get(tree.len()) {
         tree.push(if end - start == 1 {
             Branch::Triangle(order[start])

@@ -1,4 +1,4 @@
-//! How triangles lie in memory for rays, and what a ray that meets one is told.
+//! The memory layout of the search structure, and the result of a search.
 
 use glam::Vec3;
 
@@ -15,27 +15,28 @@ pub struct Hit {
     pub v: f32,
     /// The point of the hit, m.
     pub point: Vec3,
-    /// False where the ray passes through an edge that belongs to the triangle across it.
+    /// False where the ray passes through an edge that belongs to the neighbouring triangle.
     pub owned: bool,
 }
 
-/// Eight numbers that the processor takes at once.
+/// Eight numbers that the processor handles at once.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct Row(pub [f32; 8]);
 
-/// Triangles arranged for rays. Coordinates of triangles and rays must stay below 1e9 m.
+/// The search structure: triangles arranged for the tracing of rays. Coordinates of triangles and
+/// rays must stay below 1e9 m.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
     /// Nodes and leaves, a parent before its children.
     pub(super) rows: Vec<Row>,
-    /// So many nodes, the first ones, are together the root; 0 where there is no triangle.
+    /// Number of nodes that form the root, the first ones; 0 where there is no triangle.
     pub(super) root_nodes: usize,
-    /// Largest |x|, |y|, |z| of any corner: the scale of rounding errors, m.
+    /// Largest |x|, |y|, |z| of any corner, m: the scale of rounding errors.
     pub(super) reach: Vec3,
 }
 
-/// Gathers one bit of each of eight numbers, which are all ones or all zeros.
+/// A function that gathers one bit of each of eight numbers, whose bits are all ones or all zeros.
 pub(super) trait Gather: Fn([u32; 8]) -> u32 + Copy {}
 
 impl<F: Fn([u32; 8]) -> u32 + Copy> Gather for F {}

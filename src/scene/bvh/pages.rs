@@ -1,20 +1,22 @@
-//! Memory in large pages: rays that meet rows all over it wait less for addresses to be translated.
+//! Memory in large pages: rays read rows all over it, and then wait less for the translation of
+//! addresses.
 
 #[cfg(target_os = "linux")]
 use std::mem::MaybeUninit;
 
 use super::layout::Row;
 
-/// 2 MB, as x86-64 and most others have it.
+/// Size of a large page, bytes: 2 MB, as on x86-64 and most other processors.
 const LARGE_PAGE: usize = 1 << 21;
 
-/// The same rows, in large pages where there are some to fill and the system gives them to who asks (Linux).
+/// Returns the same rows, moved to large pages if they fill at least one and the system provides
+/// large pages on request (Linux).
 pub(super) fn in_large_pages(rows: Vec<Row>) -> Vec<Row> {
     if cfg!(not(target_os = "linux")) || size_of_val(&rows[..]) < LARGE_PAGE {
         return rows;
     }
     let mut moved = Vec::with_capacity(rows.len());
-    // before they are written, as pages that are in use stay as they are
+    // asked for before the rows are written, because pages already in use stay as they are
     #[cfg(target_os = "linux")]
     ask_for_large_pages(moved.spare_capacity_mut());
     moved.extend(rows);
@@ -27,7 +29,8 @@ fn ask_for_large_pages(memory: &mut [MaybeUninit<Row>]) {
     let before = start.align_offset(LARGE_PAGE);
     let whole = size_of_val(memory).saturating_sub(before) / LARGE_PAGE * LARGE_PAGE;
     #[allow(unsafe_code)]
-    // SAFETY: the whole pages of a slice that is ours; the advice moves no byte, and may be ignored.
+    // SAFETY: these are whole pages of a slice that this function owns; the advice moves no byte,
+    // and may be ignored.
     unsafe {
         libc::madvise(start.wrapping_add(before).cast(), whole, libc::MADV_HUGEPAGE);
     }

@@ -1,4 +1,4 @@
-//! What can be asked of the structure, compiled twice: for any processor and for those with AVX2.
+//! The searches of the structure, compiled twice: for any processor, and for those with AVX2.
 
 use std::sync::LazyLock;
 
@@ -6,26 +6,26 @@ use super::layout::{Bvh, Gather, Hit};
 use super::walk::Probe;
 use crate::math::geometry::Ray;
 
-/// A question and all that it needs. Its answer must be inlined: what it calls is then compiled
-/// for the processor too, and the ray stays in registers. Whom it tells of hits is called by a pointer: that is
-/// seldom, and there is one copy of the walk for each kind of question, not for each who asks.
+/// A search with its arguments. `answer` must be inlined: what it calls is then compiled for the
+/// processor too, and the ray stays in registers. Callbacks for hits are called through a pointer:
+/// that is rare, and it makes one copy of the walk for each kind of search, not for each caller.
 pub(super) trait Query {
     type Answer;
     fn answer(self, gather: impl Gather) -> Self::Answer;
 }
 
-/// The code that traces rays.
+/// The variant of the code that traces rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// Instructions of x86-64 processors with AVX2, BMI and LZCNT.
+    /// Code for x86-64 processors with AVX2, BMI and LZCNT.
     Avx2,
-    /// Code that any processor runs.
+    /// Code that runs on any processor.
     Plain,
 }
 
 impl Kernel {
-    /// The fastest that this processor runs; the plain one where the environment variable `PHYLUX_KERNEL`
-    /// is `plain`. They give the same bits.
+    /// Returns the fastest kernel that this processor can run, or the plain one if the environment
+    /// variable `PHYLUX_KERNEL` is `plain`. Both give the same bits.
     pub fn used() -> Self {
         static USED: LazyLock<Kernel> = LazyLock::new(|| {
             #[cfg(target_arch = "x86_64")]
@@ -41,7 +41,7 @@ impl Kernel {
         *USED
     }
 
-    /// Name of the kernel, as `phylux --version` prints it.
+    /// Returns the name of the kernel, as `phylux --version` prints it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Avx2 => "AVX2",
@@ -50,25 +50,27 @@ impl Kernel {
     }
 }
 
-/// The answer, by the fastest code there is.
+/// Runs a search with the fastest code for this processor.
 #[inline]
 pub(super) fn ask<Q: Query>(query: Q) -> Q::Answer {
     #[cfg(target_arch = "x86_64")]
     if Kernel::used() == Kernel::Avx2 {
         #[allow(unsafe_code)]
-        // SAFETY: the processor has what it needs, as was just asked.
+        // SAFETY: the processor has the instructions that are needed, as was just checked.
         return unsafe { ask_avx2(query) };
     }
     ask_plain(query)
 }
 
-/// Never inlined, so that the answer goes straight to who asked.
+/// Runs a search with code for any processor. It is never inlined, so that the answer is returned
+/// straight to the caller.
 #[inline(never)]
 pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
     query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
 }
 
-/// Compiled for AVX2; gives the same bits, as Rust never contracts a * b + c.
+/// Runs a search with code compiled for AVX2. It gives the same bits, as Rust never contracts a * b
+/// + c.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
 fn ask_avx2<Q: Query>(query: Q) -> Q::Answer {
@@ -84,7 +86,7 @@ fn gather_avx2([a, b, c, d, e, f, g, h]: [u32; 8]) -> u32 {
     _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_setr_epi32(a, b, c, d, e, f, g, h))) as u32
 }
 
-/// See [`Bvh::closest`].
+/// The search of [`Bvh::closest`].
 pub(super) struct Closest<'a> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray,
@@ -100,7 +102,7 @@ impl Query for Closest<'_> {
     }
 }
 
-/// See [`Bvh::occluded`].
+/// The search of [`Bvh::occluded`].
 pub(super) struct Occluded<'a> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray,
@@ -123,7 +125,7 @@ impl Query for Occluded<'_> {
     }
 }
 
-/// See [`Bvh::crossings`].
+/// The search of [`Bvh::crossings`].
 pub(super) struct Crossings<'a> {
     pub bvh: &'a Bvh,
     pub ray: &'a Ray,
@@ -141,7 +143,7 @@ impl Query for Crossings<'_> {
     }
 }
 
-/// See [`Bvh::meet`].
+/// The search of [`Bvh::meet`].
 pub(super) struct Meet<'a> {
     pub surfaces: &'a Bvh,
     pub crossed: &'a Bvh,

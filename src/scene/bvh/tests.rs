@@ -1,5 +1,5 @@
-//! Every random test is deterministic: its seed stands in it. "Missed" means a ray that starts
-//! inside a closed mesh and gets no hit.
+//! Tests of the ray kernel. Every random test is deterministic: its seed is written in it. "Missed"
+//! means a ray that starts inside a closed mesh and gets no hit.
 
 use std::f32::consts::TAU;
 
@@ -21,12 +21,12 @@ impl Random {
         Self(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
-    /// A number that is uniform in [0, 1).
+    /// Draws a number, uniform in [0, 1).
     fn unit(&mut self) -> f32 {
         (self.0.next_u64() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// A point that is uniform in the cube [-1, 1)^3.
+    /// Draws a point, uniform in the cube [-1, 1)^3.
     fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
@@ -41,7 +41,7 @@ impl Random {
         &items[self.0.next_u64() as usize % items.len()]
     }
 
-    /// `n` triangles of about the given size with their first corner in the cube.
+    /// Draws `n` triangles of about the given size with their first corner in the cube.
     fn soup(&mut self, n: usize, size: f32) -> Vec<Triangle> {
         let mut triangle = || {
             let a = self.cube();
@@ -51,7 +51,7 @@ impl Random {
     }
 }
 
-/// 20 * 4^`levels` triangles.
+/// A sphere of 20 * 4^`levels` triangles.
 fn icosphere(levels: u32, center: Vec3, radius: f32) -> Vec<Triangle> {
     let g = (1.0 + 5f32.sqrt()) / 2.0;
     let p: Vec<Vec3> = [(0, 1, 2), (1, 2, 0), (2, 0, 1)]
@@ -97,7 +97,7 @@ fn walls(min: Vec3, max: Vec3, n: u32) -> Vec<Triangle> {
         let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
         for side in [min, max] {
             let point = |i: u32, j: u32| {
-                // the last exactly on the next wall
+                // the last point lies exactly on the next wall
                 let along = |axis: usize, i: u32| {
                     if i == n {
                         max[axis]
@@ -128,7 +128,8 @@ fn room() -> Vec<Triangle> {
     triangles
 }
 
-/// Moeller and Trumbore in double precision: t, u, v of the line and the triangle's plane.
+/// Returns t, u, v of the ray's line and the triangle's plane, in double precision (Moeller and
+/// Trumbore).
 fn exact(ray: &Ray, t: &Triangle) -> [f64; 3] {
     let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
     let (o, d): (DVec3, DVec3) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
@@ -140,8 +141,8 @@ fn exact(ray: &Ray, t: &Triangle) -> [f64; 3] {
     [e2.dot(q) * inverse, s.dot(p) * inverse, d.dot(q) * inverse]
 }
 
-/// Whether the ray surely hits (true), surely does not (false), or is too near an edge or an end of
-/// its range to tell; `range` is the range over the size of the scene, as is t here.
+/// Returns whether the ray surely hits (true), surely does not hit (false), or is too near an edge
+/// or an end of its range to tell (`None`). `range` and t are relative to the size of the scene.
 fn certainty([t, u, v]: [f64; 3], range: f64) -> Option<bool> {
     match u.min(v).min(1.0 - u - v).min(t).min(range - t) {
         x if x > 1e-5 => Some(true),
@@ -150,7 +151,8 @@ fn certainty([t, u, v]: [f64; 3], range: f64) -> Option<bool> {
     }
 }
 
-/// Compares all three queries with the exact test on every triangle; returns how many rays hit.
+/// Compares all three searches with the exact test on every triangle, and returns how many rays
+/// hit.
 fn compare(random: &mut Random, triangles: &[Triangle], rays: usize, scale: f32) -> usize {
     let bvh = Bvh::build(triangles);
     let size = f64::from(scale);
@@ -242,7 +244,7 @@ impl Closed {
     }
 }
 
-/// 2e5 rays at corners and 2e5 at edges.
+/// 2e5 rays are aimed at corners and 2e5 at edges.
 #[test]
 fn no_ray_leaves_a_closed_mesh_through_an_edge_or_a_corner() {
     let mut random = Random::new(3);
@@ -259,7 +261,7 @@ fn no_ray_leaves_a_closed_mesh_through_an_edge_or_a_corner() {
     }
 }
 
-/// 1e6 rays.
+/// 1e6 rays are traced.
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
     let mut random = Random::new(4);
@@ -273,8 +275,8 @@ fn no_ray_leaves_a_closed_mesh() {
     }
 }
 
-/// Axis-parallel and diagonal rays, both kinds of zero, from points inside, on faces' planes, on
-/// edges and in the grid of the tiles: every one must meet the wall that it points to.
+/// Axis-parallel and diagonal rays with both kinds of zero start from points inside, on the planes
+/// of faces, on edges and on the grid of the tiles: each must meet the wall that it points to.
 #[test]
 fn rays_along_axes_and_faces() {
     let bvh = Bvh::build(&walls(Vec3::splat(-1.0), Vec3::splat(1.0), 4));
@@ -285,7 +287,7 @@ fn rays_along_axes_and_faces() {
         .flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| Vec3::new(x, y, z))))
     {
         for d in directions() {
-            // how far the ray goes in the closed cube
+            // the distance that the ray goes in the closed cube
             let inside = (0..3).filter(|&i| d[i] != 0.0).map(|i| (d[i].signum() - o[i]) / d[i]);
             let exit = inside.fold(f32::INFINITY, f32::min);
             let ray = Ray { origin: o, direction: d };
@@ -341,8 +343,8 @@ fn of_coincident_triangles_the_first() {
     assert_eq!(bvh.closest(&ray, 1.0), None);
 }
 
-/// A ray through an edge or a corner crosses one of the triangles that meet there, whichever way
-/// they are turned: a photon through the diagonal of a captor is one photon.
+/// A ray through an edge or a corner crosses exactly one of the triangles that meet there,
+/// whichever way they are oriented: a photon through the diagonal of a captor is one photon.
 #[test]
 fn shared_edges_are_crossed_once() {
     let p = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0);
@@ -371,7 +373,7 @@ fn shared_edges_are_crossed_once() {
     }
 }
 
-/// Strips, grids and nests that make a naive build a chain.
+/// Strips, piles and nests of triangles, of which a naive build makes a chain.
 #[test]
 fn degenerate_distributions() {
     let t = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
@@ -388,7 +390,7 @@ fn degenerate_distributions() {
     }
 }
 
-/// Where a tree is a chain, more children would wait than there is room for.
+/// In a tree that is a chain, more children would wait than there is room for; balancing it helps.
 #[test]
 fn a_chain_is_balanced() {
     let mut random = Random::new(7);
@@ -428,7 +430,7 @@ fn nothing_to_hit() {
     assert_eq!(Bvh::build(&[real]).closest(&beside, f32::INFINITY), None);
 }
 
-/// The same bits from the code that this processor runs and from the code for any processor.
+/// The code for this processor and the code for any processor give the same bits.
 #[test]
 fn fast_and_plain_agree() {
     let mut random = Random::new(6);
@@ -473,7 +475,7 @@ fn near_finds_all_in_a_ball() {
         bvh.near(center, radius, |triangle| found.push(triangle as usize));
         visits += found.len();
         for (i, triangle) in triangles.iter().enumerate() {
-            // above the rounding of sectors that cancel
+            // above the rounding error of sectors that cancel
             let inside = triangle.area_in_ball(center, radius) > 1e-5 * radius * radius;
             assert!(!inside || found.contains(&i), "{i} within {radius} of {center}");
         }

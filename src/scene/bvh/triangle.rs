@@ -1,23 +1,23 @@
-//! Ray against eight triangles: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
-//! JCGT 2 (1), 2013.
+//! The intersection test of a ray with eight triangles: Woop, Benthin and Wald, "Watertight
+//! Ray/Triangle Intersection", JCGT 2 (1), 2013.
 //!
 //! The corners are sheared so that the ray becomes the z axis; the signs of the three edge
-//! functions then tell whether the axis passes inside. Two triangles that share an edge compute
-//! the same numbers for it with opposite signs, so no ray passes between them. A single-precision
-//! edge function has either the exact sign or is zero; double precision decides what is left.
+//! functions then tell whether the axis passes inside. Two triangles that share an edge compute the
+//! same numbers for it with opposite signs, so no ray passes between them. A single-precision edge
+//! function either has the exact sign or is zero; double precision decides the latter cases.
 
 use glam::{DVec2, DVec3, Vec3, Vec3A};
 
 use super::layout::{Gather, Hit, Row};
 
-/// Up to eight triangles: the corners a, b, c along x, along y and along z, m, and the triangles'
-/// indices. A place that is not filled has corners that are no numbers, which no ray meets.
+/// Up to eight triangles: nine rows with the corners a, b, c along x, along y and along z, m, and a
+/// row with the indices of the triangles. An empty place has NaN corners, which no ray meets.
 pub(super) type Leaf = [Row; 10];
 
-/// The row of a leaf that has the indices.
+/// The row of a leaf that holds the indices.
 pub(super) const INDICES: usize = 9;
 
-/// Corner a (0), b (1) or c (2) of one of a leaf's triangles.
+/// Returns corner a (0), b (1) or c (2) of one of a leaf's triangles.
 #[inline(always)]
 fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
     Vec3::new(leaf[i].0[lane], leaf[3 + i].0[lane], leaf[6 + i].0[lane])
@@ -25,34 +25,35 @@ fn corner(leaf: &Leaf, lane: usize, i: usize) -> Vec3 {
 
 /// The quantities of a ray that the watertight test of triangles needs.
 pub(super) struct Shear {
-    /// The axes of the scene in the order x, y, z of the sheared space; z has the largest
-    /// component of the direction.
+    /// The axes of the scene that become x, y, z of the sheared space; z is the one with the
+    /// largest component of the direction.
     axes: [usize; 3],
     /// Origin of the ray, in the order of `axes`.
     start: [f32; 3],
-    /// How far the ray goes along x and y for one step along z, and the inverse z component of the
-    /// direction.
+    /// Distance of the ray along x and along y for one step along z, and the inverse z component of
+    /// the direction.
     slope: [f32; 3],
     origin: Vec3A,
     direction: Vec3A,
 }
 
-/// A leaf's triangles as the ray sees them, a lane each.
+/// A leaf's triangles as the ray sees them, one per lane.
 pub(super) struct Sheared {
     /// The corners a, b, c, across the ray.
     x: [[f32; 8]; 3],
     y: [[f32; 8]; 3],
-    /// Distances of the nearest and the farthest corner.
+    /// Distances of the nearest and the farthest corner along the ray.
     first: [f32; 8],
     last: [f32; 8],
-    /// All ones where single precision tells that the ray passes inside.
+    /// All ones where single precision suffices to tell that the ray passes inside.
     inside: [u32; 8],
-    /// Bit mask of those that the ray may meet.
+    /// Bit mask of the triangles that the ray may meet.
     pub mask: u32,
 }
 
 impl Shear {
-    /// Of a ray, and one over each component of its direction (used only of the largest).
+    /// Prepares a ray; `inverse` is one over each component of its direction, of which only the
+    /// largest component is used.
     #[inline(always)]
     pub fn new(origin: Vec3A, direction: Vec3A, inverse: Vec3A) -> Self {
         let z = main_axis(direction);
@@ -68,7 +69,7 @@ impl Shear {
         }
     }
 
-    /// Which of a leaf's triangles the ray may meet with 0 < t <= `limit`.
+    /// Shears a leaf's triangles, and finds those that the ray may meet with 0 < t <= `limit`.
     #[inline(always)]
     pub fn apply(&self, leaf: &Leaf, limit: f32, gather: impl Gather) -> Sheared {
         let [x, y, z] = self.axes.map(|axis| [0, 1, 2].map(|corner| &leaf[3 * axis + corner].0));
@@ -101,8 +102,8 @@ impl Shear {
         s
     }
 
-    /// Where the ray meets one of the triangles, if 0 < t <= `limit`. Double precision gives the edge
-    /// functions their exact sign.
+    /// Returns the hit of the ray with one of the triangles, if 0 < t <= `limit`. Double precision
+    /// gives the edge functions their exact sign.
     #[inline(always)]
     pub fn meet(&self, leaf: &Leaf, s: &Sheared, lane: usize, limit: f32) -> Option<Hit> {
         let x = DVec3::from([0, 1, 2].map(|i| s.x[i][lane].into()));
@@ -118,7 +119,7 @@ impl Shear {
                 Vec3::new(a[self.axes[2]], b[self.axes[2]], c[self.axes[2]]) - self.start[2];
             (DVec3::new(u, v, w) * inverse).dot((depth * self.slope[2]).as_dvec3()) as f32
         });
-        // where the ray grazes, it stays between those of the corners
+        // where the ray grazes, t stays between the distances of the corners
         let t = if t > s.first[lane] { t } else { s.first[lane] };
         let t = if t < s.last[lane] { t } else { s.last[lane] };
         let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
@@ -127,8 +128,9 @@ impl Shear {
         (t > 0.0 && t <= limit).then_some(Hit { t, triangle, u, v, point, owned })
     }
 
-    /// Distance to the plane of a triangle, right to the last bit unless the ray grazes it: of
-    /// two leaves that nearly touch the front one must be hit. None if it lies in the plane.
+    /// Returns the distance to the plane of a triangle, correct to the last bit unless the ray
+    /// grazes the plane: of two leaves that nearly touch, the front one must be hit. `None` if the
+    /// ray lies in the plane.
     #[inline(always)]
     fn distance(&self, a: DVec3, b: DVec3, c: DVec3) -> Option<f32> {
         let normal = (b - a).cross(c - a);
@@ -138,8 +140,8 @@ impl Shear {
     }
 }
 
-/// Whether a ray near an edge meets the triangle (None if not) and, if it passes through edges (those
-/// whose function is zero), whether they belong to the triangle.
+/// Returns whether the edges through which a ray passes (those whose function is zero) belong to
+/// the triangle. `None` if a ray near an edge does not meet the triangle.
 #[cold]
 #[inline(never)]
 fn owns(x: DVec3, y: DVec3, edges: DVec3) -> Option<bool> {
@@ -156,15 +158,15 @@ fn owns(x: DVec3, y: DVec3, edges: DVec3) -> Option<bool> {
     Some(owns)
 }
 
-/// Whether a point on the edge from `p` to `q`, seen along the ray, belongs to the triangle that has
-/// it on its left: the triangle on the other side runs along it the other way (the top-left rule of
-/// rasterisation).
+/// Returns whether a point on the edge from `p` to `q`, seen along the ray, belongs to the triangle
+/// that has the edge on its left. The triangle on the other side has the same edge in the opposite
+/// direction (the top-left rule of rasterisation).
 fn owns_edge(p: DVec2, q: DVec2, turn: f64) -> bool {
     let along = (q - p) * turn;
     along.y < 0.0 || (along.y == 0.0 && along.x > 0.0)
 }
 
-/// Comparisons, because `f32::min` would ask for numbers that are none.
+/// Returns the least number. It uses comparisons, because `f32::min` would also check for NaNs.
 #[inline(always)]
 fn least([a, b, c]: [f32; 3]) -> f32 {
     let ab = if a < b { a } else { b };
@@ -177,7 +179,7 @@ fn most([a, b, c]: [f32; 3]) -> f32 {
     if ab > c { ab } else { c }
 }
 
-/// The axis of the largest component of `d`.
+/// Returns the axis of the largest component of `d`.
 #[inline(always)]
 fn main_axis(d: Vec3A) -> usize {
     let [x, y, z] = d.abs().to_array();

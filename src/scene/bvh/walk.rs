@@ -1,4 +1,4 @@
-//! The walk through the tree, and ray against eight boxes.
+//! The walk through the tree, and the intersection test of a ray with eight boxes.
 
 use arrayvec::ArrayVec;
 use glam::{Vec3, Vec3A};
@@ -7,25 +7,26 @@ use super::layout::{Bvh, Gather, Hit, Row};
 use super::triangle::{INDICES, Leaf, Shear};
 use crate::math::geometry::Ray;
 
-/// Eight children: along x, y, z the lower and upper planes of their boxes, m, and where each is.
+/// Eight children: the lower and upper planes of their boxes along x, y and z, m, and where each
+/// child is.
 pub(super) type Node = [Row; NODE_ROWS];
 
 pub(super) const NODE_ROWS: usize = 7;
 
-/// Nodes that the root is made of, at most. Every ray meets it, and what it does in one of them does not wait
-/// for the others: together they take little longer than one.
+/// Limit on the number of nodes that form the root. Every ray meets all of them, and their tests do
+/// not depend on each other: together they take little longer than one.
 pub(super) const ROOT_NODES: usize = 4;
 
-/// The row of a node that says where its children are.
+/// The row of a node that refers to its children.
 pub(super) const CHILDREN: usize = 6;
 
-/// No children: no ray enters a box from +infinity to -infinity.
+/// A node without children: no ray enters a box from +infinity to -infinity.
 pub(super) const CHILDLESS: Node = {
     let (lower, upper) = (Row([f32::INFINITY; 8]), Row([f32::NEG_INFINITY; 8]));
     [lower, upper, lower, upper, lower, upper, Row([0.0; 8])]
 };
 
-/// The row where a node starts, or with the highest bit set a leaf.
+/// Reference to a child: the row where a node starts or, with the highest bit set, a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Child(u32);
 
@@ -33,7 +34,7 @@ const LEAF: u32 = 1 << 31;
 
 impl Child {
     pub fn node(row: usize) -> Self {
-        // as a float it must not be a NaN
+        // as a float the number must not be a NaN
         assert!(row < f32::INFINITY.to_bits() as usize, "less than 64 GB of rows");
         Self(row as u32)
     }
@@ -42,7 +43,7 @@ impl Child {
         Self(Self::node(row).0 | LEAF)
     }
 
-    /// The bits as a float, as they stand in a row of the table.
+    /// Returns the bits as a float, as they are stored in a row of the table.
     pub fn as_float(self) -> f32 {
         f32::from_bits(self.0)
     }
@@ -63,8 +64,8 @@ impl Child {
     }
 }
 
-/// A child that waits, with the distance at which the ray enters its box: the bits of a float >= 0
-/// above the child's. So the nearest is the least.
+/// A child that waits, with the distance at which the ray enters its box: the bits of that float,
+/// which is at least 0, above the bits of the child. So the nearest child is the smallest number.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting(u64);
 
@@ -85,8 +86,9 @@ impl Waiting {
     }
 }
 
-/// Children that can wait: what a balanced tree of 2^28 triangles needs (the root's and 28 levels, 7 a level),
-/// and all that is allowed to others.
+/// Limit on the number of children that wait: enough for a balanced tree of 2^28 triangles (the
+/// root's children, and 28 levels with 7 each). A tree that needs more is replaced by a balanced
+/// one.
 pub(super) const STACK: usize = 8 * ROOT_NODES + 28 * 7;
 
 impl Bvh {
@@ -100,8 +102,8 @@ impl Bvh {
         self.rows[row..row + 10].try_into().expect("ten")
     }
 
-    /// Asks for the memory of a child that waits, so that it is there when its turn comes: among half a
-    /// million triangles that saves an eighth of the time.
+    /// Prefetches the memory of a child that waits, so that it is in the cache when its turn comes:
+    /// among half a million triangles that saves an eighth of the time.
     #[inline(always)]
     fn prefetch(&self, child: Child) {
         #[cfg(target_arch = "x86_64")]
@@ -109,7 +111,7 @@ impl Bvh {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
             let line = self.rows.as_ptr().wrapping_add(child.row() + row);
             #[allow(unsafe_code)]
-            // SAFETY: every processor of this kind has it, and it reads nothing.
+            // SAFETY: every processor of this kind has the instruction, and it reads nothing.
             unsafe {
                 _mm_prefetch(line.cast(), _MM_HINT_T0);
             }
@@ -174,7 +176,7 @@ impl Bvh {
         }
     }
 
-    /// The nearest of the children in these places; the others are to wait.
+    /// Returns the nearest of the children in the places of `mask`, and lets the others wait.
     #[inline(always)]
     fn descend(
         &self,
@@ -197,7 +199,7 @@ impl Bvh {
             let farther = nearest.max(other);
             nearest = nearest.min(other);
             self.prefetch(farther.child());
-            // those that wait stay in order, the nearest on top
+            // the waiting children stay sorted, the nearest on top
             stack.push(farther);
             let waiting = &mut stack[bottom..];
             let mut place = waiting.len() - 1;
@@ -212,8 +214,8 @@ impl Bvh {
         }
     }
 
-    /// Visits the index of every triangle that may reach into the ball of `radius` around `center`:
-    /// of those in boxes that do. Lengths in m.
+    /// Visits the index of every triangle that may reach into the ball of `radius`, m, around
+    /// `center`: all triangles of the leaves whose boxes reach into it.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
         let mut waiting: Vec<Child> =
             (0..self.root_nodes).map(|i| Child::node(NODE_ROWS * i)).collect();
@@ -231,7 +233,8 @@ impl Bvh {
     }
 }
 
-/// Whether a child's box reaches into a ball; rounding may add one that touches it.
+/// Returns whether a child's box reaches into a ball; because of rounding, also true for some boxes
+/// that only touch it.
 fn touches(node: &Node, place: usize, center: Vec3, radius: f32) -> bool {
     let [min, max] =
         [0, 1].map(|side| Vec3::from([0, 2, 4].map(|axis| node[axis + side].0[place])));
@@ -239,14 +242,14 @@ fn touches(node: &Node, place: usize, center: Vec3, radius: f32) -> bool {
     outside.length_squared() <= radius * radius * (1.0 + 1e-5)
 }
 
-/// A ray, prepared for boxes and triangles of one or more trees.
+/// A ray, prepared for the tests of boxes and triangles in one or more trees.
 pub(super) struct Probe {
     slabs: Slabs,
     shear: Shear,
 }
 
 impl Probe {
-    /// For trees of which no corner lies beyond `reach`, m from the origin along each axis.
+    /// Prepares a ray for trees without corners beyond `reach`, m from the origin along each axis.
     #[inline(always)]
     pub fn new(ray: &Ray, reach: Vec3) -> Self {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
@@ -256,24 +259,25 @@ impl Probe {
     }
 }
 
-/// What the box test needs of a ray: the distance of the plane x = p is p `inverse.x` + `near.x` or
-/// + `far.x`, rounded down or up.
+/// The quantities of a ray that the box test needs: the distance of the plane x = p is p
+/// `inverse.x` + `near.x` (rounded down) or p `inverse.x` + `far.x` (rounded up).
 ///
-/// Let u = 2^-24, r the scene's reach along an axis, o that of the ray's origin, k one over the
-/// direction, R, O, K the same of the main axis (the direction's largest). The sums below err by
-/// less than 6 u (r + o) k. The triangle test shears corners with errors of 2 u (r + o) and
-/// 5 u (R + O) times the slope, as if the distance were off by 2 u (r + o) k + 5 u (R + O) K. A pad
-/// of 16 u of both terms, with the largest r + o for R + O, covers it all: no box is left out in which a
-/// triangle would be hit.
+/// Let u = 2^-24; r the reach of the scene along an axis, o that of the ray's origin, and k one
+/// over the direction's component; R, O and K the same along the main axis (that of the largest
+/// component). The sums below err by less than 6 u (r + o) k. The triangle test shears corners with
+/// errors of 2 u (r + o) and of 5 u (R + O) times the slope, as if the distance were off by 2 u (r
+/// + o) k + 5 u (R + O) K. A pad of 16 u of both terms, with the largest r + o for R + O, covers
+/// both errors: no box is left out in which a triangle would be hit.
 struct Slabs {
     inverse: Vec3A,
     near: Vec3A,
     far: Vec3A,
-    /// Bit 0, 1, 2: whether the ray meets the upper planes across x, y, z first.
+    /// Bits 0, 1, 2: whether the ray meets the upper planes across x, y, z first.
     downward: usize,
 }
 
-/// Which of the children a ray enters before its limit, as a bit mask, and at what distance.
+/// The children whose boxes a ray enters before its limit, as a bit mask, and the distance at which
+/// it enters each.
 struct Entered {
     near: [f32; 8],
     mask: u32,
@@ -281,9 +285,9 @@ struct Entered {
 
 const PAD: f32 = 16.0 / (1 << 24) as f32;
 
-/// Stands for 1/0: large enough for every other distance to be small beside it, small enough for
-/// no product to overflow. With it a ray in the plane of a box's face counts as inside: the pad
-/// of that axis exceeds every distance.
+/// Stands for 1/0. It is so large that every other distance is small beside it, and so small that
+/// no product overflows. With it a ray in the plane of a box's face counts as inside: the pad along
+/// that axis exceeds every distance.
 const LARGEST_INVERSE: f32 = (1u128 << 96) as f32;
 
 impl Slabs {
@@ -309,7 +313,8 @@ impl Slabs {
         Entered { near, mask: gather(inside) }
     }
 
-    /// Shortens the ray's ways through the boxes to those between the planes across an axis.
+    /// Shortens the intervals in which the ray is inside the boxes to those between the planes
+    /// across an axis.
     #[inline(always)]
     fn clip(&self, node: &Node, axis: usize, near: &mut [f32; 8], far: &mut [f32; 8]) {
         let upper_first = self.downward >> axis & 1;

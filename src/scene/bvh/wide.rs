@@ -1,4 +1,5 @@
-//! From a tree with two children a node to one with eight, or 32 at the root, and eight triangles a leaf.
+//! Turns a binary tree into one with eight children per node, up to 32 at the root, and up to eight
+//! triangles per leaf.
 
 use arrayvec::ArrayVec;
 
@@ -7,33 +8,33 @@ use super::triangle::{INDICES, Leaf};
 use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, ROOT_NODES};
 use crate::math::geometry::{Extent, Triangle};
 
-/// A node of a tree with two children a node and one triangle a leaf; the root comes first.
+/// A node of a binary tree with one triangle per leaf; the root comes first.
 #[derive(Clone, Copy)]
 pub(super) enum Branch {
     Fork([usize; 2]),
     Triangle(u32),
 }
 
-/// Places for the children of a node, and for the triangles of a leaf.
+/// Number of places for the children of a node, and for the triangles of a leaf.
 const WIDTH: usize = 8;
 
 /// The wide tree.
 pub(super) struct Wide {
-    /// Each node, then its leaves, then what is below it.
+    /// Each node, followed by its leaves, followed by the nodes below it.
     pub rows: Vec<Row>,
-    /// How many nodes, the first ones, are the root.
+    /// Number of nodes that form the root, the first ones.
     pub root_nodes: usize,
-    /// How many children can wait at a time in a walk.
+    /// The largest number of children that can wait at the same time in a walk.
     pub waiting: usize,
 }
 
-/// Makes a tree wide, its root of at most so many nodes.
+/// Makes a binary tree wide, with a root of at most `root_nodes` nodes.
 pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize) -> Wide {
     struct Place {
         branch: usize,
-        /// The row, and the place in it, that says where the branch is; nothing does for the root.
+        /// The row, and the place in it, that refers to the branch; `None` for the root.
         named: Option<(usize, usize)>,
-        /// Children that wait above.
+        /// Number of children that may wait in the levels above.
         above: usize,
     }
     let parts = parts(binary, triangles);
@@ -77,8 +78,8 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize
     wide
 }
 
-/// What the children of a node are: the branches that share eight places best, the largest of them opened
-/// into those of its own as long as there is `room`.
+/// Returns the branches that become the children of a node: those that use eight places best. As
+/// long as there is `room`, the largest of them is replaced by its own children.
 fn members(
     binary: &[Branch],
     parts: &[Part],
@@ -105,7 +106,8 @@ fn members(
     members
 }
 
-/// The branches that share some places of a node, all below `branch`.
+/// Adds to `members` the branches, all below `branch`, that share `places` places of a node at the
+/// least cost.
 fn share(
     binary: &[Branch],
     parts: &[Part],
@@ -114,7 +116,7 @@ fn share(
     members: &mut ArrayVec<usize, WIDTH>,
 ) {
     let part = &parts[branch];
-    // the root is a node, even where a leaf would do
+    // a root that is best a leaf becomes the only child of a node
     let whole = if places == WIDTH { part.leaf } else { part.costs[places] == part.costs[1] };
     match binary[branch] {
         Branch::Fork([l, r]) if !whole => {
@@ -132,7 +134,7 @@ fn leaf(binary: &[Branch], branch: usize, triangles: &[Triangle]) -> Leaf {
     rows
 }
 
-/// Puts a branch's triangles into the lanes from `lane` on.
+/// Puts a branch's triangles into the lanes of a leaf from `lane` on.
 fn fill(
     leaf: &mut Leaf,
     lane: &mut usize,
@@ -163,18 +165,18 @@ fn fill(
 struct Part {
     /// The box of its triangles.
     extent: Extent,
-    /// How many there are.
+    /// Number of the triangles.
     count: usize,
-    /// What a random ray pays, in nodes and leaves that it meets, if the branch takes 1, up to 2, ... up to
-    /// 7 places of a node (the first entry is not used).
+    /// Cost for a random ray, in nodes and leaves that it meets, if the branch takes 1, up to 2,
+    /// ... up to 7 places of a node (entry 0 is not used).
     costs: [f32; WIDTH],
-    /// Whether in one place it is best a leaf.
+    /// Whether the branch is best made a leaf if it takes one place.
     leaf: bool,
 }
 
-/// By dynamic programming from the leaves up: Ylitie, Karras and Laine, "Efficient Incoherent Ray
-/// Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A leaf costs as much as a node, since its
-/// triangles are tested at once.
+/// Finds the costs of all branches by dynamic programming from the leaves up: Ylitie, Karras and
+/// Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A
+/// leaf costs as much as a node, since its triangles are tested at once.
 fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
     let empty = Part { extent: Extent::EMPTY, count: 0, costs: [0.0; WIDTH], leaf: true };
     let mut parts = vec![empty; binary.len()];
@@ -202,8 +204,8 @@ fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
 }
 
 impl Part {
-    /// How many of some places to take for this child of a fork, the other child getting the rest, and what
-    /// both cost then.
+    /// Returns how many of `places` places this child of a fork takes at the least cost, if the
+    /// other child takes the rest, and the cost of both.
     fn shared(&self, other: &Self, places: usize) -> (usize, f32) {
         let cost = |own: usize| (own, self.costs[own] + other.costs[places - own]);
         let cheaper = |a: (usize, f32), b: (usize, f32)| if b.1 < a.1 { b } else { a };
@@ -211,7 +213,7 @@ impl Part {
     }
 }
 
-/// All branches, each before those that it forks into.
+/// Returns all branches, each before those that it forks into.
 fn downward(binary: &[Branch]) -> Vec<usize> {
     let mut order = Vec::with_capacity(binary.len());
     order.push(0);

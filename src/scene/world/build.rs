@@ -1,4 +1,4 @@
-//! From parts to a scene, with all checking.
+//! Builds a scene from its parts, with all checks.
 
 use std::ops::Range;
 
@@ -23,15 +23,16 @@ use crate::{
 };
 
 impl Scene {
-    /// Checks the parts and builds the scene, on threads of its own. Errors: no light, no or too
-    /// many bands, lists that have not one number for each band, numbers that are not finite or out of
-    /// their ranges, fractions that together are more than 1, indices of what is not there, names that
-    /// come twice, a light or captor without extent, an extent that single precision cannot carry.
+    /// Checks the parts and builds the scene, on threads of its own. Errors: no light; no or too
+    /// many bands; lists that do not have one number for each band; numbers that are not finite or
+    /// out of range; fractions whose sum is above 1; indices of things that do not exist; duplicate
+    /// names; a light or captor without extent; an extent that single precision cannot represent.
     pub fn new(parts: SceneParts) -> Result<Self> {
         Self::with_kept(parts, &KeptShapes::default())
     }
 
-    /// Like [`new`](Self::new), with what is kept of other scenes where the triangles are the same.
+    /// Works like [`new`](Self::new), but reuses the shapes kept from other scenes where the
+    /// triangles are the same.
     pub fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().build();
         pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
@@ -71,7 +72,7 @@ impl Scene {
         let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
         let mut surface_parts: Vec<(usize, SurfacePart)> =
             parts.surfaces.into_iter().enumerate().collect();
-        // a captor's triangles side by side, whatever the order of the files
+        // the triangles of a captor become contiguous, whatever the order of the files
         surface_parts.sort_by_key(|(_, part)| part.captor);
         let mut triangles = Vec::new();
         let mut surfaces = Vec::new();
@@ -198,7 +199,8 @@ impl Scene {
     }
 }
 
-/// The triangles of each copy: those of its parts, which stand side by side, as captors are numbered copy by copy.
+/// Returns the copies with their triangles. The triangles of a copy's parts are contiguous, as
+/// captors are numbered copy by copy.
 fn copies(
     parts: Vec<CopyPart>,
     triangles: &[Range<usize>],
@@ -216,7 +218,7 @@ fn copies(
     parts.into_iter().filter_map(copy).collect()
 }
 
-/// Refuses a shape so small against the scene that single precision changes its area.
+/// Refuses a shape that is so small relative to the scene that single precision changes its area.
 fn check_rounding(
     (what, name): (&str, &str),
     corners: &[[DVec3; 3]],
@@ -281,7 +283,7 @@ impl Bounds {
                 LightShape::Infinite(_) => {}
             }
         }
-        // the sky above nothing
+        // a scene of a sky alone
         if bounds.min.x > bounds.max.x {
             bounds.add(DVec3::ZERO);
         }
@@ -302,7 +304,7 @@ impl Bounds {
         0.5 * (self.min + self.max)
     }
 
-    /// Half the diagonal; 1 m for a scene that is a single point.
+    /// Returns half the diagonal, m; 1 m for a scene that is a single point.
     fn radius(&self) -> f64 {
         let half = 0.5 * self.size().length();
         if half > 0.0 { half } else { 1.0 }

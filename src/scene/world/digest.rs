@@ -1,4 +1,5 @@
-//! The hash of a scene: the same for the same surfaces, materials, lights and captors, wherever they come from.
+//! The hash of a scene: equal for equal surfaces, materials, lights and captors, wherever they come
+//! from.
 
 use std::fmt::{self, Write};
 
@@ -7,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::Scene;
 use crate::math::geometry::Triangle;
 
-/// Hashes what is written to it.
+/// A writer that hashes everything written to it.
 struct Hashing(Sha256);
 
 impl Write for Hashing {
@@ -18,14 +19,15 @@ impl Write for Hashing {
 }
 
 impl Scene {
-    /// A SHA-256, as 64 hexadecimal digits, of all that the numbers of a result and their names depend on: shapes,
-    /// materials, lights, captors, bands. The same scene has the same one in one version of phylux, from files and
-    /// from memory and however it was written; title and camera are no part of it.
+    /// Returns a SHA-256, as 64 hexadecimal digits, of everything that the numbers and names of a
+    /// result depend on: shapes, materials, lights, captors, bands. Within one version of phylux
+    /// the same scene has the same hash, whether it comes from a file or from memory and however it
+    /// was written. Title and camera are not part of it.
     pub fn digest(&self) -> String {
         let mut hash = Hashing(Sha256::new());
         let Self { quantity, bands, sums, materials, lights, captors, groups, .. } = self;
         let (center, radius) = (self.center, self.radius);
-        // no error: nothing in it fails to be written
+        // the error can be ignored: this writer never fails
         let _ = write!(hash, "{:?}", (quantity, bands, sums, materials, lights, captors, groups));
         let _ = write!(hash, "{center:?} {radius:?} {:?}", self.is_period);
         for (triangle, surface) in self.triangles().iter().zip(&self.surfaces) {

@@ -3,9 +3,10 @@
 use super::shapes::Shapes;
 use crate::{math::geometry::Triangle, scene::light::Light};
 
-/// Places along a line where surfaces are looked for.
+/// Number of places along a line where surfaces are searched for.
 const PLACES: usize = 9;
-/// Cosine of a spot's axis or a line to a surface's normal below which it runs along the surface.
+/// Cosine between a spot's axis or a line and a surface's normal, below which it runs along the
+/// surface.
 const ALONG: f32 = 1e-3;
 
 /// A lamp that reaches into a surface, or lies in it.
@@ -13,16 +14,17 @@ const ALONG: f32 = 1e-3;
 pub struct FlushLight {
     /// Index of the light.
     pub light: usize,
-    /// The first triangle of a surface that it lies in.
+    /// Index of the first triangle of a surface that it lies in.
     pub triangle: usize,
-    /// Whether it was taken off that surface, as points, spots and lines are.
+    /// Whether it was lifted off that surface, as points, spots and lines are.
     pub lifted: bool,
 }
 
-/// Takes points, spots and lines within a ray offset of a surface three ray offsets off it: above the points that
-/// rays start from, and above captors in the surface. A spot comes to the side that it shines to, the others
-/// to that of the middle of the scene. For photons and paths alike: rounding alone would decide on
-/// which side of the surface a photon starts, and which shadow rays it stops. Returns which these are, and
+/// Lifts points, spots and lines that lie within a ray offset of a surface three ray offsets off
+/// it: above the points that rays start from, and above captors in the surface. A spot moves to the
+/// side that it shines to, the others to the side of the middle of the scene. This is done for
+/// photons and paths alike: otherwise rounding alone would decide on which side of the surface a
+/// photon starts, and which shadow rays the surface stops. Returns the lights concerned, and the
 /// tubes that surfaces cut.
 pub fn lift(lights: &mut [Light], shapes: &Shapes, offset: f32) -> Vec<FlushLight> {
     let mut flush = Vec::new();
@@ -48,12 +50,13 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, offset: f32) -> Vec<FlushLigh
     flush
 }
 
-/// Whether a line passes a triangle steeply: what lies in it is then but a point.
+/// Returns whether a line passes through a triangle steeply, so that only a point of it lies in the
+/// triangle.
 fn crosses(light: &Light, triangle: &Triangle) -> bool {
     light.along().is_some_and(|along| along.dot(triangle.normal()).abs() > ALONG)
 }
 
-/// Takes a light so far off the plane of a triangle, unless it is.
+/// Moves a light to `distance`, m, off the plane of a triangle, unless it is already that far.
 fn leave(light: &mut Light, triangle: &Triangle, distance: f32) {
     let front = triangle.normal();
     let middle = light.middle();

@@ -1,4 +1,4 @@
-//! What a point of the scene sees of the lights.
+//! Emission into the scene, and the lights that a point or a ray of the scene sees.
 
 use glam::Vec3;
 
@@ -16,8 +16,9 @@ use crate::{
 };
 
 impl Scene {
-    /// Emits history `index` of some strata. Light that comes in through openings starts there only if the way back
-    /// to the sky meets neither a surface nor another opening; else it has no power.
+    /// Emits history `index` of some strata. A photon of light that enters through openings keeps
+    /// its power only if the way back to the sky meets neither a surface nor another opening;
+    /// otherwise it has no power.
     #[inline(always)]
     pub fn emit<'s, L: Lanes>(
         &self,
@@ -38,7 +39,8 @@ impl Scene {
         emission
     }
 
-    /// Whether light at infinity of index `light` may start where `back`, a ray to the sky, does.
+    /// Returns whether the light at infinity of index `light` may start at the origin of `back`, a
+    /// ray to the sky.
     #[cold]
     fn is_last_opening(&self, light: usize, back: &Ray) -> bool {
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
@@ -47,8 +49,9 @@ impl Scene {
         })
     }
 
-    /// Whether light at infinity of index `light` comes along a ray that leaves the scene: where it has openings,
-    /// through one of these, from which on nothing is in the way.
+    /// Returns whether the light at infinity of index `light` arrives along a ray that leaves the
+    /// scene. If the light has openings, the ray must pass one of them towards the sky, and meet
+    /// nothing beyond the last one.
     pub fn is_let_in(&self, light: usize, ray: &Ray) -> bool {
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
         entrance.is_none_or(|entrance| match entrance.last_opening(ray, 0.0) {
@@ -60,8 +63,9 @@ impl Scene {
         })
     }
 
-    /// Every light that a ray meets: surfaces on their bright side before `t_max`, in any order and, where a ray without
-    /// end leaves the scene, what is infinitely far away.
+    /// Visits every light that a ray meets: before `t_max` the light surfaces that it meets on
+    /// their bright side, in any order, and, if `t_max` is infinite, the lights at infinity that
+    /// arrive along the ray.
     pub fn lights_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
         self.emitters_met(ray, t_max, |light, hit| visit(LightHit { light, on: Some(hit) }));
         if t_max == f32::INFINITY {
@@ -70,7 +74,7 @@ impl Scene {
         }
     }
 
-    /// Every light surface that a ray meets on its bright side before `t_max`, in any order.
+    /// Visits every light surface that a ray meets on its bright side before `t_max`, in any order.
     pub fn emitters_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(usize, EmitterHit)) {
         for (light, shape) in self.lights.iter().enumerate() {
             if let Some(hit) = shape.tube_hit(ray).filter(|hit| hit.t < t_max) {
@@ -90,34 +94,35 @@ impl Scene {
         });
     }
 
-    /// The lights at infinity, with their indices.
+    /// Returns the lights at infinity, with their indices.
     pub fn infinite_lights(&self) -> impl Iterator<Item = (usize, &InfiniteLight)> {
         let infinite = self.infinite.iter();
         infinite.filter_map(|&l| Some((l, &self.lights[l].entrance()?.light)))
     }
 
-    /// What of the light goes straight from one point to another, per band: all, nothing, or what
-    /// thin panes and covers let through.
+    /// Returns the fraction of light that goes straight from one point to another, per band: 1, or
+    /// what thin panes and covers let through. `None` if something opaque is in between.
     pub fn visibility<L: Lanes>(&self, from: Vec3, to: Vec3) -> Option<Spectrum<L>> {
         let distance = from.distance(to);
         let ray = Ray { origin: from, direction: (to - from) / distance };
         self.visibility_along(&ray, distance)
     }
 
-    /// The same for light at infinity of index `light` that comes along a ray.
+    /// Returns the same fraction for light that arrives along a ray from the light at infinity of
+    /// index `light`.
     pub fn sky_visibility<L: Lanes>(&self, light: usize, ray: &Ray) -> Option<Spectrum<L>> {
         let visible = self.visibility_along(ray, f32::INFINITY)?;
         self.is_let_in(light, ray).then_some(visible)
     }
 
-    /// The same along a ray, as far as `distance`, m.
+    /// Returns the same fraction along a ray, as far as `distance`, m.
     pub fn visibility_along<L: Lanes>(&self, ray: &Ray, distance: f32) -> Option<Spectrum<L>> {
         let mut through = Spectrum::splat(self.lanes(), 1.0);
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
             let straight = self.material(surface).straight::<L>(ray.direction, surface.normal);
             let Some(straight) = straight else { return true };
-            // an edge between two triangles of a pane counts once
+            // at the edge between two triangles of a pane only one of them counts
             if hit.owned {
                 through = through.clone() * straight;
             }

@@ -1,4 +1,5 @@
-//! Flat panes and mirrors under the sun: all that lie in parallel planes show one image of it.
+//! Flat panes and mirrors under the sun: all of one material that lie in parallel planes show one
+//! image of it.
 
 use std::collections::HashMap;
 
@@ -16,45 +17,48 @@ use crate::{
     },
 };
 
-/// The most images of the sun. What smaller surfaces show beyond them is not looked for.
+/// Limit on the number of images of the sun. Images beyond it, in smaller surfaces, are not looked
+/// for.
 const MOST: usize = 64;
 
-/// Sine of the angle between normals that count as parallel: far below the sun's half angle, and above what rounding
-/// does to the normal of a small pane.
+/// Sine of the angle between normals that count as parallel: far below the sun's angular radius,
+/// and above the rounding error in the normal of a small pane.
 const PARALLEL: f32 = 1e-4;
 
-/// The panes and mirrors that a scene's suns are seen in.
+/// The flat panes and mirrors in which a scene's suns are seen.
 #[derive(Debug)]
 pub struct FlatMirrors {
     /// Indices of the lights with a sun.
     suns: Vec<usize>,
     images: Vec<Image>,
-    /// The image that a triangle shows.
+    /// Index of the image that each triangle shows.
     of_triangle: HashMap<usize, usize>,
 }
 
-/// What panes or mirrors of one material in parallel planes show.
+/// The image of the sun in all panes or mirrors of one material that lie in parallel planes.
 #[derive(Debug)]
 struct Image {
     normal: Vec3,
     material: u32,
-    /// A box around them, a little wider than they are.
+    /// A box around these surfaces, slightly enlarged.
     extent: Extent,
 }
 
 /// An image of a sun, chosen by chance.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenImage {
-    /// Which one.
+    /// Index of the image.
     pub image: usize,
-    /// The direction in which it is seen, unit vector.
+    /// Direction in which the image is seen, unit vector.
     pub toward: Vec3,
-    /// The chance of the choice.
+    /// Probability of the choice.
     pub chance: f32,
 }
 
 impl FlatMirrors {
-    /// The largest ones; none where no sun shines or nothing mirrors it. `margin`: by how much the boxes are wider, m.
+    /// Finds the images in the largest flat panes and mirrors; `material` tells whether a surface
+    /// shows images, and `margin` is the distance by which the boxes are enlarged, m. `None` if no
+    /// light has a sun or no surface shows it.
     pub(super) fn find(
         lights: &[Light],
         triangles: &[Triangle],
@@ -92,32 +96,34 @@ impl FlatMirrors {
         (!images.is_empty()).then_some(Self { suns, images, of_triangle })
     }
 
-    /// The lights with a sun.
+    /// Returns the indices of the lights with a sun.
     pub fn suns(&self) -> &[usize] {
         &self.suns
     }
 
-    /// The image that a triangle shows.
+    /// Returns the index of the image that a triangle shows, if it shows one.
     pub fn image_of(&self, triangle: usize) -> Option<usize> {
         self.of_triangle.get(&triangle).copied()
     }
 
-    /// Whether a ray may meet one of the surfaces that show an image.
+    /// Returns whether a ray may meet one of the surfaces that show an image.
     pub fn may_be_met(&self, image: usize, ray: &Ray) -> bool {
         self.images[image].extent.is_met(ray)
     }
 }
 
 impl Scene {
-    /// The panes and mirrors that its suns are seen in, if there are any.
+    /// Returns the flat panes and mirrors in which the suns of the scene are seen, if there are
+    /// any.
     #[inline]
     pub fn flat_mirrors(&self) -> Option<&FlatMirrors> {
         self.flat_mirrors.as_ref()
     }
 
-    /// Chooses, by a number in [0, 1), an image of a sun that stands towards `sun` (unit vector) among those that may be
-    /// seen from `point`, on the side of `normal` if there is one; or none. The chance of each is the share that it
-    /// mirrors or, where these add up to more than 1, in proportion to it.
+    /// Chooses an image of a sun that stands towards `sun` (unit vector), by a random `number` in
+    /// [0, 1). Candidates are the images that may be seen from `point`, on the side of `normal` if
+    /// one is given. The probability of each is the fraction of light that it mirrors, divided by
+    /// the sum of these fractions if that is above 1. `None` if no image is chosen.
     pub fn choose_image<L: Lanes>(
         &self,
         mirrors: &FlatMirrors,
@@ -150,7 +156,8 @@ impl Scene {
     }
 }
 
-/// Whether a material is to be looked at for images: what it mirrors comes from one direction, by way of its plane.
+/// Returns whether surfaces of a material show images: they mirror light from one direction into
+/// one direction that depends on their plane.
 pub(super) fn shows_images(material: &Material) -> bool {
     match material {
         Material::Pane(_) | Material::Mirror(_) => true,

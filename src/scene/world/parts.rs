@@ -1,4 +1,4 @@
-//! What a scene is made of, as files or a program give it.
+//! The parts of a scene, as files or a program give them.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -13,23 +13,23 @@ use crate::{
     },
 };
 
-/// A wavelength interval that is traced apart.
+/// A wavelength interval in which light is traced separately.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
     /// Unique name.
     pub name: String,
-    /// Where it begins, nm, at least 0 and below `to_nm`.
+    /// Lower end, nm, at least 0 and below `to_nm`.
     pub from_nm: Option<f64>,
-    /// Where it ends, nm.
+    /// Upper end, nm.
     pub to_nm: Option<f64>,
 }
 
-/// A total over bands, reported like a band.
+/// A sum over bands, reported like a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BandSum {
-    /// Unique among bands and sums.
+    /// Name, unique among bands and sums.
     pub name: String,
-    /// Indices of its bands, at least one and each once.
+    /// Indices of its bands: at least one, each once.
     pub bands: Vec<usize>,
 }
 
@@ -38,83 +38,85 @@ pub struct BandSum {
 pub struct NamedMaterial {
     /// Unique name.
     pub name: String,
-    /// What it does with light; one value for each band.
+    /// Optical behaviour, with one value for each band.
     pub material: Material,
 }
 
-/// Triangles of one material, and of one captor if they count.
+/// Triangles of one material and, if they count light, of one surface captor.
 #[derive(Clone, Debug)]
 pub struct SurfacePart {
-    /// Index of the object that it is part of, if it has a name.
+    /// Index of the object that the triangles belong to, if it has a name.
     pub object: Option<usize>,
     /// Index of the material.
     pub material: usize,
-    /// Index of the surface captor.
+    /// Index of the surface captor; `None` if the triangles do not count light.
     pub captor: Option<usize>,
     /// Corners, m from the user's origin.
     pub triangles: Vec<[DVec3; 3]>,
 }
 
-/// Surfaces that are one of several copies of an object.
+/// A range of surfaces that is one of several copies of an object.
 #[derive(Clone, Debug)]
 pub struct CopyPart {
-    /// Indices of its surfaces, the same ones in the same order in each copy.
+    /// Indices of the surfaces; each copy has the same surfaces in the same order.
     pub surfaces: Range<usize>,
-    /// Where it was put.
+    /// The transform that placed the copy, m from the user's origin.
     pub transform: Transform,
 }
 
-/// A light to be.
+/// A light of the scene, before it is built.
 #[derive(Clone, Debug)]
 pub struct LightPart {
     /// Unique name.
     pub name: String,
-    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s; of a light at infinity it is found
-    /// from the scene's extent, whatever stands here.
+    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s. For a light at infinity it is
+    /// computed from the scene's extent, and the values here are ignored.
     pub power: Vec<f64>,
     /// Shape, m from the user's origin.
     pub shape: LightShape,
 }
 
-/// A captor to be.
+/// A captor of the scene, before it is built.
 #[derive(Clone, Debug)]
 pub struct CaptorPart {
     /// Unique name.
     pub id: String,
-    /// Virtual or surface.
+    /// Whether the captor is virtual or a surface.
     pub kind: CaptorKind,
-    /// Corners of a virtual captor, m; a surface captor's are the parts that name it.
+    /// Corners of a virtual captor, m from the user's origin. Empty for a surface captor, which
+    /// consists of the surface parts that name it.
     pub triangles: Vec<[DVec3; 3]>,
     /// Indices of the groups that it belongs to, each once.
     pub groups: Vec<usize>,
-    /// Its shape and response, where they are special; of virtual captors only.
+    /// Special shape and response, for virtual captors only.
     pub sensor: Sensor,
 }
 
-/// What a scene is made of, as files or a program give it.
+/// The parts of a scene, as files or a program give them.
 #[derive(Clone, Debug, Default)]
 pub struct SceneParts {
     /// Title.
     pub name: String,
-    /// What the photons carry.
+    /// The quantity that photons carry: power in W or photon flux in umol/s.
     pub quantity: Quantity,
-    /// Whether its daylight is the mean over a period, nights included, so that a sum of a day follows from
-    /// a result.
+    /// Whether the daylight of the scene is the mean over a period, nights included, so that sums
+    /// per day follow from a result.
     pub is_period: bool,
-    /// At least one.
+    /// The wavelength bands, at least one.
     pub bands: Vec<Band>,
-    /// Totals over bands.
+    /// Sums over bands.
     pub sums: Vec<BandSum>,
-    /// The materials, with names of their own.
+    /// The materials, with unique names.
     pub materials: Vec<NamedMaterial>,
     /// Names of the objects.
     pub objects: Vec<String>,
     /// The surfaces.
     pub surfaces: Vec<SurfacePart>,
-    /// Which of them are copies, each object's one after the other; for showing them, rays do not know of it.
+    /// The surfaces that are copies of an object, all copies of one object in succession. They
+    /// serve to display the scene; the tracing of rays does not use them.
     pub copies: Vec<CopyPart>,
-    /// Of surfaces (by index) whose material is a table that is turned about the normal: where azimuth 0 is on each of their
-    /// triangles.
+    /// For surfaces (by index) whose material is a table that depends on the azimuth about the
+    /// normal: the direction of azimuth 0 on each of their triangles.
     pub tangents: BTreeMap<usize, Vec<DVec3>>,
     /// The lights, at least one.
     pub lights: Vec<LightPart>,

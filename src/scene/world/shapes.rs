@@ -1,5 +1,5 @@
-//! Triangles with what finds them: what of a scene takes time to make, and does not depend on its
-//! materials and powers.
+//! The triangles of a scene with their search structures. They are the part of a scene that takes
+//! time to build, and they do not depend on its materials and powers.
 
 use std::{
     ops::Range,
@@ -14,35 +14,36 @@ use crate::{
     scene::bvh::Bvh,
 };
 
-/// Distance at which a ray starts off the surface that it leaves, relative to the radius of the
-/// scene: well above the rounding of single precision (2^-24), far below any geometry.
+/// The ray offset, relative to the radius of the scene: a ray starts at this distance off the
+/// surface that it leaves. It is well above the rounding of single precision (2^-24), and far below
+/// any geometry.
 pub(super) const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
 
-/// Triangles, before they are arranged.
+/// Triangles, before search structures are built.
 #[derive(Debug, PartialEq)]
 pub struct Outlines {
     /// Triangles of all surfaces.
     pub triangles: Vec<Triangle>,
     /// Triangles of all virtual captors, where the user put them.
     pub captor_triangles: Vec<Triangle>,
-    /// Index of the captor of each of the latter.
+    /// Index of the captor of each of `captor_triangles`.
     pub captor_of_triangle: Vec<u32>,
     /// Half the diagonal of the scene, m.
     pub radius: f32,
 }
 
-/// Triangles, arranged for rays.
+/// Triangles with their search structures.
 #[derive(Debug)]
 pub struct Shapes {
     outlines: Outlines,
-    /// Triangles of surfaces that are the same as an earlier one, corner by corner, each with the first
-    /// of them: light meets that one alone.
+    /// Triangles of surfaces that coincide with an earlier one, corner by corner, each with the
+    /// first of them, in rising order. Light meets only the first.
     pub copies: Vec<[u32; 2]>,
-    /// Finds triangles of surfaces, without the copies: rays would look at all that lie in one place.
+    /// Finds triangles of surfaces, without the copies: a ray would test all that lie in one place.
     pub surface_bvh: Bvh,
     /// Finds triangles of virtual captors, lifted off the surfaces that they lie in.
     pub captor_bvh: Bvh,
-    /// Virtual captors that lie in a surface, in order.
+    /// Indices of the virtual captors that lie in a surface, in rising order.
     pub in_surface: Vec<usize>,
 }
 
@@ -53,8 +54,8 @@ impl std::ops::Deref for Shapes {
     }
 }
 
-/// Shapes of scenes, to be used again where the triangles are the same: the last ones that were
-/// made, and all that are in use.
+/// Keeps the shapes of scenes, for use by further scenes with the same triangles: the shapes asked
+/// for last, and all that are still in use.
 #[derive(Debug, Default)]
 pub struct KeptShapes(Mutex<Bin>);
 
@@ -65,13 +66,13 @@ struct Bin {
 }
 
 impl KeptShapes {
-    /// The shapes of these outlines.
+    /// Returns the shapes for these outlines, built only if none are kept.
     pub fn shapes(&self, outlines: Outlines) -> Arc<Shapes> {
         let bin = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let known: Vec<Arc<Shapes>> = bin().known.iter().filter_map(Weak::upgrade).collect();
         let same = known.into_iter().find(|shapes| shapes.outlines == outlines);
         let is_new = same.is_none();
-        // not locked: others may be made meanwhile
+        // without the lock, so that other shapes can be built meanwhile
         let shapes = same.unwrap_or_else(|| Arc::new(Shapes::new(outlines)));
         let mut bin = bin();
         bin.last = Some(shapes.clone());
@@ -84,9 +85,9 @@ impl KeptShapes {
 }
 
 impl Shapes {
-    /// Arranges triangles, in the caller's rayon pool. A virtual captor in the plane of a surface counts
-    /// as lying off it, where its normal points: its triangles move to two ray offsets, above the
-    /// points that rays start from.
+    /// Builds the search structures, in the caller's rayon pool. A virtual captor in the plane of a
+    /// surface counts as lying off it, on the side to which its normal points: its triangles move
+    /// by two ray offsets, above the points that rays start from.
     fn new(outlines: Outlines) -> Self {
         let Outlines { triangles, captor_triangles, captor_of_triangle, radius } = &outlines;
         let offset = RAY_OFFSET * radius;
@@ -109,7 +110,7 @@ impl Shapes {
             .filter(|(_, range)| captor_triangles[range.clone()].iter().any(&lies_in_surface))
             .map(|(captor, _)| *captor)
             .collect();
-        // a captor larger than the surface that it lies in is found from the surface's side
+        // a captor larger than the surface that it lies in is found from the surface
         if !captor_triangles.is_empty() {
             let above = |t: &Triangle| {
                 let (middle, normal) = (t.centroid(), t.normal());
@@ -140,7 +141,7 @@ impl Shapes {
     }
 }
 
-/// Each virtual captor with its triangles, which stand side by side.
+/// Returns each virtual captor with the range of its triangles, which are contiguous.
 fn captors(captor_of_triangle: &[u32]) -> Vec<(usize, Range<usize>)> {
     let mut first = 0;
     let runs = captor_of_triangle.chunk_by(|a, b| a == b);
@@ -152,7 +153,8 @@ fn captors(captor_of_triangle: &[u32]) -> Vec<(usize, Range<usize>)> {
     .collect()
 }
 
-/// Triangles that are the same as an earlier one, corner by corner, with the first of them; in order.
+/// Returns the triangles that coincide with an earlier one, corner by corner, each with the first
+/// of them, in rising order.
 fn copies(triangles: &[Triangle]) -> Vec<[u32; 2]> {
     let bits = |t: &Triangle| [t.a, t.b, t.c].map(|p| p.to_array().map(f32::to_bits));
     let mut sorted: Vec<_> =
@@ -165,12 +167,13 @@ fn copies(triangles: &[Triangle]) -> Vec<[u32; 2]> {
     copies
 }
 
-/// Triangles that are looked at in one place, at most: so much the worst place costs, times the points
-/// that are asked for.
+/// Limit on the number of triangles that are looked at in one place. It bounds the cost of the
+/// worst place, which is spent for every point that is asked for.
 pub const LOOKED_AT: usize = 100;
 
-/// Whether one of the triangles parallel to `normal` within `reach` of `point` is `wanted`; none where more
-/// triangles than [`LOOKED_AT`] lie there, and none of the first ones is.
+/// Returns whether any triangle within `reach`, m, of `point` along `normal` that is perpendicular
+/// to `normal` is `wanted`. `None` if more than [`LOOKED_AT`] triangles lie there and none of those
+/// looked at is wanted.
 pub fn has_parallel(
     bvh: &Bvh,
     triangles: &[Triangle],
@@ -208,17 +211,17 @@ mod tests {
         let kept = KeptShapes::default();
         let (first, other) = (kept.shapes(outlines(0.0)), kept.shapes(outlines(1.0)));
         assert!(!Arc::ptr_eq(&first, &other));
-        // not the last, but in use
+        // not asked for last, but in use
         assert!(Arc::ptr_eq(&first, &kept.shapes(outlines(0.0))));
         drop(first);
-        // not in use, but the last
+        // not in use, but asked for last
         let first = Arc::downgrade(&kept.shapes(outlines(0.0)));
         assert!(first.upgrade().is_some());
         assert!(Arc::ptr_eq(&other, &kept.shapes(outlines(1.0))));
         assert!(first.upgrade().is_none(), "neither");
     }
 
-    /// A thousand copies of a triangle, among others: a ray looks at the first alone.
+    /// Of a thousand copies of a triangle, among other triangles, a ray meets only the first.
     #[test]
     fn copies_are_left_out() {
         let at = |z: f32| Triangle::from([Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + z * Vec3::Z));
@@ -241,7 +244,7 @@ mod tests {
         assert_eq!(met, [0, 1, 1002]);
     }
 
-    /// Of triangles nearly in one place so many are looked at as is said, whatever is wanted.
+    /// Of triangles nearly in one place at most [`LOOKED_AT`] are looked at, whatever is wanted.
     #[test]
     fn a_heap_is_looked_at_in_part() {
         let at = |i: usize| {

@@ -1,4 +1,4 @@
-//! What parts must be to make a scene: the same for those of a file and those of a program.
+//! Checks that parts make a valid scene, the same whether they come from a file or from a program.
 
 use std::{collections::HashSet, fmt::Display};
 
@@ -12,19 +12,20 @@ use crate::{
     },
 };
 
-/// The most triangles in a scene: surfaces, captors and lights together.
+/// Limit on the number of triangles in a scene: those of surfaces, captors and lights together.
 pub const MAX_TRIANGLES: usize = 20_000_000;
-/// The most captors.
+/// Limit on the number of captors.
 pub const MAX_CAPTORS: usize = 2_000_000;
-/// The most lights.
+/// Limit on the number of lights.
 pub const MAX_LIGHTS: usize = 1_000_000;
 
-/// What a check of a value finds.
+/// The result of checking a value.
 type Checked = std::result::Result<(), Problem>;
 
 impl SceneParts {
-    /// Refuses parts that no scene can be made of; the error is about `place`. That coordinates are finite
-    /// and shapes not too small is for whoever knows the extent of the scene.
+    /// Refuses parts that do not make a valid scene; the error names `place`. Whether coordinates
+    /// are finite and shapes not too small is checked elsewhere, once the extent of the scene is
+    /// known.
     pub(super) fn validate(&self, place: &str) -> Result<()> {
         let bands = self.bands.len();
         if self.lights.is_empty() {
@@ -97,7 +98,7 @@ fn check(checked: Checked, part: impl Display, place: &str) -> Result<()> {
     checked.map_err(|problem| problem.of(part).at(place))
 }
 
-/// Refuses a name that comes again.
+/// Refuses a name that occurs twice.
 fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Checked {
     let mut seen = HashSet::new();
     for name in names {
@@ -109,7 +110,7 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Checked {
     Ok(())
 }
 
-/// Refuses the index of something that there are not so many of.
+/// Refuses an index that is not below `number`.
 fn check_index(what: &str, index: usize, number: usize) -> Checked {
     if index < number {
         return Ok(());
@@ -119,7 +120,8 @@ fn check_index(what: &str, index: usize, number: usize) -> Checked {
 }
 
 impl Band {
-    /// Refuses wavelengths that are none, or that end before they begin.
+    /// Refuses wavelengths that are negative or not finite, and a lower end that is not below the
+    /// upper end.
     pub fn check(&self) -> Checked {
         if let (Some(from), Some(to)) = (self.from_nm, self.to_nm)
             && from >= to

@@ -5,20 +5,20 @@ use super::{
     scale::{colour_at, label},
 };
 
-/// What the colours of a picture stand for.
+/// The text and the scale of a colour bar.
 #[derive(Clone, Debug)]
 pub struct Legend {
-    /// Lines above the bar: what it is, of which band, its unit.
+    /// Lines above the bar: the quantity, the band, the unit.
     pub title: Vec<String>,
     /// The numbers along the bar.
     pub scale: Scale,
 }
 
-/// The least height of a picture with a bar.
+/// Least height of a picture with a bar, pixels.
 const LEAST_HEIGHT: usize = 200;
 
 impl Picture {
-    /// The picture with a colour bar to its right.
+    /// Returns the picture with a colour bar to its right.
     pub fn with_bar(&self, legend: &Legend) -> Self {
         let size = TextSize::of(self.height);
         let (em, line) = (size.width(), size.height() + size.height() / 8);

@@ -1,4 +1,5 @@
-//! Charts as pixels: a backend of plotters that draws on a [`Picture`], twice as fine as it is asked to.
+//! Charts as pixels: a backend of plotters that draws on a [`Picture`] with twice the resolution
+//! that the chart is laid out for.
 
 use std::convert::Infallible;
 
@@ -11,7 +12,7 @@ use plotters_backend::{
 
 use super::{PAPER, Picture};
 
-/// Pixels for each that a chart is told of.
+/// Number of pixels across and down for each pixel of the chart's layout.
 const FINE: i32 = 2;
 /// The letters of all texts.
 const LETTERS: RasterHeight = RasterHeight::Size24;
@@ -24,19 +25,20 @@ pub struct Canvas<'a> {
 }
 
 impl<'a> Canvas<'a> {
-    /// A picture for a chart of so many pixels across and down: twice as many, all paper.
+    /// Makes a blank picture for a chart of this width and height in pixels, with twice as many
+    /// pixels across and down.
     pub fn paper((width, height): (u32, u32)) -> Picture {
         let [width, height] = [width, height].map(|side| side as usize * FINE as usize);
         Picture::new(width, std::iter::repeat_n(PAPER, width * height))
     }
 
-    /// Draws on this picture, made by [`paper`](Self::paper).
+    /// Draws on a picture made by [`paper`](Self::paper).
     pub fn new(picture: &'a mut Picture) -> Self {
         Self { pixels: Pixels(picture) }
     }
 }
 
-/// The same pixels, drawn as finely as they are.
+/// The pixels of the picture at their own resolution.
 struct Pixels<'a>(&'a mut Picture);
 
 impl Pixels<'_> {
@@ -58,7 +60,7 @@ impl Pixels<'_> {
     }
 }
 
-/// A stroke as wide as in the finer picture.
+/// A stroke with its width in pixels of the finer picture.
 struct Stroke {
     colour: BackendColor,
     width: u32,
@@ -151,7 +153,7 @@ impl DrawingBackend for Canvas<'_> {
         fill: bool,
     ) -> Drawn {
         if fill {
-            // pixel by pixel it would take seconds for a whole page
+            // filling a whole page pixel by pixel would take seconds
             return self.pixels.fill(fine(from), fine(to), style.color());
         }
         let corners = [from, (to.0, from.1), to, (from.0, to.1), from];
@@ -165,7 +167,8 @@ impl DrawingBackend for Canvas<'_> {
     ) -> Drawn {
         let style = Stroke::of(style);
         let points: Vec<BackendCoord> = path.into_iter().map(fine).collect();
-        // one by one: the corners of a broken line as one outline leave gaps where it turns back
+        // each piece is drawn by itself: a broken line drawn as one outline has gaps where it turns
+        // back
         points
             .windows(2)
             .filter(|ends| ends[0] != ends[1])

@@ -1,4 +1,4 @@
-//! Pictures as numbers: OpenEXR, 32-bit floats.
+//! Writes pictures as numbers: OpenEXR, 32-bit floats.
 
 use std::io::{self, Cursor, Write};
 
@@ -9,8 +9,8 @@ use exr::prelude::{
 
 use crate::error::{Error, Result};
 
-/// Writes named channels of equal length, row by row from the upper left. Error: the file cannot be
-/// made of them.
+/// Encodes named channels of equal length, row by row from the upper left, and returns a function
+/// that writes the file. Error: the channels do not make a valid file.
 pub fn write_exr(
     width: usize,
     channels: Vec<(String, Vec<f32>)>,

@@ -1,15 +1,17 @@
-//! Glow about what is bright: eyes and lenses spread a little of the light that comes from one direction over all those near
-//! by (Spencer, Shirley, Zimmerman and Greenberg, Physically-Based Glare Effects for Digital Images, SIGGRAPH 1995).
+//! Glow around bright light: eyes and lenses spread a little of the light that comes from one
+//! direction over all directions nearby (Spencer, Shirley, Zimmerman and Greenberg,
+//! Physically-Based Glare Effects for Digital Images, SIGGRAPH 1995).
 
 use glam::Vec3;
 
-/// Shares of the light, and how far they are spread, as shares of the picture's width (standard deviation).
+/// Fractions of the light, and how far each is spread: the standard deviation as a fraction of the
+/// picture's width.
 const SPREAD: [(f32, f32); 3] = [(0.06, 0.003), (0.04, 0.012), (0.02, 0.04)];
-/// Means over boxes, one after the other: near enough to a Gaussian.
+/// Number of box means, one after the other, which come near enough to a Gaussian.
 const BOXES: u32 = 3;
 
-/// Linear colours, row by row, with some of each spread about it. Their sum stays, but for what is spread beyond the
-/// picture, which comes back from its edges.
+/// Returns linear colours, row by row, with some of each spread around it. Their sum stays the
+/// same: light that would be spread beyond the picture is mirrored at its edges.
 pub fn with_glow(colours: &[Vec3], width: usize) -> Vec<Vec3> {
     let spread: f32 = SPREAD.iter().map(|(share, _)| share).sum();
     let mut sum: Vec<Vec3> = colours.iter().map(|colour| *colour * (1.0 - spread)).collect();
@@ -20,7 +22,7 @@ pub fn with_glow(colours: &[Vec3], width: usize) -> Vec<Vec3> {
     sum
 }
 
-/// Colours spread by a Gaussian of a deviation in pixels.
+/// Returns colours spread by a Gaussian, with a standard deviation in pixels.
 fn blurred(mut colours: Vec<Vec3>, width: usize, deviation: f32) -> Vec<Vec3> {
     let height = colours.len() / width;
     // the variance of a box of 2 r + 1 pixels is r (r + 1) / 3
@@ -33,7 +35,8 @@ fn blurred(mut colours: Vec<Vec3>, width: usize, deviation: f32) -> Vec<Vec3> {
     colours
 }
 
-/// Means over each pixel and `reach` to either side of it in its row, which is mirrored at its ends.
+/// Returns means over each pixel and `reach` pixels to either side of it in its row, which is
+/// mirrored at its ends.
 fn box_means(colours: &[Vec3], width: usize, reach: usize) -> Vec<Vec3> {
     let mirrored = |x: isize| {
         let x = x.rem_euclid(2 * width as isize) as usize;
@@ -62,8 +65,8 @@ fn transposed(colours: &[Vec3], width: usize) -> Vec<Vec3> {
 mod tests {
     use super::*;
 
-    /// Even light stays even; one bright pixel keeps 88 % and what its blurs leave there, all of its light stays in the
-    /// picture, the same on all sides, and there is less the farther away.
+    /// Even light stays even. One bright pixel keeps 88 % and the part that its blurs leave there;
+    /// all of its light stays in the picture, the same on all sides, and less the farther away.
     #[test]
     fn light_is_spread_and_kept() {
         let even = with_glow(&[Vec3::splat(2.0); 60], 12);

@@ -1,25 +1,26 @@
-//! From numbers to places on a colour bar.
+//! Maps numbers to places on a colour bar.
 
 use glam::Vec3;
 
 use crate::error::{Error, Result, number};
 
-/// The numbers at the ends of a colour bar.
+/// The scale of a colour bar: the numbers at its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// The number at the lower end.
     pub low: f64,
     /// The number at the upper end, above it.
     pub high: f64,
-    /// Whether equal ratios, not equal differences, are equally far apart; then both are above 0.
+    /// Whether equal ratios, not equal differences, are equally far apart; then both ends are above
+    /// 0.
     pub log: bool,
 }
 
-/// The most numbers along a bar, wherever it ends.
+/// Limit on the numbers along a bar, whatever its ends.
 const MOST_TICKS: usize = 1000;
 
 impl Scale {
-    /// From the user's range. Error: no such range can be.
+    /// Makes a scale from the user's range. Error: the range is not valid.
     pub fn new(low: f64, high: f64, log: bool) -> Result<Self> {
         let wrong =
             |problem: String, remedy: &str| Err(Error::input("range", problem).remedy(remedy));
@@ -34,8 +35,9 @@ impl Scale {
         Ok(Self { low, high, log })
     }
 
-    /// For some numbers above 0: from 0, or with `log` from below the lowest hundredth of them, to a round
-    /// number that a `share` of them is below; 0 to 1 where there are none.
+    /// Chooses a scale for numbers above 0. It begins at 0, or with `log` below the lowest
+    /// hundredth of the numbers, and ends at a round number with the fraction `share` of the
+    /// numbers below it. 0 to 1 if no number is above 0.
     pub fn of(mut values: Vec<f64>, share: f64, log: bool) -> Self {
         values.retain(|value| value.is_finite() && *value > 0.0);
         values.sort_by(f64::total_cmp);
@@ -49,8 +51,8 @@ impl Scale {
         Self { low: if low < high { low } else { 0.1 * high }, high, log }
     }
 
-    /// Around some numbers, between round ones: from 0, unless all are above a third of the greatest; 0 to 1
-    /// where none is above 0.
+    /// Chooses a scale around numbers, between round ends. It begins at 0, unless all numbers are
+    /// above a third of the greatest. 0 to 1 if no number is above 0.
     pub fn around(values: impl Iterator<Item = f64>) -> Self {
         let finite = values.filter(|value| value.is_finite());
         let (least, most) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
@@ -60,13 +62,14 @@ impl Scale {
             return Self { low: 0.0, high: 1.0, log: false };
         }
         let low = if least > most / 3.0 { least } else { 0.0 };
-        // about eight steps, at least as large as the last digits that are told apart
+        // about eight steps, each at least a thousandth of the greatest number
         let step = round_up(((most - low) / 8.0).max(1e-3 * most));
         let (low, high) = ((low / step).floor() * step, (most / step).ceil() * step);
         Self { low, high: high.max(low + step), log: false }
     }
 
-    /// Where a number is: 0 at the lower end and below, 1 at the upper end and above.
+    /// Returns the place of a number on the bar: 0 at the lower end and below, 1 at the upper end
+    /// and above.
     pub fn place(&self, value: f64) -> f64 {
         let share = if self.log {
             (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()
@@ -76,12 +79,12 @@ impl Scale {
         share.clamp(0.0, 1.0)
     }
 
-    /// Its colour (viridis; Smith and van der Walt 2015), sRGB.
+    /// Returns the colour of a number (viridis; Smith and van der Walt 2015), sRGB.
     pub fn colour(&self, value: f64) -> Vec3 {
         colour_at(self.place(value))
     }
 
-    /// Round numbers along it, at most `most` or a few more.
+    /// Returns round numbers along the bar, at most `most` or a few more.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         let most = most.max(2) as f64;
         if self.log && self.high / self.low >= 10.0 {
@@ -100,18 +103,18 @@ impl Scale {
         let step = round_up((self.high - self.low) / most);
         let first = (self.low / step - 1e-9).ceil() as i64;
         let last = (self.high / step + 1e-9).floor() as i64;
-        // steps of a range at the edge of what numbers can be may vanish
+        // the steps of an extreme range may vanish in rounding
         (first..=last).take(MOST_TICKS).map(|i| i as f64 * step).collect()
     }
 }
 
-/// The colour at a share of the way along the bar.
+/// Returns the colour at a fraction of the way along the bar.
 pub(super) fn colour_at(place: f64) -> Vec3 {
     let c = colorous::VIRIDIS.eval_continuous(place);
     Vec3::new(f32::from(c.r), f32::from(c.g), f32::from(c.b)) / 255.0
 }
 
-/// The next of 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 x a power of ten.
+/// Returns the least of 1, 2, 2.5, 5 or 10 times a power of ten that is not below `value`.
 fn round_up(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0, 10.0];
@@ -119,7 +122,7 @@ fn round_up(value: f64) -> f64 {
     step.unwrap_or(10.0) * power
 }
 
-/// A number of a bar, short.
+/// Formats a number of a bar, short.
 pub(in crate::show) fn label(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude != 0.0 && !(1e-3..1e5).contains(&magnitude) {

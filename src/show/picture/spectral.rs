@@ -1,24 +1,26 @@
-//! From bands to colours that a screen can show.
+//! Turns values per band into colours that a screen can show.
 
 use glam::{Mat3, Vec3};
 
 use crate::{math::units::Quantity, scene::world::Band};
 
-/// What each band adds to linear sRGB. An even spectrum (in W) from 400 to 700 nm is white.
+/// The weight of each band in linear sRGB. An even spectrum (in W) from 400 to 700 nm is white.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BandColours {
     weights: Vec<Vec3>,
-    /// Whether the bands have wavelengths and one of them is visible; if not, their sum is grey.
+    /// Whether all bands have wavelengths and at least one of them is visible; if not, their sum is
+    /// grey.
     pub coloured: bool,
 }
 
-/// From XYZ to linear sRGB (IEC 61966-2-1).
+/// The matrix from XYZ to linear sRGB (IEC 61966-2-1).
 const SRGB: Mat3 = Mat3::from_cols_array(&[
     3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570,
 ]);
 
 impl BandColours {
-    /// Of the bands of a scene: by their wavelengths, where all have them and an eye sees one.
+    /// Makes the weights for the bands of a scene: from their wavelengths if all bands have them
+    /// and at least one is visible, otherwise equal weights.
     pub fn new(bands: &[Band], quantity: Quantity) -> Self {
         let white = SRGB * mean_response(400.0, 700.0, quantity);
         let weight = |band: &Band| {
@@ -34,20 +36,22 @@ impl BandColours {
         }
     }
 
-    /// One band, or some, alone as grey.
+    /// Makes weights that show the sum of the `chosen` bands alone, as grey.
     pub fn grey(bands: usize, chosen: &[usize]) -> Self {
         let weight = |b| if chosen.contains(&b) { Vec3::ONE } else { Vec3::ZERO };
         Self { weights: (0..bands).map(weight).collect(), coloured: false }
     }
 
-    /// Linear sRGB of values per band; colours that no screen can show come as near as they can.
+    /// Returns linear sRGB for values per band; a colour that no screen can show loses its negative
+    /// components.
     pub fn linear(&self, values: &[f32]) -> Vec3 {
         let sum: Vec3 = self.weights.iter().zip(values).map(|(w, v)| *w * *v).sum();
         sum.max(Vec3::ZERO)
     }
 }
 
-/// Mean response of the standard observer, XYZ, over a band of even power; for photons, of even number.
+/// Returns the mean response of the standard observer, XYZ, over a band with a flat spectrum: of
+/// power, or for photons of their number.
 fn mean_response(from: f64, to: f64, quantity: Quantity) -> Vec3 {
     const STEPS: u32 = 200;
     let response = |step: u32| {
@@ -61,8 +65,8 @@ fn mean_response(from: f64, to: f64, quantity: Quantity) -> Vec3 {
     (0..STEPS).map(response).sum::<Vec3>() / STEPS as f32
 }
 
-/// The CIE 1931 colour matching functions, as sums of Gaussians (Wyman, Sloan and Shirley, JCGT 2 (2),
-/// 2013, eq. 4).
+/// Returns the CIE 1931 colour matching functions, as sums of Gaussians (Wyman, Sloan and Shirley,
+/// JCGT 2 (2), 2013, eq. 4).
 fn matching(nm: f32) -> Vec3 {
     let lobe = |height: f32, middle: f32, below: f32, above: f32| {
         let width = if nm < middle { below } else { above };
@@ -77,19 +81,19 @@ fn matching(nm: f32) -> Vec3 {
     )
 }
 
-/// Share of white up to which values are shown as they are; brighter ones come ever nearer to white.
+/// Fraction of white up to which values are shown unchanged; brighter values approach white.
 const SHOULDER: f64 = 2.0 / 3.0;
 
-/// How bright a picture is: a value of 2^-stops is about white.
+/// The exposure of a picture: a value of 2^-stops is about white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
-    /// Stops; one more is twice as bright.
+    /// Stops; one more makes the picture twice as bright.
     pub stops: f64,
 }
 
 impl Exposure {
-    /// For some linear colours: all but the brightest twentieth of those that are lit are at most two
-    /// thirds of white.
+    /// Chooses the exposure for linear colours: all but the brightest 5 % of the lit pixels are at
+    /// most two thirds of white.
     pub fn of(colours: &[Vec3]) -> Self {
         let mut brightest: Vec<f32> =
             colours.iter().map(|c| c.max_element()).filter(|c| *c > 0.0).collect();
@@ -98,19 +102,21 @@ impl Exposure {
         }
         let place = (0.95 * (brightest.len() - 1) as f64) as usize;
         let (_, white, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
-        // to a tenth, as it is said to the user
+        // to a tenth of a stop, as it is reported to the user
         Self { stops: (-10.0 * f64::from(1.5 * *white).log2()).round() / 10.0 }
     }
 
-    /// The sRGB colour of a linear one. Up to two thirds of white it is as it is; brighter light comes ever
-    /// nearer to white, as on film, so that lamps and what stands close to them keep their shapes.
+    /// Returns the sRGB colour of a linear one. Values up to two thirds of white stay unchanged;
+    /// brighter ones approach white, as on film, so that lamps and surfaces close to them keep
+    /// their shapes.
     pub fn srgb(self, linear: Vec3) -> Vec3 {
         let exposed = linear.as_dvec3() * self.stops.exp2();
         Vec3::from_array(exposed.to_array().map(|value| encode(softened(value) as f32)))
     }
 }
 
-/// A value in [0, 1] for one in white: the same up to the shoulder, from there on an exponential of the same slope.
+/// Maps a value relative to white into [0, 1]: unchanged up to the shoulder, from there on an
+/// exponential with the same slope.
 fn softened(value: f64) -> f64 {
     let (value, rest) = (value.max(0.0), 1.0 - SHOULDER);
     if value <= SHOULDER {
@@ -119,7 +125,7 @@ fn softened(value: f64) -> f64 {
     SHOULDER + rest * (1.0 - (-(value - SHOULDER) / rest).exp())
 }
 
-/// The transfer function of sRGB (IEC 61966-2-1).
+/// Applies the transfer function of sRGB (IEC 61966-2-1).
 fn encode(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
@@ -136,7 +142,7 @@ mod tests {
         BandColours::new(bands, Quantity::Watt).linear(values)
     }
 
-    /// Even light is white, however it is cut into bands; the parts are blue, green and red.
+    /// Even light is white, however it is divided into bands; the thirds are blue, green and red.
     #[test]
     fn bands_have_their_colours() {
         let thirds = [band(400.0, 500.0), band(500.0, 600.0), band(600.0, 700.0)];
@@ -164,8 +170,8 @@ mod tests {
         }
     }
 
-    /// What the eye does not see is black beside what it sees, and grey alone; so are bands without
-    /// wavelengths.
+    /// An invisible band is black beside a visible one, and grey alone; bands without wavelengths
+    /// are grey, too.
     #[test]
     fn infrared_is_dark_or_grey() {
         let both = [band(400.0, 700.0), band(1000.0, 2000.0)];
@@ -181,7 +187,8 @@ mod tests {
         let white = exposure.stops.exp2() * 3.0;
         assert!((0.6..0.75).contains(&white), "{white}");
         let at = |value: f32| Exposure { stops: 1.0 }.srgb(Vec3::splat(value)).x;
-        // 1 in white is 2/3 + (1 - 1/e)/3 = 0.8774; there is no step, no end but white, and more is never darker
+        // a value of 1 relative to white becomes 2/3 + (1 - 1/e)/3 = 0.8774; there is no step, the
+        // limit is white, and a greater value is never darker
         assert!((at(0.5) - encode(0.8774)).abs() < 1e-4, "{}", at(0.5));
         assert!((at(0.3334) - at(0.3333)).abs() < 1e-3);
         assert!(at(10.0) > 0.9999 && at(f32::INFINITY) > 0.9999);

@@ -1,42 +1,43 @@
-//! What a plot is asked to show, and the results that it is to show it of.
+//! The request for a plot, and the results that it selects.
 
 use crate::{
     error::{Error, Result},
     results::result::{CaptorResult, RunResult},
 };
 
-/// What a plot shows.
+/// The kinds of plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotKind {
-    /// Irradiance of sensors over the plane that they lie in, with contours.
+    /// Irradiance on sensors over the plane that they lie in, with contours.
     Map,
-    /// Irradiance of sensors, and what surfaces absorbed per area, over height.
+    /// Irradiance on sensors, and power that surfaces absorbed per area, over height.
     Profile,
-    /// What every plant and every rank of its leaves absorbed.
+    /// Power that every plant and every rank of its leaves absorbed.
     Plants,
-    /// Irradiance per nanometre of groups or captors.
+    /// Irradiance per nanometre on groups or captors.
     Spectrum,
 }
 
-/// What is asked for.
+/// A request for a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct PlotRequest<'a> {
-    /// What is shown.
+    /// The kind of plot.
     pub kind: PlotKind,
-    /// Name of a band or sum; without one the first sum, or the first band.
+    /// Name of a band or sum; `None` stands for the first sum, or the first band.
     pub band: Option<&'a str>,
-    /// Only captors of this id; one that ends with `*` stands for all that begin so.
+    /// Only captors and groups with this id; an id that ends with `*` stands for all ids that begin
+    /// so.
     pub captors: Option<&'a str>,
     /// Ends of the colour bar of a map, W/m2 or umol/m2/s.
     pub range: Option<(f64, f64)>,
 }
 
-/// Results, and which of them are plotted.
+/// Results, and the selection of those that are plotted.
 pub(super) struct Chosen<'a> {
     pub result: &'a RunResult,
     /// Index of the band or sum.
     pub band: usize,
-    /// What the user asked for, without the star.
+    /// The id that the user asked for, without the star, and whether there was one.
     pub pattern: Option<(&'a str, bool)>,
 }
 
@@ -69,7 +70,7 @@ impl<'a> Chosen<'a> {
         Ok(chosen)
     }
 
-    /// Whether an id is asked for.
+    /// Returns whether an id is asked for.
     pub fn takes(&self, id: &str) -> bool {
         match self.pattern {
             None => true,
@@ -86,7 +87,8 @@ impl<'a> Chosen<'a> {
         &self.result.bands[self.band].name
     }
 
-    /// What irradiance is called in this band: PPFD, where it counts photons of 400 to 700 nm.
+    /// Returns the name of irradiance in this band: PPFD, if it counts photons within 400 to 700
+    /// nm.
     pub fn irradiance_name(&self) -> &'static str {
         let bands = &self.result.bands;
         let own = &bands[self.band];
@@ -107,12 +109,12 @@ impl<'a> Chosen<'a> {
     }
 }
 
-/// Refuses to plot what is not there.
+/// Makes the error that the results do not have what a plot needs.
 pub(super) fn nothing(problem: &str, remedy: &str) -> Error {
     Error::input("results", problem).remedy(remedy)
 }
 
-/// Two ends of an error bar from below to above, or from left to right.
+/// Returns the two ends of an error bar: from below to above, or, if `across`, from left to right.
 pub(super) fn error_bar(at: f64, value: f64, error: Option<f64>, across: bool) -> [(f64, f64); 2] {
     let error = error.unwrap_or(0.0);
     [value - error, value + error].map(|end| if across { (end, at) } else { (at, end) })

@@ -1,4 +1,4 @@
-//! A plot as SVG or as pixels.
+//! Draws a plot as SVG or as pixels.
 
 use plotters::{
     prelude::{IntoDrawingArea, SVGBackend},
@@ -18,26 +18,27 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Plot {
     pub(super) drawn: Drawn,
-    /// What was left out, in sentences.
+    /// Sentences about what was left out.
     pub notes: Vec<String>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum Drawn {
-    /// One below the other.
+    /// Charts, one below the other.
     Charts(Vec<Chart>),
     Maps(HeatMaps),
 }
 
 impl Plot {
-    /// As SVG text.
+    /// Returns the plot as SVG text. Error: it cannot be drawn.
     pub fn svg(&self) -> Result<String> {
         let mut text = String::new();
         self.draw(SVGBackend::with_string(&mut text, self.size())).map_err(failed)?;
         Ok(text)
     }
 
-    /// As pixels, two for each of the SVG.
+    /// Returns the plot as pixels, two across and down for each pixel of the SVG. Error: it cannot
+    /// be drawn.
     pub fn picture(&self) -> Result<Picture> {
         let mut picture = Canvas::paper(self.size());
         self.draw(Canvas::new(&mut picture)).map_err(failed)?;

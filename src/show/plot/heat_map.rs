@@ -1,4 +1,5 @@
-//! Values at points of a plane as colours with contours: linear over the triangles between them (Delaunay).
+//! Draws values at points of a plane as colours with contours; between points they are linear over
+//! the triangles of a Delaunay triangulation.
 
 use plotters::{
     chart::ChartBuilder,
@@ -14,20 +15,20 @@ use crate::show::{
 
 /// Width and height of a map, pixels.
 const MAP: (u32, u32) = (460, 420);
-/// Around what is drawn: left, right, above, below.
+/// Margins around the drawn map: left, right, above, below, pixels.
 const ROOM: (i32, i32, i32, i32) = (70, 14, 40, 48);
-/// Width of the colour bar with its numbers.
+/// Width of the colour bar with its numbers, pixels.
 const BAR: u32 = 150;
-/// Colours between the ends of the bar: finer than an eye tells apart.
+/// Number of colours between the ends of the bar: finer than the eye can distinguish.
 const STEPS: usize = 32;
 
 /// Values at points of one plane.
 #[derive(Clone, Debug)]
 pub(super) struct HeatMap {
     pub title: String,
-    /// What its two axes are.
+    /// Labels of the two axes.
     pub axes: [String; 2],
-    /// m
+    /// Coordinates of the points, m.
     pub points: Vec<(f64, f64)>,
     pub values: Vec<f64>,
 }
@@ -91,7 +92,7 @@ impl HeatMaps {
 }
 
 impl HeatMap {
-    /// Its triangles; none where all points are in a line.
+    /// Returns the triangles between the points; none if all points lie on a line.
     pub fn triangles(&self) -> Vec<[Corner; 3]> {
         let points: Vec<delaunator::Point> =
             self.points.iter().map(|&(x, y)| delaunator::Point { x, y }).collect();
@@ -118,7 +119,7 @@ impl HeatMap {
         for triangle in &triangles {
             let [least, most] = span(triangle);
             for i in 0..STEPS {
-                // what is beyond the bar has the colour of its end
+                // values beyond the bar have the colour of its end
                 let from = if i == 0 { f64::NEG_INFINITY } else { scale.low + i as f64 * step };
                 let to =
                     if i + 1 == STEPS { f64::INFINITY } else { scale.low + (i + 1) as f64 * step };
@@ -133,7 +134,7 @@ impl HeatMap {
                 let mut outline: Vec<(f64, f64)> = part.iter().map(|c| (c.0, c.1)).collect();
                 chart.draw_series([Polygon::new(outline.clone(), colour.filled())])?;
                 outline.push(outline[0]);
-                // what stands beside it leaves no gap
+                // an outline of the same colour leaves no gap to the neighbouring part
                 chart.draw_series([PathElement::new(outline, colour.stroke_width(1))])?;
             }
         }
@@ -154,7 +155,7 @@ impl HeatMap {
         Ok(())
     }
 
-    /// Ranges of both axes on which a metre is as long as on the other.
+    /// Returns ranges of both axes such that a metre is equally long on both.
     fn ranges(&self, (width, height): (u32, u32)) -> [std::ops::Range<f64>; 2] {
         let (left, right, above, below) = ROOM;
         let room = [width as i32 - left - right, height as i32 - above - below].map(f64::from);
@@ -187,7 +188,7 @@ fn span(triangle: &[Corner; 3]) -> [f64; 2] {
     ]
 }
 
-/// The part of an outline where `sign` x value is at least `limit`.
+/// Returns the part of an outline where `sign` x value is at least `limit`.
 fn clipped(outline: &[Corner], limit: f64, sign: f64) -> Vec<Corner> {
     let above = |corner: &Corner| sign * corner.2 - limit;
     let mut part = Vec::new();
@@ -204,7 +205,7 @@ fn clipped(outline: &[Corner], limit: f64, sign: f64) -> Vec<Corner> {
     part
 }
 
-/// Where a level crosses a triangle.
+/// Returns the ends of the line on which a level crosses a triangle, if it does.
 fn contour(triangle: &[Corner; 3], level: f64) -> Option<[(f64, f64); 2]> {
     let mut ends = (0..3).filter_map(|i| {
         let (a, b) = (&triangle[i], &triangle[(i + 1) % 3]);
@@ -224,8 +225,8 @@ fn between(a: &Corner, b: &Corner, share: f64) -> Corner {
 mod tests {
     use super::*;
 
-    /// Value x + 2 y at five points of the unit square: the triangles cover it once, parts between two levels
-    /// add up to it, and a contour lies where the value is its level.
+    /// Values x + 2 y at five points of the unit square: the triangles cover it once, the parts
+    /// below and above a level add up to it, and a contour lies where the value is its level.
     #[test]
     fn maps_are_linear_between_points() {
         let points = vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.4, 0.3)];
@@ -241,7 +242,7 @@ mod tests {
         let triangles = map.triangles();
         let whole: f64 = triangles.iter().map(|t| area(t)).sum();
         assert!((whole - 1.0).abs() < 1e-12, "{whole}");
-        // x + 2 y below 1.2: a trapezoid of 0.6 and 0.1 beside the two sides
+        // x + 2 y is below 1.2 in a trapezoid whose parallel sides are 0.6 and 0.1 long
         let below: f64 = triangles.iter().map(|t| area(&clipped(t, -1.2, -1.0))).sum();
         assert!((below - 0.35).abs() < 1e-12, "{below}");
         let above: f64 = triangles.iter().map(|t| area(&clipped(t, 1.2, 1.0))).sum();
@@ -252,7 +253,7 @@ mod tests {
         assert!(ends.iter().all(|(x, y)| (x + 2.0 * y - 1.2).abs() < 1e-12), "{ends:?}");
     }
 
-    /// Points in a line have no triangles.
+    /// Points on a line have no triangles.
     #[test]
     fn a_line_is_no_map() {
         let points = vec![(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)];

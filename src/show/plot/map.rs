@@ -1,4 +1,4 @@
-//! Irradiance of sensors over the plane that they lie in.
+//! The plot of the irradiance on sensors over the plane that they lie in.
 
 use super::{
     chosen::{Chosen, nothing},
@@ -11,15 +11,16 @@ use crate::{
     show::picture::{Scale, label},
 };
 
-/// The most planes in one picture.
+/// Limit on the number of planes in one picture.
 const MOST: usize = 6;
-/// Sensors of one plane differ in its direction and place by less than this share of all sensors' extent.
+/// Tolerance for sensors of one plane: the cosine between their normals is above 1 less this, and
+/// their distances from the plane are at most this fraction of the extent of all sensors.
 const FLAT: f64 = 1e-3;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Sensors in one plane.
 struct Plane<'a> {
-    /// The axis that it is most nearly across.
+    /// Index of the axis to which the plane is most nearly perpendicular.
     across: usize,
     normal: [f64; 3],
     /// Distance from the origin along the normal, m.
@@ -40,7 +41,7 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
     }
     let mut notes = Vec::new();
     if planes.len() > MOST {
-        // those with the most sensors, in the order of the file
+        // the planes with the most sensors are kept, in the order of the file
         let mut counts: Vec<usize> = planes.iter().map(|plane| plane.sensors.len()).collect();
         counts.sort_unstable_by(|a, b| b.cmp(a));
         notes.push(format!(
@@ -98,7 +99,7 @@ fn planes<'a>(sensors: &[&'a CaptorResult]) -> Vec<Plane<'a>> {
 }
 
 impl Plane<'_> {
-    /// Which way its sensors look, where that is not up.
+    /// Describes the direction in which the sensors look, if that is not up.
     fn facing(&self) -> String {
         match (self.across, self.normal[self.across] > 0.0) {
             (2, true) => String::new(),
@@ -107,7 +108,8 @@ impl Plane<'_> {
         }
     }
 
-    /// Its sensors by their two other coordinates; none where there are not three.
+    /// Returns the map of the sensors over their two other coordinates; `None` with fewer than
+    /// three sensors.
     fn map(&self, chosen: &Chosen) -> Option<HeatMap> {
         let [right, up] = match self.across {
             0 => [1, 2],

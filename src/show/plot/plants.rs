@@ -1,4 +1,4 @@
-//! What plants absorbed: each of them, and each rank of their leaves.
+//! The plot of the power that plants absorbed: each plant, and each rank of their leaves.
 
 use indexmap::IndexMap;
 
@@ -12,23 +12,23 @@ use crate::{
     show::chart::{Chart, Series, Stroke},
 };
 
-/// The most objects with a colour of their own.
+/// Limit on the number of objects with a colour of their own.
 const MOST: usize = 12;
 
-/// What an id says of a captor: object, part and instance as in `OBJECT/PART#INSTANCE`.
+/// The parts of a captor's id: object, part and instance, as in `OBJECT/PART#INSTANCE`.
 #[derive(Debug, PartialEq)]
 struct Organ<'a> {
     object: &'a str,
-    /// From 0; none of an object that stands once.
+    /// The number of the instance, from 0; `None` for an object without instances.
     instance: Option<&'a str>,
-    /// The number that the name of the part ends with, as 3 of `leaf3`.
+    /// The number at the end of the part's name, such as 3 of `leaf3`.
     rank: Option<u32>,
 }
 
 impl<'a> Organ<'a> {
     fn of(id: &'a str) -> Self {
         let (object, part) = id.split_once('/').unwrap_or((id, ""));
-        // captors of single triangles have their number behind all that
+        // ids of single triangles end with `/` and the number of the triangle
         let numbered = part.rsplit_once('#').map(|(part, rest)| {
             (
                 part,
@@ -68,7 +68,7 @@ struct Plant {
     ranks: IndexMap<u32, Power>,
 }
 
-/// Plants of each object by instance.
+/// The plants of each object, by instance.
 type Objects<'a> = IndexMap<&'a str, IndexMap<Option<&'a str>, Plant>>;
 
 pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
@@ -88,7 +88,8 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
             "give objects `\"captor\": true` in the scene, or plot something else (--show)",
         ));
     }
-    // photons that many leaves share correlate their errors: groups know that
+    // leaves share photons, so their errors are correlated; the errors of groups take that into
+    // account
     for (object, plants) in &mut objects {
         for (instance, plant) in plants {
             let id = instance.map_or(object.to_string(), |i| format!("{object}#{i}"));
@@ -134,7 +135,7 @@ fn absorbed(captor: &CaptorResult, band: usize) -> Option<(f64, Option<f64>)> {
     Some((captor.absorbed.as_ref()?[band], captor.absorbed_se.as_ref()?[band]))
 }
 
-/// Name and colour of the series of an object.
+/// Returns the name and colour of the series of an object.
 fn style(objects: &Objects, index: usize, object: &str) -> (Option<String>, usize) {
     match objects.len() <= MOST {
         true => (Some(object.chars().take(24).collect()), index),
@@ -142,7 +143,7 @@ fn style(objects: &Objects, index: usize, object: &str) -> (Option<String>, usiz
     }
 }
 
-/// Plants side by side, in the order of the file.
+/// Makes the series of plants side by side, in the order of the file.
 fn by_plant(objects: &Objects) -> Vec<Series> {
     let mut series = Vec::new();
     let mut number = 0.0;
@@ -160,7 +161,7 @@ fn by_plant(objects: &Objects) -> Vec<Series> {
     series
 }
 
-/// The mean over the plants of an object for each rank; the plants themselves are dots.
+/// Makes the series of means over the plants of an object for each rank; single plants are dots.
 fn by_rank(objects: &Objects) -> Vec<Series> {
     let mut series = Vec::new();
     for (i, (object, plants)) in objects.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Light over height.
+//! The plot of light over height.
 
 use super::{
     chosen::{Chosen, error_bar, nothing},
@@ -10,10 +10,10 @@ use crate::{
     show::chart::{Chart, Series, Stroke},
 };
 
-/// The most heights that means are taken at.
+/// Limit on the number of heights at which means are taken.
 const SLICES: usize = 12;
 
-/// A captor's height (m), value and error per area, and area (m2).
+/// A captor's height (m), value and standard error per area, and area (m2).
 struct Point {
     height: f64,
     value: f64,
@@ -21,7 +21,7 @@ struct Point {
     area: f64,
 }
 
-/// The mean of captors at about one height.
+/// The mean over captors at about the same height.
 struct Slice {
     height: f64,
     value: f64,
@@ -76,7 +76,8 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
 }
 
-/// Means over area at each height, or, of many heights, in slices of equal thickness.
+/// Returns area-weighted means at each height or, if there are many heights, in slices of equal
+/// thickness.
 fn slices(mut points: Vec<Point>) -> Vec<Slice> {
     points.sort_by(|a, b| a.height.total_cmp(&b.height));
     let Some((low, high)) = points.first().zip(points.last()).map(|(a, b)| (a.height, b.height))
@@ -112,7 +113,8 @@ fn slices(mut points: Vec<Point>) -> Vec<Slice> {
 mod tests {
     use super::*;
 
-    /// Two sensors of 1 and 3 m2 at one height: the mean weighs by area, errors add in squares.
+    /// Two sensors of 1 and 3 m2 at one height: the mean is weighted by area, errors add in
+    /// quadrature.
     #[test]
     fn slices_weigh_by_area() {
         let point = |height, value, error, area| Point { height, value, error: Some(error), area };
@@ -124,7 +126,7 @@ mod tests {
         // sqrt(0.4^2 + 0.3^2) / 4
         assert!((found[0].error - 0.125).abs() < 1e-12, "{}", found[0].error);
         assert_eq!((found[1].height, found[1].value), (2.0, 5.0));
-        // of many heights twelve slices are left, whatever the last bits
+        // many heights make twelve slices, whatever the rounding
         let many = (0..100).map(|i| point(f64::from(i), 1.0, 0.0, 1.0)).collect();
         assert_eq!(slices(many).len(), SLICES);
     }

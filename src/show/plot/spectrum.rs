@@ -1,4 +1,4 @@
-//! Irradiance per nanometre.
+//! The plot of irradiance per nanometre.
 
 use super::{
     chosen::{Chosen, error_bar, nothing},
@@ -10,7 +10,7 @@ use crate::{
     show::chart::{Chart, Series, Stroke},
 };
 
-/// The most captors in one picture, each with a colour of its own.
+/// Limit on the number of captors or groups in one picture, each with a colour of its own.
 const MOST: usize = 7;
 
 pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
@@ -28,14 +28,14 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         ));
     }
     bands.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    // instances of an object are alike: they are drawn where they are asked for
+    // instances of an object are alike: they are drawn only if they are asked for
     let shown = |id: &str| chosen.takes(id) && (chosen.pattern.is_some() || !id.contains('#'));
     let groups = result.groups.iter().filter(|group| shown(&group.id));
     let groups: Vec<(&str, &FaceResult)> =
         groups.map(|group| (group.id.as_str(), &group.front)).collect();
     let captors: Vec<(&str, &FaceResult)> =
         chosen.captors().map(|captor| (captor.id.as_str(), &captor.front)).collect();
-    // many are better told by their groups, unless some are asked for
+    // many captors are better shown by their groups, unless some are asked for
     let by_group = captors.is_empty()
         || chosen.pattern.is_none() && captors.len() > MOST && !groups.is_empty();
     let (what, all) = if by_group { ("groups", groups) } else { ("captors", captors) };

@@ -1,71 +1,80 @@
-//! Pictures without blotches: a filter that evens out noise over each piece of surface, and keeps its edges.
+//! Denoising: a filter that averages noise over each piece of surface and keeps its edges.
 //!
-//! Passes with growing steps between their taps (à trous; Dammertz, Sewtz, Hanika and Lensch, Edge-Avoiding
-//! À-Trous Wavelet Transform for fast Global Illumination Filtering, HPG 2010). Here two pixels *exchange* light:
-//! what one gains the other loses, so the sum over a picture stays what it was to rounding. How much they exchange
-//! depends on how alike they are: in a first round as the passes before tell it, in a second one, which begins anew, as
-//! the first round tells it, whose noise is less and so no longer hides edges (a joint filter; Eisemann and Durand,
-//! Flash Photography Enhancement via Intrinsic Relighting, SIGGRAPH 2004).
+//! It makes passes with growing steps between their taps (à trous; Dammertz, Sewtz, Hanika and
+//! Lensch, Edge-Avoiding À-Trous Wavelet Transform for fast Global Illumination Filtering, HPG
+//! 2010). Here two pixels *exchange* light: what one gains the other loses, so the sum over a
+//! picture stays the same to rounding. How much two pixels exchange depends on how alike they are.
+//! A first round of passes compares the values that the passes before have left. A second round
+//! begins anew with the unfiltered values, but compares the result of the first round, whose noise
+//! is less and so no longer hides edges (a joint filter; Eisemann and Durand, Flash Photography
+//! Enhancement via Intrinsic Relighting, SIGGRAPH 2004).
 
 use rayon::prelude::*;
 
 use super::fragments::{Fragments, Guide, Pixels, Sums};
 use crate::{error::Result, math::machine};
 
-/// How alike the noise of a pass's taps is on average, as passes before it have mixed it: that of a full kernel. The
-/// steps between taps are 1, 2, 4 and 8 pixels, and all together reach 9 pixels far (root mean square): farther ones
-/// would even out the slope of light near edges.
+/// Mean correlation between the noise of the taps in each pass, which the passes before have mixed:
+/// the value for a full kernel. The steps between taps are 1, 2, 4 and 8 pixels, and all passes
+/// together reach 9 pixels far (root mean square). A farther reach would flatten the slope of light
+/// near edges.
 const ALIKE: [f32; 4] = [0.0, 0.15, 0.18, 0.19];
-/// The B3 spline from the middle on.
+/// Weights of the B3 spline, from the middle outwards.
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
-/// Standard errors of the difference of two fragments from which on they keep what they have.
+/// Two fragments whose values differ by this many standard errors of the difference, or more,
+/// exchange nothing.
 const EDGE: f32 = 5.0;
-/// Share of the variance of what is evened out that is added to that of what tells how alike it is: lone bright pixels,
-/// which a round leaves in part, would else remain whole in the second.
+/// Fraction of the variance of the filtered values that is added to the variances of the compared
+/// values. Without it lone bright pixels, of which the first round leaves a part, would remain
+/// whole in the second.
 const DOUBT: f32 = 0.05;
-/// Pixels to each side over which variances are pooled: those of few rays know little, and those of a pixel that light has
-/// found by chance nothing of its neighbours'.
+/// Variances are pooled over this many pixels to each side. The variance from few rays is poorly
+/// known, and the variance of a pixel whose rays have found light by chance says nothing about that
+/// of its neighbours.
 const POOL: isize = 3;
 
 impl Guide {
-    /// How much what is seen of a surface here and there has in common, in [0, 1]; the same both ways.
+    /// Returns how similar the orientation of two fragments of one surface is, in [0, 1];
+    /// symmetric.
     fn weight(&self, other: &Self) -> f32 {
         self.normal.dot(other.normal).max(0.0).powi(8)
     }
 }
 
-/// A value in a band, and its variances.
+/// The value of a fragment in a band, and its variances.
 #[derive(Clone, Copy)]
 struct Noisy {
     value: f32,
-    /// As its rays tell it.
+    /// Variance estimated from the spread of the fragment's own rays, or of those nearby.
     own: f32,
-    /// Of what the nearest photons tell, which pixels side by side have in common.
+    /// Variance of the part that the nearest photons estimate, which neighbouring pixels have in
+    /// common.
     common: f32,
 }
 
 /// One pass of the filter.
 #[derive(Clone, Copy)]
 struct Pass<'a> {
-    /// What it evens out.
+    /// The values that are filtered.
     from: &'a [Noisy],
-    /// What tells how alike they are.
+    /// The values that are compared to decide how much two fragments exchange.
     by: &'a [Noisy],
-    /// Pixels between its taps.
+    /// Distance between taps, pixels.
     step: isize,
-    /// How alike the noise of these is.
+    /// Mean correlation between the noise of the taps.
     correlation: f32,
 }
 
 impl Fragments {
-    /// The means over the rays of each pixel, with less noise. Error: no threads to be had.
+    /// Returns the denoised means over the rays of each pixel. Error: no threads can be started.
     pub fn denoised(&self, threads: usize) -> Result<Pixels> {
         let evened = self.evened(threads, true)?;
         Ok(self.mixed(|fragment, band| evened[fragment * self.bands + band].value))
     }
 
-    /// The relative standard errors of the means over the rays of each pixel, with less noise if `denoised`; not covered
-    /// where nothing was found. Error: no threads to be had.
+    /// Returns the relative standard errors of the means over the rays of each pixel, after the
+    /// filter if `denoised`. Pixels in which nothing was found count as not covered. Error: no
+    /// threads can be started.
     pub fn errors(&self, threads: usize, denoised: bool) -> Result<Pixels> {
         let evened = self.evened(threads, denoised)?;
         let (bands, mut pixels) = (self.bands, self.pixels());
@@ -90,7 +99,7 @@ impl Fragments {
         Ok(pixels)
     }
 
-    /// What the rays of every fragment tell of its values, with less noise if `denoised`.
+    /// Returns the values and variances of every fragment and band, filtered if `denoised`.
     fn evened(&self, threads: usize, denoised: bool) -> Result<Vec<Noisy>> {
         let pool = machine::pool(threads)?;
         let each = |work: &(dyn Fn(usize, usize) -> Vec<Noisy> + Sync)| -> Vec<Noisy> {
@@ -115,7 +124,9 @@ impl Fragments {
         Ok(round(Some(&first)))
     }
 
-    /// Fragments of pixels beside one that show something of the same surface, and how much they have to do with it.
+    /// Returns the fragments of other pixels, up to `reach` taps to each side and `step` pixels
+    /// apart, that show the same surface as a fragment: the tap's offset (dx, dy) in steps, the
+    /// index of the fragment, and its weight by orientation, above 0.
     fn beside(
         &self,
         pixel: usize,
@@ -140,12 +151,13 @@ impl Fragments {
         })
     }
 
-    /// What the rays of a fragment tell of its values. The variance of one of them is their own or that of those about it,
-    /// where it is larger.
+    /// Returns the values and variances of an unfiltered fragment, per band. The variance of a ray
+    /// is that of the fragment's own rays, or that pooled over the fragments nearby where it is
+    /// larger.
     fn noisy(&self, pixel: usize, fragment: usize) -> Vec<Noisy> {
         let bands = self.bands;
         let rays = |of: usize| self.all[of].rays as f32;
-        // the sum of squares about the mean of a ray
+        // the sum over rays of the squared deviation from the mean of the gathered parts
         let about = |of: usize, b: usize| {
             let Sums { gathered, squares, .. } = self.sums[of * bands + b];
             (squares - gathered * gathered / rays(of)).max(0.0)
@@ -160,7 +172,7 @@ impl Fragments {
         let n = rays(fragment);
         let noisy = |(b, [sum, free]): (usize, [f32; 2])| {
             let Sums { found, deviation, squares, .. } = self.sums[fragment * bands + b];
-            // one ray may have found nothing but noise
+            // a single ray may have found nothing but noise
             let own = if n > 1.0 { about(fragment, b) / (n - 1.0) } else { squares };
             let pooled = if free > 0.0 { sum / free } else { 0.0 };
             let common = (deviation / n).powi(2);
@@ -169,14 +181,16 @@ impl Fragments {
         pooled.into_iter().enumerate().map(noisy).collect()
     }
 
-    /// A fragment after it has exchanged light with those that are `step` and twice that away. Of what one gains the
-    /// other loses as many rays' worth.
+    /// Returns the values and variances of a fragment after it has exchanged light with the taps
+    /// that are one and two steps away. Exchanges are weighted by rays: what one fragment gains, in
+    /// value times rays, the other loses.
     fn exchanged(&self, pass: &Pass, pixel: usize, fragment: usize) -> Vec<Noisy> {
         let Pass { from, by, step, correlation } = *pass;
         let bands = self.bands;
         let own = &from[fragment * bands..][..bands];
         let rays = self.all[fragment].rays as f32;
-        // what it becomes, what of its own it keeps, the sum of the others' deviations and of their squares
+        // the new value; the weight of the old one; the weighted sum of the others' standard
+        // deviations, and of their variances
         let mut sums: Vec<[f32; 4]> = own.iter().map(|own| [own.value, 1.0, 0.0, 0.0]).collect();
         for (dx, dy, tap, weight) in self.beside(pixel, fragment, 2, step) {
             let spline = KERNEL[dx.unsigned_abs()] * KERNEL[dy.unsigned_abs()];
@@ -203,8 +217,8 @@ impl Fragments {
     }
 }
 
-/// How alike two values are: 1 for the same, 0 where they differ by [`EDGE`] standard errors or more (Tukey's biweight);
-/// `doubt` is added to their variances.
+/// Returns how alike two values are: 1 for equal values, 0 where they differ by [`EDGE`] standard
+/// errors or more (Tukey's biweight). `doubt` is added to their variances.
 fn alike(a: &Noisy, b: &Noisy, doubt: f32) -> f32 {
     let difference = (a.value - b.value) / EDGE;
     let share = difference * difference / (a.own + b.own + a.common + b.common + doubt);
@@ -220,10 +234,10 @@ mod tests {
 
     const SIDE: usize = 64;
 
-    /// The light of a pixel.
+    /// The true value at a pixel index.
     type Truth = fn(usize) -> f32;
 
-    /// Light that falls off to the right by a tenth, and half as much below a shadow's edge.
+    /// Light that falls off to the right by a tenth, and is half as much below a shadow's edge.
     fn truth(i: usize) -> f32 {
         let (x, y) = ((i % SIDE) as f32, i / SIDE);
         (1.0 - 0.1 * x / SIDE as f32) * if y < SIDE / 2 { 1.0 } else { 0.5 }
@@ -231,7 +245,7 @@ mod tests {
 
     const FLAT: Guide = Guide { face: 0, through: None, material: 0, normal: Vec3::Z };
 
-    /// What 200 photons tell, of these surfaces.
+    /// A picture of values that 200 photons estimate, on the surfaces that `guide` gives.
     fn told(values: impl Iterator<Item = f32>, guide: impl Fn(usize) -> Guide) -> Fragments {
         let mut all = Fragments::new(SIDE, 1, 1);
         for (i, value) in values.enumerate() {
@@ -241,7 +255,7 @@ mod tests {
         all
     }
 
-    /// The truth with blotches of 4 x 4 pixels, 7 % strong, as of 200 photons.
+    /// The truth with blotches of 4 x 4 pixels that are 7 % strong, as from 200 photons.
     fn blotchy(picture: u64) -> Fragments {
         let streams = Streams::new(7, Purpose::Picture, 0);
         let blotch = |i: usize| {
@@ -252,8 +266,8 @@ mod tests {
         told((0..SIDE * SIDE).map(|i| truth(i) * blotch(i)), |_| FLAT)
     }
 
-    /// The truth as it is gathered by 8 rays a pixel: each finds nothing or, four times in five, 1.25 times the truth.
-    /// Pixels of every tenth column show something else to all of their rays but two.
+    /// The truth as 8 rays per pixel gather it: each ray finds nothing or, four times in five, 1.25
+    /// times the truth. In the pixels of every tenth column all rays but two see another surface.
     fn grainy(picture: u64, truth: impl Fn(usize) -> f32) -> Fragments {
         let streams = Streams::new(8, Purpose::Picture, picture);
         let mut all = Fragments::new(SIDE, 1, 8);
@@ -270,15 +284,15 @@ mod tests {
         all
     }
 
-    /// Relative noise about the truth, root of the mean square.
+    /// Relative deviation from the truth, root mean square over the picture.
     fn noise(pixels: &Pixels) -> f32 {
         let square = |(i, value): (usize, &f32)| (value / truth(i) - 1.0).powi(2);
         let sum: f32 = pixels.values.iter().enumerate().map(square).sum();
         (sum / pixels.values.len() as f32).sqrt()
     }
 
-    /// Blotches of 7 % become less than 2 %, the sum over the picture stays to rounding, and the shadow keeps its
-    /// edge.
+    /// Blotches of 7 % become less than 2 %, the sum over the picture stays the same to rounding,
+    /// and the shadow keeps its edge.
     #[test]
     fn blotches_go_and_edges_stay() {
         let blotchy = blotchy(0);
@@ -303,8 +317,9 @@ mod tests {
         }
     }
 
-    /// Means over 32 x 32 pixels have no bias above 0.5 %. Over 100 pictures the standard error of a block's mean
-    /// is at most 7 % / sqrt(64 blotches x 100) = 0.09 %, so 0.5 % is more than 5 of them: odds below 1e-6.
+    /// Means over 32 x 32 pixels have no bias above 0.5 %. Over 100 pictures the standard error of
+    /// a block's mean is at most 7 % / sqrt(64 blotches x 100) = 0.09 %, so 0.5 % is more than 5 of
+    /// them: odds below 1e-6.
     #[test]
     fn means_over_blocks_are_unbiased() {
         const PICTURES: u64 = 100;
@@ -319,11 +334,13 @@ mod tests {
         assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.005), "{ratios:?}");
     }
 
-    /// Gathered light: of a noise of 18 % a pixel, 35 % where it shows two surfaces, less than 3.2 % is left away from the
-    /// shadow's edge; less than 1.9 % in the columns that show one, whose errors say so within a tenth. Means over 32 x 32
-    /// pixels beside the edge have no bias above 0.4 %, which is light that the filter takes across it; without a shadow
-    /// none above 0.2 %. The standard error of such a mean over 100 pictures is 50 % / sqrt(8 x 1024 x 100) = 0.055 %, 3.6
-    /// of which make 0.2 %: odds below 2e-3 for four of them.
+    /// Gathered light: the noise is 18 % per pixel, 35 % where a pixel shows two surfaces. Away
+    /// from the shadow's edge the filter leaves less than 3.2 %, and less than 1.9 % in the columns
+    /// that show one surface, where the predicted errors agree with it within a tenth. Means over
+    /// 32 x 32 pixels beside the edge have no bias above 0.4 %, which is light that the filter
+    /// takes across the edge; without a shadow none above 0.2 %. The standard error of such a mean
+    /// over 100 pictures is 50 % / sqrt(8 x 1024 x 100) = 0.055 %, 3.6 of which make 0.2 %: odds
+    /// below 2e-3 for four of them.
     #[test]
     fn gathered_light_is_even_and_unbiased() {
         const PICTURES: u64 = 100;
@@ -360,7 +377,8 @@ mod tests {
         }
     }
 
-    /// Nothing goes from one surface to another, nor to no number, nor where a pixel shows nothing.
+    /// No light goes from one surface to another, to or from a NaN, or to a pixel that shows no
+    /// surface.
     #[test]
     fn surfaces_do_not_mix() {
         let guide = |i: usize| Guide { face: (i % SIDE).min(21) as u32 / 10, ..FLAT };

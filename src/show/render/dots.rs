@@ -1,4 +1,4 @@
-//! The photons themselves, as dots in a picture.
+//! Stored photons and paths of photons, as dots in a picture.
 
 use std::sync::atomic::Ordering;
 
@@ -24,16 +24,17 @@ use crate::{
 /// A dot of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
-    /// Pixels from the upper left corner.
+    /// Position in pixels, right and down from the upper left corner.
     pub at: [f32; 2],
     /// Distance from the viewpoint, m.
     pub distance: f32,
-    /// Index of the photon, or of the path.
+    /// Index of the photon in the photon map, or of the path.
     pub index: usize,
 }
 
-/// The photons that are seen: nothing opaque is in front of them, and they came to the side that the
-/// viewpoint is on. The farthest come first. Errors: stopped by `control`, no threads to be had.
+/// Returns a dot for each stored photon that is visible: nothing opaque is in front of it, and it
+/// arrived at the side of the surface that the viewpoint is on. The farthest come first. Errors:
+/// `control` stopped the work; no threads can be started.
 pub fn photon_dots(
     light: &SurfaceLight,
     viewpoint: &Viewpoint,
@@ -63,7 +64,7 @@ pub fn photon_dots(
     Ok(dots)
 }
 
-/// Photons between two looks at `control`.
+/// Number of photons between two looks at `control`.
 const CHUNK: usize = 50_000;
 
 fn check_stopped(control: &Control) -> Result<()> {
@@ -73,8 +74,9 @@ fn check_stopped(control: &Control) -> Result<()> {
     Ok(())
 }
 
-/// Dots, one a pixel, along the paths of some photons of all lights from surface to surface, as far as
-/// they are seen. Error: stopped by `control`.
+/// Returns dots along the paths of `paths` photons from surface to surface, about one per pixel,
+/// where nothing opaque hides them. The photons come from all lights. Error: `control` stopped the
+/// work.
 pub fn path_dots(
     scene: &Scene,
     viewpoint: &Viewpoint,
@@ -89,7 +91,7 @@ pub fn path_dots(
             let Some((from, to)) = in_front(viewpoint, leg[0], leg[1]) else { continue };
             let ends = [from, to].map(|point| viewpoint.camera.project(point));
             let [Some(a), Some(b)] = ends else { continue };
-            // no more steps than a picture has pixels across and down, wherever the ends are
+            // at most 2 (width + height) steps, wherever the ends are
             let most = 2 * (viewpoint.camera.width + viewpoint.camera.height);
             let steps =
                 ((a[0] - b[0]).abs().max((a[1] - b[1]).abs()).ceil() as usize).clamp(1, most);
@@ -108,16 +110,17 @@ pub fn path_dots(
     Ok(dots)
 }
 
-/// The point at a share of the way from one end to the other, as it is seen in the picture.
+/// Returns the point at a fraction `share` of the way from one end to the other, measured in the
+/// picture.
 fn along(viewpoint: &Viewpoint, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
     let depth = |p: Vec3| (p - viewpoint.camera.position).dot(viewpoint.camera.forward());
     let (near, far) = (depth(from), depth(to));
-    // equal steps in the picture are equal steps of 1 / depth
+    // equal steps in the picture are equal steps in 1 / depth
     let weight = share * near / (share * near + (1.0 - share) * far);
     from.lerp(to, weight)
 }
 
-/// The part of a leg that is in front of the viewpoint.
+/// Returns the part of a leg of a path that lies in front of the viewpoint, if there is one.
 fn in_front(viewpoint: &Viewpoint, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
     let near = 1e-3 * viewpoint.scene.radius;
     let depth = |p: Vec3| (p - viewpoint.camera.position).dot(viewpoint.camera.forward()) - near;
@@ -138,7 +141,7 @@ fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize) -> Option<Dot> {
     seen.then(|| Dot { at, distance: point.distance(viewpoint.camera.position), index })
 }
 
-/// The corners of so many paths of photons, from their lights on.
+/// Returns the corners of `paths` photon paths: the start at the light, then each arrival.
 fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
     let all = paths.max(scene.sources() as u64);
     with_lanes!(scene.lanes(), L => {

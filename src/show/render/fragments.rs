@@ -1,21 +1,23 @@
-//! What the rays of every pixel found, kept apart by the surface that they met first.
+//! The values that the rays of every pixel have found, kept apart by the surface that each ray met
+//! first.
 
 use glam::Vec3;
 
-/// Surfaces that are told apart in a pixel; what others send is kept together.
+/// The number of surfaces that are kept apart in a pixel; rays that meet further ones are summed
+/// together.
 const MOST: usize = 8;
 
-/// What rays met. Only what they found on the same face of one smooth piece in one material, and through the same glass,
-/// belongs together.
+/// Identifies the surface that a ray met. Values belong together only if they come from the same
+/// face of one smooth piece of surface in one material, seen through the same glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Guide {
-    /// The smooth piece and its face.
+    /// Index of the smooth piece and its face (`Patches::bin`).
     pub face: u32,
-    /// The same of the glass or water before it, of which light is bent.
+    /// The same of the glass or water in front of it, which bends light; `None` without.
     pub through: Option<u32>,
-    /// The index of its material.
+    /// Index of the material.
     pub material: u32,
-    /// The normal where a surface was first met, that of glass too.
+    /// Unit normal where the ray first met a surface, which may be glass.
     pub normal: Vec3,
 }
 
@@ -28,83 +30,88 @@ impl Guide {
 /// The part of a pixel that shows one surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fragment {
-    /// None for what is beyond all surfaces, and where more are in one pixel than are told apart.
+    /// The surface. `None` for rays that met no surface, and for rays to surfaces beyond those that
+    /// are kept apart.
     pub guide: Option<Guide>,
-    /// How many rays met it.
+    /// Number of rays.
     pub rays: u32,
 }
 
 /// Sums over the rays of a fragment, in one band.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sums {
-    /// All that they found.
+    /// Sum of the whole values.
     pub found: f32,
-    /// Standard errors of what of it the nearest photons tell: this noise is alike in pixels side by side.
+    /// Sum of the standard errors of the parts that the nearest photons estimate: neighbouring
+    /// pixels have this noise in common.
     pub deviation: f32,
-    /// What of it was gathered: its noise is each ray's own.
+    /// Sum of the parts that were gathered: each ray has its own, independent noise.
     pub gathered: f32,
-    /// The same squared.
+    /// Sum of the squares of the gathered parts.
     pub squares: f32,
 }
 
-/// A value per band and pixel, row by row from the upper left.
+/// A value per pixel and band; pixels are in rows from the upper left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pixels {
-    /// Pixels across.
+    /// Number of pixels across.
     pub width: usize,
-    /// Bands of a pixel.
+    /// Number of bands of a pixel.
     pub bands: usize,
-    /// Means over the rays that met what is shown, band after band.
+    /// Means over the rays that met something to show: all bands of the first pixel, then of the
+    /// next.
     pub values: Vec<f32>,
-    /// Share of such rays, per pixel.
+    /// Fraction of such rays, per pixel.
     pub covered: Vec<f32>,
 }
 
 impl Pixels {
-    /// The values of a pixel.
+    /// Returns the values of a pixel, one per band.
     pub fn pixel(&self, index: usize) -> &[f32] {
         &self.values[index * self.bands..][..self.bands]
     }
 }
 
-/// What the rays of every pixel found, row by row from the upper left.
+/// Sums of what the rays of every pixel found, per surface that they met first; pixels are in rows
+/// from the upper left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fragments {
-    /// Pixels across.
+    /// Number of pixels across.
     pub(super) width: usize,
-    /// Bands of a pixel.
+    /// Number of bands of a pixel.
     pub(super) bands: usize,
     rays: u32,
-    /// Where the fragments of each pixel begin, and where the last end.
+    /// Index of the first fragment of each pixel, then the number of all fragments.
     starts: Vec<usize>,
     pub(super) all: Vec<Fragment>,
-    /// Of each fragment and band.
+    /// The sums of each fragment: all bands of the first, then of the next.
     pub(super) sums: Vec<Sums>,
 }
 
 impl Fragments {
-    /// Of no pixel yet.
+    /// Makes a picture without pixels, which will have `rays` rays each.
     pub(super) fn new(width: usize, bands: usize, rays: u32) -> Self {
         Self { width, bands, rays, starts: vec![0], all: Vec::new(), sums: Vec::new() }
     }
 
-    /// Rays of each pixel.
+    /// Returns the number of rays of each pixel.
     pub fn rays(&self) -> u32 {
         self.rays
     }
 
-    /// How many pixels there are.
+    /// Returns the number of pixels.
     pub(super) fn pixel_count(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// The indices of the fragments of a pixel.
+    /// Returns the indices of the fragments of a pixel.
     pub(super) fn of(&self, pixel: usize) -> std::ops::Range<usize> {
         self.starts[pixel]..self.starts[pixel + 1]
     }
 
-    /// One ray more of the pixel that is not yet closed: what it met, and in each band what it found, the standard error
-    /// of what of it the nearest photons tell, and what of it was gathered.
+    /// Adds a ray to the pixel that is not yet closed: the surface that it met, and in each band
+    /// the whole value, the standard error of the part that the nearest photons estimate, and the
+    /// gathered part.
     pub(super) fn add(&mut self, guide: Option<Guide>, found: impl Iterator<Item = [f32; 3]>) {
         let sums = self.fragment(guide, 1);
         for (sums, [found, deviation, gathered]) in self.sums[sums..].iter_mut().zip(found) {
@@ -115,7 +122,8 @@ impl Fragments {
         }
     }
 
-    /// Counts rays of the pixel that is not yet closed, and says where the sums of their fragment begin.
+    /// Counts `rays` more rays of the pixel that is not yet closed, and returns where the sums of
+    /// their fragment begin.
     fn fragment(&mut self, guide: Option<Guide>, rays: u32) -> usize {
         let start = self.starts[self.starts.len() - 1];
         let find = |all: &[Fragment], guide: Option<Guide>| {
@@ -136,12 +144,12 @@ impl Fragments {
         (start + index) * self.bands
     }
 
-    /// Begins the next pixel.
+    /// Closes the current pixel and begins the next.
     pub(super) fn close(&mut self) {
         self.starts.push(self.all.len());
     }
 
-    /// Those of further rows.
+    /// Appends the pixels of further rows.
     pub(super) fn append(&mut self, more: Self) {
         let first = self.all.len();
         self.starts.extend(more.starts[1..].iter().map(|start| first + start));
@@ -149,7 +157,7 @@ impl Fragments {
         self.sums.extend(more.sums);
     }
 
-    /// These and those of more rays of the same picture.
+    /// Joins these sums with those of more rays of the same picture.
     pub fn joined(&self, more: &Self) -> Self {
         let mut both = Self::new(self.width, self.bands, self.rays + more.rays);
         for pixel in 0..self.pixel_count() {
@@ -171,14 +179,15 @@ impl Fragments {
         both
     }
 
-    /// The means over the rays of each pixel.
+    /// Returns the means over the rays of each pixel.
     pub fn pixels(&self) -> Pixels {
         self.mixed(|fragment, band| {
             self.sums[fragment * self.bands + band].found / self.all[fragment].rays as f32
         })
     }
 
-    /// The means over the fragments of each pixel, whose values are given.
+    /// Returns the means over the fragments of each pixel, weighted by their rays; `value` gives
+    /// the value of a fragment in a band.
     pub(super) fn mixed(&self, value: impl Fn(usize, usize) -> f32) -> Pixels {
         let bands = self.bands;
         let mut values = vec![0.0; self.pixel_count() * bands];

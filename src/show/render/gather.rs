@@ -1,6 +1,7 @@
-//! Final gathering: where a surface scatters light to the camera, it is joined with the lamps, and rays from there find what
-//! other surfaces send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Light that has come
-//! from its lamp by way of mirrors, refraction or gloss alone is left to photons.
+//! Final gathering: where a surface scatters light diffusely to the camera, the point is joined
+//! with the lamps by shadow rays, and gathering rays from there find the light that other surfaces
+//! send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Focused light, which
+//! has come from its lamp by mirrors, refraction or gloss alone, is estimated from photons instead.
 
 use std::f32::consts::PI;
 
@@ -31,39 +32,45 @@ use crate::{
     },
 };
 
-/// A way from the camera that carries less than this goes on by chance, and counts for more where it does.
+/// Russian-roulette threshold of branches from the camera: one that carries less than this goes on
+/// by chance, and counts for more where it does.
 const SMALL: f32 = 0.005;
-/// What is seen by less than this, as in a pane, is seen as the photons there tell it: they are noisy enough for that.
+/// A place of which less than this fraction is seen, as in a pane, shows the radiance estimate of
+/// the photons there, whose noise is low enough for that.
 const FAINT: f32 = 0.25;
-/// The same of a ray that gathers.
+/// Russian-roulette threshold of the branches of gathering rays, as `SMALL` is for those from the
+/// camera.
 const SMALL_GATHERED: f32 = 0.25;
-/// How often light is gathered anew where a ray ends so near that its photons would reach back to where it started.
+/// How many times in a row light is gathered anew where a gathering ray ends so near that the
+/// photons of the estimate there would reach back to its start.
 const NEAR: u32 = 3;
 
-/// Photons of an estimate of focused light over those of any other: it is told at the place itself, where its blotches are
-/// seen. More of them blur it by more than their noise is less.
+/// Number of photons in an estimate of focused light, as a multiple of those in other estimates.
+/// Focused light is estimated at the visible place itself, where the blotches of the estimate are
+/// seen; but still more photons would add more blur than they take away noise.
 const FOCUSED: usize = 2;
-/// Photons of an estimate over those that tell what a glossy surface sends where little of it is seen or it is one end of
-/// many: in the mean over these the noise of each goes.
+/// Divisor for the number of photons where a glossy surface is seen faintly, or is one of the many
+/// ends of gathering rays: the mean over these takes out the noise of each.
 const COARSE: usize = 4;
 
-/// What light is gathered from.
+/// The photon estimates from which light is gathered.
 pub struct Gather<'a> {
-    /// Rays from every point that scatters, at least 1.
+    /// Number of gathering rays from each point, at least 1.
     directions: u32,
-    /// What surfaces send.
+    /// Radiance of the surfaces, estimated beforehand at many points.
     cache: RadianceCache,
-    /// Photons that came by mirrors, refraction or gloss alone.
+    /// Focused light: photons that came by mirrors, refraction or gloss alone.
     focused: SurfaceLight<'a>,
-    /// What surfaces send of them.
+    /// Radiance that surfaces send of the focused light, estimated beforehand at many points.
     focused_cache: RadianceCache,
-    /// A sheet that sends on all that arrives: its radiance, times π, is the irradiance.
+    /// A sheet that reflects all light: its radiance, times π, is the irradiance.
     white: Material,
 }
 
 impl<'a> Gather<'a> {
-    /// From the light on all surfaces, by so many rays from every point. It traces photons as [`light_surfaces`] does,
-    /// from which the light comes, with the same `settings`, and has its errors.
+    /// Prepares gathering from the light on all surfaces, with `directions` rays from each point.
+    /// It traces photons of focused light, as [`light_surfaces`] does, from which `light` comes,
+    /// with the same `settings`. Errors: as those of [`light_surfaces`].
     ///
     /// [`light_surfaces`]: crate::light_surfaces
     pub fn new(
@@ -79,15 +86,16 @@ impl<'a> Gather<'a> {
         Ok(Self { directions, cache, focused, focused_cache, white })
     }
 
-    /// Radiance of the light that is left to photons.
+    /// Returns the radiance per band that a place sends of focused light.
     fn focused(&self, place: &Place) -> Vec<f64> {
         let Self { focused, focused_cache, .. } = self;
         told(focused, focused_cache, focused.k, place)
     }
 }
 
-/// Radiance of a place, as the photons there tell it: beforehand or, where that along the normal does not tell it in other
-/// directions, the nearest `k`.
+/// Returns the radiance of a place per band, as its photons estimate it. Where the material relates
+/// the radiance in any direction to that along the normal, the estimate made beforehand is used;
+/// otherwise the nearest `k` photons.
 fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) -> Vec<f64> {
     let Place { hit, material, interaction, .. } = place;
     let Some(relative) = material.relative_radiance(interaction.cos) else {
@@ -98,19 +106,23 @@ fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) ->
     sent.iter().map(|v| f64::from(v * relative)).collect()
 }
 
-/// Relative standard error of what was [`told`] of a place by photons of one power: so many beforehand, or the nearest `k`.
+/// Returns the relative standard error of an estimate that [`told`] returned, for photons of one
+/// power: it took `beforehand` photons where the estimate was made beforehand, otherwise the
+/// nearest `k`.
 fn error_of_told(beforehand: usize, k: usize, place: &Place) -> f32 {
     let known = place.material.relative_radiance(place.interaction.cos).is_some();
     SurfaceLight::error_of(if known { beforehand } else { k })
 }
 
-/// Photons of an estimate that many others are mixed with.
+/// Returns the number of photons in an estimate that is averaged with many others.
 fn coarse(light: &SurfaceLight) -> usize {
     light.k.div_ceil(COARSE).max(2)
 }
 
 impl Whitted<'_> {
-    /// Radiance along a ray from the viewpoint.
+    /// Returns the radiance along a ray from the viewpoint, W/m2/sr or umol/m2/s/sr, with its
+    /// noise. `shared` holds the estimates that the rays of a pixel share: of all light, and of
+    /// focused light.
     pub fn radiance<L: Lanes>(
         &self,
         ray: Ray,
@@ -147,7 +159,8 @@ impl Whitted<'_> {
         })
     }
 
-    /// Irradiance on the side of a surface that a ray meets.
+    /// Returns the irradiance on the side of a surface that a ray meets, W/m2 or umol/m2/s, with
+    /// its noise.
     pub fn irradiance<L: Lanes>(
         &self,
         ray: &Ray,
@@ -170,7 +183,9 @@ impl Whitted<'_> {
         told.with(self.gathered::<L>(gather, &place, rng).scaled(PI))
     }
 
-    /// What a surface absorbs from both sides where a ray meets it.
+    /// Returns the power per area that a surface absorbs, from both sides together, where a ray
+    /// meets it, W/m2 or umol/m2/s, with its noise. `shared` holds the estimates that the rays of a
+    /// pixel share: of irradiance, and of absorbed power or absorptance.
     pub fn absorbed<L: Lanes>(
         &self,
         ray: &Ray,
@@ -191,7 +206,7 @@ impl Whitted<'_> {
             let ray = Ray { direction, ..*ray };
             let found = self.irradiance::<L>(&ray, hit, gather, arriving, rng);
             let front = direction.dot(normal) < 0.0;
-            // of many photons, as each of them tells nearly the same
+            // from many photons, of which each gives nearly the same absorptance
             let share = absorbed
                 .value(hit, front, reach, || self.light.absorptance(triangle, front, hit.point));
             found * &load(share)
@@ -201,17 +216,19 @@ impl Whitted<'_> {
         found
     }
 
-    /// The photons that tell what is not gathered.
+    /// Returns the photons that estimate the light that is not gathered: focused light, or all
+    /// light where nothing is gathered.
     pub fn told_by<'b>(&'b self, gather: Option<&'b Gather>) -> &'b SurfaceLight<'b> {
         gather.map_or(self.light, |gather| &gather.focused)
     }
 
-    /// How far apart points may be that share an estimate, m.
+    /// Returns the largest distance between points that share an estimate, m.
     pub fn reach(&self, hit: &SurfaceHit) -> f32 {
         PIXELS * self.viewpoint.camera.pixel() * hit.t
     }
 
-    /// What a place sends towards the camera, but for light that photons tell there.
+    /// Returns the radiance that a place sends towards the camera by diffuse scattering, without
+    /// the focused light that arrives there.
     fn gathered<L: Lanes>(&self, gather: &Gather, place: &Place, rng: &mut Stream) -> Spectrum<L> {
         let mut sum = self.gather(gather, place, NEAR, rng);
         for _ in 1..gather.directions {
@@ -220,7 +237,8 @@ impl Whitted<'_> {
         sum.scaled(1.0 / gather.directions as f32)
     }
 
-    /// One lamp's light and what one ray finds.
+    /// Returns one estimate of that radiance: the light of one lamp, and the light that one
+    /// gathering ray finds.
     fn gather<L: Lanes>(
         &self,
         gather: &Gather,
@@ -239,7 +257,7 @@ impl Whitted<'_> {
         let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
         let ray = scene.leave(hit.point, side, scatter.direction);
         let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
-        // lamps by way of mirrors are left to photons
+        // lamps seen by way of mirrors are focused light, which photons estimate
         let share = |way: &Way<L>, hit: &LightHit| {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
         };
@@ -249,7 +267,8 @@ impl Whitted<'_> {
         from_lamp + scatter.weight * found.value
     }
 
-    /// What is sent from where a gathering ray ends.
+    /// Returns the radiance that the place `end`, where a gathering ray ends, sends back along the
+    /// ray.
     fn sent<L: Lanes>(
         &self,
         gather: &Gather,
@@ -260,7 +279,8 @@ impl Whitted<'_> {
         let (light, Place { hit, material, interaction, .. }) = (self.light, end);
         let (triangle, outgoing) = (hit.triangle, -interaction.direction);
         let Some(relative) = material.relative_radiance(interaction.cos) else {
-            // what came to a glossy surface straight or by gloss is told by photons where it goes on to
+            // light that came to a glossy surface straight or by gloss alone becomes focused light
+            // where it goes on to, and photons estimate it there: it is left out here
             let is_glossy = material.glossy() > 0.0;
             let wanted = |came: Came| came.diffused || !is_glossy;
             return load(&light.radiance_of(triangle, hit.point, outgoing, coarse(light), wanted));

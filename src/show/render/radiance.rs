@@ -1,6 +1,7 @@
-//! What a viewpoint sees: rays go on through panes and glass and by mirrors, both ways where light does
-//! (Whitted, Communications of the ACM 23 (6), 1980), and see lamps; where a surface scatters, light is gathered, or the
-//! photons there tell how bright it is.
+//! Radiance along camera rays. Rays go on through panes and glass and by mirrors; where light
+//! divides, they follow both branches (Whitted, Communications of the ACM 23 (6), 1980). They see
+//! lamps; where a surface scatters diffusely, light is gathered, or the photons there give its
+//! radiance.
 
 use std::ops::{AddAssign, Mul};
 
@@ -19,36 +20,40 @@ use crate::{
     transport::surface_light::SurfaceLight,
 };
 
-/// Surfaces on a ray's way after which it is given up.
+/// The number of smooth surfaces along a branch after which it is no longer followed.
 const MOST_SURFACES: u32 = 100;
-/// Radiance along camera rays.
+/// Follows camera rays through a scene.
 pub(super) struct Whitted<'a> {
     pub light: &'a SurfaceLight<'a>,
     pub viewpoint: &'a Viewpoint<'a>,
 }
 
-/// What is found along a ray, per band: radiance, W/m2/sr or umol/m2/s/sr, or what arrives or is absorbed, W/m2 or umol/m2/s.
+/// What is found along a ray, per band: radiance (W/m2/sr or umol/m2/s/sr), or irradiance or
+/// absorbed power per area (W/m2 or umol/m2/s).
 pub(super) struct Found<L> {
-    /// All of it.
+    /// The whole value.
     pub value: Spectrum<L>,
-    /// Standard error of what of it the nearest photons tell: this noise is alike in pixels side by side.
+    /// Standard error of the part that the nearest photons estimate: neighbouring pixels have this
+    /// noise in common.
     pub deviation: Spectrum<L>,
-    /// What of it was gathered: its noise is each ray's own.
+    /// The part that was gathered: each ray has its own, independent noise.
     pub gathered: Spectrum<L>,
 }
 
 impl<L: Lanes> Found<L> {
-    /// What the nearest photons tell with a relative standard error.
+    /// Makes a value that the nearest photons estimate alone, with the relative standard error
+    /// `error`.
     pub fn told(told: Spectrum<L>, error: f32) -> Self {
         Self { deviation: told.clone().scaled(error), gathered: told.zero(), value: told }
     }
 
-    /// The same and what was gathered.
+    /// Adds the gathered part.
     pub fn with(self, gathered: Spectrum<L>) -> Self {
         Self { value: self.value + &gathered, gathered, ..self }
     }
 
-    /// In a band what was found, the standard error of what photons tell, and what was gathered.
+    /// Returns for one band the whole value, the standard error of the photons' part, and the
+    /// gathered part.
     pub fn in_band(&self, band: usize) -> [f32; 3] {
         [&self.value, &self.deviation, &self.gathered].map(|found| found.values()[band])
     }
@@ -71,18 +76,20 @@ impl<L: Lanes> AddAssign for Found<L> {
     }
 }
 
-/// A ray on its way, and what it carries of what it will find.
+/// A branch of a ray that is still to be followed, with the fraction that it carries of what it
+/// will find.
 pub(super) struct Way<L> {
     pub ray: Ray,
     throughput: Spectrum<L>,
     surfaces: u32,
-    /// Its length from its start, m.
+    /// Length of the branch up to the origin of `ray`, m.
     length: f32,
-    /// Whether it started at the viewpoint.
+    /// Whether the branch started at the viewpoint.
     from_eye: bool,
-    /// Whether it comes straight from its start.
+    /// Whether the branch has come straight from its start: at most through thin panes.
     pub straight: bool,
-    /// What it carries if it goes on where it carries less than that: by chance.
+    /// Threshold of Russian roulette: a branch that carries less goes on by chance, and then
+    /// carries this much.
     small: f32,
 }
 
@@ -93,22 +100,23 @@ impl<L: Lanes> Way<L> {
     }
 }
 
-/// A place that scatters, as seen along a ray.
+/// A place where a surface scatters diffusely, as seen along a ray.
 pub(super) struct Place<'a> {
     pub hit: SurfaceHit,
     pub surface: &'a Surface,
-    /// What it is of.
+    /// The material of the surface.
     pub material: &'a Material,
     pub interaction: Interaction,
-    /// Length of the ray's way, m.
+    /// Distance along the ray from its start, m.
     pub length: f32,
-    /// The largest share over bands that is seen of it.
+    /// The fraction of the place's radiance that is seen: the largest over the bands.
     pub share: f32,
 }
 
 impl Whitted<'_> {
-    /// Follows a ray both ways at every smooth surface and sums what is `seen` where it is scattered,
-    /// and the lights on its way as much as they count.
+    /// Follows a ray, with both branches at every smooth surface, and sums what `seen` returns
+    /// where a surface scatters diffusely, and the emitted radiance of the lights on the way, each
+    /// times the weight that `share` gives it. Both are multiplied by what the branch carries.
     pub fn follow<L: Lanes>(
         &self,
         start: Way<L>,
@@ -127,7 +135,7 @@ impl Whitted<'_> {
             } else {
                 scene.closest(&ray)
             };
-            // a light with a material lies in a surface: reach as far as its lift
+            // a light with a material lies in a surface: search beyond the hit by the ray offset
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             scene.lights_met(&ray, t_max, |hit| {
                 let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());

@@ -1,13 +1,14 @@
-//! Estimates that rays of one pixel share.
+//! Photon estimates that the rays of one pixel share.
 
 use glam::Vec3;
 
 use crate::scene::world::SurfaceHit;
 
-/// How far apart, in pixels, points may be that share an estimate.
+/// The largest distance between points that share an estimate, in pixels.
 pub(super) const PIXELS: f32 = 2.0;
 
-/// What rays of one pixel have found, for others that come to the same place.
+/// The estimates that the rays of one pixel have made so far, for others that come to the same
+/// place.
 #[derive(Default)]
 pub(super) struct Shared(Vec<Found>);
 
@@ -19,7 +20,8 @@ struct Found {
 }
 
 impl Shared {
-    /// What was found within `reach` of a hit on the same side of its triangle, or else `find`s it.
+    /// Returns the value, per band, that was found within `reach` (m) of a hit on the same side of
+    /// the same triangle; where there is none, calls `find` for it and keeps the result.
     pub fn value(
         &mut self,
         hit: &SurfaceHit,

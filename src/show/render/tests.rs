@@ -1,4 +1,4 @@
-//! Pictures against closed forms and against paths.
+//! Pictures compared with closed forms and with paths from the camera.
 
 use std::{path::Path, sync::atomic::AtomicBool};
 
@@ -18,14 +18,15 @@ use crate::{
 
 type Point = [f64; 3];
 
-/// Quadrilaterals as OBJ text.
+/// Writes quadrilaterals as OBJ text.
 fn quads(quads: &[[Point; 4]]) -> String {
     let corners = quads.iter().flatten().map(|[x, y, z]| format!("v {x} {y} {z}\n"));
     let face = |i: usize| format!("f {} {} {} {}\n", 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * i + 4);
     corners.chain((0..quads.len()).map(face)).collect()
 }
 
-/// A box, fronts out: x low, x high, y low, y high, z low, z high.
+/// A box whose fronts face outwards, from its corners (x low, y low, z low) and (x high, y high, z
+/// high).
 fn cuboid([x, y, z]: Point, [u, v, w]: Point) -> [[Point; 4]; 6] {
     [
         [[x, y, z], [x, y, w], [x, v, w], [x, v, z]],
@@ -42,7 +43,8 @@ fn inside_out<const N: usize>(mut quads: [[Point; 4]; N]) -> [[Point; 4]; N] {
     quads
 }
 
-/// A scene of objects (name, material, shape) beside what `scene` says.
+/// Loads a scene of objects (name, material, shape) with the other keys of `scene`. An object
+/// without a material is only the shape of a light.
 fn load(mut scene: Value, objects: &[(&str, &str, &[[Point; 4]])]) -> LoadedScene {
     let object = |(name, material, _): &(&str, &str, _)| json!({ "name": name, "obj": format!("{name}.obj"), "material": material });
     scene["objects"] =
@@ -87,7 +89,7 @@ fn picture(loaded: &LoadedScene, light: &SurfaceLight, gather: u32, threads: usi
     found(loaded, light, Show::Radiance, gather, threads).pixels()
 }
 
-/// Means over blocks of `side` x `side` pixels.
+/// Returns means over blocks of `side` x `side` pixels.
 fn blocks(pixels: &Pixels, side: usize) -> Vec<f64> {
     let height = pixels.covered.len() / pixels.width;
     let block = |(x, y): (usize, usize)| {
@@ -100,8 +102,8 @@ fn blocks(pixels: &Pixels, side: usize) -> Vec<f64> {
     corners.map(block).collect()
 }
 
-/// A room that glows everywhere alike, with a mirror, a pane, a block of glass and leaves in it that
-/// lose nothing.
+/// A furnace: a room whose walls all have the same radiance. In it stand a mirror, a pane, a block
+/// of glass and leaves, none of which absorbs light.
 fn furnace() -> LoadedScene {
     let walls = inside_out(cuboid([-1.0; 3], [1.0; 3]));
     let upright =
@@ -131,10 +133,11 @@ fn furnace() -> LoadedScene {
 }
 
 /// Everything in a furnace of radiance 10 looks alike: through glass, in mirrors, on leaves and at
-/// edges. Seed 1, a million arrivals, k = 200: at least half of what a pixel shows is emission, or on
-/// leaves nothing, so its error is at most 7.1 %; none of 4096 is off by more than 5 of them (odds at most
-/// 4096 x 2e-6), nor any mean of 8 x 8 pixels by more than 10 %, nor the mean of all by more than 1 %.
-/// With 4 directions to gather, blocks have the noise of 1024 samples.
+/// edges. Seed 1, a million arrivals, k = 200. At least half of the radiance of a pixel is
+/// emission, or on leaves none of it, so its error is at most 7.1 %; none of 4096 pixels is off by
+/// more than 5 such errors (odds at most 4096 x 2e-6), nor any mean of 8 x 8 pixels by more than 10
+/// %, nor the mean of all by more than 1 %. With 4 directions to gather, blocks have the noise of
+/// 1024 samples.
 #[test]
 fn a_furnace_looks_the_same_everywhere() {
     let loaded = furnace();
@@ -152,8 +155,8 @@ fn a_furnace_looks_the_same_everywhere() {
     }
 }
 
-/// Gathered irradiance in a furnace is π times its radiance: the mean of all within 1 %, of 8 x 8 pixels within 10 %, as
-/// above; mirror and leaves receive it too.
+/// Gathered irradiance in a furnace is π times its radiance: the mean of all pixels within 1 %, and
+/// those of 8 x 8 pixels within 10 %, as above. The mirror and the leaves receive it, too.
 #[test]
 fn irradiance_is_that_of_a_furnace() {
     let loaded = furnace();
@@ -166,7 +169,8 @@ fn irradiance_is_that_of_a_furnace() {
     assert!(off(mean) < 0.01 && worst < 0.1, "{mean} {worst}");
 }
 
-/// What a wall absorbs is its share of what arrives, ray by ray: all walls are lit from one side.
+/// A wall absorbs a fixed fraction of its irradiance, for every ray alike: all walls are lit from
+/// one side only.
 #[test]
 fn walls_absorb_their_share() {
     let loaded = cornell();
@@ -182,8 +186,8 @@ fn walls_absorb_their_share() {
     assert!(white + dark + darker > 3600, "{white} {dark} {darker}");
 }
 
-/// A box with a lamp at its ceiling and two blocks on its floor, as the one of Cornell (Goral et al.,
-/// SIGGRAPH 1984), of grey walls.
+/// A box with a lamp at its ceiling and two blocks on its floor, like the Cornell box (Goral et
+/// al., SIGGRAPH 1984), but with grey walls.
 fn cornell() -> LoadedScene {
     let room = inside_out(cuboid([0.0; 3], [1.0; 3]));
     let left: [[Point; 4]; 1] = [room[0]];
@@ -213,7 +217,8 @@ fn cornell() -> LoadedScene {
     load(scene, &objects)
 }
 
-/// Blocks of 8 x 8 pixels in which all rays through corners meet one triangle's piece: no edge.
+/// Returns for each block of 8 x 8 pixels whether it shows no edge: the rays through all corners of
+/// its pixels meet one smooth piece of surface.
 fn without_edges(light: &SurfaceLight, viewpoint: &Viewpoint) -> Vec<bool> {
     let piece = |x: usize, y: usize| {
         let hit = viewpoint.opaque(&viewpoint.camera.ray(x as f32, y as f32));
@@ -227,10 +232,11 @@ fn without_edges(light: &SurfaceLight, viewpoint: &Viewpoint) -> Vec<bool> {
     (0..64).map(|i| block((i % 8, i / 8))).collect()
 }
 
-/// The box of Cornell from photons, and with gathering, against paths from the camera (32,768 for each block of 8 x 8
-/// pixels, an error of some 0.5 %). Seeds 1; the mean relative difference over blocks without edges
-/// is at most 3 % and with edges 6 %; with gathering 1 % and 1.5 %, also of what is evened out. What is above the paths' own
-/// noise is the bias of the nearest photons at shadows.
+/// The Cornell box from photons alone and with gathering, compared with paths from the camera
+/// (32,768 for each block of 8 x 8 pixels, an error of some 0.5 %). Seeds 1. The mean relative
+/// difference over blocks is at most 3 % without edges and 6 % with edges; with gathering 1 % and
+/// 1.5 %, also after denoising. The difference beyond the noise of the paths is the bias of the
+/// nearest photons at shadows.
 #[test]
 fn a_box_looks_as_paths_see_it() {
     const SIDE: usize = 8;
@@ -280,8 +286,9 @@ fn a_box_looks_as_paths_see_it() {
     }
 }
 
-/// Where light is even and one band has photons of one power, the relative error of k photons is 1 / sqrt(k - 1)
-/// everywhere: the k-th only says how far they reach. Rounds of rays joined are the mean over all of them.
+/// Where light is even and all photons have one power, the relative error of k photons is 1 /
+/// sqrt(k - 1) everywhere: the k-th photon only sets the radius. Joined rounds of rays are the mean
+/// over all of the rays.
 #[test]
 fn errors_are_those_of_k_photons_and_rounds_join() {
     let loaded = furnace();
@@ -311,7 +318,7 @@ fn errors_are_those_of_k_photons_and_rounds_join() {
     assert_ne!(first.values, second.values);
 }
 
-/// The same picture from any number of threads.
+/// Any number of threads gives the same picture.
 #[test]
 fn a_picture_does_not_depend_on_threads() {
     let loaded = furnace();
@@ -321,7 +328,7 @@ fn a_picture_does_not_depend_on_threads() {
     }
 }
 
-/// A view that is chosen for a closed room looks into it, and at all that is there.
+/// A view that is chosen for a closed room looks into it, and shows all that is in it.
 #[test]
 fn a_closed_room_is_seen_from_inside() {
     let walls = inside_out(cuboid([0.0; 3], [2.0, 2.0, 1.0]));
@@ -340,7 +347,7 @@ fn a_closed_room_is_seen_from_inside() {
         let middle = |corner: Point| glam::DVec3::from(corner) - loaded.scene.center;
         assert!(viewpoint.sees(middle([1.0, 1.0, 0.21]).as_vec3()));
         assert!(viewpoint.sees(middle([1.9, 1.9, 0.1]).as_vec3()));
-        // its far walls are not cut away
+        // the far walls are not cut away
         let beyond = middle([2.5, 2.5, 0.5]).as_vec3();
         assert!(!viewpoint.sees(beyond));
         let sampling = Sampling { rays: 1, before: 0, seed: 1, threads: 1 };

@@ -1,4 +1,4 @@
-//! What a viewpoint sees of a scene's shapes.
+//! Which surfaces and captors of a scene are visible from a viewpoint.
 
 use glam::Vec3;
 
@@ -18,33 +18,35 @@ pub struct Viewpoint<'a> {
     pub scene: &'a Scene,
     /// The camera.
     pub camera: Camera,
-    /// Which triangles are cut away; empty for none.
+    /// Whether each triangle is cut away; empty where none is.
     cut: Vec<bool>,
 }
 
-/// What is first in a ray's way.
+/// The first thing along a ray that is visible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FirstVisible {
     /// Nothing.
     Nothing,
     /// A surface or a captor.
     Thing {
-        /// Cosine of the angle that it is seen at.
+        /// Cosine of the angle between the ray and the normal, in [0, 1].
         cos: f32,
-        /// Index of the captor that it is, if it is one.
+        /// Index of the captor, if the thing is one.
         captor: Option<usize>,
-        /// Whether its front is seen.
+        /// Whether the ray meets the front.
         front: bool,
     },
 }
 
-/// Share of the scene's largest cross-section from which on a piece of surface may be cut away.
+/// The least area of a smooth piece of surface that may be cut away, as a fraction of the
+/// cross-section of the ball around all surfaces.
 const LARGE: f64 = 0.02;
-/// How far a viewpoint may be from the middle of a scene, in its radii.
+/// The largest distance of a viewpoint from the centre of the scene, in radii of the scene.
 const FARTHEST: f64 = 1e4;
 
 impl<'a> Viewpoint<'a> {
-    /// Of a view. Error: it is so far away that single precision would not do.
+    /// Places the camera of a view in a scene. Error: the camera is so far away that single
+    /// precision would not do.
     pub fn new(scene: &'a Scene, view: &View) -> Result<Self> {
         let distance = view.position.distance(scene.center);
         let farthest = FARTHEST * f64::from(scene.radius);
@@ -58,7 +60,8 @@ impl<'a> Viewpoint<'a> {
         Ok(Self { scene, camera: Camera::new(view, scene.center), cut: Vec::new() })
     }
 
-    /// A view chosen for the scene: of all surfaces, from outside. Error: there is no surface to see.
+    /// Chooses a view that shows all surfaces of the scene from outside, in a picture of `size`
+    /// (width, height) pixels. Error: the scene has no surface to see.
     pub fn choose_view(scene: &Scene, size: (usize, usize)) -> Result<View> {
         if scene.triangles().is_empty() {
             let place = format!("scene {}", scene.name);
@@ -68,8 +71,8 @@ impl<'a> Viewpoint<'a> {
         Ok(View::of(&Extent::of_triangles(scene.triangles()), scene.center, size))
     }
 
-    /// The same, but large surfaces whose plane parts it from the middle of the scene are not seen: for an
-    /// viewpoint outside a closed room.
+    /// Returns the same viewpoint, but without the large surfaces whose plane lies between the
+    /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it.
     pub fn cut_open(mut self) -> Self {
         let scene = self.scene;
         let extent = Extent::of_triangles(scene.triangles());
@@ -86,17 +89,18 @@ impl<'a> Viewpoint<'a> {
         self
     }
 
-    /// The first surface in the way of a ray from the viewpoint.
+    /// Returns the first surface along a ray from the viewpoint, apart from those cut away.
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         self.first(ray, |_| false)
     }
 
-    /// The first surface that cannot be seen through, as if glass and water did not bend light.
+    /// Returns the first surface along a ray that cannot be seen through, apart from those cut
+    /// away. The ray goes straight through glass and water, as if they did not bend light.
     pub fn opaque(&self, ray: &Ray) -> Option<SurfaceHit> {
         self.first(ray, |triangle| self.scene.material(self.scene.surface(triangle)).is_clear())
     }
 
-    /// The first surface that is neither cut away nor `passed`.
+    /// Returns the first surface that is neither cut away nor one that `passed` lets the ray pass.
     fn first(&self, ray: &Ray, passed: impl Fn(usize) -> bool) -> Option<SurfaceHit> {
         let (mut ray, mut travelled) = (*ray, 0.0);
         loop {
@@ -113,7 +117,7 @@ impl<'a> Viewpoint<'a> {
         }
     }
 
-    /// The surface that a ray meets first.
+    /// Returns the first opaque surface along a ray; virtual captors are left out.
     pub fn surface(&self, ray: &Ray) -> FirstVisible {
         self.opaque(ray).map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit))
     }
@@ -124,12 +128,12 @@ impl<'a> Viewpoint<'a> {
         FirstVisible::Thing { cos: dot.abs(), captor: surface.captor(), front: dot < 0.0 }
     }
 
-    /// What a ray meets first, virtual captors too.
+    /// Returns the first opaque surface or virtual captor along a ray.
     pub fn first_visible(&self, ray: &Ray) -> FirstVisible {
         let hit = self.opaque(ray);
         let mut nearest = hit.map_or(f32::INFINITY, |hit| hit.t);
         let mut visible = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
-        // a captor in a surface is seen before it
+        // a captor that lies in a surface is seen in front of it
         let limit = nearest + 4.0 * self.scene.ray_offset();
         self.scene.crossings(ray, limit, |crossing| {
             let t = (crossing.point - ray.origin).dot(ray.direction);
@@ -148,7 +152,7 @@ impl<'a> Viewpoint<'a> {
         visible
     }
 
-    /// Whether nothing is in the way of a point.
+    /// Returns whether nothing opaque lies between the viewpoint and a point.
     pub fn sees(&self, point: Vec3) -> bool {
         let towards = point - self.camera.position;
         let distance = towards.length();

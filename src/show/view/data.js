@@ -1,5 +1,6 @@
-// The page that `phylux view` writes: surfaces and captors in tiles, coloured by their light. First the
-// data, which stand in script elements of the page (view.rs writes them), and what the user has chosen.
+// The page that `phylux view` writes: surfaces and captors in tiles, coloured by their light. This file
+// reads the data, which view.rs writes into script elements of the page, and holds the user's choices.
+// Then come draw.js, table.js, link.js, panel.js and start.js.
 "use strict";
 
 // --- the data ---
@@ -12,10 +13,10 @@ const UNKNOWN = -1;
 const traced = facts.bands.filter((band) => !band.sum).length;
 const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
 
-/** What `readData` finds: corners of the tiles of each shape, its copies, runs of tiles, light, photons. */
+/** The data that `readData` reads: corners of the tiles of each shape, its copies, runs of tiles, light, photons. */
 let corners, shapes, parts, local, localLevels, keptLevels, surfaceTiles, captorValues, groupValues, shares, byLight, photons, hours;
 
-/** Numbers of a script element, which are deflated and in base64; null if it is not there. */
+/** Returns the numbers of a script element, stored deflated in base64; null if there is no such element. */
 async function unpack(id, Kind) {
   const text = element(id)?.textContent;
   if (text === undefined) return null;
@@ -52,8 +53,8 @@ async function readData() {
   };
 }
 
-/** Runs of tiles that are drawn as often as there are copies of them: where the tiles of the first copy stand in
- *  `corners`, and the matrix of each copy, which takes a corner from 0 to 1 to metres. */
+/** Reads the shapes: runs of tiles that are drawn once for each of their copies. A shape has the place of the first
+ *  copy's tiles in `corners`, and for each copy the matrix from coordinates in [0, 1] to metres. */
 function readShapes(places) {
   let [corner, first, place] = [0, 0, 0];
   return facts.shapes.map(({ tiles, copies }) => {
@@ -63,7 +64,7 @@ function readShapes(places) {
   });
 }
 
-/** The hours of a year, of which those that are dark everywhere are left out. */
+/** Reads the hours of a year; hours that are dark everywhere are left out. */
 function readHours(slots, values, errors) {
   const { days, clocks } = facts.hours;
   const rows = facts.captors.length + facts.groups.length;
@@ -75,7 +76,7 @@ function readHours(slots, values, errors) {
   };
 }
 
-/** The hour with the most light. */
+/** Returns the hour with the most light. */
 function brightestHour() {
   let best = [0, -1];
   for (const [slot, i] of hours.of) {
@@ -85,7 +86,7 @@ function brightestHour() {
   return best[0];
 }
 
-/** The corners of a tile, m. */
+/** Returns the corners of a tile, m. */
 function cornersOf(tile) {
   const shape = shapes.findLast(({ first }) => first <= tile);
   const [copy, own] = [Math.floor((tile - shape.first) / shape.tiles), (tile - shape.first) % shape.tiles];
@@ -97,7 +98,7 @@ function cornersOf(tile) {
   });
 }
 
-/** Runs of tiles of one object, material and captor; -1 is none. */
+/** Reads the parts: runs of tiles of one object, material and captor; -1 stands for none. */
 function readParts(numbers) {
   const parts = [];
   for (let i = 0; i < numbers.length; i += 4) {
@@ -108,7 +109,7 @@ function readParts(numbers) {
   return parts;
 }
 
-/** The part that a tile is in. */
+/** Returns the part that a tile belongs to. */
 function partOf(tile) {
   let [low, high] = [0, parts.length];
   while (high - low > 1) {
@@ -119,12 +120,12 @@ function partOf(tile) {
   return parts[low];
 }
 
-/** The values of a logarithmic scale, level by level. */
+/** Returns the values of a logarithmic scale, level by level. */
 function levelValues({ most, span, last }) {
   return Float32Array.from({ length: last + 1 }, (_, i) => i && most * Math.exp(span * ((i - 1) / (last - 1) - 1)));
 }
 
-/** The light at the place of a tile that arrives on a face in a traced band, with the lamps as they are set. */
+/** Returns the irradiance on a face at the place of a tile in a traced band, with the lamps as they are set. */
 function arriving(tile, face, b) {
   const all = localLevels[local[(face * traced + b) * surfaceTiles + tile]];
   if (!dimmed) return all;
@@ -138,7 +139,7 @@ function arriving(tile, face, b) {
   return lit ? (all * shone) / lit : 0;
 }
 
-/** Light at the place of a tile, per area; `UNKNOWN` where it is not known. */
+/** Returns the light at the place of a tile, per area; `UNKNOWN` where it is not known. */
 function localValue(tile, channel, band) {
   if (tile >= surfaceTiles || state.hour >= 0 || (dimmed && !shares.length)) return UNKNOWN;
   let sum = 0;
@@ -153,17 +154,17 @@ function localValue(tile, channel, band) {
   return sum;
 }
 
-/** What a captor received per area: value and standard error, NaN where they are not known. */
+/** Returns the value of a captor per area and its standard error, NaN where they are not known. */
 function captorValue(captor, channel, band) {
   return received(captorValues, captor, captor, channel, band);
 }
 
-/** The same of a group of captors. */
+/** Returns the same for a group of captors. */
 function groupValue(group, channel, band) {
   return received(groupValues, group, facts.captors.length + group, channel, band);
 }
 
-/** What arrived at the front of a captor or group in the hour that is chosen. */
+/** Returns the irradiance on the front of a captor or group in the chosen hour. */
 function receivedInHour(row, channel, band) {
   if (channel !== FRONT) return { value: NaN, error: NaN };
   const i = hours.of.get(state.hour);
@@ -173,7 +174,7 @@ function receivedInHour(row, channel, band) {
   return { value, error: value * hours.errorLevels[hours.errors[at]] || NaN };
 }
 
-/** With the lamps as they are set: light is linear in their powers, and each has photons of its own. */
+/** Returns the value with the lamps as they are set: light is linear in their powers, and each has photons of its own. */
 function received(values, row, rowByLight, channel, band) {
   if (state.hour >= 0) return receivedInHour(rowByLight, channel, band);
   const at = 2 * ((row * 3 + channel) * facts.bands.length + band);
@@ -189,7 +190,7 @@ function received(values, row, rowByLight, channel, band) {
   return { value, error: variance > 0 ? Math.sqrt(variance) : NaN };
 }
 
-/** The value that a tile is coloured by. */
+/** Returns the value that determines the colour of a tile. */
 function shownValue(part, tile, channel, band) {
   const here = localValue(tile, channel, band);
   if (part.captor < 0 || (state.values === "local" && here !== UNKNOWN)) return here;
@@ -197,7 +198,7 @@ function shownValue(part, tile, channel, band) {
   return Number.isNaN(value) ? UNKNOWN : value;
 }
 
-// --- what the user has chosen ---
+// --- the user's choices ---
 
 const state = {
   quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: facts.local ? "local" : "captor",
@@ -205,12 +206,12 @@ const state = {
   photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
   listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),
-  hour: -1, // day * times of day + time of day; -1 is all of the period
+  hour: -1, // day * times of day + time of day; -1 is the whole period
 };
 /** Whether some lamp is set to another power than it has in the scene. */
 let dimmed = false;
 
-/** Whether each face of a part is as good as unlit, while the other is lit. */
+/** Finds for each part the faces that are practically unlit while the other face is lit. */
 function findDarkSides() {
   for (const part of parts) {
     const sums = [0, 0];

@@ -121,7 +121,7 @@ out vec4 colour;
 void main() { colour = vec4(0.9, 0.1, 0.55, 0.3); }`;
 
 function makeRenderer() {
-  // of so many triangles most are smaller than a pixel, and without a graphics card it would take seconds
+  // with so many triangles most are smaller than a pixel, and without a graphics card drawing would take seconds
   renderer = new T.WebGLRenderer({ antialias: facts.tiles <= 500000 });
   renderer.setPixelRatio(window.devicePixelRatio);
   renderer.domElement.tabIndex = 0;
@@ -139,12 +139,12 @@ function makeRenderer() {
   controls.target.copy(new T.Vector3(...facts.min).addScaledVector(size, 0.5));
 }
 
-/** Whether the page is dark: as was chosen, or as the system is. */
+/** Returns whether the page is dark: as the user has chosen, or as the system is. */
 function isDark() {
   return state.theme ? state.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
 }
 
-/** The colour behind everything. */
+/** Returns the colour of the background. */
 function paper() {
   return isDark() ? 0x16181c : 0xffffff;
 }
@@ -156,7 +156,7 @@ function showTheme() {
   draw();
 }
 
-/** Looks at everything, from the front, a little above, from as near as shows it all. */
+/** Looks at the whole scene from the front and a little above, as near as possible. */
 function lookAtAll() {
   const half = new T.Vector3(...facts.size).multiplyScalar(0.5);
   const radius = Math.max(half.length(), 1e-6);
@@ -176,12 +176,12 @@ function lookAtAll() {
   controls.update();
 }
 
-/** The sides of the scene's box, m. */
+/** Returns the lengths of the sides of the scene's box, m. */
 function sides() {
   return new T.Vector3(...facts.size.map((side) => Math.max(side, 1e-30)));
 }
 
-/** Steps of the 16-bit coordinates of photons are steps of the scene's box. */
+/** Adds an object to the scene whose coordinates are 16-bit steps of the scene's box. */
 function place(object) {
   object.position.set(...facts.min);
   object.scale.copy(sides());
@@ -196,7 +196,7 @@ function texture(data, width, height, type, format) {
   return texture;
 }
 
-/** A mesh for each shape, which draws all of its copies at once. */
+/** Makes a mesh for each shape, which draws all of its copies at once. */
 function makeMeshes() {
   const rows = Math.max(1, Math.ceil(facts.tiles / TEXTURE_WIDTH));
   valueTexture = texture(new Float32Array(4 * TEXTURE_WIDTH * rows), TEXTURE_WIDTH, rows, T.FloatType, T.RGBAFormat);
@@ -213,7 +213,7 @@ function makeMeshes() {
   };
   const material = (fragmentShader) => new T.RawShaderMaterial({
     glslVersion: T.GLSL3, vertexShader: VERTEX, fragmentShader, uniforms, side: T.DoubleSide,
-    polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, // photons and outlines stand out
+    polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, // photons and outlines lie in front
   });
   [paintMaterial, pickMaterial] = [material(COLOUR), material(PICK)];
   for (const { corner, first, tiles, copies, places } of shapes) {
@@ -252,7 +252,7 @@ function makePhotons() {
   place(points);
 }
 
-/** Lamps as boxes of lines. */
+/** Draws lamps as boxes of lines. */
 function makeLights() {
   const ends = [];
   const smallest = 0.006 * new T.Vector3(...facts.size).length();
@@ -274,11 +274,11 @@ function makeLights() {
   scene.add(lines);
 }
 
-/** How often tiles were painted: which of them are hidden may have changed. */
+/** Number of times that tiles were painted: each time other tiles may be hidden. */
 let paints = 0;
 
 let mark = null;
-/** Marks tiles: a veil and an outline that nothing hides. */
+/** Marks tiles with a veil and an outline that nothing hides. */
 function markTiles(tiles) {
   mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
   const triangles = tiles.map(cornersOf);
@@ -286,7 +286,7 @@ function markTiles(tiles) {
   for (const corners of triangles) {
     for (const [p, q] of [[0, 1], [1, 2], [2, 0]]) {
       const ends = [corners[p], corners[q]].map(String).sort().join(" ");
-      // an edge of two tiles is inside
+      // an edge that two tiles share is inside
       if (!edges.delete(ends)) edges.set(ends, [corners[p], corners[q]]);
     }
   }
@@ -321,7 +321,7 @@ function paintTiles() {
   valueTexture.needsUpdate = true;
 }
 
-/** What sensors received in the quantity shown, in order; of all captors, where there are few sensors. */
+/** Returns the sensors' values of the quantity shown, sorted; the values of all captors if there are few sensors. */
 function sensorValues() {
   const channel = state.quantity === "absorbed" ? ABSORBED : FRONT;
   const of = (chosen) => {
@@ -334,8 +334,8 @@ function sensorValues() {
   return sensors.length >= 4 ? sensors : of(shown);
 }
 
-/** A range that fits the values shown: up to what all but 1 % of them are below. Where that would leave half of
- *  the sensors in a fifth of the colours, the range is that of the sensors. */
+/** Chooses a range for the values shown: all but 1 % of them lie below its upper end. If half of the sensors
+ *  would then share a fifth of the colours, the range is that of the sensors. */
 function chooseRange() {
   const data = valueTexture.image.data;
   const values = [];
@@ -362,7 +362,7 @@ function chooseRange() {
   [state.low, state.high] = [low, high];
 }
 
-/** The next number above with two digits of `size`. */
+/** Returns the next number from `value` upwards in steps of the second digit of `size`. */
 function roundUp(value, size) {
   const step = 10 ** (Math.floor(Math.log10(size)) - 1);
   return Number((Math.ceil(value / step - 1e-9) * step).toPrecision(8));
@@ -373,7 +373,7 @@ function round(value) {
 }
 
 let waiting = false;
-/** Draws soon, once for all changes until then. */
+/** Schedules drawing, once for all changes until then. */
 function draw() {
   if (waiting) return;
   waiting = true;
@@ -385,7 +385,7 @@ function draw() {
     uniforms.logarithmic.value = state.log;
     uniforms.shaded.value = state.shade;
     uniforms.seeThrough.value = state.dark;
-    // what lies in the faces of the box stays
+    // things in the faces of the box stay visible
     uniforms.clipLow.value.set(...[0, 2, 4].map((i) => state.clip[i] - (state.clip[i] <= 0)));
     uniforms.clipHigh.value.set(...[1, 3, 5].map((i) => state.clip[i] + (state.clip[i] >= 1)));
     const radius = new T.Vector3(...facts.size).length() / 2;
@@ -413,7 +413,8 @@ function resize() {
 }
 
 let picked = "";
-/** The tile at a place of the page, or -1: all of them are drawn as colours whenever something has moved. */
+/** Returns the tile at a place of the page, or -1. All tiles are drawn with their numbers as colours whenever
+ *  something has moved. */
 function tileAt(x, y) {
   const box = renderer.domElement.getBoundingClientRect();
   const [width, height] = [Math.max(Math.round(box.width), 1), Math.max(Math.round(box.height), 1)];

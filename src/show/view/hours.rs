@@ -1,4 +1,5 @@
-//! The hours of a year for the page: what captors and groups receive in each of them, in three bytes.
+//! The hours of a year for the page: the values of captors and groups in each hour, in three bytes
+//! each.
 
 use std::collections::HashMap;
 
@@ -8,26 +9,28 @@ use serde_json::{Value, json};
 use super::levels::Levels;
 use crate::formats::hours_file::HoursFile;
 
-/// The most values of a page, some 20 MB: of more, days are left out evenly.
+/// Limit on the number of values in a page, some 20 MB. If there are more, evenly spaced days are
+/// kept and the others left out.
 const MOST: usize = 8_000_000;
 
-/// Hours that are not dark everywhere, coded.
+/// The encoded values of all hours that are not dark everywhere.
 pub struct Hours {
     days: Vec<String>,
     clocks: Vec<String>,
     values: Levels,
-    /// Of standard errors relative to their values.
+    /// The scale of standard errors relative to their values.
     errors: Levels,
-    /// Day and time of day of each hour, `day * clocks + clock`.
+    /// Day and time of day of each hour, as `day * clocks + clock`.
     pub slots: Vec<u32>,
-    /// Levels of values: hour by hour, band by band, captors and then groups.
+    /// Levels of the values: hour by hour, in it band by band, in it captors and then groups.
     pub value_levels: Vec<u16>,
-    /// The same of errors.
+    /// Levels of the errors, in the same order.
     pub error_levels: Vec<u8>,
 }
 
 impl Hours {
-    /// For captors and groups of these names, which the file has.
+    /// Encodes the hours of a file for the captors and groups with these names, as far as the file
+    /// has them.
     pub fn new<'a>(file: &HoursFile, names: impl Iterator<Item = &'a str>) -> Self {
         Self::at_most(file, names, MOST)
     }
@@ -83,7 +86,7 @@ impl Hours {
     }
 }
 
-/// Day and time of day of `2005-06-21T13:00+01:00`.
+/// Splits a time such as `2005-06-21T13:00+01:00` into day and time of day.
 fn parted(time: &str) -> (&str, &str) {
     let (day, clock) = time.split_once('T').unwrap_or((time, ""));
     (day, clock.get(..5).unwrap_or(clock))

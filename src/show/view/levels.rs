@@ -1,8 +1,9 @@
-//! Values as levels of a logarithmic scale, in one byte or two.
+//! Encodes values as levels of a logarithmic scale, in one byte or two.
 
 use serde_json::{Value, json};
 
-/// A logarithmic scale: level 0 is 0, level 1 the least value that is told from it, the last the greatest.
+/// A logarithmic scale: level 0 is 0, level 1 the least value that is distinguished from 0, the
+/// last level the greatest value.
 pub struct Levels {
     most: f32,
     /// Natural logarithm of the ratio of the greatest value to the least.
@@ -11,19 +12,20 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Two bytes, to 0.02 %, over eight decades.
+    /// Makes a scale of two bytes, accurate to 0.02 %, over nearly eight decades up to `most`.
     pub fn fine(most: f32) -> Self {
         Self { most, span: 18.0, last: u16::MAX }
     }
 
-    /// One byte, over four decades, to a relative `error`, which is 2 % at least and counts as 5 % at most.
+    /// Makes a scale of one byte, over four decades up to `most`, accurate to a relative `error`.
+    /// The error is at least 2 %, and an `error` above 5 % counts as 5 %.
     pub fn coarse(most: f32, error: f32) -> Self {
         let span = 9.21;
         let steps = (0.5 * span / error.min(0.05)).ceil().min(f32::from(u8::MAX - 1));
         Self { most, span, last: 1 + steps as u16 }
     }
 
-    /// Whether a level is one byte.
+    /// Returns whether a level fits into one byte.
     pub fn is_byte(&self) -> bool {
         self.last <= u16::from(u8::MAX)
     }
@@ -31,7 +33,7 @@ impl Levels {
     pub fn level(&self, value: f32) -> u16 {
         let fraction = 1.0 + (value / self.most).ln() / self.span;
         let steps = f32::from(self.last - 1);
-        // no number and what is too small become 0
+        // NaN and values that are too small become 0
         if fraction > 0.0 { (1.0 + fraction.min(1.0) * steps).round() as u16 } else { 0 }
     }
 

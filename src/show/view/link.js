@@ -1,6 +1,6 @@
-// What is shown, kept in the link of the page, and pictures of it.
+// The view as part of the page's link, and pictures of it.
 
-/** The view as text that stands behind the `#` of a link. */
+/** Returns the view as text that follows the `#` of a link. */
 function linkText() {
   const list = (numbers) => [...numbers].map((n) => Number(n.toPrecision(6))).join(",");
   const off = (kind) => [...state.hidden[kind]].join(",");
@@ -16,13 +16,13 @@ function linkText() {
 }
 
 let saving = 0;
-/** Writes it into the link, a little after the last change: browsers refuse many at once. */
+/** Writes the view into the link, a little after the last change: browsers refuse many changes at once. */
 function saveLink() {
   clearTimeout(saving);
   saving = setTimeout(() => history.replaceState(null, "", `#${linkText()}`), 250);
 }
 
-/** Takes what the link says and this scene has; whether it gives a range. */
+/** Applies the settings of the link that this scene has, and returns whether they include a range. */
 function readLink() {
   const link = new URLSearchParams(location.hash.slice(1));
   const numbers = (key, count) => {
@@ -66,7 +66,7 @@ function readLink() {
   return Boolean(fits);
 }
 
-/** The picture with its title and its colour bar, as a canvas. */
+/** Returns the picture with its title and its colour bar, as a canvas. */
 function picture() {
   renderer.render(scene, camera);
   const from = renderer.domElement;
@@ -94,7 +94,7 @@ function picture() {
   return canvas;
 }
 
-/** Saves it as a file. */
+/** Saves the picture as a file. */
 function savePicture() {
   picture().toBlob((blob) => {
     const link = document.createElement("a");

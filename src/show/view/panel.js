@@ -2,7 +2,7 @@
 
 // --- the colour bar ---
 
-/** Round numbers between the ends of the scale. */
+/** Returns round numbers between the ends of the scale. */
 function tickValues() {
   const { low, high } = state;
   if (state.log) {
@@ -44,7 +44,7 @@ function showScale() {
   element("high").value = state.high;
 }
 
-/** Everything that depends on quantity and band; with a range that fits, if asked for. */
+/** Updates everything that depends on quantity and band; if `fit`, also chooses a range that fits. */
 function repaint(fit) {
   paintTiles();
   if (fit) chooseRange();
@@ -61,7 +61,7 @@ function paintPhotons() {
   const power = (i) => facts.bands[state.band].of.reduce((sum, b) => sum + scale[photons.powers[i * traced + b]], 0);
   const value = state.photonColour === "bounce" ? (i) => photons.bounces[i] : power;
   const values = Float32Array.from({ length: photons.count }, (_, i) => value(i));
-  // a few long paths would leave all others dark
+  // otherwise a few long paths would leave all others dark
   const most = values.toSorted()[Math.floor(0.99 * (photons.count - 1))] || 1;
   values.forEach((value, i) => (fraction.array[i] = value / most));
   fraction.needsUpdate = true;
@@ -80,7 +80,7 @@ function on(id, event, act) {
   element(id).addEventListener(event, act);
 }
 
-/** Check boxes that hide objects or materials. */
+/** Makes check boxes that hide objects or materials. */
 function makeList(id, kind, names, isHidden) {
   const MOST = 300;
   const counts = new Map();
@@ -105,14 +105,14 @@ function makeList(id, kind, names, isHidden) {
   if (keys.length > MOST) element(id).append(`and ${keys.length - MOST} more`);
 }
 
-/** The captor of a name, or else the first whose name has this in it; -1 if there is none. */
+/** Returns the captor of this name, or else the first whose name contains it; -1 if there is none. */
 function named(text) {
   const exact = facts.captors.indexOf(text);
   if (exact >= 0 || !text.trim()) return exact;
   return facts.captors.findIndex((id) => id.toLowerCase().includes(text.trim().toLowerCase()));
 }
 
-/** Marks a captor, shows it if it was hidden, says its numbers, and looks at its front from near by. */
+/** Marks a captor, shows it if it was hidden, shows its numbers, and looks at its front from near by. */
 function find(text) {
   const captor = named(text);
   const own = parts.filter((part) => part.captor === captor);
@@ -160,7 +160,7 @@ function markFound() {
   markTiles(own.flatMap(({ first, end }) => Array.from({ length: end - first }, (_, i) => first + i)));
 }
 
-/** What is known of the captor that was found. */
+/** Shows the values of the captor that was found. */
 function showFound() {
   const part = parts.find((part) => part.captor === state.found && state.found >= 0);
   if (!part) return;
@@ -176,14 +176,14 @@ function showFound() {
   element("found").textContent = lines.join("\n");
 }
 
-/** The hour that is shown, as text. */
+/** Returns the hour that is shown, as text. */
 function timeText() {
   if (state.hour < 0) return "";
   const count = hours.clocks.length;
   return `${hours.days[Math.floor(state.hour / count)]} ${hours.clocks[state.hour % count]}`;
 }
 
-/** Sliders for the day and the time of day. */
+/** Makes sliders for the day and the time of day. */
 function makeTime() {
   element("timeSection").hidden = !hours;
   if (!hours) return;
@@ -195,7 +195,7 @@ function makeTime() {
     element("byHour").checked = state.hour >= 0;
     element("timeOptions").hidden = state.hour < 0;
     element("valuesLabel").hidden = state.hour >= 0 || !local || !facts.captors.length;
-    // lamps are as the year's control has them
+    // in the hours of a year lamps follow the control of that year
     element("lampSection").hidden = state.hour >= 0 || !facts.lamps.length;
     [element("day").value, element("clock").value] = [day, clock];
     [element("dayText").textContent, element("clockText").textContent] = [hours.days[day], hours.clocks[clock]];
@@ -209,7 +209,7 @@ function makeTime() {
   show();
 }
 
-/** A slider for the power of each lamp. */
+/** Makes a slider for the power of each lamp. */
 function makeLamps() {
   element("lampSection").hidden = !facts.lamps.length;
   makeLampSliders();
@@ -238,13 +238,13 @@ function makeLampSliders() {
   });
 }
 
-/** All colours and numbers for the lamps as they are set, on the scale that is there. */
+/** Updates all colours and numbers for the lamps as they are set, on the present scale. */
 function relight() {
   dimmed = state.lamps.some((factor) => factor !== 1);
   repaint(false);
 }
 
-/** Two sliders for each axis. */
+/** Makes two sliders for each axis. */
 function makeClip() {
   ["x", "y", "z"].forEach((axis, i) => {
     const row = document.createElement("div");
@@ -347,7 +347,7 @@ function makePhotonPanel() {
   const toggle = () => (element("photonOptions").hidden = !state.photons);
   on("photons", "change", (e) => {
     state.photons = e.target.checked;
-    // they stand out on pale surfaces
+    // photons stand out on pale surfaces
     state.quantity = state.photons ? "none" : "irradiance";
     element("quantity").value = state.quantity;
     toggle();
@@ -389,7 +389,7 @@ function watchMouse() {
 
 // --- the keyboard ---
 
-/** Turns the eye about what it looks at, by so many degrees about the vertical and up. */
+/** Turns the viewpoint around the point that it looks at, by these angles in degrees about the vertical and upwards. */
 function turn(across, up) {
   const away = camera.position.clone().sub(controls.target);
   const vertical = new T.Vector3(0, 0, 1);
@@ -403,7 +403,7 @@ function turn(across, up) {
   draw();
 }
 
-/** Moves by shares of the distance to what is looked at. */
+/** Moves the viewpoint by fractions of its distance to the point that it looks at. */
 function move(right, up) {
   const away = camera.position.clone().sub(controls.target);
   const across = new T.Vector3(0, 0, 1).cross(away).normalize();

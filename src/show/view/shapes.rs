@@ -1,4 +1,5 @@
-//! What is drawn: runs of tiles, those of a plant once for all of its copies.
+//! The shapes that the page draws: runs of tiles. Those of a plant are stored once for all of its
+//! copies.
 
 use std::ops::Range;
 
@@ -9,18 +10,18 @@ use crate::{
     scene::tiles::Tiles,
 };
 
-/// Tiles that are drawn as often as there are copies of them.
+/// Tiles that are drawn once for each of their copies.
 pub struct Shape {
-    /// Those of the first copy; those of the others follow.
+    /// Range of the tiles of the first copy; those of the other copies follow.
     pub tiles: Range<usize>,
     /// A box around the first copy.
     pub extent: Extent,
-    /// For each copy, what takes a point of the unit cube, as which the box is stored, to metres from the centre of the
-    /// scene: the rows of a matrix of 3 x 4.
+    /// For each copy the transform from the unit cube, as which the box is stored, to metres from
+    /// the centre of the scene: the rows of a 3 x 4 matrix.
     pub placements: Vec<[f32; 12]>,
 }
 
-/// All tiles, in order; `center` is that of the scene.
+/// Returns the shapes of all tiles, in order; `center` is that of the scene.
 pub fn shapes(tiles: &Tiles, center: DVec3) -> Vec<Shape> {
     let mut shapes = Vec::new();
     let mut next = 0;
@@ -30,7 +31,7 @@ pub fn shapes(tiles: &Tiles, center: DVec3) -> Vec<Shape> {
         let back = copies.transforms[0].inverse();
         let moves = copies.transforms.iter().map(|transform| transform.after(&back));
         let placements: Vec<[f32; 12]> = moves.map(|to| placement(&extent, &to, center)).collect();
-        // a scale may be too small to be undone
+        // a scale may be too small to be inverted
         if placements.as_flattened().iter().all(|number| number.is_finite()) {
             shapes.extend(alone(tiles, next..range.start));
             next = range.start + copies.each * placements.len();
@@ -41,7 +42,7 @@ pub fn shapes(tiles: &Tiles, center: DVec3) -> Vec<Shape> {
     shapes
 }
 
-/// Tiles without copies, if there are any.
+/// Returns the shape of tiles without copies, if there are any.
 fn alone(tiles: &Tiles, range: Range<usize>) -> Option<Shape> {
     let extent = Extent::of_triangles(tiles.corners.get(range.clone())?);
     let stays = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
@@ -49,7 +50,8 @@ fn alone(tiles: &Tiles, range: Range<usize>) -> Option<Shape> {
     (!range.is_empty()).then_some(Shape { tiles: range, extent, placements })
 }
 
-/// From the unit cube to the box, to the user's origin, to where `to` takes it, and back to the centre.
+/// Returns the transform from the unit cube to the box, to the user's origin, to where `to` takes
+/// it, and back to the centre.
 fn placement(extent: &Extent, to: &Transform, center: DVec3) -> [f32; 12] {
     let origin = to.point(extent.min.as_dvec3() + center) - center;
     let size = extent.size().as_dvec3();
@@ -62,9 +64,9 @@ fn placement(extent: &Extent, to: &Transform, center: DVec3) -> [f32; 12] {
     rows
 }
 
-/// A point as 16-bit steps of a box.
+/// Returns a point in 16-bit steps along the sides of a box.
 pub fn quantised(p: Vec3, extent: &Extent) -> [u16; 3] {
-    // a side without length has no steps
+    // a side without length would give 0/0
     let fraction = (p - extent.min) / extent.size().max(Vec3::splat(f32::MIN_POSITIVE));
     (fraction * 65535.0).to_array().map(|step| step.round() as u16)
 }

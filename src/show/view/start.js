@@ -1,10 +1,10 @@
-// The start.
+// Starts the page.
 
 function start() {
   makeRenderer();
   resize();
   lookAtAll();
-  // glass is in the way
+  // glass would hide what is behind it
   facts.materials.forEach((material, key) => material.clear && state.hidden.material.add(key));
   findDarkSides();
   if (hours) state.hour = brightestHour();

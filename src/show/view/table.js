@@ -1,6 +1,6 @@
-// Numbers of what the mouse is over, and of what was clicked.
+// The numbers of the tile under the mouse, and of those that were clicked.
 
-/** A number to so many significant digits. */
+/** Formats a number with this many significant digits. */
 function short(value, digits = 3) {
   if (!Number.isFinite(value)) return "–";
   if (value === 0) return "0";
@@ -9,7 +9,7 @@ function short(value, digits = 3) {
   return value.toFixed(Math.max(0, digits - 1 - size));
 }
 
-/** Value ± standard error, to two digits of the error. */
+/** Formats value ± standard error, to two digits of the error. */
 function withError({ value, error }) {
   if (Number.isNaN(value)) return "–";
   if (!(error > 0)) return short(value, 4);
@@ -19,7 +19,7 @@ function withError({ value, error }) {
   return `${value.toFixed(digits)} ± ${error.toFixed(digits)}`;
 }
 
-/** A line of a table: what it is, with a value for each band. */
+/** Returns the lines of a table for a tile: each has a name and a value for each band. */
 function linesOf(part, tile) {
   const { captor } = part;
   const lines = [];
@@ -72,7 +72,7 @@ function heading(table, names) {
   table.createTHead().append(row);
 }
 
-/** All bands, or the chosen one and the sums where there are many; the table of clicked ones has all. */
+/** Returns all bands or, of more than five, the chosen one and the sums; the table of clicked tiles has all. */
 function bandsOfTip() {
   const all = facts.bands.map((_, band) => band);
   if (all.length <= 5) return all;
@@ -145,15 +145,15 @@ function showListed() {
   draw();
 }
 
-/** The listed values as `phylux run --csv` writes them. */
+/** Returns the listed values as `phylux run --csv` writes them. */
 function csv() {
   return csvOf(state.listed.map(({ part, tile }) => ({ name: nameOf(part), lines: linesOf(part, tile) })));
 }
 
-/** Lines of names with values in each band. */
+/** Returns lines of names with values in each band. */
 function csvOf(entries) {
   const number = (n) => (Number.isFinite(n) ? String(Number(n.toPrecision(7))) : "");
-  // a spreadsheet would run it as a formula
+  // a spreadsheet would run such a text as a formula
   const plain = (text) => (/^[=+\-@\t\r\n'\uff1d\uff0b\uff0d\uff20]/.test(text) ? `'${text}` : text);
   const quoted = (text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   const rows = [["captor", "face", "band", "quantity", "value", "standard_error"]];
@@ -171,7 +171,7 @@ async function copyText(text, button) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {
-    // browsers without a clipboard for pages from the disk
+    // some browsers have no clipboard for pages from the disk
     const area = document.createElement("textarea");
     area.value = text;
     document.body.append(area);
@@ -188,7 +188,7 @@ async function copyText(text, button) {
 const MOST_ROWS = 1000;
 const tables = { of: "", column: 0, down: false };
 
-/** Names of the tables that have rows: an instance of an object is a plant. */
+/** Returns the rows of a table of captors, groups or plants; an instance of an object counts as a plant. */
 function rowsOf(kind) {
   if (kind === "captors") {
     return facts.captors.map((name, i) => ({ name, area: facts.areas[i], captor: i, value: (c, b) => captorValue(i, c, b) }));
@@ -197,7 +197,7 @@ function rowsOf(kind) {
   return rows.filter(({ name }) => /#\d+$/.test(name) === (kind === "plants"));
 }
 
-/** What the columns of a table hold: a name, a number to sort by, and its text. */
+/** Returns the columns of a table: a name, a number to sort by, and its text. */
 function columnsOf(rows) {
   const columns = [
     { name: "name", sort: (row) => row.name, text: (row) => row.name },
@@ -237,7 +237,7 @@ function showTables() {
     const button = document.createElement("button");
     button.textContent = cell.textContent + (i === tables.column ? (tables.down ? " ▾" : " ▴") : "");
     button.addEventListener("click", () => {
-      // numbers begin with the largest
+      // numbers are sorted from the largest
       tables.down = i === tables.column ? !tables.down : i > 0;
       tables.column = i;
       showTables();
@@ -255,7 +255,7 @@ function showTables() {
   element("tableNote").textContent = left > 0 ? `and ${left} more, which CSV has` : "";
 }
 
-/** All rows of the table as CSV, in its order, back faces too. */
+/** Returns all rows of the table as CSV, in its order, with back faces. */
 function tableCsv() {
   const lines = (row) => {
     const line = (quantity, face, channel, factor) => ({
