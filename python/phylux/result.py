@@ -169,7 +169,7 @@ class Result:
         return self._values(True, None)
 
     def light(self, name: str, groups: bool = False) -> Values:
-        """Returns the light of one lamp on the captors, or on the groups, in a run with ``by_light=True``."""
+        """Returns what captors, or groups, received from one light alone, in a run with ``by_light=True``."""
         if not self.lights:
             raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
         if name not in self.lights:

@@ -1,9 +1,9 @@
 //! Text cells of the CSV files that phylux writes.
 //!
 //! A spreadsheet takes a cell that begins with `=`, for example, for a formula, and a formula can
-//! run a program. As OWASP advises ("CSV Injection"), an apostrophe is put before such a text. An
-//! apostrophe is also put before a text that begins with an apostrophe itself, so that removing the
-//! first apostrophe always gives the text back.
+//! run a program. Therefore an apostrophe is put before such a text, as OWASP advises ("CSV
+//! Injection"). An apostrophe is also put before a text that begins with one itself, so that
+//! removing the first apostrophe always gives the text back.
 
 use std::borrow::Cow;
 

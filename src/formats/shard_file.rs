@@ -187,8 +187,8 @@ pub struct ShardReader {
 }
 
 impl ShardReader {
-    /// Opens the file at `path` and reads its head. Errors: the file cannot be read, or is not part
-    /// of a run.
+    /// Opens the file at `path` and reads its head. Errors: the file cannot be read, or is not a
+    /// shard.
     pub fn open(path: &Path) -> Result<Self> {
         let fail = |why: &dyn Display| Error::input(path.display(), why);
         let none = |why: &dyn Display| {

@@ -15,6 +15,7 @@ use crate::error::{Error, Result, catch_panic};
 /// Number of rows that are read at once.
 const ROWS: usize = 50_000;
 
+/// Reads the Parquet file at `path`. Errors: the file cannot be read, or is not a table of hours.
 pub fn read(path: &Path) -> Result<HoursFile> {
     let unread = |problem: ParquetError| broken(path, problem);
     // the parquet crate may panic on a damaged file

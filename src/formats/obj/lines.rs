@@ -38,6 +38,7 @@ pub struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
+    /// Splits a text into lines.
     pub fn new(text: &'a str) -> Self {
         Self { lines: text.lines().enumerate() }
     }

@@ -47,6 +47,7 @@ pub struct Scan {
 }
 
 impl Scan {
+    /// Starts the first pass over the file at `path`.
     pub fn new(path: String) -> Self {
         Self {
             path,
@@ -62,6 +63,7 @@ impl Scan {
         }
     }
 
+    /// Checks the next line. Error, at the line: it cannot be understood.
     pub fn line(&mut self, line: &Line) -> Result<()> {
         let (word, rest) = line.split();
         match word {

@@ -38,6 +38,7 @@ fn named<T: Copy>(list: &[T], index: Option<&str>) -> Option<T> {
     list.get(usize::try_from(place).ok()?).copied()
 }
 
+/// Adds the directions of azimuth 0 on the triangles of a face, whose corners are `rest`.
 fn of_face(rest: &str, vertices: &[DVec3], textures: &[DVec2], tangents: &mut Vec<DVec3>) {
     let corner = |word: &str| {
         let mut pieces = word.split('/');

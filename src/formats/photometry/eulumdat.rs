@@ -39,6 +39,7 @@ impl Values<'_> {
     }
 }
 
+/// Reads a file as EULUMDAT.
 pub(super) fn read(file: &File) -> Result<Photometry> {
     let values = Values(file);
     let symmetry = values.count(3, "the symmetry (Isym)", 0, 4)?;

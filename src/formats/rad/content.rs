@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// The program whose meaning of materials applies.
+/// The program that defines the meaning of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Dialect {
     /// Radiance itself.

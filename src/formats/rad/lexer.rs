@@ -11,6 +11,7 @@ pub struct Lexer<'a> {
 }
 
 impl<'a> Lexer<'a> {
+    /// Starts at the beginning of a text.
     pub fn new(text: &'a str) -> Self {
         Self { rest: text, line: 1, next_line: 1 }
     }

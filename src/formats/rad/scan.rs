@@ -39,6 +39,7 @@ const MOST_CORNERS: usize = 10_000;
 
 type Load<'a> = dyn Fn(&Path) -> std::result::Result<Vec<u8>, String> + 'a;
 
+/// Reads a file and the files that its commands name.
 pub struct Scan<'a> {
     dialect: Dialect,
     load: &'a Load<'a>,
@@ -71,6 +72,7 @@ struct Primitive<'a> {
 }
 
 impl<'a> Scan<'a> {
+    /// Starts without content; `load` fetches the bytes of files that commands name.
     pub fn new(dialect: Dialect, load: &'a Load<'a>) -> Self {
         Self {
             dialect,
@@ -84,6 +86,7 @@ impl<'a> Scan<'a> {
         }
     }
 
+    /// Reads the `bytes` of the file at `path` and returns the whole room.
     pub fn whole(mut self, bytes: &[u8], path: &Path) -> Result<RadFile> {
         let placement = Placement {
             transform: DAffine3::IDENTITY,

@@ -34,6 +34,7 @@ struct Side {
     indices: Vec<usize>,
 }
 
+/// Reads a table of four angles for the `wanted` bands.
 pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<ScatterTable> {
     let grid = read(bytes, path, wanted)?.closed(PHI_I).closed(PHI_O);
     let [incident, leaving] = [THETA_I, THETA_O].map(|list| grid.sides(list));
@@ -73,6 +74,7 @@ fn ends_early(side: &Side, which: &str, name: &str) -> Option<String> {
     })
 }
 
+/// Reads the rows of a table into a grid.
 fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
     let mut rows = records(bytes, path);
     let header = "a table begins with `theta_i,phi_i,theta_o,phi_o` and the names of the bands";

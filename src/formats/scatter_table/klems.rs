@@ -56,6 +56,8 @@ struct Block {
     values: String,
 }
 
+/// Reads a file of WINDOW for the `wanted` bands. A band takes the block of its own name, otherwise
+/// the block `Visible`, otherwise the only block.
 pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<ScatterTable> {
     let content = read(bytes, path)?;
     let error = |problem: String| Error::input(path.display(), problem);
@@ -125,6 +127,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
     Ok(ScatterTable { faces, warnings: Vec::new() })
 }
 
+/// Reads the XML of a file of WINDOW.
 fn read(bytes: &[u8], path: &Path) -> Result<Content> {
     let not_xml = |problem: String| {
         Error::input(path.display(), format!("is no XML file: {problem}"))

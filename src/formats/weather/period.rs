@@ -85,9 +85,9 @@ impl Weather {
     /// position of the sun.
     ///
     /// # Errors
-    /// At the file: needed hours are missing (the error names the first of them and their number)
-    /// or have no irradiances; a period ends before it starts or is longer than a year; a CSV file
-    /// does not cover a year, for `Year`.
+    /// At the file: needed hours are missing (the error names the first ones and their number); a
+    /// period ends before it starts or is longer than a year; or, for `Year`, a CSV file does not
+    /// cover a year. At `path:LINE`: the first needed row without irradiances.
     pub fn select(&self, period: Period, site: Site, shift_h: f64) -> Result<Selected> {
         let shift = shift_h * HOUR;
         let mut selected = Selected::default();

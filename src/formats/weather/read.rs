@@ -111,6 +111,7 @@ impl Line<'_> {
     }
 }
 
+/// Reads a weather file; [`Weather::parse`] describes the errors.
 pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<Weather> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     // names of places may be in any encoding, but numbers are ASCII in all of them
@@ -205,6 +206,7 @@ fn read_epw(path: &Path, lines: &[Line]) -> Result<Weather> {
     Ok(Weather { path: path.into(), site: Some(site), clock: Clock::TypicalYear { zone }, records })
 }
 
+/// Reads a date from the columns of its month and its day.
 fn date(line: &Line, year: i64, month: usize, day: usize) -> Result<Date> {
     let month = line.integer(month, "the month", 1..=12)?;
     let day = line.integer(day, "the day", 1..=31)?;
