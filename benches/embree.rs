@@ -1,4 +1,4 @@
-//! The ray kernel against Embree: `cargo bench --bench embree`. See benches/README.md.
+//! Compares the ray kernel with Embree: `cargo bench --bench embree`. See benches/README.md.
 
 #[allow(dead_code, reason = "other benchmarks use the rest")]
 mod scenes;
@@ -16,11 +16,12 @@ use phylux::Scene;
 use scenes::{bounces, canopy, shipped};
 
 const RAYS: usize = 200_000;
-/// Pairs of timings; the first warms up.
+/// Number of pairs of timings; the first pair warms up and is not used.
 const PAIRS: usize = 16;
 
 fn main() -> io::Result<()> {
-    // `cargo test --benches` only asks whether it runs
+    // without `--bench`, as in `cargo test --benches`, do nothing: that only checks that the
+    // program runs
     if !env::args().any(|argument| argument == "--bench") {
         return Ok(());
     }
@@ -38,7 +39,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Prints a line; false where Embree is missing.
+/// Compares one scene and prints a line of results. Returns false if Embree is missing.
 fn compare(name: &str, scene: &Scene) -> io::Result<bool> {
     let rays = bounces(scene, RAYS);
     let folder = tempfile::tempdir()?;
@@ -60,7 +61,7 @@ fn compare(name: &str, scene: &Scene) -> io::Result<bool> {
         let start = ProcessTime::now();
         let hits = rays.iter().filter(|ray| scene.closest(ray).is_some()).count();
         let own = start.elapsed().as_secs_f64();
-        // it may have ended, to say that Embree is missing
+        // the Python process has ended if Embree is missing
         if writeln!(ask).is_err() {
             return Ok(false);
         }
@@ -94,7 +95,7 @@ fn compare(name: &str, scene: &Scene) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Three single-precision numbers for each point.
+/// Writes three single-precision numbers for each point.
 fn write_points(path: &std::path::Path, points: impl Iterator<Item = Vec3>) -> io::Result<()> {
     let bytes: Vec<u8> = points.flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes).collect();
     fs::write(path, bytes)

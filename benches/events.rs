@@ -1,4 +1,5 @@
-//! The ends of a ray: emission of each light, scattering of each material.
+//! Times the events at the ends of a ray: emission by each kind of light, scattering by each
+//! material.
 
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
 use glam::{DVec3, Vec3};
@@ -26,7 +27,7 @@ fn emit(bencher: Bencher, shape: &str) {
     sample(bencher, |rng| light.emit(1e-5, rng));
 }
 
-/// Times many events of one stream.
+/// Times many events that draw from one random stream.
 fn sample<T>(bencher: Bencher, event: impl Fn(&mut Stream) -> T + Sync) {
     bencher.counter(ItemsCount::new(EVENTS)).bench(|| {
         let mut rng = Stream::new(1, 0, 0);

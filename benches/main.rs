@@ -1,4 +1,4 @@
-//! Benchmarks. How to run them and what each tells: benches/README.md.
+//! Benchmarks of the library; benches/README.md says how to run them and what each one measures.
 
 mod events;
 mod map;

@@ -1,4 +1,4 @@
-//! Stored photons: building the map, and its k nearest.
+//! Times the photon map: building it, and finding the k nearest photons.
 
 use divan::{Bencher, counter::ItemsCount};
 use glam::Vec3;
@@ -8,20 +8,20 @@ use phylux::{
 
 use crate::scenes::shipped;
 
-/// Photons of each map.
+/// Number of photons in each map.
 const PHOTONS: usize = 1_000_000;
-/// Queries of one sample.
+/// Number of queries in one sample.
 const QUERIES: u64 = 1_000;
 
-/// Where photons lie: on the walls of the box, six shelves; on the leaves and stems of the greenhouse,
-/// both faces of 300 captors.
+/// Scenes in which the photons lie: on the six walls of the box, and on both faces of the leaves
+/// and stems of the greenhouse, which are 300 captors.
 const PLACES: [&str; 2] = ["box.json", "greenhouse.json"];
 
-/// Photons uniform over the surface captors of a scene, of one band.
+/// Returns photons of one band, spread uniformly over the surface captors of a scene.
 fn arrivals(scene: &Scene) -> Vec<Arrival> {
     let surfaces = scene.captors.iter().filter(|captor| captor.kind == CaptorKind::Surface);
     let captors: Vec<&Captor> = surfaces.collect();
-    // the walls of the box have no light behind them
+    // no light arrives behind the walls of the box
     let faces = if scene.triangles().len() < 100 { 1 } else { 2 };
     let mut rng = Stream::new(1, 0, 0);
     let arrival = |i: usize| {
@@ -36,7 +36,7 @@ fn arrivals(scene: &Scene) -> Vec<Arrival> {
     (0..PHOTONS).map(arrival).collect()
 }
 
-/// A triangle of a captor and a point on it, uniform over its area.
+/// Returns a triangle of a captor and a point on it, uniform over the area of the captor.
 fn point_on(scene: &Scene, captor: &Captor, rng: &mut Stream) -> (usize, Vec3) {
     let mut rest = rng.uniform_fine() * captor.area;
     let here = |triangle: &usize| {

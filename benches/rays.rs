@@ -1,4 +1,4 @@
-//! The ray kernel, on the rays of photons that bounce diffusely.
+//! Times the ray kernel, with rays of photons that surfaces scatter diffusely.
 
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
 use phylux::Scene;

@@ -1,4 +1,4 @@
-//! Whole runs, on one thread unless it says otherwise.
+//! Times whole runs, on one thread unless stated otherwise.
 
 use std::sync::atomic::AtomicBool;
 
@@ -20,13 +20,13 @@ fn run(bencher: Bencher, loaded: &LoadedScene, change: impl FnOnce(&mut Settings
         .bench(|| simulate(&loaded.scene, &settings, &control).expect("a run"));
 }
 
-/// Photons that are counted and not stored.
+/// Photons that are counted but not stored.
 #[divan::bench(args = SCENES, sample_count = 15)]
 fn photons(bencher: Bencher, scene: &str) {
     run(bencher, &shipped(scene), |_| {});
 }
 
-/// The same, stored in a map.
+/// The same photons, stored in a photon map.
 #[divan::bench(args = SCENES, sample_count = 15)]
 fn photons_and_map(bencher: Bencher, scene: &str) {
     run(bencher, &shipped(scene), |settings| settings.k = None);
@@ -48,7 +48,7 @@ fn greenhouse_in_bands(bencher: Bencher, bands: usize) {
     run(bencher, &in_bands("greenhouse.json", bands), |_| {});
 }
 
-/// Paths back from all captors, as many in all.
+/// Backward paths from all captors; their total number is that of the photons above.
 #[divan::bench(args = SCENES, sample_count = 7)]
 fn paths(bencher: Bencher, scene: &str) {
     run(bencher, &shipped(scene), |settings| settings.estimator = Estimator::Paths);

@@ -1,4 +1,5 @@
-//! What is measured on: shipped scenes, as they are or changed, and a canopy of their plants.
+//! The scenes of the benchmarks: shipped scenes, unchanged or changed, and a canopy of their
+//! plants.
 
 use std::{fs, path::Path};
 
@@ -7,12 +8,12 @@ use serde_json::{Value, json};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 
-/// A shipped scene.
+/// Loads a shipped scene.
 pub fn shipped(name: &str) -> LoadedScene {
     load(&Path::new(SCENES).join(name)).expect("a shipped scene")
 }
 
-/// A shipped scene with so many bands, all alike: the first of its own.
+/// Loads a shipped scene with this number of bands, which all have the values of its first band.
 pub fn in_bands(name: &str, bands: usize) -> LoadedScene {
     let text = fs::read_to_string(Path::new(SCENES).join(name)).expect("a shipped scene");
     let mut scene: Value = serde_json::from_str(&text).expect("JSON");
@@ -30,7 +31,8 @@ pub fn in_bands(name: &str, bands: usize) -> LoadedScene {
     scene_of(scene)
 }
 
-/// Rows of tomatoes under a uniform sheet of light: 336 plants, half a million triangles.
+/// Makes rows of tomato plants below a uniform sheet of light: 336 plants, half a million
+/// triangles.
 pub fn canopy() -> LoadedScene {
     let plant = |i: u32| {
         let (x, y) = (f64::from(i % 21) * 0.45, f64::from(i / 21) * 0.6);
@@ -45,7 +47,8 @@ pub fn canopy() -> LoadedScene {
     }))
 }
 
-/// Rays from one bounce to the next, of white diffuse surfaces, in the order that photons take them.
+/// Returns the rays between the bounces of photons in a scene with white diffuse surfaces, in the
+/// order in which photons take them.
 pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
     let white = Material::Lambert(Lambert::new(&[1.0]));
     let mut rng = Stream::new(1, 0, 0);
@@ -69,7 +72,7 @@ pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
     rays
 }
 
-/// A scene in memory that takes its meshes and tables from the shipped ones.
+/// Loads a scene in memory that uses the meshes and tables of the shipped scenes.
 fn scene_of(mut scene: Value) -> LoadedScene {
     each(&mut scene, &mut |key, value| {
         if let ("obj" | "csv", Value::String(path)) = (key, value) {
@@ -81,7 +84,7 @@ fn scene_of(mut scene: Value) -> LoadedScene {
     load(file.path()).expect("a scene")
 }
 
-/// Shows `change` every value that has a key.
+/// Calls `change` with every key and its value, at all depths.
 fn each(value: &mut Value, change: &mut impl FnMut(&str, &mut Value)) {
     match value {
         Value::Object(map) => map.iter_mut().for_each(|(key, value)| {

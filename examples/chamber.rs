@@ -1,5 +1,5 @@
-//! A growth chamber built in memory, and the PPFD that three sensors on its shelf receive: no file is
-//! read or written. `cargo run --release --example chamber`
+//! Builds a growth chamber in memory and prints the PPFD that three sensors on its shelf receive.
+//! No file is read or written. Run it with `cargo run --release --example chamber`.
 
 use std::{collections::HashMap, path::Path, sync::atomic::AtomicBool};
 
@@ -47,7 +47,7 @@ fn main() -> phylux::Result<()> {
     Ok(())
 }
 
-/// A cube of 1 m, seen from inside.
+/// Returns the walls of a cube of 1 m, whose fronts face inwards.
 fn room() -> phylux::Result<Mesh> {
     let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
     let vertices: Vec<DVec3> = (0..8).map(corner).collect();
@@ -58,7 +58,7 @@ fn room() -> phylux::Result<Mesh> {
     Mesh::from_faces(&vertices, &faces)
 }
 
-/// A leaf of 16 x 10 cm, a little bent.
+/// Returns the corners of a leaf of 16 x 10 cm that is slightly bent.
 fn leaf_corners() -> [DVec3; 4] {
     [[-0.08, 0.0, 0.0], [0.0, -0.05, 0.02], [0.08, 0.0, 0.0], [0.0, 0.05, 0.02]].map(DVec3::from)
 }

@@ -1,7 +1,9 @@
-"""What the way through Python costs. `python python/benches/figures.py [SCENE] [PHOTONS]`, with the package installed.
+"""Measures the cost of using phylux from Python: `python python/benches/figures.py [SCENE] [PHOTONS]`, with the package
+installed.
 
-Prints user-visible times: a run over the command (in pairs, medians), triangles handed over, results as a DataFrame,
-memory over 200 runs, how fast Ctrl-C is, and threads that are left. Needs pandas, and Linux for /proc.
+Prints times that users notice: a run in Python compared with the command (medians of pairs), handing over triangles, and
+making a DataFrame of results. Also prints the memory over 200 runs, the delay after Ctrl-C, and the number of threads
+that remain. Needs pandas, and Linux for /proc.
 """
 
 import os
@@ -29,23 +31,24 @@ def timed(work):
 
 
 def measured(work):
-    """The time by the clock and that of the processor as a text, and what was done."""
+    """Returns the time by the clock and the processor time as a text, and the result of ``work``."""
     spent = time.process_time()
     clock, done = timed(work)
     return f"{clock:.2f} s ({time.process_time() - spent:.2f} s of processor time)", done
 
 
 def processor(work):
-    """Seconds of processor time, those of child processes too."""
+    """Returns the processor time of ``work`` in seconds, including child processes."""
     start = sum(os.times()[:4])
     work()
     return sum(os.times()[:4]) - start
 
 
 def overhead(path, photons, pairs=7):
-    """A saved scene by the command, and the same in memory; the command's own start is in its time, as Python's is not.
+    """Compares a run of a saved scene by the command with the same run in Python. The time of the command includes its
+    start; that of Python does not include the start of Python.
 
-    In seconds by the clock, and of processor time, which a busy machine changes less.
+    Prints seconds by the clock, and seconds of processor time, which other load on the machine changes less.
     """
     command = [str(Path(sys.executable).parent / "phylux"), "run", str(path), f"--photons={photons}", "--threads=1", "-o", "/tmp/figures.json"]
     binary = os.environ.get("PHYLUX_BINARY")
@@ -81,7 +84,7 @@ def million(photons=100_000):
     from phylux import _native, geometry
 
     parts = next(iter(scene._meshes.values())).parts("field")
-    # a scene of one small triangle, so that what is timed is the hand-over alone, not the hierarchy for rays
+    # a scene of one small triangle, so that only the hand-over is timed and not building the hierarchy for rays
     small = '{"materials": {"grey": {"type": "lambert", "reflectance": 0.5}}, "lights": [{"type": "point", "position": [0, 0, 1], "power": 1}]}'
     handed, _ = measured(lambda: _native.load(small, "scene", [parts], {}))
     print(f"{len(faces)} triangles: add {added}, handed over {handed}")
@@ -122,7 +125,7 @@ def interrupts(path, count=20):
 
     for n in range(count):
         sent = []
-        # now while it reads, now while it traces
+        # some interrupts come while the scene is read, others while photons are traced
         timer = threading.Timer(0.05 + 0.02 * n, interrupt)
         timer.start()
         try:

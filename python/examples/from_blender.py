@@ -1,10 +1,10 @@
-"""How much light each object of a Blender file receives.
+"""Calculates how much light each object of a Blender file receives.
 
 Needs Blender, or its module: `pip install bpy`. Inside Blender: `blender plant.blend --background --python
-from_blender.py`, with phylux installed into Blender's Python; outside: `python from_blender.py plant.blend`.
+from_blender.py`, with phylux installed into Blender's Python. Outside Blender: `python from_blender.py plant.blend`.
 
-Each mesh object becomes a captor with the name that it has in Blender. Objects whose material has a name that begins with
-`leaf` are leaves, all others are grey. Blender's lengths are metres, and z is up, as here.
+Each mesh object becomes a captor with the name that it has in Blender. Objects with a material whose name begins with
+`leaf` are leaves, all others are grey. As in phylux, lengths in Blender are metres, and z points up.
 """
 
 import sys
@@ -16,7 +16,7 @@ import phylux as px
 
 
 def mesh(thing, graph):
-    """Vertices and triangles of an object as it is shown, in the coordinates of the world."""
+    """Returns the vertices and triangles of an object as it is shown, in world coordinates."""
     shown = thing.evaluated_get(graph)
     data = shown.to_mesh()
     data.calc_loop_triangles()
@@ -30,7 +30,7 @@ def mesh(thing, graph):
 
 
 def scene():
-    """The open file, with its point lights; a lamp of Blender's W radiates 1 W here too."""
+    """Makes a scene of the open file, with its point lights; a lamp of 1 W in Blender emits 1 W here."""
     made = px.Scene(bpy.context.scene.name)
     made.material("leaf", type="leaf", reflectance=0.07, transmittance=0.04)
     made.material("grey", type="lambert", reflectance=0.5)

@@ -1,7 +1,7 @@
-"""How much light each organ of a plant of PlantGL or L-Py absorbs.
+"""Calculates how much light each organ of a plant from PlantGL or L-Py absorbs.
 
 Needs openalea.plantgl, and openalea.lpy for L-systems: `mamba install -c openalea3 -c conda-forge openalea.lpy`.
-`python from_plantgl.py` takes a plant of three leaves, `python from_plantgl.py plant.lpy` what an L-system draws.
+`python from_plantgl.py` uses a plant with three leaves; `python from_plantgl.py plant.lpy` uses what an L-system draws.
 """
 
 import sys
@@ -10,7 +10,7 @@ import phylux as px
 
 
 def plant():
-    """Three leaves of 10 cm around a stem of 30 cm, lengths in cm; ids 0 (stem) to 3."""
+    """Returns a plant of three leaves of 10 cm around a stem of 30 cm, in cm; ids 0 (stem) to 3."""
     from openalea.plantgl.all import AxisRotated, Cylinder, Material, Scene, Shape, Translated, TriangleSet
 
     blade = TriangleSet([(0, 0, 0), (5, -2, 1), (10, 0, 0), (5, 2, 1)], [(0, 1, 2), (0, 2, 3)])
@@ -22,7 +22,7 @@ def plant():
 
 
 def lsystem(path):
-    """What the last step of an L-system draws."""
+    """Returns the geometry that the last step of an L-system draws."""
     from openalea.lpy import Lsystem
 
     system = Lsystem(path)
@@ -30,7 +30,7 @@ def lsystem(path):
 
 
 def light(geometry):
-    """The plant under a lamp of 2 x 2 m, lengths in cm."""
+    """Makes a scene of the plant under a lamp of 2 x 2 m, in cm."""
     scene = px.Scene("plant", unit="cm", quantity="umol/s", bands={"PAR": (400, 700)})
     scene.material("leaf", type="leaf", reflectance=0.07, transmittance=0.04)
     scene.add("plant", geometry, material="leaf", captor=True)

@@ -1,7 +1,7 @@
-"""Photon mapping for plant science: how much light every sensor and every leaf receives, and how sure that is.
+"""Photon mapping for plant science: how much light every sensor and every leaf receives, and how certain that is.
 
-A `Scene` is put together with the keys of a scene file, `Scene.run` returns a `Result`, and that has numpy arrays, a
-pandas ``frame``, an ``xarray()``, plots, a page for the browser, and the files of the command ``phylux``.
+A `Scene` is built with the keys of a scene file. `Scene.run` returns a `Result`, which has numpy arrays, a pandas
+``frame``, an ``xarray()``, plots, a page for the browser, and the files that the command ``phylux`` writes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ __all__ = [
 
 
 def load(path: str | os.PathLike[str]) -> Scene | Result:
-    """Reads a scene file or a results file: a `Scene` or a `Result`."""
+    """Reads a scene file or a results file, and returns a `Scene` or a `Result`."""
     from .scene import _read
 
     keys = _read(Path(path))
@@ -45,5 +45,5 @@ def load(path: str | os.PathLike[str]) -> Scene | Result:
 
 
 def _cli() -> int:
-    """The command ``phylux``."""
+    """Runs the command ``phylux`` and returns its exit code."""
     return _native.main(["phylux", *sys.argv[1:]])

@@ -1,4 +1,4 @@
-"""The native part of phylux. Use what `phylux` itself has; this may change."""
+"""The native part of phylux. Use the functions and classes of `phylux` instead; this part may change."""
 
 import os
 from collections.abc import Callable

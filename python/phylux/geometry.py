@@ -1,4 +1,4 @@
-"""Triangles from what people have them in: arrays, dictionaries, trimesh, PyVista, PlantGL."""
+"""Makes meshes of triangles from other forms: arrays, dictionaries, trimesh, PyVista, PlantGL."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Group:
-    """The triangles under one name, ``start`` to ``stop`` of a mesh; material: one of the scene's, or None."""
+    """The triangles ``start`` to ``stop`` of a mesh, under one name; material: the name of one in the scene, or None."""
 
     name: str | None
     material: str | None
@@ -28,12 +28,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles in named groups, as an OBJ file has them.
+    """Triangles in named groups, as in an OBJ file.
 
     Attributes:
         vertices: (n, 3), in the scene's unit of length.
         faces: (m, 3), the corners of each triangle, counter-clockwise seen from the front.
-        groups: which triangles have which name.
+        groups: the name and the triangles of each group.
     """
 
     vertices: Floats
@@ -41,13 +41,13 @@ class Mesh:
     groups: tuple[Group, ...]
 
     def parts(self, name: str) -> tuple[str, Floats, Ints, list[tuple[str | None, str | None, int, int]]]:
-        """What the native part takes."""
+        """Returns the mesh in the form that the native part takes."""
         return name, self.vertices, self.faces, [(g.name, g.material, g.start, g.stop) for g in self.groups]
 
 
 def mesh(geometry: Any, place: str = "mesh", group: str | None = None) -> Mesh:
-    """A mesh from any of the forms that `Scene.add` takes. Errors name ``place``; what has no name of its own is
-    named ``group``."""
+    """Makes a mesh from any of the forms that `Scene.add` takes. Errors name ``place``. Triangles without a name of
+    their own form a group with the name ``group``."""
     if isinstance(geometry, Mesh):
         return geometry
     named = list(_named(geometry, place))
@@ -67,12 +67,12 @@ def mesh(geometry: Any, place: str = "mesh", group: str | None = None) -> Mesh:
 
 
 def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 0.0, 1.0)) -> Floats:
-    """Sensors in a grid: a disc at each of the places (x, y, z), for ``Scene.captor(name, discs=...)``.
+    """Returns sensors in a grid: a disc at each of the places (x, y, z), for ``Scene.captor(name, discs=...)``.
 
     Args:
-        x, y, z: coordinates in the scene's unit, a number or a list each; the last one changes first.
-        radius: of every disc, in the scene's unit.
-        normal: where the fronts of the discs look; (0, 0, 1) is up.
+        x, y, z: coordinates in the scene's unit, each a number or a list; the last one changes first.
+        radius: radius of every disc, in the scene's unit.
+        normal: direction that the fronts of the discs face; (0, 0, 1) is up.
 
     Returns:
         (n, 7): x, y, z, radius, nx, ny, nz of each disc.
@@ -90,7 +90,7 @@ def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 
 
 
 def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats, Ints]]]:
-    """Names of groups with their vertices and faces."""
+    """Yields the names of groups with their vertices and faces."""
     if isinstance(geometry, Mapping):
         for key, value in geometry.items():
             for _, arrays in _named(value, f"{place}/{key}"):
@@ -98,7 +98,7 @@ def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats
     elif hasattr(geometry, "todict") and not hasattr(geometry, "faces"):
         yield from _plantgl(geometry, place)
     elif hasattr(geometry, "graph") and hasattr(geometry, "geometry"):
-        # a scene of trimesh: geometries, each at the places that the graph says
+        # a scene of trimesh: its graph says where each geometry is placed
         for node in geometry.graph.nodes_geometry:
             matrix, key = geometry.graph[node]
             part = geometry.geometry[key]
@@ -113,7 +113,7 @@ def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats
         surface = surface.triangulate()
         yield None, _arrays(surface.points, np.asarray(surface.faces).reshape(-1, 4)[:, 1:], place)
     elif hasattr(geometry, "combine") and hasattr(geometry, "keys"):
-        # blocks of PyVista
+        # a PyVista MultiBlock
         for key in geometry.keys():
             block = geometry[key]
             if block is not None:
@@ -143,7 +143,7 @@ def _arrays(vertices: Any, faces: Any, place: str) -> tuple[Floats, Ints]:
 
 
 def _triangles(triangles: Any, place: str) -> tuple[Floats, Ints]:
-    """From a list of triangles of three points each, as CARIBU has them."""
+    """Makes vertices and faces of a list of triangles with three points each, the form that CARIBU uses."""
     points = _numbers(triangles, place, "triangles")
     if points.ndim == 2 and points.shape == (3, 3):
         points = points[np.newaxis]
@@ -164,7 +164,7 @@ def _numbers(values: Any, place: str, what: str) -> Floats:
 
 
 def _plantgl(scene: Any, place: str) -> Iterable[tuple[str, tuple[Floats, Ints]]]:
-    """Shapes of a PlantGL scene by their ids."""
+    """Yields the shapes of a PlantGL scene, by their ids."""
     try:
         from openalea.plantgl.all import Tesselator
     except ImportError:

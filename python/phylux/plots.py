@@ -25,24 +25,24 @@ def captor_map(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Irradiance of captors over the plane that they lie in: colours with contours, linear between the captors over
-    Delaunay's triangles; or, where that is no map, captors as dots where they are.
+    """Draws the irradiance of captors over the plane in which they lie: colours with contours, linear between the captors
+    over Delaunay triangles. Where such a map is not possible, the captors are drawn as dots at their places.
 
     Args:
-        band: a band or sum; the first one if it is not given.
+        band: a band or sum; if not given, the first one.
         face: ``"front"`` or ``"back"``.
-        captors: ids, or the beginning of ids; all if it is not given.
-        axes: the coordinates across and up, such as ``"xz"``; if it is not given, those of the plane.
-        contours: whether colours and contours fill what lies between the captors; if it is not given, where they are
-            sensors in one plane and no option is one of dots (``s``, ``marker``).
-        ax: where to draw; new axes if it is not given.
-        options: of matplotlib's ``tricontourf``, or of ``scatter`` for dots.
+        captors: ids, or the beginning of ids; if not given, all.
+        axes: the coordinates to the right and upwards, such as ``"xz"``; if not given, those of the plane.
+        contours: whether colours and contours fill the space between the captors; if not given, they do where the
+            captors are sensors in one plane and no option is one of dots (``s``, ``marker``).
+        ax: the axes to draw into; if not given, new ones.
+        options: options of matplotlib's ``tricontourf``, or of ``scatter`` for dots.
     """
     rows, column = _rows(result, captors), _band(result, band)
     center, values = result.center[rows], result.irradiance[rows, _face(face), column]
     extent = np.ptp(center, axis=0)
     if axes is None:
-        # the plane is across the direction of the least extent
+        # the plane is perpendicular to the direction of the smallest extent
         axes = "".join("xyz"[axis] for axis in range(3) if axis != 2 - int(np.argmin(extent[::-1])))
     across, up = ("xyz".index(name) for name in axes)
     left = 3 - across - up
@@ -71,7 +71,7 @@ def captor_map(
 
 
 def _spans(x: Any, y: Any) -> bool:
-    """Whether some three points are not in a line."""
+    """Returns whether there are three points that are not on one line."""
     if len(x) < 3:
         return False
     points = np.stack([x, y], axis=1)
@@ -89,15 +89,16 @@ def profile(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Values per area over height: the mean of the captors at each height, weighted by area, with error bars of 1.98
-    standard errors (95 %), which are added in squares as if captors were independent.
+    """Draws values per area over height: the mean of the captors at each height, weighted by area, with error bars of
+    1.98 standard errors (95 %). The errors are added in squares, as if captors were independent.
 
     Args:
-        quantity: ``"irradiance"``, or ``"absorbed"`` (its power over the area).
+        quantity: ``"irradiance"``, or ``"absorbed"`` (absorbed power per area).
         band, face, captors, ax: as for `captor_map`.
-        options: of matplotlib's ``errorbar``.
+        options: options of matplotlib's ``errorbar``.
 
-    Of more than 12 heights, to a millimetre, 12 equal slices between the lowest and the highest are taken.
+    Heights are rounded to a millimetre; if there are more than 12, the captors are put into 12 equal slices between the
+    lowest and the highest.
     """
     if quantity not in ("irradiance", "absorbed"):
         raise wrong("quantity", f"no quantity `{quantity}` per area", "there are irradiance and absorbed")
@@ -139,12 +140,13 @@ def rank(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Values of captors, such as the leaves of a plant, in their order, with error bars of 1.98 standard errors (95 %).
+    """Draws the values of captors, such as the leaves of a plant, in their order, with error bars of 1.98 standard errors
+    (95 %).
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
         band, face, captors, ax: as for `captor_map`.
-        options: of matplotlib's ``errorbar``.
+        options: options of matplotlib's ``errorbar``.
     """
     ax = _axes(ax)
     rows, column = _rows(result, captors), _band(result, band)
@@ -165,17 +167,17 @@ def plants(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """What plants absorbed, with error bars of 1.98 standard errors (95 %), which are added in squares as if captors
-    were independent.
+    """Draws the power that plants absorbed, with error bars of 1.98 standard errors (95 %). The errors are added in
+    squares, as if captors were independent.
 
     Args:
-        by: ``"plant"``: each plant, in the order of the file; or ``"rank"``: each rank of leaves, the mean over the
-            plants, which are dots.
+        by: ``"plant"`` shows each plant, in the order of the file; ``"rank"`` shows, for each rank of leaves, the mean
+            over the plants, and the plants as dots.
         band, captors, ax: as for `captor_map`.
-        options: of matplotlib's ``errorbar``.
+        options: options of matplotlib's ``errorbar``.
 
-    A plant is an instance of an object (``tomato-1/leaf3#10`` is of the plant ``tomato-1#10``); a rank is the number that
-    the name of the OBJ's group ends with (3).
+    A plant is an instance of an object (``tomato-1/leaf3#10`` belongs to the plant ``tomato-1#10``). A rank is the number
+    at the end of the name of the group in the OBJ file (3).
     """
     if by not in ("plant", "rank"):
         raise wrong("by", f"no `{by}`", "there are plant and rank")
@@ -220,7 +222,7 @@ def plants(
     return ax
 
 
-# OBJECT/PART#INSTANCE, behind which a single triangle has its number; a rank is the number that PART ends with
+# OBJECT/PART#INSTANCE, followed by a number for a single triangle; the rank is the number at the end of PART
 _ORGAN = re.compile(r"(?P<object>[^/]*)(/.*?(?P<rank>\d*)(#(?P<instance>\d+)(/\d+)?)?)?", re.DOTALL)
 
 
@@ -232,13 +234,13 @@ def spectrum(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Irradiance over the bands, a line for each captor, with error bars of 1.98 standard errors (95 %).
+    """Draws irradiance over the bands, with a line for each captor and error bars of 1.98 standard errors (95 %).
 
     Args:
         captors, face, ax: as for `captor_map`.
-        options: of matplotlib's ``errorbar``.
+        options: options of matplotlib's ``errorbar``.
 
-    Bands with wavelengths stand at their middles, in nm; others in their order. Sums are left out.
+    Bands with wavelengths are drawn at their middles, in nm, others in their order. Sums are left out.
     """
     ax = _axes(ax)
     bands = [(i, band) for i, band in enumerate(result.head["bands"]) if "sum_of" not in band]
@@ -268,12 +270,12 @@ def bars(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Values by the names of the captors, as bars with errors of 1.98 standard errors (95 %).
+    """Draws values by the names of the captors, as bars with errors of 1.98 standard errors (95 %).
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
         band, face, captors, ax: as for `captor_map`.
-        options: of matplotlib's ``barh``.
+        options: options of matplotlib's ``barh``.
     """
     ax = _axes(ax)
     rows, column = _rows(result, captors), _band(result, band)
@@ -296,7 +298,7 @@ def _axes(ax: Any) -> Any:
 
 
 def _rows(result: Result, captors: str | Sequence[str] | None) -> list[int]:
-    """Indices of captors by the beginning of their ids, or by ids."""
+    """Returns the indices of captors, given the beginning of their ids or a list of ids."""
     if captors is None:
         rows = list(range(len(result.ids)))
     elif isinstance(captors, str):
@@ -342,7 +344,7 @@ def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
 
 
 def _is_par(result: Result, column: int) -> bool:
-    """Whether it counts photons of 400 to 700 nm alone."""
+    """Returns whether a column counts only photons of 400 to 700 nm."""
     bands = result.head["bands"]
     parts = bands[column].get("sum_of", [bands[column]["name"]])
     parts = [band for band in bands if band["name"] in parts]

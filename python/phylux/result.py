@@ -1,4 +1,4 @@
-"""What a run found: numpy arrays, tables, labelled arrays, files."""
+"""The results of a run: numpy arrays, tables, labelled arrays, files."""
 
 from __future__ import annotations
 
@@ -26,20 +26,21 @@ _Array = TypeVar("_Array", bound=npt.NDArray[Any])
 
 @dataclass(frozen=True)
 class Values:
-    """What captors (or groups) received, as read-only arrays; NaN where there is nothing.
+    """The light that captors (or groups) received, as read-only arrays; NaN where there is no value.
 
-    The second index is the face: 0 the front, light against the normal; 1 the back. The last index is the band, in the
-    order of `Result.bands`: the bands, then the sums. ``..._se`` are standard errors, 1 sigma.
+    The second index is the face: 0 is the front, which light meets against the normal, and 1 is the back. The last
+    index is the band, in the order of `Result.bands`: the bands, then the sums over bands. Arrays with the ending
+    ``_se`` are standard errors, 1 sigma.
 
     Attributes:
-        ids: their names.
-        area: (n,), one-sided, m2.
+        ids: names of the captors or groups.
+        area: (n,), area of one side, m2.
         flux, flux_se: (n, 2, bands), power that arrived, W or umol/s.
-        irradiance, irradiance_se: (n, 2, bands), per m2.
-        photons: (n, 2), photons counted.
+        irradiance, irradiance_se: (n, 2, bands), flux per area, W/m2 or umol/m2/s.
+        photons: (n, 2), number of photons counted.
         absorbed, absorbed_se: (n, bands), power that surfaces absorbed, both faces together, W or umol/s.
         has_back: (n,), whether light on the back is counted.
-        dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None but in scenes in umol/s over a period.
+        dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None except in scenes in umol/s over a period.
     """
 
     ids: list[str]
@@ -59,7 +60,7 @@ class Values:
         return len(self.ids)
 
     def take(self, rows: Any) -> Values:
-        """Some of them, by their indices; -1 stands for one that there is not, of which all is NaN."""
+        """Returns the rows with these indices; the index -1 gives a row without values (NaN, and 0 for counts)."""
         index = np.asarray(rows, dtype=np.intp)
         known = index >= 0
         arrays: dict[str, Any] = {}
@@ -73,10 +74,10 @@ class Values:
 
 
 class Result:
-    """What a run found.
+    """The results of a run.
 
-    Arrays are of captor, face (front, back) and band, as in `Values`; ``ids``, ``bands`` and ``faces`` name their
-    entries. Lengths are metres; flux is W or umol/s, irradiance per m2: see ``unit``.
+    Arrays have the indices captor, face (front, back) and band, as in `Values`; ``ids``, ``faces`` and ``bands`` name
+    their entries. Lengths are in metres, flux is in W or umol/s, irradiance is flux per m2: see ``unit``.
     """
 
     faces = FACES
@@ -86,7 +87,7 @@ class Result:
         self._loaded = loaded
         self._head: dict[str, Any] = json.loads(found.head)
 
-    # --- what was run
+    # --- the run
 
     @property
     def scene(self) -> str:
@@ -95,7 +96,7 @@ class Result:
 
     @property
     def photons(self) -> int:
-        """Photons traced, or paths over all captors."""
+        """Number of photons traced, or of paths over all captors."""
         return int(self._head["photons"])
 
     @property
@@ -105,7 +106,7 @@ class Result:
 
     @property
     def estimator(self) -> str:
-        """``photons`` or ``paths``."""
+        """The estimator: ``photons`` or ``paths``."""
         return str(self._head["estimator"])
 
     @property
@@ -120,28 +121,28 @@ class Result:
 
     @property
     def energy(self) -> dict[str, Any]:
-        """Where the power went, per band: emitted = absorbed + escaped + lost; see docs/results.md."""
+        """Balance of the power, per band: emitted = absorbed + escaped + lost; see docs/results.md."""
         return dict(self._head["energy"])
 
     @property
     def tolerance(self) -> dict[str, Any] | None:
-        """Of a run with a tolerance: whether it is ``met``, and what is farthest from it."""
+        """For a run with a tolerance: whether it was ``met``, and the value that is farthest from it; otherwise None."""
         found: dict[str, Any] | None = self._head.get("tolerance")
         return found
 
     @property
     def head(self) -> dict[str, Any]:
-        """All fields of the results file but ``captors`` and ``groups``."""
+        """All fields of the results file except ``captors`` and ``groups``."""
         return dict(self._head)
 
     @property
     def lights(self) -> list[str]:
-        """Names of the lights that the results are split by; empty without ``by_light=True``."""
+        """Names of the lights that the results are split by; empty unless the run had ``by_light=True``."""
         return list(self._head["energy"].get("by_light") or {})
 
     @cached_property
     def warnings(self) -> list[str]:
-        """What you should know before you trust these results, in sentences."""
+        """Sentences to read before you trust these results."""
         return self._found.summary()[1]
 
     def __str__(self) -> str:
@@ -159,16 +160,16 @@ class Result:
 
     @cached_property
     def values(self) -> Values:
-        """What the captors received."""
+        """The light that the captors received."""
         return self._values(False, None)
 
     @cached_property
     def group_values(self) -> Values:
-        """What the groups of captors received together; their errors are those of the sums."""
+        """The light that the captors of each group received together, with the standard errors of these sums."""
         return self._values(True, None)
 
     def light(self, name: str, groups: bool = False) -> Values:
-        """What one light brought to the captors, or to the groups, in a run with ``by_light=True``."""
+        """Returns what captors, or groups, received from one light alone, in a run with ``by_light=True``."""
         if not self.lights:
             raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
         if name not in self.lights:
@@ -177,7 +178,7 @@ class Result:
 
     @property
     def flux(self) -> Floats:
-        """(captors, 2, bands), W or umol/s."""
+        """Power that arrived: (captors, 2, bands), W or umol/s."""
         return self.values.flux
 
     @property
@@ -187,7 +188,7 @@ class Result:
 
     @property
     def irradiance(self) -> Floats:
-        """(captors, 2, bands), W/m2 or umol/m2/s."""
+        """Flux per area: (captors, 2, bands), W/m2 or umol/m2/s."""
         return self.values.irradiance
 
     @property
@@ -197,7 +198,7 @@ class Result:
 
     @property
     def absorbed(self) -> Floats:
-        """(captors, bands), W or umol/s; NaN of virtual captors."""
+        """Absorbed power: (captors, bands), W or umol/s; NaN for virtual captors."""
         return self.values.absorbed
 
     @property
@@ -207,7 +208,7 @@ class Result:
 
     @property
     def area(self) -> Floats:
-        """(captors,), one-sided, m2."""
+        """Area of one side: (captors,), m2."""
         return self.values.area
 
     @cached_property
@@ -216,34 +217,34 @@ class Result:
 
     @property
     def center(self) -> Floats:
-        """(captors, 3), where their middles are, m."""
+        """Centres of the captors: (captors, 3), m."""
         return _fixed(self._places["center"].reshape(-1, 3))
 
     @property
     def normal(self) -> Floats:
-        """(captors, 3), where their fronts look; 0 where it cancels."""
+        """Direction that each front faces: (captors, 3); 0 where the normals of a captor cancel."""
         return _fixed(self._places["normal"].reshape(-1, 3))
 
     @property
     def is_surface(self) -> npt.NDArray[np.bool_]:
-        """(captors,), True of surfaces, False of virtual captors."""
+        """Whether each captor is a surface (True) or virtual (False): (captors,)."""
         return _fixed(self._places["surface"].astype(bool))
 
     @cached_property
     def nearest(self) -> dict[str, Any]:
         """The k-nearest estimates: ``knn_irradiance``, ``knn_radiance`` and their ``_se`` (captors, 2, bands), ``k``,
-        ``radius`` (m) and ``coverage`` (captors, 2); empty where there are none."""
+        ``radius`` (m) and ``coverage`` (captors, 2). The dictionary is empty if there are none."""
         arrays = self._found.nearest()
         shapes = {name: (-1, 2, len(self.bands)) if name.startswith("knn") else (-1, 2) for name in arrays}
         return {name: _fixed(array.reshape(shapes[name])) for name, array in arrays.items()}
 
     def triangles(self, name: str) -> Values:
-        """What the triangles of a group received, in their order, where an object has ``captor="triangle"``.
+        """Returns the light on the triangles of a group, in their order, for an object with ``captor="triangle"``.
 
         Args:
-            name: ``object/group``, with instances ``object/group#0``; or the object alone, if it has one group.
+            name: ``object/group``, for instances ``object/group#0``; or only the object, if it has one group.
 
-        Triangles without area are no captors: they have NaN.
+        Triangles without area are not captors; their values are NaN.
         """
         found = self._triangles.get(name)
         if found is None:
@@ -259,7 +260,7 @@ class Result:
 
     @cached_property
     def _triangles(self) -> dict[str, dict[int, int]]:
-        """By the name of a group, the captor of each triangle."""
+        """For each group by name, the index of the captor of each triangle."""
         surface = self.is_surface
         found: dict[str, dict[int, int]] = {}
         for row, id in enumerate(self.ids):
@@ -272,8 +273,8 @@ class Result:
 
     @cached_property
     def frame(self) -> Any:
-        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error; the rows of captors in the
-        table of ``--csv``.
+        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error. These are the rows of captors
+        in the table of ``--csv``.
 
         ``quantity`` is flux, irradiance, dli, knn_irradiance, knn_radiance or absorbed, in the units of `unit`;
         ``face`` is missing for absorbed; ``standard_error`` is NaN where it is not known. Names are categories.
@@ -287,9 +288,9 @@ class Result:
     def groups(self) -> Any:
         """A tidy pandas DataFrame of the groups of captors: group, face, band, quantity, value, standard_error.
 
-        Quantities are those of `frame`, but for the k-nearest estimates, and those of groups of several captors:
-        ``irradiance_min`` and ``irradiance_max``, the least and the greatest among them; ``min_over_mean`` and ``cv``
-        (coefficient of variation), which say how even the light is.
+        The quantities are those of `frame` without the k-nearest estimates. Groups of several captors have more:
+        ``irradiance_min`` and ``irradiance_max``, the smallest and the largest irradiance among the captors, and
+        ``min_over_mean`` and ``cv`` (coefficient of variation), which say how uniform the light is.
         """
         values = self.group_values
         cells = _arrived(values)
@@ -311,7 +312,7 @@ class Result:
             raise missing("pandas", "a DataFrame") from None
         count, bands, quantities = len(values), len(self.bands), [name for name, _, _ in cells]
         width = 2 * bands * len(cells)
-        # entry, then face, band and quantity; then what was absorbed, per band
+        # columns: face, then band, then quantity; after them the absorbed power per band
         numbers = np.empty((2, count, width + bands))
         for which in (0, 1):
             arrived = np.stack([cell[1 + which] for cell in cells], axis=-1)
@@ -323,7 +324,7 @@ class Result:
         quantity = np.concatenate([np.tile(np.arange(len(cells)), 2 * bands), np.full(bands, len(cells))])
         whole = there.all(axis=0)
         if (whole == there.any(axis=0)).all():
-            # all entries have the same quantities: no need to look at each
+            # all entries have the same quantities, so one list of columns serves for all
             picked = np.flatnonzero(whole)
             rows, columns = np.repeat(np.arange(count), len(picked)), np.tile(picked, count)
             found = numbers[:, :, picked].reshape(2, -1)
@@ -345,15 +346,16 @@ class Result:
         return pd.DataFrame(table, copy=False)
 
     def xarray(self, by_light: bool | None = None) -> Any:
-        """A labelled xarray Dataset, which ``to_netcdf`` saves.
+        """Returns a labelled xarray Dataset, which its ``to_netcdf`` saves.
 
-        ``flux``, ``irradiance`` and their ``_se`` are of captor, face and band, ``photons`` of captor and face,
-        ``absorbed`` and its ``_se`` of captor and band; ``area`` and the coordinates ``x``, ``y``, ``z``, ``nx``, ``ny``,
-        ``nz`` of captor; ``from_nm`` and ``to_nm`` of band. Units stand in the attributes.
+        ``flux``, ``irradiance`` and their ``_se`` have the dimensions captor, face and band; ``photons`` has captor and
+        face; ``absorbed`` and its ``_se`` have captor and band. The coordinates ``area``, ``x``, ``y``, ``z``, ``nx``,
+        ``ny``, ``nz`` belong to captor, ``from_nm`` and ``to_nm`` to band. The attributes hold the units.
 
         Args:
-            by_light: whether they have the dimension ``light`` too. As a rule they have it where the run had
-                ``by_light=True``: sum over it for all light. Errors of lights are independent: their squares add up.
+            by_light: whether the arrays also have the dimension ``light``. If not given, they have it if the run had
+                ``by_light=True``. The sum over it is the value for all light; the errors of lights are independent,
+                so their squares add up.
         """
         try:
             import xarray as xr
@@ -419,13 +421,13 @@ class Result:
         return xr.Dataset(data, coords, about)
 
     def plot(self, kind: str = "map", **options: Any) -> Any:
-        """Draws with matplotlib, and returns the axes; see `phylux.plots` for the options of each kind.
+        """Draws with matplotlib and returns the axes; `phylux.plots` has the options of each kind.
 
         Args:
             kind: ``"map"`` (sensors over their plane, in colours with contours), ``"profile"`` (means over area at
-                each height, with error bars), ``"plants"`` (what each plant absorbed, or, with ``by="rank"``, each rank
-                of leaves, with error bars), ``"rank"`` (values of a group in the order of its captors, with error
-                bars), ``"spectrum"`` (over the bands), ``"bars"`` (values with error bars by name).
+                each height, with error bars), ``"plants"`` (power absorbed by each plant or, with ``by="rank"``, by
+                each rank of leaves, with error bars), ``"rank"`` (values of captors in their order, with error bars),
+                ``"spectrum"`` (irradiance over the bands), ``"bars"`` (values with error bars by name).
         """
         from . import plots
 
@@ -449,13 +451,13 @@ class Result:
         *,
         calibration: str | os.PathLike[str] | None = None,
     ) -> Result:
-        """What the run would have found with other powers of its lights, exactly: of a run with ``by_light=True``.
+        """Returns the exact results that the run would have with other powers of its lights; it needs ``by_light=True``.
 
         Args:
-            factors: by the name of a light what its power is multiplied with, at least 0, in all bands or a list with
-                one for each; ``"row 1*"`` stands for all whose names begin so. Lights that are not named stay as they
-                are.
-            calibration: a file of factors per band that ``phylux calibrate`` has written; `factors` come on top.
+            factors: for the name of each light, the factor on its power, at least 0: one number for all bands or a list
+                with one number per band. ``"row 1*"`` stands for all lights whose names begin with ``row 1``. Lights
+                that are not named keep their power.
+            calibration: a file of factors per band that ``phylux calibrate`` has written; `factors` multiply them.
 
         Sums over bands with different factors have no standard errors.
         """
@@ -471,7 +473,7 @@ class Result:
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
 
-        Results that were loaded know no scene: ``scene.view(result=result)`` shows them.
+        Results that were loaded from a file do not contain their scene: use ``scene.view(result=result)`` for them.
         """
         from .scene import _view
 
@@ -481,11 +483,11 @@ class Result:
         return _view(self._loaded, Path(path), self, **{**usual, **options})
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the results file (JSON), whole or not at all: the bytes of ``phylux run -o``."""
+        """Writes the results file (JSON), completely or not at all, with the same bytes as ``phylux run -o``."""
         self._found.write(os.fspath(path))
 
     def to_json(self) -> bytes:
-        """The bytes that `save` writes."""
+        """Returns the bytes that `save` writes."""
         return self._found.to_json()
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
@@ -493,11 +495,11 @@ class Result:
         self._found.write_csv(os.fspath(path))
 
     def save_per_captor(self, folder: str | os.PathLike[str]) -> None:
-        """Writes one JSON file for each captor, as ``phylux run --per-captor``."""
+        """Writes one JSON file for each captor, as ``phylux run --per-captor`` does."""
         self._found.write_per_captor(os.fspath(folder))
 
     def to_parquet(self, path: str | os.PathLike[str], **options: Any) -> None:
-        """Writes `frame` as Parquet; options go to ``DataFrame.to_parquet``, which needs pyarrow."""
+        """Writes `frame` as Parquet; the options are passed to ``DataFrame.to_parquet``, which needs pyarrow."""
         self.frame.to_parquet(path, **options)
 
     @classmethod
@@ -526,7 +528,7 @@ class Result:
 
 
 def _arrived(values: Values) -> list[tuple[str, Any, Any]]:
-    """Quantities of faces with their errors, in the order of the command's table."""
+    """Returns the quantities of faces with their errors, in the order of the command's table."""
     cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
     return cells if values.dli is None else [*cells, ("dli", values.dli, values.dli_se)]
 
@@ -537,5 +539,5 @@ def _fixed(array: _Array) -> _Array:
 
 
 def _from_json(json: bytes) -> Result:
-    """A result that came from another process."""
+    """Makes a result of the bytes that another process has sent."""
     return Result(_native.Found.from_json(json))

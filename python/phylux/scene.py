@@ -1,4 +1,4 @@
-"""Scenes: put together in Python, checked, run, looked at, saved."""
+"""Scenes: built in Python, checked, run, shown, saved."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from .errors import SceneWarning, wrong
 from .result import Result
 from .years import Year, run_year
 
-#: keys of a scene file whose texts are no names of files
+#: keys of a scene file whose texts are not names of files
 _NAMES = ("name", "material", "group", "type")
-#: options of `phylux run` that name what it writes; here the result does that
+#: options of `phylux run` that name files to write, and the methods of a result that write these files
 _OUTPUTS = {"output": "save", "csv": "save_csv", "per_captor": "save_per_captor"}
 
 
 class Scene:
-    """A scene, with the keys of a scene file (docs/scene-format.md) and nothing else.
+    """A scene, with exactly the keys of a scene file (docs/scene-format.md).
 
     Args:
-        name: a title, repeated in the results.
-        unit: ``"m"``, ``"cm"`` or ``"mm"``, of every length in the scene. Results are always in metres.
-        quantity: ``"W"`` or ``"umol/s"``, what the powers of the lights are.
-        bands: ``{name: (from_nm, to_nm)}``, ``[name, ...]``, or as in a scene file; none is one band ``all``.
+        name: a title, which the results repeat.
+        unit: unit of every length in the scene: ``"m"``, ``"cm"`` or ``"mm"``. Results are always in metres.
+        quantity: unit of the powers of the lights: ``"W"`` or ``"umol/s"``.
+        bands: ``{name: (from_nm, to_nm)}``, ``[name, ...]``, or as in a scene file; if not given, one band ``all``.
         keys: any other key of a scene file, such as ``sums``, ``camera``, ``settings``, ``site``.
 
     >>> scene = Scene("box", bands={"blue": (400, 500), "red": (600, 700)})
@@ -67,9 +67,9 @@ class Scene:
 
     @property
     def keys(self) -> dict[str, Any]:
-        """The scene as the JSON of its file would be: change what you like in place.
+        """The scene as the content of its JSON file. Change it in place as you like.
 
-        Meshes in memory stand there as ``"mesh:NAME"``, tables of sensors as ``"table:NAME"``.
+        In it, meshes in memory are called ``"mesh:NAME"``, and tables of sensors in memory ``"table:NAME"``.
         """
         return self._keys
 
@@ -77,8 +77,8 @@ class Scene:
         """Adds a material: ``material("leaf", type="leaf", reflectance=[0.05, 0.06], transmittance=0.01)``.
 
         Args:
-            name: what objects call it.
-            keys: as in a scene file; per-band values are one number, or one for each band, in [0, 1].
+            name: the name that objects use.
+            keys: as in a scene file; values per band are one number, or one number for each band, in [0, 1].
         """
         self._keys.setdefault("materials", {})[name] = _plain(keys)
 
@@ -86,15 +86,15 @@ class Scene:
         """Adds an object.
 
         Args:
-            name: the first part of its captors' ids.
-            shape: lengths in the scene's unit, fronts where corners run counter-clockwise; one of
+            name: the first part of the ids of its captors.
+            shape: lengths are in the scene's unit, and the front is where corners run counter-clockwise; one of
 
                 - ``(vertices, faces)``: (n, 3) numbers and (m, 3) whole numbers counted from 0;
                 - triangles: (m, 3, 3) numbers;
                 - ``{id: any of these}``: each id is a group with a captor of its own (CARIBU's form);
                 - a mesh or scene of trimesh, PolyData or MultiBlock of PyVista, a scene of PlantGL;
                 - the path of an OBJ file.
-            material: a material of the scene, for all of it; an OBJ file may name its own.
+            material: a material of the scene, for all of the shape; an OBJ file may name its own materials.
             keys: as in a scene file: ``captor`` (True: one per group; ``"triangle"``: one per triangle), ``group``,
                 ``transform``, ``instances``.
         """
@@ -107,10 +107,10 @@ class Scene:
         """Adds a light: ``light("lamp", type="tube", start=[0, 0, 2], to=[1, 0, 2], radius=0.01, power=40)``.
 
         Args:
-            name: what results by light call it.
-            start: the key ``from`` of a tube, which Python keeps for itself.
-            shape: in place of ``vertices`` of an area light, its surface in any of the forms of `add`.
-            keys: as in a scene file; ``power`` in W or umol/s, one number or one for each band.
+            name: the name in results by light.
+            start: the key ``from`` of a tube, because ``from`` is a reserved word in Python.
+            shape: the surface of an area light, in any of the forms of `add`, instead of ``vertices``.
+            keys: as in a scene file; ``power`` in W or umol/s, one number or one number for each band.
         """
         entry: dict[str, Any] = {"name": name, **_plain(keys)}
         if start is not None:
@@ -123,10 +123,10 @@ class Scene:
         """Adds virtual captors: sensors that count light and do not disturb it.
 
         Args:
-            name: the first part of their ids.
+            name: the first part of the ids of the captors.
             discs: (n, 7) numbers x, y, z, radius, nx, ny, nz in the scene's unit, as `grid` makes them, or a
-                DataFrame with these columns, and ``id`` if you like. Their ids are ``name/0``, ``name/1``, ...
-            shape: surfaces that count, one captor per group, in any of the forms of `add`.
+                DataFrame with these columns and, if you like, ``id``. The ids are ``name/0``, ``name/1``, ...
+            shape: surfaces that count light, with one captor per group, in any of the forms of `add`.
             keys: as in a scene file: ``disc``, ``sphere``, ``grid``, ``line``, ``csv``, ``obj``, ``response``, ``sides``
                 (``"front"`` or ``"both"``), ``group``.
         """
@@ -143,13 +143,13 @@ class Scene:
         """Makes a group of captors by patterns of their ids: ``group("rank 3", "plant/leaf3#*")``.
 
         Args:
-            name: of the group, in `Result.groups`.
-            patterns: ``*`` stands for any characters; a captor counts once, and each pattern must fit one.
+            name: name of the group, in `Result.groups`.
+            patterns: ``*`` stands for any characters. A captor counts once, and each pattern must match a captor.
         """
         self._keys.setdefault("groups", {})[name] = list(patterns)
 
     def check(self) -> Check:
-        """What is in the scene, and as ``.warnings`` what looks wrong in it; the text of ``phylux check``."""
+        """Returns the text of ``phylux check``, which describes the scene; ``.warnings`` says what looks wrong in it."""
         text, found = self._load(quiet=True).check()
         return Check(text, found)
 
@@ -172,33 +172,34 @@ class Scene:
         progress: bool | Callable[[int, int | None], object] = False,
         **options: Any,
     ) -> Result:
-        """Runs the scene. The same scene, options and seed give the same numbers, and the bytes of ``phylux run``.
+        """Runs the scene. The same scene, options and seed give the same numbers, and the same bytes as ``phylux run``.
 
-        Ctrl-C ends it with KeyboardInterrupt; other threads of Python go on meanwhile.
+        Ctrl-C ends the run with KeyboardInterrupt. Other threads of Python continue during the run.
 
         Args:
-            photons: how many to trace, or paths over all captors; with a tolerance at most so many.
-            seed: of the random numbers.
+            photons: number of photons, or of paths over all captors; with a tolerance, the largest number.
+            seed: seed of the random numbers.
             estimator: ``"photons"``, ``"paths"`` or ``"auto"``.
-            tolerance: go on until every captor's relative standard error is at most this, in (0, 1).
-            of: what the tolerance is asked of, in place of the irradiance of all faces:
+            tolerance: continue until every captor's relative standard error is at most this, in (0, 1).
+            of: the values that the tolerance applies to, instead of the irradiance of all faces:
                 ``"pattern[:quantity[:band]]"`` or a list of these, as ``["plant*:absorbed:PAR", "bench"]``; quantities
                 are ``irradiance``, ``back`` and ``absorbed``.
-            max_time: end soon after so many seconds.
-            k: photons of a k-nearest estimate; 0 makes none and takes less time and memory.
-            map_photons: the most arrivals to store for these estimates.
-            guiding: ``"off"``, ``"aim"`` (flights aimed at sensors, beside photons), ``"full"`` (and photons
-                split and ended by their importance) or ``"auto"``, what a short trial finds cheapest.
-            by_light: also say what each light brings, for `Result.mix`.
-            checkpoint: a file that keeps what is done; the same run goes on from there after a kill or Ctrl-C, and
-                finds the same. It goes once the result is there.
-            checkpoint_every: the least time between two times of writing it, s; 60 if it is not given.
-            threads: 0 takes all processors; the results do not depend on it.
-            progress: True shows a bar of tqdm; a function is called as ``progress(done, of)``, ``of`` being None
-                where it is not known.
-            options: any other option of ``phylux run``, ``--such-a-one=1`` as ``such_a_one=1``.
+            max_time: end soon after this time, s.
+            k: number of photons in a k-nearest estimate; 0 makes no estimates and saves time and memory.
+            map_photons: the largest number of arrivals that are stored for these estimates.
+            guiding: ``"off"``, ``"aim"`` (some flights are aimed at sensors, in addition to photons), ``"full"``
+                (photons are also split and ended by their importance) or ``"auto"`` (a short trial finds which of
+                these is cheapest).
+            by_light: also return the part of each light, for `Result.mix`.
+            checkpoint: a file that keeps the work done. After a kill or Ctrl-C, the same run continues from it and
+                finds the same results. The file is removed when the result is complete.
+            checkpoint_every: the shortest time between two times of writing the checkpoint, s; 60 if not given.
+            threads: number of threads; 0 uses all processors. The results do not depend on it.
+            progress: True shows a tqdm progress bar; a function is called as ``progress(done, of)``, where ``of`` is
+                None if it is not known.
+            options: any other option of ``phylux run``: ``--such-a-one=1`` is ``such_a_one=1``.
 
-        What is left out has the value that the scene's ``settings`` say, or that of the command.
+        Options that are not given have the values in the scene's ``settings``, or else the defaults of the command.
         """
         given = {
             "photons": photons,
@@ -241,21 +242,22 @@ class Scene:
         threads: int | None = None,
         **options: Any,
     ) -> Year:
-        """Daylight and lamps by the hour, and daily light integrals of days, months and all, from one run.
+        """Calculates daylight and lamps by the hour, and daily light integrals of days, months and the whole period, from
+        one run.
 
         Args:
-            output: a folder for the tables, which is made; docs/year.md lists them.
-            control: when lamps are on: the keys of a control file, or its path; without it they are off.
-            patches: of the sky: 577, which is the default, or 145.
-            photons: how many to trace, for all hours together.
-            seed: of the random numbers.
+            output: a folder for the tables, which is created; docs/year.md lists the tables.
+            control: when lamps are on: the keys of a control file, or its path; without it the lamps are off.
+            patches: number of patches of the sky: 577, which is the default, or 145.
+            photons: number of photons, for all hours together.
+            seed: seed of the random numbers.
             guiding: as for `run`.
-            csv: write the table of hours as CSV, not as Parquet.
-            threads: 0 takes all processors; the results do not depend on it.
+            csv: write the table of hours as CSV and not as Parquet.
+            threads: number of threads; 0 uses all processors. The results do not depend on it.
             options: any other option of ``phylux year``.
 
         Returns:
-            the tables: ``hours``, ``days``, ``months``, ``total`` and ``lamps``, DataFrames.
+            the tables ``hours``, ``days``, ``months``, ``total`` and ``lamps``, as DataFrames.
         """
         import tempfile
 
@@ -273,12 +275,12 @@ class Scene:
         return year
 
     def render(self, *, numbers: bool = False, **options: Any) -> Any:
-        """A picture of the scene.
+        """Renders a picture of the scene.
 
         Args:
-            numbers: in place of colours, the light on surfaces: (height, width, bands), W/m2/sr with
-                ``show="radiance"`` and W/m2 with the others (or in umol/s); nothing seen is 0.
-            options: those of ``phylux render``; docs/pictures.md says what they do. What is shown: ``show``
+            numbers: return the light on surfaces instead of colours: (height, width, bands), W/m2/sr with
+                ``show="radiance"`` and W/m2 otherwise (or the same in umol/s); 0 where no surface is seen.
+            options: options of ``phylux render``, which docs/pictures.md explains. What is shown: ``show``
                 (``"radiance"``, ``"irradiance"``, ``"absorbed"``, ``"error"``, ``"captors"``, ``"photons"``),
                 ``band="red"``, ``log=True``, ``range=(0, 100)``, ``exposure``, ``denoise="off"``, ``results=result``,
                 ``colour``, ``paths``. From where: ``position=[x, y, z]``, ``look_at=[x, y, z]``, ``up=[x, y, z]``,
@@ -286,7 +288,7 @@ class Scene:
                 ``k``, ``photons``, ``seed``, ``threads``.
 
         Returns:
-            (height, width, 3), red, green and blue in 0 to 255, for ``matplotlib.pyplot.imshow``.
+            (height, width, 3), red, green and blue from 0 to 255, for ``matplotlib.pyplot.imshow``.
         """
         results = options.pop("results", None)
         if isinstance(results, Result):
@@ -322,22 +324,22 @@ class Scene:
         """Writes a page that shows the scene and its light in a browser; in a notebook it is shown below the cell.
 
         Args:
-            path: the page; it needs no network.
-            result: of a run of this scene, for the captors; without it the scene is run first.
-            trace: False traces nothing: surfaces that are no captors have no values.
-            threads: 0 takes all processors.
-            inline: put the page itself into the notebook (megabytes), not a link to the file.
-            width, height: of the frame in a notebook, pixels or ``"100%"``.
+            path: the page to write; it needs no network.
+            result: the result of a run of this scene, for the captors; without it the scene is run first.
+            trace: False traces no rays: surfaces that are not captors then have no values.
+            threads: number of threads; 0 uses all processors.
+            inline: put the whole page into the notebook (megabytes), and not a link to the file.
+            width, height: size of the frame in a notebook, pixels or ``"100%"``.
 
         Returns:
-            a frame of IPython where it is installed, otherwise the path.
+            a frame of IPython if it is installed, otherwise the path.
         """
         return _view(self._load(), Path(path), result, trace, threads, inline, width, height)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the scene file, with an OBJ file for each mesh and a CSV file for each table beside it.
 
-        ``phylux run`` of it gives the bytes that `run` gives. Files that the scene names stay where they are.
+        ``phylux run`` with this file gives the same bytes as `run`. Files that the scene names stay where they are.
         """
         self._load(quiet=True)
         target = Path(path)
@@ -358,7 +360,7 @@ class Scene:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
-        """Reads a scene file. Errors: it cannot be read, or is no JSON; `check` and `run` say what is wrong inside."""
+        """Reads a scene file. Errors: it cannot be read, or is not JSON; `check` and `run` report errors inside it."""
         place = Path(path)
         scene = cls.__new__(cls)
         scene._keys = _read(place)
@@ -366,7 +368,7 @@ class Scene:
         return scene
 
     def copy(self) -> Scene:
-        """The same scene once more, to be changed without changing this one. Meshes are shared."""
+        """Returns a copy of the scene, which can be changed without changing this one. Meshes are shared."""
         scene = type(self).__new__(type(self))
         scene._keys = json.loads(json.dumps(self._keys))
         scene._meshes, scene._tables, scene._path = dict(self._meshes), dict(self._tables), self._path
@@ -392,7 +394,7 @@ class Scene:
 
 
 class Check(str):
-    """The text of ``phylux check``, with ``.warnings``: a list of sentences."""
+    """The text of ``phylux check``; ``.warnings`` is a list of its warnings as sentences."""
 
     warnings: list[str]
 
@@ -412,7 +414,7 @@ def _bands(bands: Any) -> list[Any]:
 
 
 def _plain(value: Any) -> Any:
-    """The same as lists, dictionaries, numbers and texts that JSON has."""
+    """Turns a value into the lists, dictionaries, numbers and texts that JSON has."""
     if isinstance(value, Mapping):
         return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
@@ -427,7 +429,7 @@ def _plain(value: Any) -> Any:
 
 
 def _table(discs: Any, name: str) -> bytes:
-    """Discs as the bytes of a CSV file."""
+    """Returns discs as the bytes of a CSV file."""
     columns = ["x", "y", "z", "radius", "nx", "ny", "nz"]
     ids: list[str] | None = None
     if hasattr(discs, "columns"):
@@ -452,7 +454,7 @@ def _table(discs: Any, name: str) -> bytes:
 
 
 def _free(name: str, taken: Mapping[str, Any]) -> str:
-    """The name, or with a number behind it where it is taken."""
+    """Returns the name, with a number after it if it is taken."""
     key, n = name, 1
     while key in taken:
         n += 1
@@ -471,7 +473,7 @@ def _file_name(name: str, ending: str, taken: set[str]) -> str:
 
 
 def _moved(value: Any, names: Mapping[str, str], before: Path, after: Path, key: str = "") -> Any:
-    """The same keys, for a file in another folder."""
+    """Returns the same keys for a scene file in the folder ``after``: names of files are changed accordingly."""
     if isinstance(value, dict):
         return {own: _moved(entry, names, before, after, own) for own, entry in value.items()}
     if isinstance(value, list):
@@ -479,7 +481,7 @@ def _moved(value: Any, names: Mapping[str, str], before: Path, after: Path, key:
     if isinstance(value, str) and key not in _NAMES:
         if value in names:
             return names[value]
-        # every file that a scene names has an ending
+        # every file that a scene names has an ending in its name
         if os.path.splitext(value)[1] and not os.path.isabs(value) and (before / value).is_file():
             return Path(os.path.relpath(before / value, after)).as_posix()
     return value
@@ -508,7 +510,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _options(given: Mapping[str, Any]) -> list[str]:
-    """Options as the command line has them; one with a list of values stands there once for each."""
+    """Returns options as the command line has them; an option with a list of values is repeated for each value."""
     options = []
     for name, values in given.items():
         option = "--" + name.replace("_", "-")
@@ -523,7 +525,7 @@ def _options(given: Mapping[str, Any]) -> list[str]:
 
 
 def _warn(sentences: list[str]) -> None:
-    """Warns at the line that has called the package."""
+    """Issues warnings at the line of the user's code that has called the package."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
         level, frame = level + 1, frame.f_back
@@ -532,7 +534,7 @@ def _warn(sentences: list[str]) -> None:
 
 
 class _progress:
-    """A function that is told how far a run is, and what closes it."""
+    """Provides the function that is told the progress of a run, and closes its progress bar at the end."""
 
     def __init__(self, wanted: bool | Callable[[int, int | None], object]) -> None:
         self._wanted = wanted

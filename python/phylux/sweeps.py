@@ -1,4 +1,4 @@
-"""Many runs: a function or a scene with many values of some of its numbers, here or on other machines."""
+"""Many runs: calls a function, or runs a scene, with many values of some of its numbers, here or on other machines."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Sweep(Sequence[Result]):
     """The results of a sweep, in the order of its runs.
 
     Attributes:
-        values: by the name of each parameter, its value in each run.
-        results: one for each run.
+        values: for each run, the value of each parameter by name.
+        results: one result for each run.
     """
 
     def __init__(self, values: list[dict[str, Any]], results: list[Result]) -> None:
@@ -34,12 +34,12 @@ class Sweep(Sequence[Result]):
 
     @property
     def frame(self) -> Any:
-        """`Result.frame` of all runs, with a column ``run`` and one for each parameter before the others."""
+        """`Result.frame` of all runs, with a column ``run`` and a column for each parameter before the other columns."""
         return self._joined([result.frame for result in self.results])
 
     @property
     def groups(self) -> Any:
-        """`Result.groups` of all runs, likewise."""
+        """`Result.groups` of all runs, with the same additional columns as `frame`."""
         return self._joined([result.groups for result in self.results])
 
     def _joined(self, tables: list[Any]) -> Any:
@@ -71,13 +71,14 @@ def sweep(
     Args:
         build: a function that is called with the values by name and returns a `Scene` (or a `Result` of its own); or a
             scene, in which each name is a JSON pointer such as ``"/lights/0/power"``.
-        values: ``{name: [values]}`` for each value with each of the others, the last name changing first; or a list of
-            ``{name: value}``, one for each run.
-        executor: with a ``submit`` as those of ``concurrent.futures`` have: a pool of processes or threads, joblib's
-            loky, Dask's ``client.get_executor()``, dask-jobqueue on a cluster. Without one the runs come one by one.
-        progress: True shows a bar of tqdm, a function is called as ``progress(done, of)``.
-        options: of `Scene.run`. With an executor on this machine give ``threads``, so that its workers share the
-            processors. Runs have one seed unless ``seed`` is among the values.
+        values: ``{name: [values]}`` combines each value with each value of the other names, where the last name
+            changes first; a list of ``{name: value}`` has one entry for each run.
+        executor: an object with a ``submit`` like those of ``concurrent.futures``: a pool of processes or threads,
+            joblib's loky, Dask's ``client.get_executor()``, dask-jobqueue on a cluster. Without an executor the runs
+            are done one after the other.
+        progress: True shows a tqdm progress bar; a function is called as ``progress(done, of)``.
+        options: options of `Scene.run`. With an executor on this machine, give ``threads``, so that its workers share
+            the processors. All runs have the same seed unless ``seed`` is among the values.
 
     >>> def box(height):
     ...     scene = Scene("box")
@@ -117,7 +118,7 @@ def sweep(
 
 
 def _run(build: Any, values: Mapping[str, Any], options: Mapping[str, Any]) -> Result:
-    """One run; in whatever process."""
+    """Does one run; executors call it in other processes too."""
     if isinstance(build, Scene):
         given = {**options, **{name: value for name, value in values.items() if not name.startswith("/")}}
         scene = build.copy()
@@ -130,7 +131,7 @@ def _run(build: Any, values: Mapping[str, Any], options: Mapping[str, Any]) -> R
 
 
 def _put(keys: Any, pointer: str, value: Any) -> None:
-    """Puts a value at a JSON pointer, which must be there."""
+    """Puts a value at a JSON pointer, which must exist."""
     *path, last = [part.replace("~1", "/").replace("~0", "~") for part in pointer[1:].split("/")]
     at = keys
     for part in [*path, last]:

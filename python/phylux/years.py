@@ -1,4 +1,4 @@
-"""Daylight by the hour: the tables of ``phylux year``."""
+"""Daylight by the hour: runs ``phylux year`` and reads its tables."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import Any
 
 from .errors import InputError, RunError, missing
 
-#: the command, whose installed script need not be on the PATH
+#: the command, run in a way that does not need its installed script to be on the PATH
 _COMMAND = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())"]
 
 
 class Year:
-    """What every captor and group receives hour by hour, and the integrals over days, months and all.
+    """The light that every captor and group receives hour by hour, and its integrals over days, months and the period.
 
-    The tables are files in ``folder`` (docs/year.md); a table is read when it is asked for, and needs pandas.
+    The tables are files in ``folder`` (docs/year.md). Each is read when it is used, which needs pandas.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
@@ -29,46 +29,47 @@ class Year:
 
     @property
     def hours(self) -> Any:
-        """captor, time (the start of the hour), band, value, standard_error: irradiance, or PPFD in umol/s."""
+        """Irradiance, or PPFD for scenes in umol/s: captor, time (start of the hour), band, value, standard_error."""
         whole = self.folder / "hours.parquet"
         return _pandas().read_parquet(whole) if whole.is_file() else self._table("hours")
 
     @property
     def days(self) -> Any:
-        """captor, day, band, unit, value, standard_error: daily light integrals."""
+        """Daily light integrals: captor, day, band, unit, value, standard_error."""
         return self._table("days")
 
     @property
     def months(self) -> Any:
-        """captor, month, band, unit, value, standard_error: daily light integrals in the mean of the days."""
+        """Daily light integrals, averaged over the days of each month: captor, month, band, unit, value,
+        standard_error."""
         return self._table("months")
 
     @property
     def total(self) -> Any:
-        """captor, period, band, unit, value, standard_error: the same of the whole period."""
+        """Daily light integrals, averaged over the whole period: captor, period, band, unit, value, standard_error."""
         return self._table("year")
 
     @property
     def lamps(self) -> Any:
-        """light, month (or ``all``), hours, kwh."""
+        """Operation of the lamps: light, month (or ``all``), hours, kwh."""
         return self._table("lamps")
 
     def _table(self, name: str) -> Any:
-        # names of captors such as "NA" are names
+        # a captor may be named "NA", which must not be read as a missing value
         return _pandas().read_csv(self.folder / f"{name}.csv", keep_default_na=False, na_values={"standard_error": [""], "kwh": [""]})
 
 
 def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[str]]:
-    """Runs ``phylux year`` in a process of its own, which Ctrl-C ends too. Its tables, and what it warns of.
+    """Runs ``phylux year`` in a separate process, which Ctrl-C ends too. Returns its tables and its warnings.
 
-    The scene's file, and that of the lamps' control beside it, are named ``scene`` and ``control`` in sentences.
+    In messages, the scene's file and the file of the lamps' control beside it are called ``scene`` and ``control``.
     """
     done = subprocess.run([*_COMMAND, "year", os.fspath(scene), "-o", os.fspath(output), *options], capture_output=True, text=True, stdin=subprocess.DEVNULL)
     lines = re.sub(re.escape(os.fspath(scene.parent)) + r"/(\w+)\.json", r"\1", done.stderr).splitlines()
     said = {kind: [line.removeprefix(kind) for line in lines if line.startswith(kind)] for kind in ("error: ", "warning: ")}
     if done.returncode != 0:
         sentence = (said["error: "] or [done.stderr.strip() or f"phylux year ended with {done.returncode}"])[-1]
-        # a file, and the JSON pointer or the line in it; or an option
+        # the place is a file with a JSON pointer or a line in it, or an option
         found = re.match(r"[^:]+: /[^:]*(?=: )|[^:]+:\d+(?=: )", sentence)
         option = re.search(r"'--([\w-]+)", sentence)
         if option is not None and found is None:

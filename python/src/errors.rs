@@ -1,9 +1,9 @@
-//! Errors of the library as exceptions of Python, defined in `phylux/errors.py`.
+//! Turns errors of the library into the exceptions of Python that `phylux/errors.py` defines.
 
 use phylux::{Error, ErrorKind};
 use pyo3::{exceptions::PyKeyboardInterrupt, prelude::*};
 
-/// The exception that an error becomes: its sentence, and its place as `.place`.
+/// Returns the exception for an error, with its message and, as `.place`, its place.
 pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     let name = match error.kind() {
         ErrorKind::Input => "InputError",
@@ -12,7 +12,7 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     };
     let made = || -> PyResult<PyErr> {
         let class = py.import("phylux.errors")?.getattr(name)?;
-        // an option of the command is an argument of the same name here
+        // an option of the command line is an argument of the same name in Python
         let error = match error.place().strip_prefix("--") {
             Some(option) => &error.clone().at(option.replace('-', "_")),
             None => error,
@@ -22,7 +22,7 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     made().unwrap_or_else(|failed| failed)
 }
 
-/// A result of the library as one of Python.
+/// Turns a result of the library into a result of Python.
 pub fn raised<T>(py: Python<'_>, result: phylux::Result<T>) -> PyResult<T> {
     result.map_err(|error| exception(py, &error))
 }

@@ -1,5 +1,6 @@
-//! The native part of the Python package `phylux`: scenes from the JSON of a scene file with meshes in memory, runs
-//! that Ctrl-C ends, and results as flat arrays. All that is comfortable stands in Python, in `phylux/`.
+//! The native part of the Python package `phylux`: it loads scenes from the JSON of a scene file
+//! with meshes in memory, runs them so that Ctrl-C ends the run, and returns results as flat
+//! arrays. The interface for users is written in Python, in `phylux/`.
 
 #![deny(unsafe_code)]
 
@@ -12,7 +13,7 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Runs the command line, and returns its exit code. For a process of its own.
+/// Runs the command line and returns its exit code. It is meant for a process of its own.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| phylux::cli::main_from(arguments))

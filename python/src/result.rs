@@ -1,4 +1,4 @@
-//! What a run found: flat arrays for numpy, and files.
+//! The results of a run as flat arrays for numpy, and as files.
 
 use std::{
     io::{self, Write},
@@ -18,27 +18,27 @@ use pyo3::{
 
 use crate::errors::raised;
 
-/// What a run found.
+/// The results of a run.
 #[pyclass(frozen, module = "phylux._native")]
 pub struct Found {
     result: RunResult,
-    /// All but the captors and groups, as JSON.
+    /// All fields of the results file except the captors and groups, as JSON.
     head: String,
-    /// Files that the scene was read from, which no output may replace.
+    /// The files that the scene was read from; no output may replace one of them.
     files: Vec<PathBuf>,
 }
 
 impl Found {
-    /// Of a scene that was read from these files.
+    /// Takes the results of a scene that was read from these files.
     pub fn new(mut result: RunResult, files: Vec<PathBuf>) -> Self {
         let captors = std::mem::take(&mut result.captors);
         let groups = std::mem::take(&mut result.groups);
-        // plain data with texts as keys always has a JSON form
+        // plain data with texts as keys always has a form in JSON
         let head = serde_json::to_string(&result).unwrap_or_default();
         Self { result: RunResult { captors, groups, ..result }, head, files }
     }
 
-    /// The results file.
+    /// Returns the content of the results file.
     pub fn json_bytes(&self) -> PyResult<Vec<u8>> {
         let mut bytes = Vec::new();
         phylux::write_json(&self.result, &mut bytes)?;
@@ -46,12 +46,12 @@ impl Found {
     }
 }
 
-/// Factors on the power of a light.
+/// One or more factors on the power of a light.
 #[derive(FromPyObject)]
 enum Factors {
-    /// The same in all bands.
+    /// The same factor in all bands.
     All(f64),
-    /// One for each band.
+    /// One factor for each band.
     Bands(Vec<f64>),
 }
 
@@ -64,7 +64,7 @@ impl From<Factors> for Factor {
     }
 }
 
-/// A captor or group: its faces, and what it absorbed with the error.
+/// A captor or group: its area, its faces, and the power that it absorbed, with standard errors.
 struct Row<'a> {
     area: f64,
     faces: [Option<&'a FaceResult>; 2],
@@ -88,7 +88,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The same of one light alone.
+    /// Returns the same row with the values of one light alone.
     fn of_light(self, by_light: Option<&'a ByLight<Absorbed>>, light: usize) -> Self {
         let of_face = |face: &'a FaceResult| Some(face.by_light.as_ref()?.get_index(light)?.1);
         let absorbed = by_light.and_then(|lights| lights.get_index(light));
@@ -100,7 +100,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Numbers for an array, with NaN where nothing is known.
+/// Numbers for an array of `width` columns; NaN where no value is known.
 struct Numbers {
     values: Vec<f64>,
     width: usize,
@@ -148,13 +148,13 @@ impl Found {
         Ok(Self::new(result, Vec::new()))
     }
 
-    /// From the bytes of a results file.
+    /// Reads results from the bytes of a results file.
     #[staticmethod]
     fn from_json(py: Python<'_>, json: &[u8]) -> PyResult<Self> {
         Ok(Self::new(raised(py, phylux::parse_json(json))?, Vec::new()))
     }
 
-    /// The bytes of the results file.
+    /// Returns the bytes of the results file.
     fn to_json<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &self.json_bytes()?))
     }
@@ -177,19 +177,20 @@ impl Found {
         raised(py, written)
     }
 
-    /// All but captors and groups, as JSON.
+    /// All fields of the results file except captors and groups, as JSON.
     #[getter]
     fn head(&self) -> &str {
         &self.head
     }
 
-    /// The summary that ends `phylux run`, and its warnings.
+    /// Returns the summary that `phylux run` ends with, and its warnings.
     fn summary(&self) -> (String, Vec<String>) {
         let Words { text, warnings } = embedded::summarise(&self.result);
         (text, warnings)
     }
 
-    /// What the run would have found with factors on the powers of its lights.
+    /// Returns the results that the run would have with the powers of its lights multiplied by
+    /// these factors.
     #[pyo3(signature = (factors, calibration=None))]
     fn mix(
         &self,
@@ -202,7 +203,7 @@ impl Found {
         Ok(Self::new(raised(py, mixed)?, self.files.clone()))
     }
 
-    /// Ids of the captors, or of the groups.
+    /// Returns the ids of the captors, or of the groups.
     fn ids(&self, groups: bool) -> Vec<&str> {
         match groups {
             true => self.result.groups.iter().map(|group| group.id.as_str()).collect(),
@@ -210,8 +211,9 @@ impl Found {
         }
     }
 
-    /// What captors or groups received, of all light or of one light: arrays of entry, then face (front, back), then
-    /// band; NaN where there is nothing.
+    /// Returns the values of captors or groups, for all light or for the light with this index. The
+    /// arrays are flat: the index of the captor or group comes first, then the face (front, back),
+    /// then the band; NaN where there is no value.
     #[pyo3(signature = (groups, light=None))]
     fn arrays<'py>(
         &self,
@@ -304,8 +306,8 @@ impl Found {
         Ok(arrays.0)
     }
 
-    /// Where the captors are: `center` and `normal`, of captor and coordinate, and `surface`: 1 for surfaces, 0 for
-    /// virtual captors.
+    /// Returns the places of the captors: `center` and `normal` with three coordinates for each
+    /// captor, and `surface`, which is 1 for surfaces and 0 for virtual captors.
     fn places<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let captors = &self.result.captors;
         let mut center = Numbers::new(captors.len(), 3);
@@ -322,7 +324,8 @@ impl Found {
         Ok(arrays.0)
     }
 
-    /// The k-nearest estimates, of captor, face and band; empty where there is none.
+    /// Returns the k-nearest estimates by captor, face and band; the dictionary is empty if there
+    /// are none.
     fn nearest<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let captors = &self.result.captors;
         let arrays = Arrays::new(py);

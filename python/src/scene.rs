@@ -1,4 +1,4 @@
-//! Scenes: read, described, run, looked at.
+//! Scenes: loads, describes, runs and shows them.
 
 use std::{
     collections::HashMap,
@@ -17,8 +17,8 @@ use pyo3::prelude::*;
 
 use crate::{errors::raised, result::Found, watched::watched};
 
-/// A mesh: its name, its vertices (n, 3), the corners of its triangles (m, 3), and its groups: name, material, and which
-/// triangles, from and to.
+/// A mesh: its name, its vertices (n, 3), the corners of its triangles (m, 3), and its groups. A
+/// group has a name, a material, and the range of its triangles (start and end).
 type MeshParts<'py> = (
     String,
     PyReadonlyArray2<'py, f64>,
@@ -26,17 +26,18 @@ type MeshParts<'py> = (
     Vec<(Option<String>, Option<String>, usize, usize)>,
 );
 
-/// Pixels across, bands, and a number for each row, pixel and band.
+/// Width in pixels, number of bands, and a value for each row, pixel and band.
 type PixelNumbers<'py> = (usize, usize, Bound<'py, PyArray1<f32>>);
 
-/// A scene, checked, with its geometry arranged for rays.
+/// A checked scene, with its geometry arranged for tracing rays.
 #[pyclass(frozen, module = "phylux._native")]
 pub struct Loaded {
     loaded: Arc<LoadedScene>,
     folder: PathBuf,
 }
 
-/// Reads a scene from the JSON of a scene file that would stand at `path`, with meshes and tables in memory.
+/// Loads a scene from the JSON of a scene file, with meshes and tables in memory. Paths in the
+/// scene are relative to the folder of `path`.
 #[pyfunction]
 pub fn load(
     py: Python<'_>,
@@ -84,14 +85,14 @@ fn mesh(
     Mesh::new(groups.iter().map(group).collect::<phylux::Result<_>>()?)
 }
 
-/// Writes a mesh as an OBJ file that is read as the same mesh.
+/// Writes a mesh as an OBJ file from which the same mesh is read.
 #[pyfunction]
 pub fn write_obj(py: Python<'_>, path: PathBuf, mesh: MeshParts<'_>) -> PyResult<()> {
     let (_, vertices, faces, groups) = &mesh;
     let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
     let written = OutputFile::create(&path).and_then(|file| {
         file.write(&FilesRead::default(), |writer| {
-            // the shortest digits that are read as the same number
+            // the shortest digits from which the same number is read
             for [x, y, z] in vertices.as_chunks::<3>().0 {
                 writeln!(writer, "v {x} {y} {z}")?;
             }
@@ -110,20 +111,20 @@ pub fn write_obj(py: Python<'_>, path: PathBuf, mesh: MeshParts<'_>) -> PyResult
 
 #[pymethods]
 impl Loaded {
-    /// Warnings of reading it.
+    /// The warnings from loading the scene.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.loaded.warnings.clone()
     }
 
-    /// The text of `phylux check`, and its warnings.
+    /// Returns the text of `phylux check`, and its warnings.
     fn check(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
         let loaded = self.loaded.clone();
         let Words { text, warnings } = watched(py, None, move |_| embedded::describe(&loaded))?;
         Ok((text, warnings))
     }
 
-    /// Runs it with options of the command line.
+    /// Runs the scene with options of the command line.
     #[pyo3(signature = (options, progress=None))]
     fn run(
         &self,
@@ -139,8 +140,8 @@ impl Loaded {
         Ok(Found::new(result, self.loaded.files.clone()))
     }
 
-    /// A picture with options of the command line: its width, its pixels (height x width x 3, 8 bits), and where it
-    /// shows light on surfaces the numbers.
+    /// Renders a picture with options of the command line. Returns its width, its pixels (height x
+    /// width x 3, 8 bits), and, where it shows light on surfaces, the numbers behind them.
     fn render<'py>(
         &self,
         py: Python<'py>,

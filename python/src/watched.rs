@@ -1,4 +1,5 @@
-//! Long work on a thread of its own, while the calling thread listens: Ctrl-C, progress, other Python threads.
+//! Runs long work on a separate thread while the calling thread handles Ctrl-C, reports progress,
+//! and lets other Python threads run.
 
 use std::{
     sync::{
@@ -15,30 +16,32 @@ use pyo3::{exceptions::PyRuntimeError, prelude::*};
 
 use crate::errors::raised;
 
-/// How often the calling thread looks for signals and tells of progress.
+/// The time between two checks of the calling thread for signals and progress.
 const LOOK: Duration = Duration::from_millis(50);
-/// How long it waits for work that it has told to stop. What takes longer ends by itself a little later.
+/// The longest time that the calling thread waits for work that it has asked to stop. Work that
+/// needs longer ends by itself a little later.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// What the work is told, and what it tells.
+/// The state that the work shares with the calling thread: a request to stop, and the progress.
 #[derive(Default)]
 pub struct Watch {
-    /// Set when it is to end.
+    /// Set when the work should end.
     pub stop: AtomicBool,
     done: AtomicU64,
     of: AtomicU64,
 }
 
 impl Watch {
-    /// Takes note of progress; from any thread.
+    /// Records progress; it may be called from any thread.
     pub fn note(&self, progress: Progress) {
         self.done.fetch_max(progress.photons, Ordering::Relaxed);
         self.of.store(progress.of.unwrap_or(0), Ordering::Relaxed);
     }
 }
 
-/// Does `work` without holding the interpreter. `progress` is called with how much is done, and of how much (None where
-/// that is not known), a few times a second. An exception of it, or of a signal's handler, ends the work.
+/// Does `work` without holding the interpreter. A few times a second, `progress` is called with the
+/// amount done and the total (None where it is not known). An exception in `progress` or in the
+/// handler of a signal ends the work.
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -48,7 +51,7 @@ pub fn watched<T: Send + 'static>(
     let (sender, mut receiver) = channel();
     let of_work = watch.clone();
     let worker = thread::Builder::new().name("phylux".into()).spawn(move || {
-        // nobody listens any more where Ctrl-C came first
+        // after Ctrl-C nobody may be listening any more
         let _ = sender.send(work(&of_work));
     })?;
     let mut told = 0;

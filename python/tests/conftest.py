@@ -11,7 +11,7 @@ ROOM_FACES = np.array([t for a, b, c, d in _WALLS for t in ([a, b, c], [a, c, d]
 
 
 def chamber() -> px.Scene:
-    """A room of 1 m with two leaves, two lights and four sensors."""
+    """Makes a room of 1 m with two leaves, two lights and four sensors."""
     scene = px.Scene("chamber", quantity="umol/s", bands={"blue": (400, 500), "red": (600, 700)}, sums={"PAR": ["blue", "red"]})
     scene.material("wall", type="lambert", reflectance=[0.70, 0.78])
     scene.material("leaf", type="leaf", reflectance=[0.05, 0.06], transmittance=[0.01, 0.03])
@@ -33,5 +33,5 @@ def scene() -> px.Scene:
 
 @pytest.fixture(scope="session")
 def result() -> px.Result:
-    """Of 20,000 photons, split by light."""
+    """The result of 20,000 photons, split by light."""
     return chamber().run(photons=20_000, seed=1, by_light=True)

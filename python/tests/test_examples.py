@@ -1,4 +1,4 @@
-"""The examples, where their packages are; pytest -rs names those that are left out."""
+"""Runs the examples if the packages that they need are installed; pytest -rs names those that are left out."""
 
 import importlib.util
 import json
@@ -39,14 +39,14 @@ def test_from_lpy(few_photons, tmp_path):
 
 def test_from_blender(few_photons):
     pytest.importorskip("bpy", reason="bpy (Blender) is not installed")
-    # the file that Blender opens: a cube of 2 m, a camera and a point light
+    # the file that Blender opens by default: a cube of 2 m, a camera and a point light
     found = example("from_blender").main([])
     assert found.ids == ["Cube/Cube"]
     assert found.area[0] == pytest.approx(24)
 
 
 def test_the_plant_without_plantgl(few_photons):
-    """The scene of the example, with triangles in CARIBU's form."""
+    """The scene of the example works with triangles in CARIBU's form."""
     blade = [[(0, 0, 10), (5, -2, 11), (10, 0, 10)], [(0, 0, 10), (10, 0, 10), (5, 2, 11)]]
     found = example("from_plantgl").light({1: blade}).run(k=0)
     assert found.ids == ["plant/1"] and found.absorbed[0, 0] > 0
@@ -54,7 +54,8 @@ def test_the_plant_without_plantgl(few_photons):
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)
 def test_notebooks(path, few_photons, tmp_path, monkeypatch):
-    """Their cells run in order, with few photons; the outputs that are kept are of more, and not compared."""
+    """The cells of the notebooks run in order, with few photons. Stored outputs come from more photons and are not
+    compared."""
     for package in ("matplotlib", "pandas", "xarray", "trimesh"):
         pytest.importorskip(package)
     import matplotlib

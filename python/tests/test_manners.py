@@ -1,4 +1,4 @@
-"""Progress, Ctrl-C, threads, memory, sweeps, words, types."""
+"""Tests of progress, Ctrl-C, threads, memory, sweeps, messages and types."""
 
 import concurrent.futures
 import doctest
@@ -24,12 +24,12 @@ MODULES = ["phylux", "phylux.scene", "phylux.result", "phylux.geometry", "phylux
 
 
 def native_threads():
-    """Threads of this process, those of the native part too; the system's own count."""
+    """Returns the number of threads of this process according to the system, including those of the native part."""
     return len(os.listdir("/proc/self/task"))
 
 
 def interrupted(run):
-    """Sends Ctrl-C once the run has begun; how long it takes to come back, s."""
+    """Sends Ctrl-C once the run has begun, and returns the time until the run has ended, s."""
     begun = []
 
     def tell(done, of):
@@ -56,7 +56,7 @@ def test_ctrl_c_ends_a_run_and_leaves_no_thread(scene):
     while native_threads() > before and time.monotonic() < deadline:
         time.sleep(0.05)
     assert native_threads() <= before
-    # what comes after goes on as ever
+    # later runs work as before
     assert scene.run(photons=1000, k=0).photons == 1000
 
 
@@ -164,7 +164,7 @@ def test_sweep_on_a_dask_cluster():
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_memory_does_not_grow(scene):
-    """Memory in use after 100 and after 200 runs; one result of this scene is some 20 kB."""
+    """Memory in use does not grow between 100 and 200 runs; one result of this scene takes about 20 kB."""
 
     def resident():
         return int(re.search(r"VmRSS:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])
@@ -181,14 +181,14 @@ def test_memory_does_not_grow(scene):
 
 
 def options_of(command):
-    """The options that the help of a command names, as Python writes them."""
+    """Returns the options that the help of a command names, in the spelling of Python."""
     line = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())", command, "--help"]
     help = subprocess.run(line, check=True, capture_output=True, text=True).stdout
     return {name.replace("-", "_") for name in re.findall(r"^ +(?:-\w, )?--([a-z-]+)", help, re.MULTILINE)}
 
 
 def test_every_option_of_the_command_is_an_argument():
-    """But those that name what is written, and what is said meanwhile."""
+    """Exceptions are options that name files to write, and options about messages during the run."""
     alone = {
         "run": {"help", "quiet", "output", "csv", "per_captor", "stats", "shard"},
         "year": {"help", "quiet"},
@@ -211,7 +211,7 @@ def test_a_run_is_kept_and_gone_on_with(scene, tmp_path):
 
     with pytest.raises(LookupError, match="kept"):
         scene.run(photons=2e6, k=0, checkpoint=kept, checkpoint_every=0.001, progress=until_kept)
-    # the run ends in its own time after the exception
+    # the run ends only some time after the exception
     time.sleep(0.5)
     found = scene.run(photons=2e6, k=0, checkpoint=kept)
     assert not kept.exists()
@@ -253,7 +253,7 @@ PAGES = [path for name in ("README.md", "python/README.md", "docs/python.md") if
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_examples_of_the_pages_run(page, tmp_path, monkeypatch):
-    """Each Python block, in order, in a folder of its own, with few photons."""
+    """All Python blocks of a page run in order, in a separate folder, with few photons."""
     for package in ("pandas", "xarray", "trimesh", "tqdm", "matplotlib"):
         pytest.importorskip(package)
     import matplotlib
@@ -278,7 +278,7 @@ TUTORIAL = Path(__file__).parents[2] / "docs/tutorial.md"
 
 @pytest.mark.skipif(not TUTORIAL.is_file(), reason="the pages are not beside the tests")
 def test_the_python_of_the_tutorial(tmp_path, monkeypatch):
-    """Its files, a short run, and its Python blocks, as one who pastes them from top to bottom."""
+    """The tutorial works for a reader who makes its files, does a short run, and pastes its Python blocks in order."""
     for package in ("pandas", "matplotlib"):
         pytest.importorskip(package)
     import matplotlib

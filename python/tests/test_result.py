@@ -1,4 +1,4 @@
-"""Results: arrays, tables, labelled arrays, files."""
+"""Tests of results: arrays, tables, labelled arrays, files."""
 
 import json
 import pickle
@@ -44,7 +44,7 @@ def test_the_frame_is_the_table_of_the_command(tmp_path):
     found = chamber().run(photons=20_000, k=50)
     found.save_csv(tmp_path / "r.csv")
     table = pd.read_csv(tmp_path / "r.csv", dtype={"captor": str, "band": str})
-    # the rows of groups stand at the end
+    # the rows of groups come last
     table = table[~table.quantity.isin(["min_over_mean", "cv"])]
     frame = found.frame
     assert list(frame.columns) == ["captor", "face", "band", "quantity", "value", "standard_error"]
@@ -219,15 +219,15 @@ def test_a_map_has_contours_and_says_ppfd():
     ax = rows.plot("map")
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("x, m", "y, m", "z = 0.5 m")
     assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, umol/m2/s"
-    # colours and lines; every line lies between the sensors
+    # colours and lines, where every line lies between the sensors
     colours, lines = ax.collections[:2]
     assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())
     for path in lines.get_paths():
         assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
     assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, umol/m2/s"
-    # an option of dots asks for dots, as before there were contours
+    # an option of dots selects dots instead of contours
     assert [len(rows.plot("map", **{option: value}).collections) for option, value in (("s", 9), ("marker", "s"))] == [1, 1]
-    # a row is no plane
+    # captors in one line do not span a plane
     dots = rows.plot("map", captors=["grid/0", "grid/1"])
     assert len(dots.collections) == 1
     with pytest.raises(px.InputError, match="in a line"):

@@ -1,4 +1,4 @@
-"""Scenes from Python: the same as from files, errors, forms of geometry."""
+"""Tests of scenes built in Python: the same results as from files, errors, forms of geometry."""
 
 import json
 import pickle
@@ -14,7 +14,7 @@ from conftest import ROOM_FACES, ROOM_VERTICES, chamber
 
 
 def command(*arguments, **options):
-    """Runs the command that the package brings."""
+    """Runs the command that the package installs."""
     return subprocess.run([str(Path(sys.executable).parent / "phylux"), *map(str, arguments)], **options)
 
 
@@ -25,7 +25,7 @@ def test_a_saved_scene_gives_the_same_bytes_by_the_command(scene, tmp_path, opti
     scene.save(tmp_path / "chamber.json")
     given = [f"--{name.replace('_', '-')}" if value is True else f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
     done = command("run", tmp_path / "chamber.json", "-o", tmp_path / "command.json", *given, stdout=subprocess.DEVNULL)
-    # 3: written, though the tolerance is not met
+    # exit code 3: the result was written, but the tolerance was not met
     assert done.returncode in (0, 3 if "tolerance" in options else 0)
     assert (tmp_path / "python.json").read_bytes() == (tmp_path / "command.json").read_bytes()
 
@@ -35,7 +35,7 @@ def test_a_scene_that_is_loaded_gives_the_same_bytes(scene, tmp_path):
     once_more = px.load(tmp_path / "chamber.json")
     assert isinstance(once_more, px.Scene)
     assert once_more.run(photons=5000).to_json() == scene.run(photons=5000).to_json()
-    # in another folder, with the files where they are
+    # saved in another folder, while the files stay where they are
     (tmp_path / "below").mkdir()
     once_more.save(tmp_path / "below" / "again.json")
     again = px.Scene.load(tmp_path / "below" / "again.json")
@@ -76,8 +76,8 @@ def test_all_forms_of_geometry_are_the_same():
 
 
 def test_a_room_of_grey_walls_receives_what_the_closed_form_says():
-    """Each photon arrives 1 / (1 - 0.5) = 2 times. Seed 1, 1e5 photons: within 4 standard errors, odds of a false
-    alarm 1e-4."""
+    """Each photon arrives 1 / (1 - 0.5) = 2 times. With seed 1 and 1e5 photons the flux must be within 4 standard errors;
+    the odds of a false alarm are 1e-4."""
     scene = px.Scene("room")
     scene.material("grey", type="lambert", reflectance=0.5)
     scene.add("room", (ROOM_VERTICES, ROOM_FACES), material="grey", captor=True)
@@ -170,7 +170,7 @@ def test_discs_from_a_table(scene):
 
 
 def test_warnings_are_warnings(scene):
-    """At the line of the caller, also where the package calls itself."""
+    """Warnings appear at the line of the caller, even where the package calls its own functions."""
     scene.captor("inside", disc={"center": [5, 5, 5], "normal": [0, 0, 1], "radius": 0.01})
     for run in (lambda: scene.run(photons=1000, k=0), lambda: px.sweep(scene, {"seed": [1]}, photons=1000, k=0)):
         with pytest.warns(px.SceneWarning, match="no photon") as warned:

@@ -1,4 +1,4 @@
-"""Daylight by the hour."""
+"""Tests of daylight by the hour."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import phylux as px
 
 @pytest.fixture
 def greenhouse(tmp_path) -> px.Scene:
-    """A sensor over a floor by day, with a lamp, and the weather of one day in June."""
+    """Makes a sensor over a floor by day, with a lamp, and the weather of one day in June."""
     sun = np.clip(np.sin(np.pi * (np.arange(24) + 0.5 - 4) / 16), 0, None)
     rows = [f"2025-06-21T{hour:02}:00+00:00,{600 * sun[hour]:.0f},{150 * sun[hour]:.0f}" for hour in range(24)]
     (tmp_path / "weather.csv").write_text("\n".join(["time,dni,dhi", *rows, ""]))
@@ -36,7 +36,7 @@ def test_a_year_is_that_of_the_command(greenhouse, tmp_path):
     dark = greenhouse.year(tmp_path / "unlit", photons=300_000, seed=1, csv=True)
     assert list(year.hours.columns) == ["captor", "time", "band", "value", "standard_error"]
     assert len(year.hours) == len(dark.hours) and year.hours.captor.iloc[0] == "sensor/0"
-    # four hours of a lamp of 1e6 umol/s at 1 m: 0.0036 x 4 x 1e6 / (4 pi) mol, less at the rim; error 5 %
+    # four hours of a lamp of 1e6 umol/s at 1 m: 0.0036 x 4 x 1e6 / (4 pi) mol, a little less at the rim; error 5 %
     added = float(year.total.value.iloc[0] - dark.total.value.iloc[0])
     assert 0.8 < added / (0.0036 * 4 * 1e6 / (4 * np.pi)) < 1.1
     assert float(dark.days.value.iloc[0]) == pytest.approx(float(dark.months.value.iloc[0]))

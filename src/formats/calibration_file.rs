@@ -1,4 +1,4 @@
-//! Files of calibrations: what `phylux calibrate` writes and `phylux mix --calibration` reads.
+//! Calibration files, which `phylux calibrate` writes and `phylux mix --calibration` reads.
 
 use std::path::Path;
 
@@ -9,7 +9,8 @@ use crate::{
     results::calibration::Calibration,
 };
 
-/// Reads the calibration at `path`. Errors: it cannot be read, or is none.
+/// Reads the calibration file at `path`. Errors: the file cannot be read, or it is not a
+/// calibration.
 pub fn read(path: &Path) -> Result<Calibration> {
     let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
     parse(&bytes, path)

@@ -1,4 +1,4 @@
-//! Captor files: one disc per row of a CSV file, in the file's unit.
+//! Captor files: CSV files with one disc per row, in the file's unit of length.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -11,22 +11,22 @@ use crate::error::{Error, Result, nearest};
 use crate::formats::input::quoted;
 use crate::math::geometry::unit_vector;
 
-/// One row: a disc that counts light.
+/// One row of a captor file: a disc that counts light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaptorRow {
     /// Line in the file, from 1.
     pub line: u64,
-    /// Unique in the file; none where it has no column `id`.
+    /// Id of the captor, unique in the file; `None` where the file has no column `id`.
     pub id: Option<String>,
     /// Centre, in the file's unit.
     pub center: DVec3,
-    /// Radius > 0, in the file's unit.
+    /// Radius, above 0, in the file's unit.
     pub radius: f64,
     /// Unit normal.
     pub normal: DVec3,
 }
 
-/// The seven columns that must be there, each under either name.
+/// The seven columns that a file must have, each under either of two names.
 const COLUMNS: [[&str; 2]; 7] = [
     ["x", "X"],
     ["y", "Y"],
@@ -38,13 +38,13 @@ const COLUMNS: [[&str; 2]; 7] = [
 ];
 const HEADER: &str = "the first line names the columns: x,y,z,radius,nx,ny,nz and, if wanted, id";
 
-/// Reads the `bytes` of the captor file at `path`: a header, then at least one row. Columns with names in `ignore`
-/// are passed over.
+/// Reads the `bytes` of the captor file at `path`: a header, then at least one row. Columns with
+/// names in `ignore` are skipped.
 ///
 /// # Errors
-/// A file that holds no row; at `path:LINE`, a column that is unknown, missing or there twice, a value
-/// that is no finite number, a radius that is not positive, a normal of length zero, an id that is
-/// empty or there twice.
+/// The file has no row; or, at `path:LINE`: a column is unknown, missing or repeated, a value is
+/// not a finite number, a radius is not positive, a normal has length zero, or an id is empty or
+/// repeated.
 pub fn parse(bytes: &[u8], path: &Path, ignore: &[String]) -> Result<Vec<CaptorRow>> {
     let mut header: Option<Header> = None;
     let mut rows = Vec::new();
@@ -71,7 +71,7 @@ pub fn parse(bytes: &[u8], path: &Path, ignore: &[String]) -> Result<Vec<CaptorR
     Ok(rows)
 }
 
-/// Where the columns are.
+/// Positions of the columns in the rows of a file.
 struct Header {
     names: Vec<String>,
     /// Indices of the columns in the order of [`COLUMNS`].
@@ -90,7 +90,7 @@ impl Header {
             let slot = match COLUMNS.iter().position(|names| names.contains(&name)) {
                 Some(column) => &mut numbers[column],
                 None if name == "id" => &mut id,
-                // harmless as long as nothing stands below it
+                // a column without a name is harmless as long as its cells are empty
                 None if name.is_empty() => continue,
                 None => return Err(unknown(name, record, place)),
             };
@@ -153,7 +153,8 @@ impl Header {
     }
 }
 
-/// A column that nobody reads may be a typo, and would silently change what is measured.
+/// Returns the error for an unknown column. Such a column is refused because its name may be a
+/// typing error, and skipping it could silently change what is measured.
 fn unknown(name: &str, record: &StringRecord, place: &Place) -> Error {
     let separator = [(';', "semicolons"), ('\t', "tabs")];
     if record.len() == 1
@@ -166,7 +167,7 @@ fn unknown(name: &str, record: &StringRecord, place: &Place) -> Error {
     let error = place.error(format!("unknown column {}", quoted(name)));
     let known = COLUMNS.iter().flatten().copied().chain(["id"]);
     let short: String = name.chars().take(20).collect();
-    // between names of one or two letters everything is near
+    // a name of one or two letters is similar to every other short name
     match nearest(&short, known).filter(|k| k.len() > 2 || k.eq_ignore_ascii_case(&short)) {
         Some(known) => error.remedy(format!("did you mean `{known}`?")),
         None => error.remedy(HEADER),

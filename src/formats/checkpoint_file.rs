@@ -1,5 +1,8 @@
-//! What a run has done so far, as a file: JSON, a line for the head, one for the sums, one for each task of the photon
-//! map, and one for the end. It is in its place only when it is whole.
+//! Checkpoint files: what a run has done so far, so that it can go on later.
+//!
+//! The file is JSON by lines: one line for the head, one for the sums, one for each task of the
+//! photon map, and one for the end. It is written beside its place and moved there only when it is
+//! complete.
 
 use std::{
     fmt::Display,
@@ -22,19 +25,19 @@ use crate::{
     },
 };
 
-/// What a run is, of which this is a part.
+/// Says which run a checkpoint belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Head {
-    /// What its random numbers and sums are.
+    /// The version of random numbers and sums, [`FORMAT`].
     phylux_checkpoint: u32,
-    /// Version of phylux.
+    /// Version of phylux that wrote the file.
     phylux: String,
-    /// [`Scene::digest`].
+    /// Hash of the scene, [`Scene::digest`].
     scene_hash: String,
     settings: KeptSettings,
 }
 
-/// Settings that the results of a run depend on.
+/// The settings that the results of a run depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct KeptSettings {
     estimator: Estimator,
@@ -46,12 +49,12 @@ struct KeptSettings {
     by_light: bool,
     tolerance: Option<f64>,
     tolerance_limit: Option<u64>,
-    /// What the tolerance is asked of.
+    /// The values that the tolerance applies to.
     #[serde(default)]
     of: Vec<String>,
 }
 
-/// A file that a run keeps what it does in.
+/// The checkpoint file of a run.
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
@@ -59,7 +62,8 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// The file at `path`, for a run of `scene` with these settings.
+    /// Describes the checkpoint at `path` for a run of `scene` with these `settings`; it touches no
+    /// file.
     pub fn new(path: &Path, scene: &Scene, settings: &Settings) -> Self {
         let Settings { estimator, photons, seed, k, map_photons, guiding, by_light, .. } =
             *settings;
@@ -86,24 +90,26 @@ impl Checkpoint {
         Self { path: path.to_path_buf(), head }
     }
 
-    /// Where it is.
+    /// Returns the path of the checkpoint, as it was given.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where it is, by a path without links, if there is such a folder.
+    /// Returns the path of the checkpoint with all links resolved, or `None` if its folder does not
+    /// exist.
     pub fn place(&self) -> Option<PathBuf> {
         Some(fs::canonicalize(folder_of(&self.path)).ok()?.join(self.path.file_name()?))
     }
 
-    /// Where it is written before it is whole.
+    /// Returns the path that the checkpoint is written to before it is complete.
     fn unfinished(&self) -> PathBuf {
         let mut name = self.path.as_os_str().to_os_string();
         name.push("~");
         name.into()
     }
 
-    /// Error: nothing can be written beside it.
+    /// Checks that the checkpoint can be written. Error: its path is not a file, or no file can be
+    /// created beside it.
     pub fn check_place(&self) -> Result<()> {
         let fail = |why: &dyn Display| {
             let problem = format!("cannot be written: {why}");
@@ -122,7 +128,8 @@ impl Checkpoint {
         }
     }
 
-    /// What the run has done; none where there is no such file. Errors: it is none, is damaged, or is of another run.
+    /// Reads what the run has done so far; `None` if there is no such file. Errors: the file is not
+    /// a checkpoint, is damaged, or belongs to another run.
     pub fn read(&self) -> Result<Option<Resumed>> {
         let place = self.path.display();
         let file = match File::open(&self.path) {
@@ -163,7 +170,8 @@ impl Checkpoint {
         }
     }
 
-    /// Error: the file of this head is of another run.
+    /// Checks that the head `there`, read from a file, belongs to this run. Error: it belongs to
+    /// another run.
     fn check(&self, there: &Head) -> Result<()> {
         let here = &self.head;
         let (a, b) = (&there.settings, &here.settings);
@@ -184,7 +192,7 @@ impl Checkpoint {
             .remedy("name another file, or remove this one, and the run begins anew"))
     }
 
-    /// Writes what the run has done, and puts it in its place.
+    /// Writes what the run has done so far beside the checkpoint's place, then moves it there.
     pub fn write(&self, state: &RunState, arrivals: KeptArrivals) -> io::Result<()> {
         let unfinished = self.unfinished();
         let mut writer = BufWriter::with_capacity(1 << 16, File::create(&unfinished)?);
@@ -205,7 +213,7 @@ impl Checkpoint {
         fs::rename(unfinished, &self.path)
     }
 
-    /// Removes it: the results stand.
+    /// Removes the checkpoint and its unfinished file, once the results are written.
     pub fn remove(&self) {
         for path in [&self.path, &self.unfinished()] {
             let _ = fs::remove_file(path);
@@ -213,7 +221,8 @@ impl Checkpoint {
     }
 }
 
-/// The first setting that differs, with its value there and here.
+/// Describes the first setting that differs, with its value in the file (`there`) and in this run
+/// (`here`).
 fn difference(there: &KeptSettings, here: &KeptSettings) -> String {
     let values = |settings| serde_json::to_value(settings).unwrap_or_default();
     let (there, here) = (values(there), values(here));
@@ -254,7 +263,8 @@ mod tests {
         Settings { photons: Some(20_000), k: Some(5), threads: 1, ..Settings::default() }
     }
 
-    /// Checkpoints of a run of 20,000 photons that was kept at every occasion: an early one and the last.
+    /// Two checkpoints, the first and the last, of a run of 20,000 photons that was saved as often
+    /// as possible.
     static FILES: LazyLock<&'static [&'static str]> = LazyLock::new(|| {
         let folder = tempfile::tempdir().expect("a folder");
         let scene = small_scene().scene;
@@ -273,7 +283,7 @@ mod tests {
         Vec::leak(chosen.map(|text| &*text).to_vec())
     });
 
-    /// The same with a last line that vouches for the others.
+    /// Replaces the last line of a checkpoint by one that holds the hash of the other lines.
     fn signed(text: &[u8]) -> Vec<u8> {
         let mut lines: Vec<&[u8]> = text.split_inclusive(|byte| *byte == b'\n').collect();
         lines.pop();
@@ -285,8 +295,9 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever was done to a checkpoint, also by one who signs it again: a run that goes on, or a sentence. Never
-        /// a panic, which a run turns into an error of another kind.
+        /// However a checkpoint is changed, even if its hash is made to fit again, the run either
+        /// goes on or ends with an error of input. It never panics; a run would report a panic as
+        /// an error of another kind.
         #[test]
         fn no_spoiled_checkpoint_panics(text in spoiled(&FILES, WORDS), sign: bool) {
             let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Control files: when lamps are on, and what they take.
+//! Control files: when lamps are on, and how much electric power they use.
 
 use std::path::Path;
 
@@ -8,47 +8,52 @@ use serde::Deserialize;
 use super::{input::read_bytes, json};
 use crate::error::{Error, Result, number};
 
-/// When the lamps of a scene are on in a year by the hour.
+/// When the lamps of a scene are on in a year calculated by the hour.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlFile {
     /// Place of the schema, for editors; phylux does not read it.
     #[serde(rename = "$schema")]
     pub _schema: Option<String>,
-    /// The lamps, in the order in which they come on.
+    /// The lamps, in the order in which they are switched on.
     pub lamps: Vec<LampControl>,
 }
 
-/// When some lamps are on: while all conditions that are given hold.
+/// When some lamps are on: they are on while all conditions given here hold.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LampControl {
-    /// Name of a light; one that ends with `*` stands for all that begin so.
+    /// Name of a light; a name that ends with `*` stands for all lights whose names begin with the
+    /// part before it.
     pub lights: String,
     /// Electric power of each light, W (default: unknown).
     #[schemars(range(min = 0))]
     pub watts: Option<f64>,
-    /// From when to when they may be on, h of the weather file's standard time; may pass midnight (default: always).
+    /// From when to when the lamps may be on, h of the weather file's standard time; the span may
+    /// pass midnight (default: always).
     pub hours: Option<[f64; 2]>,
-    /// On while daylight on the front of `of` is below this, in the scene's quantity per m2.
+    /// The lamps are on while daylight on the front of `of` is below this, in the scene's quantity
+    /// per m2.
     #[schemars(range(min = 0))]
     pub below: Option<f64>,
-    /// The captor or group that `below` and `until_dli` are about.
+    /// The captor or group that `below` and `until_dli` refer to.
     pub of: Option<String>,
-    /// The band or sum that they are about (default: the only one that a daily light integral is known of).
+    /// The band or sum that `below` and `until_dli` refer to (default: the only one that has a
+    /// daily light integral).
     pub band: Option<String>,
-    /// On while the global irradiance outside is below this, W/m2.
+    /// The lamps are on while the global irradiance outside is below this, W/m2.
     #[schemars(range(min = 0))]
     pub outside_below: Option<f64>,
-    /// On until daylight and lamps since midnight have brought this to the front of `of`: mol/m2, or MJ/m2 where
-    /// the scene is in W. In the last hour they are lit in part.
+    /// The lamps are on until daylight and lamps since midnight have brought this amount of light
+    /// to the front of `of`: mol/m2, or MJ/m2 where the scene is in W. In the last hour they are on
+    /// for part of the time.
     #[schemars(range(min = 0))]
     pub until_dli: Option<f64>,
 }
 
 impl ControlFile {
-    /// Reads the file at `path`. Errors: those of JSON; values out of their ranges; `below` or `until_dli`
-    /// without `of`, and the reverse.
+    /// Reads the control file at `path`. Errors: the file is not valid JSON; a value is out of its
+    /// range; `below` or `until_dli` is given without `of`, or `of` without either.
     pub fn load(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         let bytes = read_bytes(path)
@@ -94,7 +99,7 @@ impl LampControl {
         }
     }
 
-    /// Whether a light of this name is meant.
+    /// Returns whether `lights` stands for the light of this name.
     pub fn names(&self, light: &str) -> bool {
         match self.lights.strip_suffix('*') {
             Some(start) => light.starts_with(start),
@@ -102,7 +107,8 @@ impl LampControl {
         }
     }
 
-    /// The part of the time from `start`, h since midnight, for `length` h that they may be on.
+    /// Returns the fraction of the time in which `hours` allow the lamps to be on, of the `length`
+    /// h that begin at `start`, h since midnight.
     pub fn allowed(&self, start: f64, length: f64) -> f64 {
         let Some([from, to]) = self.hours else { return 1.0 };
         let within = |from: f64, to: f64| ((start + length).min(to) - start.max(from)).max(0.0);

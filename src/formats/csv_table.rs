@@ -1,4 +1,4 @@
-//! The records of a CSV file, each with its line.
+//! Reads CSV files as records, each with its line number.
 
 use std::{fmt::Display, path::Path};
 
@@ -6,22 +6,23 @@ use csv::{ByteRecord, ReaderBuilder, StringRecord};
 
 use crate::error::{Error, Result};
 
-/// A line of the file, for errors.
+/// A line of a CSV file, for errors.
 pub struct Place<'a> {
     path: &'a Path,
-    /// From 1.
+    /// Number of the line, from 1.
     pub line: u64,
 }
 
 impl Place<'_> {
-    /// An error there.
+    /// Returns an error of input at this line.
     pub fn error(&self, problem: impl Display) -> Error {
         Error::input(format_args!("{}:{}", self.path.display(), self.line), problem)
     }
 }
 
-/// The records of the CSV file at `path`, without blanks around the cells. What spreadsheets leave below a table,
-/// rows without content, is left out, but never the first record. Error: a record that is not UTF-8 text.
+/// Returns the records of the CSV file at `path`, with the blanks around each cell removed. Rows
+/// without content, which spreadsheets leave below a table, are skipped, but never the first
+/// record. Error: a record is not UTF-8 text.
 pub fn records<'a>(
     bytes: &'a [u8],
     path: &'a Path,
@@ -32,7 +33,8 @@ pub fn records<'a>(
     let mut first = true;
     std::iter::from_fn(move || {
         let mut raw = ByteRecord::new();
-        // reading from memory cannot fail, and neither UTF-8 nor lengths are checked there
+        // reading from memory cannot fail, and the reader checks neither UTF-8 nor the number of
+        // cells
         while csv.read_byte_record(&mut raw).unwrap_or(false) {
             let start = raw.position().map_or(0, |p| p.byte());
             let place = Place { path, line: lines.at_record(start as usize) };
@@ -50,7 +52,8 @@ pub fn records<'a>(
     })
 }
 
-/// Counts lines, for those of the csv crate are wrong after CR LF and after blank lines.
+/// Counts lines, because the line numbers of the csv crate are wrong after CR LF and after blank
+/// lines.
 struct LineCounter<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -58,12 +61,13 @@ struct LineCounter<'a> {
 }
 
 impl LineCounter<'_> {
-    /// The line of the record that starts at or after `byte`; calls go forward.
+    /// Returns the number of the line on which the record at or after `byte` starts. `byte` must
+    /// not decrease from call to call.
     fn at_record(&mut self, byte: usize) -> u64 {
         while let Some(&b) = self.bytes.get(self.at)
             && (self.at < byte || matches!(b, b'\n' | b'\r'))
         {
-            // CR, LF and CR LF all end a line
+            // a line ends with CR, LF or CR LF
             let ends = b == b'\n' || b == b'\r' && self.bytes.get(self.at + 1) != Some(&b'\n');
             self.line += u64::from(ends);
             self.at += 1;

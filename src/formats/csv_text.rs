@@ -1,14 +1,18 @@
-//! Texts in CSV files that we write. A spreadsheet takes a cell that begins with `=`, say, for a formula, and a
-//! formula can run a program; so an apostrophe goes before such a text, as OWASP advises ("CSV Injection"), and
-//! before one that begins with an apostrophe itself: whoever takes the first apostrophe away has the text.
+//! Text cells of the CSV files that phylux writes.
+//!
+//! A spreadsheet takes a cell that begins with `=`, for example, for a formula, and a formula can
+//! run a program. Therefore an apostrophe is put before such a text, as OWASP advises ("CSV
+//! Injection"). An apostrophe is also put before a text that begins with one itself, so that
+//! removing the first apostrophe always gives the text back.
 
 use std::borrow::Cow;
 
-/// What a formula may begin with: the characters that OWASP names, those of double width among them.
+/// The characters that a formula may begin with: those that OWASP names, including those of double
+/// width.
 const FORMULA: [char; 12] =
     ['=', '+', '-', '@', '\t', '\r', '\n', '\0', '\u{ff1d}', '\u{ff0b}', '\u{ff0d}', '\u{ff20}'];
 
-/// The cell for a text; not for numbers, which may begin with a sign.
+/// Returns the cell for a text. It is not meant for numbers, which may begin with a sign.
 pub fn cell(text: &str) -> Cow<'_, str> {
     match text.starts_with('\'') || text.starts_with(FORMULA) {
         true => format!("'{text}").into(),
@@ -16,7 +20,7 @@ pub fn cell(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The text of a cell.
+/// Returns the text of a cell that [`cell`] made.
 pub fn text(cell: &str) -> &str {
     cell.strip_prefix('\'').unwrap_or(cell)
 }

@@ -1,7 +1,9 @@
-//! Environment maps: latitude-longitude pictures of radiance, OpenEXR or Radiance HDR.
+//! Environment maps: pictures of the radiance from all directions, by latitude and longitude, in
+//! OpenEXR or Radiance HDR files.
 //!
-//! The top row is at the zenith, the middle column at the heading, east of it to the right: a panorama as
-//! seen from inside. Texels are areas of constant radiance.
+//! The top row is at the zenith and the middle column is at the heading, with the directions east
+//! of the heading to its right, as in a panorama seen from inside. Radiance is constant within a
+//! texel.
 
 #[cfg(feature = "exr")]
 mod exr_file;
@@ -22,11 +24,11 @@ use crate::{
 };
 
 impl Panorama {
-    /// Reads the `bytes` of the picture at `path`: `.exr` (its first layer) or Radiance `.hdr`, told by
-    /// their first bytes.
+    /// Reads the `bytes` of the picture at `path`: `.exr` (its first layer) or Radiance `.hdr`. The
+    /// first bytes decide which of the two it is.
     ///
     /// # Errors
-    /// At the file: neither of these, or broken, or more than 2^27 numbers.
+    /// At the file: it is neither of these, is damaged, or holds more than 2^27 numbers.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         let found = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             exr_file::read(bytes)
@@ -40,12 +42,16 @@ impl Panorama {
         })
     }
 
-    /// Radiance per band over the directions: `scale` (per band) times the texels, for channels called like
-    /// `bands`; or R, G, B in this order for three bands, or their mean for one. `heading`, rad, is the azimuth
-    /// of the middle column, clockwise from +y.
+    /// Returns the radiance per band over the directions: the texels times `scale` (one factor per
+    /// band).
+    ///
+    /// The bands take the channels that have their names. Where there are no such channels, three
+    /// bands take R, G, B in this order, and a single band takes their mean. `heading`, rad, is the
+    /// azimuth of the middle column, clockwise from +y.
     ///
     /// # Errors
-    /// At `path`: bands without channels; a texel that is negative or not finite.
+    /// At `path`: bands have no channels; a texel is negative or not finite; the picture is too
+    /// large for so many bands; `scale` makes a value too large.
     pub fn map(
         &self,
         path: &Path,

@@ -1,5 +1,8 @@
-//! The table of hours that `phylux year` writes, as CSV or Parquet: `captor`, `time`, `band`, `value`,
-//! `standard_error`; hour after hour, captor after captor (then groups), band after band.
+//! Tables of hours, which `phylux year` writes as CSV or Parquet.
+//!
+//! The columns are `captor`, `time`, `band`, `value` and `standard_error`. The rows go hour by
+//! hour; within an hour captor by captor, then group by group; within a captor or group band by
+//! band.
 
 #[cfg(feature = "parquet")]
 mod parquet_rows;
@@ -15,8 +18,8 @@ pub use rows::HoursFile;
 use rows::{COLUMNS, Row, broken};
 
 impl HoursFile {
-    /// Reads `hours.parquet` or `hours.csv` of a folder that `phylux year` wrote. Errors: neither is there, or it holds
-    /// something else.
+    /// Reads `hours.parquet`, or else `hours.csv`, in a folder that `phylux year` wrote. Errors:
+    /// the folder has neither file, or the file is not a complete table of hours.
     pub fn read(folder: &Path) -> Result<Self> {
         let [parquet, csv] = ["hours.parquet", "hours.csv"].map(|name| folder.join(name));
         let mut hours = match (parquet.is_file(), csv.is_file()) {

@@ -1,4 +1,5 @@
-//! The bytes of an input file, or a few words that say why they cannot be had; their hash as text.
+//! Reads the bytes of input files, or says in a few words why it cannot; makes hashes and unknown
+//! words printable.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -6,30 +7,31 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-/// The remedy where a file cannot be read.
+/// The remedy for a file that cannot be read.
 pub const RELATIVE: &str = "paths are relative to the file that names them";
 
-/// The longest file that is read, bytes: 20 million triangles fit.
+/// The length of the longest file that is read, bytes; 20 million triangles fit into it.
 const LONGEST: u64 = 2 << 30;
 
-/// Fetches the bytes of a file that another names, or says why it cannot.
+/// A function that fetches the bytes of a file that another file names, or says why it cannot.
 pub type Fetch<'a> = dyn Fn(&Path) -> std::result::Result<Vec<u8>, String> + 'a;
 
-/// Reads the whole of a regular file. The error is the problem alone, in words that fit behind
-/// `path: `; the caller knows the place that names the file.
+/// Reads a whole regular file. The error is the problem alone, in words that fit after `path: `;
+/// the caller knows the place that names the file.
 pub fn read_bytes(path: &Path) -> std::result::Result<Vec<u8>, String> {
     let metadata = std::fs::metadata(path).map_err(|e| words(&e))?;
     if metadata.is_dir() {
         return Err("is a directory, not a file".into());
     }
-    // a device or a pipe may never end
+    // reading a device or a pipe may never end
     if !metadata.is_file() {
         return Err("is not a regular file".into());
     }
     read_up_to(path, LONGEST)
 }
 
-/// The length that the system tells may be wrong, or grow.
+/// Reads a file of at most `longest` bytes. The length that the system reports is not relied on,
+/// because it may be wrong, or the file may grow.
 fn read_up_to(path: &Path, longest: u64) -> std::result::Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(|e| words(&e))?;
@@ -48,14 +50,14 @@ fn words(error: &std::io::Error) -> String {
     }
 }
 
-/// `word` for an error sentence: in quotes, on one line, not longer than a line.
+/// Returns `word` for the message of an error: in quotes, on one line and shortened.
 pub fn quoted(word: &str) -> String {
     let short: String = word.chars().take(40).flat_map(char::escape_debug).collect();
     let more = if word.chars().nth(40).is_some() { "..." } else { "" };
     format!("`{short}{more}`")
 }
 
-/// A SHA-256 as 64 hexadecimal digits.
+/// Returns a SHA-256 hash as 64 hexadecimal digits.
 pub fn hex(hash: Sha256) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,4 +1,4 @@
-//! Times as ISO 8601 writes them, always with an offset from UTC.
+//! Reads times in the notation of ISO 8601, which must state their offset from UTC.
 
 use std::fmt::Display;
 
@@ -10,11 +10,11 @@ use crate::{
 
 const DAY: f64 = 86_400.0;
 
-/// Reads `2025-06-21T13:46+02:00` (seconds, their fraction and `Z` for `+00:00` are allowed), in
-/// the years 1900 to 2100.
+/// Reads a time such as `2025-06-21T13:46+02:00`, in the years 1900 to 2100. Seconds, a fraction of
+/// them, and `Z` for `+00:00` are allowed.
 ///
 /// # Errors
-/// At `place`: text that is no such time, a day that does not exist, a time without offset.
+/// At `place`: the text is not such a time, the day does not exist, or the offset is missing.
 pub fn parse_time(text: &str, place: impl Display) -> Result<Timestamp> {
     let text = text.trim();
     let wrong = |problem: &str| {
@@ -63,7 +63,7 @@ pub fn parse_time(text: &str, place: impl Display) -> Result<Timestamp> {
     Ok(Timestamp { unix: date.days() as f64 * DAY + since_midnight - offset, offset })
 }
 
-/// So many digits each, between separators.
+/// Reads numbers with separators between them; `digits` says how many digits each must have.
 fn numbers<const K: usize>(text: &str, separator: char, digits: [usize; K]) -> Option<[u32; K]> {
     let mut parts = text.split(separator);
     let mut found = [0; K];

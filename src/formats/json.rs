@@ -1,4 +1,5 @@
-//! Reading JSON strictly: no key twice, no unknown key, and every error with its place.
+//! Reads JSON strictly: no object may have a key twice, no key may be unknown, and every error
+//! names its place.
 
 use std::{fmt, vec};
 
@@ -13,13 +14,14 @@ use crate::{
     math::machine::memory_left,
 };
 
-/// The longest JSON file, bytes.
+/// The length of the longest JSON file that is read, bytes.
 const LONGEST: usize = 64 << 20;
-/// The most memory that the values of a JSON file may take, bytes: those of 300,000 sensors. Short values take
-/// up to a hundred times their text.
+/// The most memory that the values of a JSON file may take, bytes; the values of 300,000 sensors
+/// take this much. Short values take up to a hundred times as much memory as their text.
 const LARGEST: usize = 1 << 30;
 
-/// Parses the `bytes` of `file`. Errors name line and column.
+/// Parses the `bytes` of `file`. Errors name line and column, or only the file where the problem
+/// concerns all of it.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
     let remedy = "put shapes into OBJ files and sensors into CSV files";
     if bytes.len() > LONGEST {
@@ -48,7 +50,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
         let rest = line.get(e.column().saturating_sub(1)..).unwrap_or_default();
         let remedy = match text.trim_start().starts_with(['{', '[']) {
             true => syntax_remedy(problem, rest),
-            // an OBJ file, for one, may begin with a comment
+            // the file may be of another format, for example an OBJ file that begins with a comment
             false => "the file must be JSON, which begins with { and has no comments",
         };
         Error::input(place, problem).remedy(remedy)
@@ -56,7 +58,8 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
     Ok(value)
 }
 
-/// Refuses the text of results where the numbers in it would not fit into memory; the error is the problem alone.
+/// Refuses a text of results whose numbers would not fit into the memory that is left. The error is
+/// the problem alone, without the place.
 pub fn check_memory(text: &[u8]) -> std::result::Result<(), String> {
     let (needed, left) = (Counts::of(text).result_bytes() as u64, memory_left());
     if needed <= left {
@@ -70,22 +73,22 @@ pub fn check_memory(text: &[u8]) -> std::result::Result<(), String> {
     ))
 }
 
-/// What a JSON text holds, counted without reading it.
+/// The number of values of each kind in a JSON text, counted without parsing it.
 #[derive(Debug, Default, PartialEq)]
 struct Counts {
     arrays: usize,
     objects: usize,
-    /// Entries of arrays after their first ones.
+    /// Entries of arrays, without the first entry of each array.
     array_entries: usize,
-    /// Entries of objects after their first ones.
+    /// Entries of objects, without the first entry of each object.
     object_entries: usize,
 }
 
 impl Counts {
-    /// Counts the values of a JSON text; of a text that is not JSON the counts mean nothing.
+    /// Counts the values of a JSON text. The counts of a text that is not JSON have no meaning.
     fn of(text: &[u8]) -> Self {
         let mut counts = Self::default();
-        // whether each value that is open is an object
+        // for each value that is open, whether it is an object
         let mut open = Vec::new();
         let mut bytes = text.iter();
         while let Some(byte) = bytes.next() {
@@ -114,10 +117,11 @@ impl Counts {
         counts
     }
 
-    /// The most bytes that its values take, without those of their text. Lists begin with room for four
-    /// entries and have room for at most twice those that are in them.
+    /// Returns an upper bound of the memory that the parsed values take, in bytes, without the text
+    /// of strings. A list starts with room for four entries and never has room for more than twice
+    /// the entries in it.
     fn value_bytes(&self) -> usize {
-        // a hash and an index stand beside each
+        // each entry of an object is stored with a hash and an index
         const ENTRY: usize = size_of::<(String, Value)>() + 2 * size_of::<usize>();
         const VALUE: usize = size_of::<Value>();
         let arrays = 4 * self.arrays + 2 * self.array_entries;
@@ -125,19 +129,20 @@ impl Counts {
         arrays * VALUE + objects * ENTRY
     }
 
-    /// The bytes that results take which are read from it, about: numbers in lists, objects with some lists.
+    /// Returns about how many bytes the results take that are read from this text: numbers in
+    /// lists, and objects with some lists.
     fn result_bytes(&self) -> usize {
         const NUMBER: usize = size_of::<Option<f64>>();
         const OBJECT: usize = 1024;
-        // a list that grows stands beside the one that it was
+        // when a list grows, its old and its new memory exist at the same time
         3 * NUMBER * (self.array_entries + self.object_entries) + OBJECT * self.objects
     }
 }
 
-/// How deeply values may be nested: serde_json refuses more.
+/// The deepest allowed nesting of values; serde_json refuses texts with more.
 const DEEPEST: usize = 128;
 
-/// The remedy for a file that is none.
+/// The remedy for a file that is not JSON.
 const IS_JSON: &str = "it must be a JSON file";
 
 /// Reads `value` (the content of `file`) into a type. Errors name the JSON pointer.
@@ -151,7 +156,8 @@ pub fn read<T: DeserializeOwned>(file: &str, value: Value) -> Result<T> {
     })
 }
 
-/// What to do about a breach of syntax, from serde's words and the text where it is.
+/// Returns the remedy for an error of syntax, from serde's message and the text that begins at the
+/// error.
 fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
     let at = |words: &[&str]| words.iter().any(|word| rest.starts_with(word));
     match problem {
@@ -174,21 +180,22 @@ fn syntax_remedy(problem: &str, rest: &str) -> &'static str {
     }
 }
 
-/// How the error about a key that comes again ends.
+/// The end of the message about a key that an object has twice.
 const TWICE: &str = "stands here twice";
 
-/// `file: /pointer`, or only the file for the whole document.
+/// Returns the place of an error: `file: /pointer`, or only the file for the whole document.
 pub fn place(file: &str, pointer: &str) -> String {
     if pointer.is_empty() { file.to_string() } else { format!("{file}: {pointer}") }
 }
 
-/// An error inside a document.
+/// An error at a place inside a document.
 struct Misplaced {
     pointer: String,
     problem: String,
 }
 
-/// Separates pointer and problem while an error passes through serde, which carries one text.
+/// Separates the pointer from the problem while an error passes through serde, whose errors hold a
+/// single text.
 const SEPARATOR: char = '\u{1}';
 
 impl fmt::Display for Misplaced {
@@ -205,7 +212,8 @@ impl Misplaced {
     }
 }
 
-/// An error in the value of `key`, or at the entry of that index, as one of what holds it.
+/// Turns an error inside the value of `key` (or inside the entry with that index) into an error of
+/// the object or array around it, by putting the key before the pointer.
 #[cold]
 #[inline(never)]
 fn within(key: &dyn fmt::Display, error: &serde_json::Error) -> serde_json::Error {
@@ -218,19 +226,20 @@ fn typed<T: DeserializeOwned>(value: Value) -> std::result::Result<T, Misplaced>
     T::deserialize(Json(value)).map_err(|e| Misplaced::of(&e))
 }
 
-/// A key as part of a JSON pointer (RFC 6901).
+/// Returns a key in the form that a JSON pointer needs (RFC 6901).
 pub fn escaped(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
 }
 
-/// Reads one variant of a tagged union, for [`tagged`].
+/// Reads the content of one variant of a tagged union, for [`tagged`].
 pub fn variant<T: DeserializeOwned, E: de::Error>(
     map: Map<String, Value>,
 ) -> std::result::Result<T, E> {
     typed(Value::Object(map)).map_err(E::custom)
 }
 
-/// Takes the `type` out of a tagged union, which must be one of `known`.
+/// Removes the key `type` from the object of a tagged union and returns its value. Errors: there is
+/// no `type`, or it is none of `known`.
 pub fn tag<E: de::Error>(
     map: &mut Map<String, Value>,
     known: &[&str],
@@ -251,8 +260,8 @@ pub fn tag<E: de::Error>(
     }
 }
 
-/// Declares an enum that reads `{"type": ...}` objects. Serde's own tagged enums forget where in
-/// the object an error was.
+/// Declares an enum that is read from objects `{"type": ...}`. It replaces serde's own tagged
+/// enums, whose errors do not say where in the object they occurred.
 macro_rules! tagged {
     ($(#[$doc:meta])* pub enum $name:ident {
         $($(#[$variant_doc:meta])* $tag:literal => $variant:ident($content:ty),)*
@@ -280,7 +289,7 @@ macro_rules! tagged {
 }
 pub(crate) use tagged;
 
-/// Serde's words in those of a user of JSON.
+/// Rewrites a message of serde in the words of a user of JSON.
 fn plain_words(problem: &str) -> String {
     for (theirs, ours) in [
         ("unknown field ", "unknown key "),
@@ -331,17 +340,19 @@ fn plain_type(expected: &str) -> &str {
     }
 }
 
-/// Keys that have a meaning to come.
+/// Keys that are reserved for later versions.
 const RESERVED: [&str; 4] = ["sun", "sky", "intensity", "periodic"];
 
-/// For an unknown key or value: the nearest known one, and all of them.
+/// Returns the remedy for an unknown key or value: the most similar known name, and all known
+/// names.
 fn known_names(problem: &str) -> Option<String> {
     let what = match problem {
         _ if problem.starts_with("unknown field") => "keys",
         _ if problem.starts_with("unknown variant") => "values",
         _ => return None,
     };
-    // the unknown name may hold quotes itself: the known ones stand after the last "expected"
+    // the unknown name may contain quotes itself, so the known names are those after the last
+    // "expected"
     let (unknown, known) = problem.rsplit_once(", expected ")?;
     let name = unknown.split_once('`')?.1.strip_suffix('`')?;
     let known: Vec<&str> =
@@ -349,7 +360,7 @@ fn known_names(problem: &str) -> Option<String> {
     let all = format!("{what} here: {}", known.join(", "));
     Some(match nearest(name, known.iter().copied()) {
         _ if RESERVED.contains(&name) => format!("it is kept for a later version ({all})"),
-        // a value of few letters is near to every other
+        // a short value is similar to every other short value
         Some(name) if what == "keys" => format!("did you mean `{name}`? ({all})"),
         _ => all,
     })
@@ -359,13 +370,14 @@ fn missing_key(problem: &str) -> Option<String> {
     problem.starts_with("missing field").then(|| "add it".into())
 }
 
-/// A value that is read to the letter: only an object makes a struct (serde takes an array, too, as
-/// its fields in order), and only a string a name. Its errors say where in it they are. A number is
-/// not tried as an array, and so on, so that the compiler has less to do.
+/// A value that is read strictly: only an object becomes a struct (serde also accepts an array of
+/// the fields in order), and only a string becomes a name. Errors say where in the value they
+/// occurred. Each method tries only the kinds of value that it can use, which keeps the compiled
+/// code small.
 struct Json(Value);
 
 impl Json {
-    /// Reads what is neither an array nor an object.
+    /// Reads a value that is neither an array nor an object.
     fn plain<'de, V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
         match self.0 {
             Value::Null => visitor.visit_unit(),
@@ -378,7 +390,7 @@ impl Json {
     }
 }
 
-/// Reads types of these kinds from plain values.
+/// Defines methods that read types of these kinds with [`Json::plain`].
 macro_rules! plain {
     ($($method:ident)*) => {
         $(fn $method<V: de::Visitor<'de>>(self, visitor: V) -> serde_json::Result<V::Value> {
@@ -463,7 +475,7 @@ impl<'de> de::Deserializer<'de> for Json {
     }
 }
 
-/// The entries of an array.
+/// The entries of an array, for serde.
 struct Items {
     rest: vec::IntoIter<Value>,
     read: usize,
@@ -487,10 +499,10 @@ impl<'de> de::SeqAccess<'de> for Items {
     }
 }
 
-/// The entries of an object.
+/// The entries of an object, for serde.
 struct Entries {
     rest: serde_json::map::IntoIter,
-    /// What the key that was read last holds.
+    /// The key that was read last, with its value.
     open: Option<(String, Value)>,
 }
 
@@ -596,14 +608,15 @@ mod tests {
         let quoted = br#"["[{,\"[{,", "\\", "\u0022,"]"#;
         assert_eq!(Counts::of(quoted), counts(1, 0, 2, 0));
         assert_eq!(Counts::of(b"[\"open, [ {"), counts(1, 0, 0, 0));
-        // the parser stops here too
+        // the parser also stops at this depth
         assert_eq!(Counts::of("[".repeat(1000).as_bytes()), counts(DEEPEST, 0, 0, 0));
         assert!(
             parse("f", "[".repeat(1000).as_bytes()).unwrap_err().to_string().contains("nested")
         );
     }
 
-    /// Bytes on the heap, with the room that is kept, of arrays; of objects at least.
+    /// Returns the bytes that a value takes on the heap: for arrays with the unused room, for
+    /// objects at least.
     fn heap(value: &Value) -> usize {
         match value {
             Value::Array(values) => {
@@ -652,7 +665,7 @@ mod tests {
                 "{error}"
             );
         }
-        // as long, but of words and long numbers
+        // a text of about the same length, but with long numbers
         let text = format!("[{}]", vec!["0.12345678901234567890"; 2_000_000].join(","));
         assert!(parse("f", text.as_bytes()).is_ok());
     }

@@ -1,4 +1,4 @@
-//! Files of measured readings: what an instrument read at captors, one reading per row.
+//! Files of measured readings: what an instrument showed at captors, with one reading per row.
 
 use std::{collections::BTreeSet, path::Path};
 
@@ -12,24 +12,24 @@ use crate::{
     math::stats::LARGEST,
 };
 
-/// One row: a reading.
+/// One row: a reading of an instrument.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredRow {
     /// Line in the file, from 1.
     pub line: u64,
-    /// Where it was read.
+    /// Where the reading was taken.
     pub at: MeasuredAt,
-    /// Name of its band; none where the file has no such column.
+    /// Name of the band of the reading; `None` where the file has no column `band`.
     pub band: Option<String>,
     /// The reading, above 0, in the unit of irradiance of the scene.
     pub value: f64,
-    /// Its standard deviation, at least 0, in the same unit.
+    /// Standard deviation of the reading, at least 0, in the same unit.
     pub sd: Option<f64>,
-    /// Whether it was read on the back of the captor.
+    /// Whether the reading was taken on the back of the captor.
     pub back: bool,
-    /// Whether it is kept for a test.
+    /// Whether the reading is kept for a test, and not used for the fit.
     pub test: bool,
-    /// What it is left out together with.
+    /// Name of the block; all readings of a block are left out together in cross-validation.
     pub block: Option<String>,
 }
 
@@ -38,7 +38,7 @@ pub struct MeasuredRow {
 pub enum MeasuredAt {
     /// At the captor with this id.
     Captor(String),
-    /// At the captor whose middle this is, in the scene's unit.
+    /// At the captor with this centre, in the scene's unit of length.
     Point(DVec3),
 }
 
@@ -50,9 +50,9 @@ const HEADER: &str = "the first line names the columns: captor,band,value and, i
 /// Reads the `bytes` of the file of readings at `path`: a header, then at least one row.
 ///
 /// # Errors
-/// A file that holds no row; at `path:LINE`, a column that is unknown, missing or there twice, a value that is no
-/// finite number, a reading that is not positive, a face that is neither front nor back, a use that is neither fit
-/// nor test, the same place, face and band twice.
+/// The file has no row; or, at `path:LINE`: a column is unknown, missing or repeated, a value is
+/// not a finite number, a reading is not positive, a face is neither front nor back, a use is
+/// neither fit nor test, or a row has the same place, face and band as a row before it.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<MeasuredRow>> {
     let mut header: Option<Header> = None;
     let mut rows: Vec<MeasuredRow> = Vec::new();
@@ -78,10 +78,10 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<MeasuredRow>> {
     Ok(rows)
 }
 
-/// Where the columns are.
+/// Positions of the columns in the rows of a file.
 struct Header {
     columns: usize,
-    /// In the order of [`COLUMNS`].
+    /// Index of each column, in the order of [`COLUMNS`]; `None` where the file does not have it.
     at: [Option<usize>; COLUMNS.len()],
 }
 

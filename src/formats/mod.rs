@@ -1,8 +1,17 @@
-//! Bytes to the types above, and back, with all checking of input: scenes ([`scene_file`], [`obj`],
-//! [`captor_csv`], [`weather`], [`environment_map`],
-//! [`photometry`], [`spectrum_file`]), sweeps, results, the parts of a run, the control of lamps.
-//! [`input`] and [`output`] are the only ways to
-//! the disk; an error names the file and the place in it.
+//! File formats: turns the bytes of files into the types of the modules above and back, and checks
+//! all input.
+//!
+//! The folders and files named after a format hold one format each: scenes ([`scene_file`]) and the
+//! files that a scene names ([`obj`], [`captor_csv`], [`weather`], [`environment_map`],
+//! [`photometry`], [`scatter_table`], [`spectrum_file`], [`rad`]), sweeps ([`sweep_file`]), results
+//! ([`result_file`]), shards and checkpoints of a run ([`shard_file`], [`checkpoint_file`]), tables
+//! of hours ([`hours_file`]), controls of lamps ([`control_file`]), readings and calibrations
+//! ([`measured_csv`], [`calibration_file`]). [`json`], [`csv_table`], [`csv_text`] and [`iso8601`]
+//! serve several of them.
+//!
+//! Read [`input`], [`json`] and [`scene_file`] first. Nothing here draws pictures. Every error of
+//! input names the file and the place in it. Most reading and writing of files goes through
+//! [`input`] and [`output`].
 
 pub mod calibration_file;
 pub mod captor_csv;

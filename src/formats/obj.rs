@@ -1,7 +1,9 @@
-//! OBJ and MTL files as they stand: groups, triangles, raw material entries; no unit, no transform.
+//! Reads OBJ and MTL files as they are written: groups, triangles and material entries, without
+//! unit, transform or meaning.
 //!
-//! tobj reads the geometry. It knows no line numbers, lets NaN pass and panics on some files, so
-//! every line is checked first, and tobj sees only sound `v` and `f` lines, one model per part.
+//! The crate tobj reads the geometry. It reports no line numbers, accepts NaN and panics on some
+//! files. Therefore `scan` checks every line first, and tobj is given only valid `v` and `f` lines,
+//! with one model per part.
 
 mod lines;
 mod mesh;
@@ -24,24 +26,25 @@ pub use mtl::{MtlEntry, MtlLibrary};
 pub use part::{ObjGroup, ObjPart};
 pub use tangents::{longest_edge, tangents};
 
-/// What an OBJ file holds.
+/// The content of an OBJ file and of its MTL files.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjFile {
     /// The groups that have faces, in order of their first face.
     pub groups: Vec<ObjGroup>,
-    /// Runs of faces in file order; at least one.
+    /// Runs of faces with one group and one material, in file order; at least one.
     pub parts: Vec<ObjPart>,
-    /// The material entries of its MTL files.
+    /// The material entries of the MTL files that the OBJ file names.
     pub mtl: MtlLibrary,
 }
 
 impl ObjFile {
-    /// From the `bytes` of the OBJ file at `path`; `load_mtl` fetches the bytes of an MTL file, whose
-    /// path is relative to it, or says why it cannot.
+    /// Reads the `bytes` of the OBJ file at `path`. `load_mtl` fetches the bytes of an MTL file, or
+    /// says why it cannot; the paths of MTL files are relative to the OBJ file.
     ///
     /// # Errors
-    /// A file that is no OBJ text or that holds no face; at `path:LINE`, a line that means nothing: a
-    /// coordinate that is no finite number, a corner without its vertex, ...
+    /// The file is not OBJ text or has no face; or, at `path:LINE`, a line cannot be understood: a
+    /// coordinate is not a finite number, a corner names a vertex that does not exist, and the
+    /// like.
     pub fn parse(
         bytes: &[u8],
         path: &Path,
@@ -68,15 +71,16 @@ impl ObjFile {
         Ok(Self { groups: scan.groups, parts, mtl })
     }
 
-    /// How many triangles it has.
+    /// Returns the number of triangles in all parts.
     pub fn triangles(&self) -> usize {
         self.parts.iter().map(|part| part.triangles.len()).sum()
     }
 }
 
-/// Lets tobj read the checked text and fills in the triangles, one model per part.
+/// Lets tobj read the checked text `sound` and fills in the triangles of the parts, one model per
+/// part.
 fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(), tobj::LoadError> {
-    // polygons whole (tobj would cut fans, wrong for concave ones)
+    // keep polygons whole: tobj would cut them into fans, which is wrong for concave ones
     let options = tobj::LoadOptions::default();
     let no_mtl = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut sound.as_bytes(), &options, no_mtl)?;
@@ -104,11 +108,11 @@ fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(),
     Ok(())
 }
 
-/// The triangles of a face.
+/// Cuts a face into triangles, as indices of its corners.
 fn cut(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     let cut = triangulate(polygon);
     match cut.is_empty() {
-        // no ear found in a tangled outline; a face must not vanish
+        // no ear was found in a tangled outline, but a face must not vanish, so it becomes a fan
         true => (2..polygon.len()).map(|i| [0, i - 1, i]).collect(),
         false => cut,
     }
@@ -140,7 +144,7 @@ mod tests {
         triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
     }
 
-    /// Group name, material, line and number of triangles of each part.
+    /// Returns group name, material, line and number of triangles of each part.
     fn outline<'a>(file: &'a ObjFile) -> Vec<(Option<&'a str>, Option<&'a str>, usize, usize)> {
         let name = |p: &ObjPart| file.groups[p.group].name.as_deref();
         let row = |p: &'a ObjPart| (name(p), p.material.as_deref(), p.line, p.triangles.len());
@@ -193,7 +197,7 @@ mod tests {
     #[test]
     fn concave_polygons_keep_their_area_and_side() {
         let ell = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n";
-        // every corner takes its turn at the head of a would-be fan
+        // start the outline at each of its corners, since a fan would depend on the first one
         for first in 0..6 {
             let corners: Vec<String> = (0..6).map(|i| ((first + i) % 6 + 1).to_string()).collect();
             let file = parse(format!("{ell}f 1 2 3\nf {}", corners.join(" "))).unwrap();
@@ -233,7 +237,7 @@ mod tests {
         for (text, expected) in rows {
             assert_eq!(outline(&parse_square(text)), expected, "{text}");
         }
-        // groups without faces do not count; a name that comes again continues its group
+        // groups without faces do not count; a name that occurs again continues its group
         let file = parse_square("g empty\ng a\nf 1 2 3\ng b\nf 1 2 3\ng a\nf 1 2 3");
         let names: Vec<_> = file.groups.iter().map(|g| g.name.as_deref()).collect();
         assert_eq!(names, [Some("a"), Some("b")]);
@@ -316,7 +320,7 @@ mod tests {
     const WORDS: &[&str] =
         &["v", "f", "g", "o", "usemtl", "mtllib", "a.mtl", "surf", "s", "l", "vt", "fo"];
 
-    /// What holds of every result, whatever the text.
+    /// Checks what must hold of every result, whatever the text.
     fn check(bytes: &[u8], result: &Result<ObjFile>) {
         match result {
             Err(error) => assert!(error.to_string().starts_with("dir/a.obj:")),
@@ -340,7 +344,8 @@ mod tests {
         }
     }
 
-    /// How many cases: PROPTEST_CASES.
+    /// The configuration of proptest; the environment variable PROPTEST_CASES sets the number of
+    /// cases.
     fn config() -> ProptestConfig {
         ProptestConfig { failure_persistence: None, ..ProptestConfig::default() }
     }
@@ -358,7 +363,7 @@ mod tests {
             check(&bytes, &parse(&bytes));
         }
 
-        /// Triangles written in one of many ways come back to the bit, in their groups.
+        /// Triangles written in one of many ways are read back exactly, in their groups.
         #[test]
         fn what_is_written_is_read(
             faces in proptest::collection::vec(

@@ -1,5 +1,5 @@
-//! Files that are written whole or not at all: to a temporary file beside the place, renamed when all
-//! of it is on the disk.
+//! Writes files completely or not at all: the content goes to a temporary file in the same folder,
+//! which is renamed when all of it is on the disk.
 
 use std::{
     collections::HashSet,
@@ -10,34 +10,36 @@ use std::{
 
 use crate::error::{Error, Result};
 
-/// How the names of temporary files and folders begin.
+/// The beginning of the names of temporary files and folders.
 pub const TEMPORARY: &str = ".phylux-";
-/// How those begin that are in the folder of a sweep, where one process works at a time: what it finds of them when
-/// it begins was left behind.
+/// The beginning of the names of temporary files in the folder of a sweep. Only one process works
+/// there at a time, so files with such names that it finds when it begins were left behind by an
+/// earlier one.
 pub const OF_SWEEP: &str = ".phylux-sweep-";
 
-/// The file or folder on the disk that an unfinished output is written to.
+/// A file or folder on the disk that holds unfinished output.
 #[derive(Clone, Debug)]
 pub enum Temporary {
     /// A file.
     File(PathBuf),
-    /// A folder with all that is in it.
+    /// A folder with everything in it.
     Folder(PathBuf),
-    /// A folder that goes away only if it is empty.
+    /// A folder that is removed only if it is empty.
     IfEmpty(PathBuf),
 }
 
-/// Files that a command has read: no output may take the place of one.
+/// The files that a command has read; no output may replace one of them.
 #[derive(Clone, Debug, Default)]
 pub struct FilesRead(HashSet<PathBuf>);
 
 impl FilesRead {
-    /// These files, by whichever links they are named.
+    /// Collects these files; links in their paths are resolved.
     pub fn new<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         Self(files.into_iter().filter_map(|file| fs::canonicalize(file).ok()).collect())
     }
 
-    /// Error: what stands at `place`, a path without links, was read.
+    /// Checks that output may be written to `place`, a path without links. Error: the command has
+    /// read the file there.
     pub fn check(&self, place: &Path) -> Result<()> {
         if !self.0.contains(place) {
             return Ok(());
@@ -47,8 +49,8 @@ impl FilesRead {
     }
 }
 
-/// A file to be written whole or not at all. Made before the work, so that a folder that is missing
-/// or closed is found then.
+/// A file that will be written completely or not at all. It is created before the work begins, so
+/// that a folder that is missing or not writable is found at once.
 #[derive(Debug)]
 pub struct OutputFile {
     path: PathBuf,
@@ -57,27 +59,28 @@ pub struct OutputFile {
 
 #[derive(Debug)]
 enum Target {
-    /// Goes to this place, a path without links, when it is whole.
+    /// A temporary file, and the path without links that it is moved to when it is complete.
     Temporary(tempfile::NamedTempFile, PathBuf),
-    /// A device or pipe, which no rename can replace.
+    /// A device or a pipe, which a renamed file cannot replace.
     Special,
     /// The standard output.
     Standard,
 }
 
 impl OutputFile {
-    /// Prepares to write `path`. Errors: it is a directory or write-protected, its folder is missing
-    /// or not writable.
+    /// Prepares to write the file `path`. Errors: `path` is a directory or write-protected, or its
+    /// folder is missing or not writable.
     pub fn create(path: &Path) -> Result<Self> {
         Self::with_prefix(path, TEMPORARY)
     }
 
-    /// The standard output.
+    /// Returns an output that is written to the standard output.
     pub fn standard() -> Self {
         Self { path: PathBuf::from("standard output"), target: Target::Standard }
     }
 
-    /// The same in a folder that belongs to a sweep, where no link leads elsewhere.
+    /// Like [`create`](Self::create), in the folder of a sweep, where `path` may not be a link.
+    /// Error, in addition: something other than a plain file stands at `path`.
     pub fn of_sweep(path: &Path) -> Result<Self> {
         match fs::symlink_metadata(path) {
             Ok(kind) if !kind.is_file() => {
@@ -102,7 +105,7 @@ impl OutputFile {
             Ok(kind) if kind.permissions().readonly() => {
                 return fail("is write-protected".into(), "write elsewhere");
             }
-            // a rename would replace a link
+            // resolve links, because a rename would replace the link itself
             Ok(_) => fs::canonicalize(path),
             Err(_) => new_place(path),
         };
@@ -123,7 +126,8 @@ impl OutputFile {
         }
     }
 
-    /// Where the file will be, a path without links; none for a device, a pipe or the standard output.
+    /// Returns the path that the file will have, without links; `None` for a device, a pipe or the
+    /// standard output.
     pub fn place(&self) -> Option<&Path> {
         match &self.target {
             Target::Temporary(_, place) => Some(place),
@@ -131,7 +135,8 @@ impl OutputFile {
         }
     }
 
-    /// What to remove where the process ends before it is dropped.
+    /// Returns the temporary file that must be removed if the process ends before this value is
+    /// dropped; `None` for a device, a pipe or the standard output.
     pub fn temporary(&self) -> Option<Temporary> {
         match &self.target {
             Target::Temporary(file, _) => Some(Temporary::File(file.path().to_path_buf())),
@@ -139,7 +144,8 @@ impl OutputFile {
         }
     }
 
-    /// Writes the content and puts the file in its place, where nothing of `read` may be.
+    /// Writes the content and moves the file to its place. Errors: the file would replace one of
+    /// the files in `read`, or it cannot be written.
     pub fn write(
         self,
         read: &FilesRead,
@@ -150,7 +156,8 @@ impl OutputFile {
         file.finish(written)
     }
 
-    /// Begins to write it. Error: it would replace one of the files `read`.
+    /// Starts to write the file. Errors: it would replace one of the files in `read`, or a device
+    /// or pipe cannot be opened.
     pub fn open(self, read: &FilesRead) -> Result<OpenFile> {
         self.place().map_or(Ok(()), |place| read.check(place))?;
         let Self { path, target } = self;
@@ -168,7 +175,7 @@ fn unwritten(path: &Path, e: io::Error) -> Error {
     Error::run(path.display(), format!("cannot be written: {e}"))
 }
 
-/// A file that is being written, and is in its place only when it is finished.
+/// A file that is being written; it is moved to its place only by [`finish`](Self::finish).
 #[derive(Debug)]
 pub struct OpenFile {
     path: PathBuf,
@@ -183,7 +190,8 @@ enum Opened {
 }
 
 impl OpenFile {
-    /// Puts the file in its place, if all of it could be written.
+    /// Moves the file to its place, if `written` says that all of its content could be written.
+    /// Error: it could not be written completely.
     pub fn finish(self, written: io::Result<()>) -> Result<()> {
         let Self { path, writer } = self;
         let target = written.and_then(|()| writer.into_inner().map_err(io::Error::from));
@@ -221,7 +229,8 @@ impl Write for Opened {
     }
 }
 
-/// Whoever stops reading the standard output has read enough: that is `done`.
+/// Turns the error of a broken pipe into `done`: whoever stops reading the standard output has read
+/// enough.
 fn whoever_reads<T>(written: io::Result<T>, done: T) -> io::Result<T> {
     match written {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(done),
@@ -229,7 +238,7 @@ fn whoever_reads<T>(written: io::Result<T>, done: T) -> io::Result<T> {
     }
 }
 
-/// The folder that a path is in.
+/// Returns the folder that a path is in; `.` for a plain file name.
 pub fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
@@ -237,14 +246,15 @@ pub fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// The place of a file that is not there yet.
+/// Returns the place of a file that does not exist yet, with links in its folder resolved. Errors:
+/// there is no such folder, or `path` cannot be the name of a file.
 fn new_place(path: &Path) -> io::Result<PathBuf> {
     let name = match path.file_name() {
         Some(name) if !path.as_os_str().as_encoded_bytes().ends_with(b"/") => name,
         _ => return Err(io::Error::other("it does not name a file")),
     };
     let place = fs::canonicalize(folder_of(path))?.join(name);
-    // a name that is too long, or passes through a file, is found now and not when all is done
+    // finds a name that is too long, or that passes through a file, now and not after the work
     match fs::symlink_metadata(&place) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => {
             Err(io::Error::other(e.kind().to_string()))
@@ -253,7 +263,8 @@ fn new_place(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// A file that will stand in the place of `old`, if there is one.
+/// Creates a temporary file in `folder`, with the access rights of the `old` file that it will
+/// replace, if there is one.
 fn temporary(
     folder: &Path,
     prefix: &str,
@@ -261,7 +272,8 @@ fn temporary(
 ) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix);
-    // as any other new file, for the umask to restrict; the default is for secrets
+    // the access rights of any other new file, restricted by the umask; the default of tempfile is
+    // meant for secrets
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let file = builder.tempfile_in(folder)?;
@@ -269,14 +281,14 @@ fn temporary(
     Ok(file)
 }
 
-/// Lets read and write a file whoever might do so with the `old` one, which it will replace.
+/// Gives a file the access rights of the `old` one, which it will replace.
 #[cfg(unix)]
 pub fn keep_mode(file: &fs::File, old: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
     file.set_permissions(fs::Permissions::from_mode(old.permissions().mode() & 0o777))
 }
 
-/// Elsewhere a file has the rights of its folder.
+/// Does nothing: on other systems a file has the access rights of its folder.
 #[cfg(not(unix))]
 pub fn keep_mode(_: &fs::File, _: &fs::Metadata) -> io::Result<()> {
     Ok(())

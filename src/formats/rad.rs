@@ -1,5 +1,6 @@
-//! Rooms in the format of Radiance: polygons, round shapes, materials and lamps (Ward and Shakespeare, Rendering with Radiance, 1998;
-//! its manual "materials.1" and "ray.html"). Of commands only `!xform` and `!cat` are followed, here and not by a shell.
+//! Reads rooms in the format of Radiance: polygons, round shapes, materials and lamps (Ward and
+//! Shakespeare, Rendering with Radiance, 1998; its manual "materials.1" and "ray.html"). Of the
+//! commands in a file only `!xform` and `!cat` are carried out, by this module and not by a shell.
 
 mod content;
 mod lexer;
@@ -17,11 +18,13 @@ use crate::error::Result;
 use scan::Scan;
 
 impl RadFile {
-    /// From the `bytes` of the file at `path`; `load` fetches the bytes of files that its commands name, by their path.
+    /// Reads the `bytes` of the file at `path`; `load` fetches the bytes of the files that its
+    /// commands name, by their paths.
     ///
     /// # Errors
-    /// At the line of a file: a primitive that is not known, without its arguments or with wrong ones, a modifier that no line
-    /// has defined, a command that is not followed, a file that names itself.
+    /// At the line of a file: a primitive is unknown or its arguments are missing or wrong, a
+    /// material is modified by another, an alias names something undefined, a command is not
+    /// supported, or a file includes itself; at the file, that it has no surface.
     pub fn parse(
         bytes: &[u8],
         path: &Path,

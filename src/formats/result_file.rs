@@ -1,4 +1,5 @@
-//! Results on disk: JSON, one JSON per captor, a tidy CSV; and what is read of them again.
+//! Result files: writes the results of a run as JSON, as one JSON file per captor, or as a tidy CSV
+//! table, and reads the JSON again.
 
 mod read;
 
@@ -34,18 +35,18 @@ fn buffered<W: Write>(
     writer.flush()
 }
 
-/// Writes a result as JSON: one line per captor, group and entry of the head.
+/// Writes a result as JSON, with one line for each captor, each group and each entry of the head.
 pub fn write_json(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     write_lines(result, writer)
 }
 
-/// Writes anything as JSON with lines in the same way.
+/// Writes any value as JSON with lines of the same kind.
 pub fn write_lines(value: &impl Serialize, writer: &mut dyn Write) -> io::Result<()> {
     value.serialize(&mut Serializer::with_formatter(&mut *writer, Lines::default()))?;
     writer.write_all(b"\n")
 }
 
-/// One captor's result, with what is needed to read it alone.
+/// The result of one captor, with the facts about the run that are needed to understand it alone.
 #[derive(Serialize, JsonSchema)]
 pub struct SingleCaptor<'a> {
     phylux: &'a str,
@@ -58,20 +59,21 @@ pub struct SingleCaptor<'a> {
     captor: &'a CaptorResult,
 }
 
-/// A folder for one file per captor. Its files stand beside it, or in it if it is there already, until
-/// all are whole.
+/// A folder for one result file per captor. Until all files are complete, they are kept in a
+/// temporary folder: beside the folder, or inside it if it exists already.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// Where it will be, a path without links.
+    /// The path that the folder will have, without links.
     place: PathBuf,
     staging: tempfile::TempDir,
-    /// Whether it was not there before.
+    /// Whether the folder did not exist before.
     new: bool,
 }
 
 impl OutputFolder {
-    /// Prepares to write into `path`, or to make it. Errors: it cannot be made or written.
+    /// Prepares to write into the folder `path`, or to create it. Errors: it cannot be created or
+    /// written.
     pub fn create(path: &Path) -> Result<Self> {
         let fail =
             |problem: String| Error::input(path.display(), problem).remedy("write elsewhere");
@@ -101,7 +103,7 @@ impl OutputFolder {
         }
         let mut builder = tempfile::Builder::new();
         builder.prefix(TEMPORARY);
-        // as any other new folder, for the umask to restrict
+        // the access rights of any other new folder, restricted by the umask
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let staging = builder.tempdir_in(stands_in);
@@ -109,17 +111,19 @@ impl OutputFolder {
         Ok(Self { path: path.to_path_buf(), place, staging, new })
     }
 
-    /// Where it will be, a path without links.
+    /// Returns the path that the folder will have, without links.
     pub fn place(&self) -> &Path {
         &self.place
     }
 
-    /// What to remove where the process ends before it is dropped.
+    /// Returns the temporary folder that must be removed if the process ends before this value is
+    /// dropped.
     pub fn temporary(&self) -> Temporary {
         Temporary::Folder(self.staging.path().to_path_buf())
     }
 
-    /// Where the files for captors of these ids will be, paths without links. Error: one cannot be there.
+    /// Returns the paths, without links, that the files for captors with these ids will have.
+    /// Error: something other than a file stands at one of them, or it cannot be written.
     pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Result<Vec<PathBuf>> {
         let places = file_names(ids, "json").into_iter().map(|name| self.place.join(name));
         places
@@ -136,8 +140,8 @@ impl OutputFolder {
             .collect()
     }
 
-    /// Writes one JSON file for each captor, all of them before any is put in its place, where nothing of `read`
-    /// may be.
+    /// Writes one JSON file for each captor; none is moved to its place before all are written.
+    /// Errors: a file would replace one of the files in `read`, or cannot be written.
     pub fn write(self, read: &FilesRead, result: &RunResult) -> Result<()> {
         let ids = result.captors.iter().map(|captor| captor.id.as_str());
         self.places(ids)?.iter().try_for_each(|place| read.check(place))?;
@@ -171,7 +175,7 @@ impl OutputFolder {
         }
         if new {
             fs::rename(staging.path(), &place)?;
-            // it is no longer temporary
+            // the folder is now in its place and must not be removed
             let _ = staging.keep();
             return Ok(());
         }
@@ -179,14 +183,14 @@ impl OutputFolder {
     }
 }
 
-/// The longest name of a file, bytes: that of Linux, macOS and Windows.
+/// The greatest length of a file name on Linux, macOS and Windows, bytes.
 const LONGEST_NAME: usize = 255;
 
-/// A file name with this ending for each id: letters, digits and `-_.#` stay, all else becomes `_`; the same name
-/// again gets a number.
+/// Returns a file name with this ending for each id. Letters, digits and `-_.#` stay, any other
+/// character becomes `_`, and a name that would occur again gets a number.
 pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<String> {
     let mut taken = HashSet::new();
-    // where to go on counting names that begin alike
+    // for each name, the number to continue with when it occurs again
     let mut next: HashMap<String, usize> = HashMap::new();
     ids.map(|id| {
         let safe = |c: char| if c.is_alphanumeric() || "-_.#".contains(c) { c } else { '_' };
@@ -197,7 +201,7 @@ pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<S
             let cut = (0..=most).rev().find(|end| plain.is_char_boundary(*end)).unwrap_or(0);
             format!("{}{rest}", &plain[..cut])
         };
-        // file systems that fold case would make one file of two
+        // a file system that ignores case would take names that differ only in case for one file
         let n = next.entry(plain.to_lowercase()).or_insert(1);
         while !taken.insert(numbered(*n).to_lowercase()) {
             *n += 1;
@@ -207,8 +211,8 @@ pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<S
     .collect()
 }
 
-/// Writes a tidy table: one row per captor, face, band and quantity, with the captor's place, area and groups; then
-/// how even each group of several is.
+/// Writes a tidy table: one row per captor, face, band and quantity, with the captor's position,
+/// area and groups; then, for each group of several captors, rows about its uniformity.
 pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let place = ["x", "y", "z", "area", "group"];
@@ -288,14 +292,15 @@ fn write_row<W: Write>(
     Ok(table.write_record(row.into_iter().chain(place.iter().map(String::as_str)))?)
 }
 
-/// Where a captor is, m, its area, m2, and its groups with semicolons between them.
+/// Returns a captor's position, m, its area, m2, and its groups, separated by semicolons.
 fn place_of(captor: &CaptorResult) -> [String; 5] {
     let [x, y, z] = captor.center.map(|at| at.to_string());
     let groups = captor.groups.as_ref().map_or(String::new(), |groups| groups.join(";"));
     [x, y, z, captor.area.to_string(), csv_text::cell(&groups).into_owned()]
 }
 
-/// JSON with a line for each entry down to the lists in the top-level object, compact below.
+/// Formats JSON with a line for each entry down to the entries of lists in the top-level object;
+/// deeper levels are compact.
 #[derive(Default)]
 struct Lines {
     depth: usize,

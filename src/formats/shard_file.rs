@@ -1,5 +1,8 @@
-//! What a shard found, as a file: JSON, a line for the head, one for each batch and each task of
-//! the photon map, and one for the end, so that it is read in little memory however large it is.
+//! Shard files: what one shard of a run has counted.
+//!
+//! The file is JSON by lines: one line for the head, one for each batch and one for each task of
+//! the photon map, and one for the end. It can therefore be read with little memory, however large
+//! it is.
 
 use std::{
     fmt::Display,
@@ -25,31 +28,32 @@ use crate::{
 
 /// The longest line that is read, bytes.
 const LONGEST: u64 = 1 << 30;
-/// The version that wrote it.
+/// The version of phylux that writes the files.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Goes up by one where random numbers or sums change, so that no shards of before and after are joined.
+/// The version of random numbers and sums. It is raised by one when either changes, so that shards
+/// from before and after the change are not joined.
 pub const FORMAT: u32 = 5;
 
-/// What a shard is a shard of.
+/// Says which run a shard belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShardHead {
-    /// Which one: `3/16`.
+    /// The index of the shard and the number of shards: `3/16`.
     pub phylux_part: String,
-    /// What its random numbers and sums are, [`FORMAT`]; 0 of those that do not say.
+    /// The version of random numbers and sums, [`FORMAT`]; 0 for files that do not state it.
     #[serde(default)]
     pub format: u32,
-    /// Version of phylux.
+    /// Version of phylux that wrote the file.
     pub phylux: String,
-    /// The scene file, as it was named.
+    /// Path of the scene file, as it was given.
     pub scene: String,
-    /// SHA-256 of it and of all files that it names.
+    /// SHA-256 of the scene file and of all files that it names.
     pub inputs: String,
-    /// How it is run.
+    /// Settings of the run.
     pub settings: ShardSettings,
 }
 
-/// Settings that the results of a run depend on.
+/// The settings that the results of a run depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShardSettings {
     estimator: Estimator,
@@ -59,13 +63,13 @@ pub struct ShardSettings {
     map_photons: usize,
     guiding: Guiding,
     by_light: bool,
-    /// Why this estimator was chosen, if a trial did.
+    /// The reason why this estimator was chosen, if a trial chose it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     chosen: Option<String>,
 }
 
 impl ShardSettings {
-    /// Those of a run, whose estimator was chosen for a reason if it was.
+    /// Takes the settings of a run, and the reason for its estimator if a trial chose it.
     pub fn new(settings: &Settings, choice: Option<&Choice>) -> Self {
         let Settings { estimator, photons, seed, k, map_photons, guiding, by_light, .. } =
             *settings;
@@ -74,7 +78,8 @@ impl ShardSettings {
         Self { estimator, photons, seed, k, map_photons, guiding, by_light, chosen }
     }
 
-    /// A run with them, on so many threads; none where a number is none that a run may have.
+    /// Returns the settings of a run on so many threads, or `None` if they contain a value that no
+    /// run may have.
     pub fn settings(&self, threads: usize) -> Option<Settings> {
         let Self { estimator, photons, seed, k, map_photons, guiding, by_light, .. } = *self;
         if estimator == Estimator::Auto || guiding == Guiding::Auto {
@@ -97,41 +102,42 @@ impl ShardSettings {
         Some(own)
     }
 
-    /// Why its estimator was chosen, if it was.
+    /// Returns the choice of the estimator, if a trial chose it.
     pub fn choice(&self) -> Option<Choice> {
         let why = self.chosen.clone()?;
         Some(Choice { estimator: self.estimator, why })
     }
 }
 
-/// A line behind the head.
+/// A line after the head.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Line {
-    /// The sums of a batch.
+    /// The sums of one batch.
     #[serde(rename = "block")]
     Batch {
-        /// Its index.
+        /// Index of the batch.
         index: u64,
-        /// What was counted.
+        /// The counts of the batch.
         sums: Box<Sums>,
     },
-    /// Arrivals on captors.
+    /// Arrivals on captors, for the photon map.
     #[serde(rename = "piece")]
     TaskArrivals {
-        /// The task that found them.
+        /// The task that found the arrivals.
         key: TaskKey,
         /// The arrivals, packed.
         words: Vec<u32>,
     },
-    /// The first task whose arrivals no longer fit into the map.
+    /// States that the arrivals of this task and of those after it no longer fit into the photon
+    /// map.
     Full {
-        /// That task.
+        /// The first task whose arrivals no longer fit.
         key: TaskKey,
     },
-    /// Nothing comes after it.
+    /// The last line.
     End {
-        /// Hash of all before this line.
+        /// Hash of everything before this line.
         sha256: String,
     },
 }
@@ -162,26 +168,27 @@ pub fn write_shard(
     writer.write_all(&end(hash)?)
 }
 
-/// The last line, behind lines of this hash.
+/// Returns the last line of a file; `before` is the hash of the lines before it.
 pub(super) fn end(before: Sha256) -> io::Result<Vec<u8>> {
     let mut line = serde_json::to_vec(&Line::End { sha256: hex(before) })?;
     line.push(b'\n');
     Ok(line)
 }
 
-/// A file of a shard, read line by line.
+/// A shard file that is read line by line.
 pub struct ShardReader {
     path: PathBuf,
     reader: BufReader<File>,
     hash: Sha256,
-    /// What it is of.
+    /// The run that the shard belongs to.
     pub head: ShardHead,
-    /// Which shard it is.
+    /// The index of the shard and the number of shards.
     pub shard: Shard,
 }
 
 impl ShardReader {
-    /// Opens the file at `path`. Errors: it cannot be read, or is no part of a run.
+    /// Opens the file at `path` and reads its head. Errors: the file cannot be read, or is not a
+    /// shard.
     pub fn open(path: &Path) -> Result<Self> {
         let fail = |why: &dyn Display| Error::input(path.display(), why);
         let none = |why: &dyn Display| {
@@ -200,12 +207,13 @@ impl ShardReader {
         Ok(Self { path: path.to_path_buf(), reader, hash, head, shard })
     }
 
-    /// Where it is.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The next line; the end comes once, and only if the whole file is as it was written.
+    /// Reads the next line. [`Line::End`] is returned once, and only if the whole file is as it was
+    /// written. Error: the file was damaged, or a line takes more memory than is left.
     pub fn next(&mut self) -> Result<Line> {
         let spoiled = || {
             Error::input(self.path.display(), "was cut short or changed since it was written")
@@ -224,14 +232,15 @@ impl ShardReader {
         Ok(line)
     }
 
-    /// An error in it that no reader of lines can see.
+    /// Returns an error for content that the reader accepts line by line but that does not fit the
+    /// scene and settings of the run.
     pub fn does_not_fit(&self) -> Error {
         Error::input(self.path.display(), "does not fit its own scene and settings")
             .remedy("trace this part again")
     }
 }
 
-/// The next line, with its end, which is hashed.
+/// Reads the next line, including its line end, and adds it to the hash.
 pub(super) fn line(reader: &mut BufReader<File>, hash: &mut Sha256) -> io::Result<Vec<u8>> {
     let mut line = Vec::new();
     reader.take(LONGEST).read_until(b'\n', &mut line)?;

@@ -1,7 +1,8 @@
-//! Tables of spectra: wavelengths, nm, in the first column, values in the others.
+//! Tables of spectra: wavelengths, nm, in the first column, and values in the others.
 //!
-//! Columns are separated by semicolons (then decimals may have a comma), tabs, commas or blanks: the first of these that the
-//! first line has. Texts may stand in quotes; a first line that does not begin with a number is the header.
+//! Columns are separated by semicolons (decimals may then have a comma), tabs, commas or blanks:
+//! the first of these that occurs in the first line. Text may be in quotes. A first line that does
+//! not begin with a number is the header.
 
 #[cfg(test)]
 mod tests;
@@ -14,20 +15,20 @@ use crate::{
     math::curve::Curve,
 };
 
-/// Which column of a table.
+/// A column of a table.
 #[derive(Clone, Copy, Debug)]
 pub enum Column<'a> {
-    /// From 1; the first are the wavelengths.
+    /// The number of the column, from 1; column 1 holds the wavelengths.
     Number(u64),
-    /// In the header.
+    /// The name of the column in the header.
     Name(&'a str),
 }
 
 /// Reads a column of the table in the `bytes` of the file at `path`.
 ///
 /// # Errors
-/// At the line of the file: no such column, a value that is missing or no finite number, wavelengths that are negative
-/// or do not rise, less than two rows.
+/// At the line of the file: there is no such column, a value is missing or not a finite number, or
+/// wavelengths are negative or do not increase. At the file: it has fewer than two rows.
 pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = String::from_utf8_lossy(bytes);
@@ -90,7 +91,7 @@ pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
     Curve::new(points).map_err(|problem| problem.at(path.display()))
 }
 
-/// The cells of a line, without quotes and blanks around.
+/// Splits a line into cells, without quotes and surrounding blanks.
 fn cells(line: &str, separator: Option<char>) -> Vec<String> {
     let mut cells = vec![String::new()];
     let mut in_quotes = false;
@@ -102,7 +103,7 @@ fn cells(line: &str, separator: Option<char>) -> Vec<String> {
         match c {
             '"' => in_quotes = !in_quotes,
             _ if ends && !in_quotes => {
-                // several blanks are one
+                // consecutive blanks separate only once
                 if separator.is_some() || cells.last().is_some_and(|cell| !cell.is_empty()) {
                     cells.push(String::new());
                 }
@@ -113,7 +114,7 @@ fn cells(line: &str, separator: Option<char>) -> Vec<String> {
     cells.into_iter().map(|cell| cell.trim().to_string()).collect()
 }
 
-/// A finite number.
+/// Reads a cell as a finite number.
 fn value(cell: &str, separator: Option<char>) -> Option<f64> {
     let parsed = match separator {
         Some(';') => cell.replace(',', ".").parse(),

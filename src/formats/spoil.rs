@@ -1,4 +1,4 @@
-//! Text files gone wrong, for property tests: sound ones with words, bytes and lines changed.
+//! Damaged text files for property tests: valid files in which words, bytes and lines were changed.
 
 use std::{fmt::Debug, path::Path, sync::atomic::AtomicBool};
 
@@ -21,7 +21,7 @@ use crate::{
     },
 };
 
-/// A leaf and a sensor below two lamps.
+/// A scene with a leaf and a sensor below two lamps.
 pub const SCENE: &str = r#"{"bands": [{"name": "a", "from_nm": 400, "to_nm": 500}, {"name": "b", "from_nm": 500, "to_nm": 600}],
     "sums": {"ab": ["a", "b"]},
     "materials": {"green": {"type": "lambert", "reflectance": [0.1, 0.5]}},
@@ -31,17 +31,17 @@ pub const SCENE: &str = r#"{"bands": [{"name": "a", "from_nm": 400, "to_nm": 500
     "captors": [{"name": "s", "disc": {"center": [0.2, 0.2, 0.3], "normal": [0, 0, 1], "radius": 0.1},
         "sides": "both", "group": "g"}]}"#;
 
-/// The mesh that it names `leaf.obj`.
+/// The mesh that [`SCENE`] names `leaf.obj`.
 pub const LEAF: &str = "v 0 0 0\nv 0.4 0 0\nv 0.4 0.4 0\nv 0 0.4 0\nf 1 2 3 4\n";
 
-/// [`SCENE`], which stands in no file.
+/// Loads [`SCENE`], without any file.
 pub fn small_scene() -> LoadedScene {
     let value = json::parse("scene.json", SCENE.as_bytes()).expect("JSON");
     let read = |_: &Path| Ok(LEAF.as_bytes().to_vec());
     load_value(value, Path::new("scene.json"), &read, None).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// What a run of it finds with few photons.
+/// Runs [`SCENE`] with few photons and returns the results.
 pub fn small_run(settings: Settings) -> RunResult {
     let scene = small_scene().scene;
     let settings = Settings { photons: Some(256), threads: 1, ..settings };
@@ -50,7 +50,8 @@ pub fn small_run(settings: Settings) -> RunResult {
     RunResult::new(&scene, &settings, &simulation)
 }
 
-/// Panics where an error does not begin with its place, or is no sentence that a person reads.
+/// Panics if an error does not begin with its place, or is not a readable sentence of moderate
+/// length.
 pub fn check_error(error: &Error, place: &Path) {
     let sentence = error.to_string();
     assert!(sentence.starts_with(&place.display().to_string()), "{sentence}");
@@ -58,10 +59,10 @@ pub fn check_error(error: &Error, place: &Path) {
     assert!(sentence.len() < 3000, "{sentence}");
 }
 
-/// Panics where a number in `value` is not finite.
+/// Panics if a number in `value` is not finite.
 pub fn check_finite(value: &impl Debug) {
     let text = format!("{value:?}");
-    // names may be anything
+    // names may contain anything
     let unquoted = text.replace("\\\\", "").replace("\\\"", "");
     for part in unquoted.split('"').step_by(2) {
         let mut words = part.split(|c: char| !c.is_alphanumeric());
@@ -69,7 +70,7 @@ pub fn check_finite(value: &impl Debug) {
     }
 }
 
-/// Words that readers stumble over, wherever they stand.
+/// Words that readers may fail on, wherever they stand.
 #[rustfmt::skip]
 const WORDS: [&str; 40] = [
     "nan", "inf", "-inf", "0", "-0", "1", "-1", "2", "-3", "4e9", "4000000000", "1e999", "1e308", "-1e200",
@@ -77,7 +78,7 @@ const WORDS: [&str; 40] = [
     "1/2/3/4", "-1/9/9", "#", "\\", "\\\n", "\n", "\r\n", "\t", "\"", ",", ";", "", "\u{fffd}", "ü", "\0", "f",
 ];
 
-/// One of `files` after up to seven changes; `words` are those of its format.
+/// Generates one of `files` after up to seven changes; `words` are typical of its format.
 pub fn spoiled(
     files: &'static [&'static str],
     words: &'static [&'static str],
@@ -103,7 +104,7 @@ fn change_text(text: &mut Vec<u8>, kind: u8, at: (Index, Index), word: &str, byt
     }
     let (i, j) = (at.0.index(parts.len()), at.1.index(parts.len()));
     match kind {
-        // a word becomes another, keeping what ends it
+        // replaces a word, keeping the separator after it
         0 | 1 => {
             let end = parts[i].pop();
             parts[i] = word.bytes().chain(end).collect();

@@ -1,4 +1,8 @@
-//! Sweep files: which scene, what varies, what goes together -> [`Sweep`], with all checking.
+//! Sweep files: say which scene is run, which of its values vary, and which values go together.
+//! They are checked and become a [`Sweep`].
+//!
+//! `format` has the types that the JSON is read into, `reader` turns them into parameters and the
+//! points of the design, and `design` and `parameter` define these.
 
 mod design;
 mod format;
@@ -31,20 +35,20 @@ pub use parameter::{BALANCE, Parameter};
 use parameter::{X, expression, is_numbers};
 use reader::Reader;
 
-/// A scene and all that it is to be run with.
+/// A scene and all the values that it is to be run with.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// The folder that the paths are relative to.
+    /// The folder that the path of the scene, and the paths in the scene, are relative to.
     folder: PathBuf,
-    /// The scene's path in it.
+    /// Path of the scene file, relative to `folder`.
     scene_path: String,
-    /// The sweep file, as written.
+    /// Content of the sweep file, as written.
     file: Value,
-    /// The scene file, as written.
+    /// Content of the scene file, as written.
     scene: Value,
     parameters: Vec<Parameter>,
     points: Points,
-    /// Whether the points are a sample.
+    /// Whether the points of the design are a sample.
     sampled: bool,
     seeds: u64,
 }
@@ -54,11 +58,11 @@ pub struct Sweep {
 pub struct Run<'a> {
     /// Number of the run, from 1, in the order of the design.
     pub number: usize,
-    /// The index of each parameter's value.
+    /// Index of the value of each parameter.
     pub choices: Vec<usize>,
-    /// The value of each parameter.
+    /// Each parameter with its value.
     pub values: Vec<(&'a Parameter, &'a Value)>,
-    /// Seed of its random streams.
+    /// Seed of the run's random streams.
     pub seed: u64,
 }
 
@@ -79,8 +83,8 @@ impl Sweep {
         Self::new(&name, value, scene, folder)
     }
 
-    /// From the content of the sweep file `name` and of its scene; files that the scene names are
-    /// relative to `folder`. Errors name the place in the sweep file.
+    /// Makes a sweep of the content of the sweep file `name` and of its scene. Paths in the scene
+    /// are relative to `folder`. Errors name the place in the sweep file.
     pub fn new(name: &str, file: Value, scene: Value, folder: PathBuf) -> Result<Self> {
         let sweep_file: SweepFile = json::read(name, file.clone())?;
         let reader = Reader { name, scene: &scene };
@@ -93,7 +97,8 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// The same with these photons and this first seed in the place of those of the scene, where they are given.
+    /// Returns the sweep with this number of photons and this first seed in place of those of the
+    /// scene, where they are given.
     pub fn with_settings(mut self, photons: Option<u64>, seed: Option<u64>) -> Self {
         let given = [("photons", photons), ("seed", seed)];
         if let Value::Object(scene) = &mut self.scene
@@ -108,42 +113,44 @@ impl Sweep {
         self
     }
 
-    /// The sweep file, as written.
+    /// Returns the content of the sweep file, as written.
     pub fn file(&self) -> &Value {
         &self.file
     }
 
-    /// The scene file, as written.
+    /// Returns the content of the scene file, as written.
     pub fn scene(&self) -> &Value {
         &self.scene
     }
 
-    /// The scene's path, relative to the sweep file.
+    /// Returns the path of the scene, relative to the sweep file.
     pub fn scene_path(&self) -> &str {
         &self.scene_path
     }
 
-    /// The folder that the scene's path and those in it are relative to.
+    /// Returns the folder that the path of the scene, and the paths in the scene, are relative to.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The parameters that the sweep varies.
+    /// Returns the parameters that the sweep varies.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Whether all parameters vary at once, so that neighbouring values do not belong together.
+    /// Returns whether several parameters vary at once, so that the runs with neighbouring values
+    /// of one parameter differ in the others too.
     pub fn is_scattered(&self) -> bool {
         self.sampled && self.parameters.len() > 1
     }
 
-    /// All runs, in the order of the design: the seeds of each point one after the other.
+    /// Returns all runs in the order of the design; the runs of a point with different seeds follow
+    /// one another.
     pub fn runs(&self) -> impl ExactSizeIterator<Item = Run<'_>> {
         (0..self.points.len() * self.seeds as usize).map(|index| self.run(index))
     }
 
-    /// The run with this index in the order of the design.
+    /// Returns the run with this index, from 0, in the order of the design.
     pub fn run(&self, index: usize) -> Run<'_> {
         let (point, seed) = (index / self.seeds as usize, index as u64 % self.seeds);
         let choices: Vec<usize> = self.points[point].iter().map(|i| *i as usize).collect();
@@ -157,8 +164,10 @@ impl Sweep {
         seed.unwrap_or(Settings::default().seed)
     }
 
-    /// What a value of a run puts at a place: itself or, of an expression where numbers stand, its value to 12 digits
-    /// for each of them. An expression that has no value stays as it is, which no scene takes.
+    /// Returns what a value of a run puts at a place in the scene. An expression, where the scene
+    /// has numbers, gives its own value for each of these numbers, rounded to 12 digits; any other
+    /// value is put there unchanged. An expression whose value is not finite is put there as text,
+    /// which makes the scene invalid.
     pub fn value_at(&self, run: &Run, value: &Value, place: &str) -> Value {
         let there = self.scene.pointer(place).filter(|there| is_numbers(there));
         let parsed = there.and(expression(value)).and_then(|text| Expression::parse(text).ok());
@@ -173,7 +182,7 @@ impl Sweep {
         })
     }
 
-    /// The scene of a run: with its values and its seed.
+    /// Returns the scene of a run, with the run's values and seed.
     pub fn document(&self, run: &Run) -> Value {
         let mut document = self.scene.clone();
         for (parameter, value) in &run.values {
@@ -193,15 +202,15 @@ impl Sweep {
         document
     }
 
-    /// The name that a run keeps while others come and go: a hash of the scene's path, its values and
-    /// its seed.
+    /// Returns a name of a run that does not depend on the other runs of the sweep: a hash of the
+    /// path of the scene and of the run's values and seed.
     pub fn key(&self, run: &Run) -> String {
         let values = run.values.iter().map(|(p, value)| (&p.name, &p.at, value));
         let text = serde_json::json!([self.scene_path, values.collect::<Vec<_>>(), run.seed]);
         hash(text.to_string().as_bytes())[..16].to_string()
     }
 
-    /// No two runs may be the same.
+    /// Checks that no two runs are the same.
     fn check_runs(&self, name: &str) -> Result<()> {
         let mut known = HashMap::new();
         for run in self.runs() {
@@ -215,7 +224,7 @@ impl Sweep {
     }
 }
 
-/// The same with another number for each number.
+/// Replaces each number in `value` by the result of `of`.
 fn each_number(value: &Value, of: &dyn Fn(f64) -> Value) -> Value {
     match value {
         Value::Number(number) => number.as_f64().map_or(Value::Null, of),
@@ -234,7 +243,7 @@ impl Display for Run<'_> {
     }
 }
 
-/// A value for a sentence.
+/// Returns a value for a sentence.
 fn quoted_value(value: &Value) -> String {
     match value {
         Value::Number(number) => number.to_string(),
@@ -243,7 +252,7 @@ fn quoted_value(value: &Value) -> String {
     }
 }
 
-/// SHA-256 in hexadecimal digits.
+/// Returns a SHA-256 hash in hexadecimal digits.
 pub fn hash(bytes: &[u8]) -> String {
     hex(Sha256::new_with_prefix(bytes))
 }
@@ -285,7 +294,8 @@ mod tests {
         assert!(none.contains("the scene has no `/lights/*/powr`"), "{none}");
     }
 
-    /// Of what stands in the scene, number by number, and of other parameters; such a parameter needs no place.
+    /// Expressions read each number in the scene and the other parameters; a parameter that only
+    /// expressions read needs no place.
     #[test]
     fn expressions_read_the_scene_and_other_parameters() {
         let sweep = |vary: &str| {
@@ -316,10 +326,10 @@ mod tests {
             let error = sweep(vary).expect_err(vary).to_string();
             assert!(error.contains(words), "{error}");
         }
-        // where no number stands it is a text
+        // where the scene has no number, the expression is a plain text
         let text = sweep(r#""/lights/0": ["=2 * x"]"#).expect("a sweep");
         assert_eq!(text.document(&text.run(0))["lights"][0], "=2 * x");
-        // one that has no value fails by itself
+        // a run whose expression has no value fails alone, without the other runs
         let odd = sweep(r#""/lights/0/power": ["=x / 0"]"#).expect("a sweep");
         assert_eq!(odd.document(&odd.run(0))["lights"][0]["power"], "=x / 0");
     }
@@ -348,7 +358,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: runs that differ, or one sentence.
+        /// Any text gives a sweep of different runs, or an error of one sentence.
         #[test]
         fn no_spoiled_file_panics(bytes in spoiled(FILES, WORDS)) {
             let scene: Value = serde_json::from_str(SCENE).expect("JSON");

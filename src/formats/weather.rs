@@ -1,7 +1,9 @@
-//! Weather files: irradiances of the whole spectrum by the hour, and what a period takes of them.
+//! Weather files: hourly irradiances of the whole spectrum, W/m2, and the selection of hours for an
+//! instant or a period.
 //!
-//! EPW and TMY3 (typical years: local standard time, the year of a row says nothing about the order), and CSV
-//! with columns `time` (with offset), `ghi`, `dni`, `dhi`. All in W/m2.
+//! The formats are EPW and TMY3 (typical years in local standard time, where the years of the rows
+//! do not affect their order), and CSV with the columns `time` (with offset from UTC), `ghi`, `dni`
+//! and `dhi`. Read `record` first, then `read` and `period`; `clock` checks a file's times.
 
 mod clock;
 mod period;
@@ -19,13 +21,13 @@ pub use record::{Site, Stamp, Weather};
 use crate::error::Result;
 
 impl Weather {
-    /// Reads the `bytes` of the weather file at `path`; what it is, is told by its first lines. `stamp` is for
-    /// CSV alone.
+    /// Reads the `bytes` of the weather file at `path`; its first lines decide its format. `stamp`
+    /// is for CSV files only.
     ///
     /// # Errors
-    /// At `path:LINE`: a row that is no such row, a time that does not exist or comes twice, values above
-    /// 2000 W/m2 or below -20 (a little below 0 is taken for 0); a file without rows; CSV without
-    /// `stamp`, or `stamp` with another file.
+    /// At `path:LINE`: a row has the wrong form, a time does not exist or is repeated, or a value
+    /// is above 2000 W/m2 or below -20 W/m2 (values from -20 to 0 count as 0). At the file: it has
+    /// no rows, a CSV file comes without `stamp`, or another file comes with it.
     pub fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<Self> {
         read::parse(bytes, path, stamp)
     }

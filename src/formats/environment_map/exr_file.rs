@@ -1,4 +1,4 @@
-//! OpenEXR: the first layer with all of its channels.
+//! Reads OpenEXR pictures: the first layer with all of its channels.
 
 use std::io::Cursor;
 
@@ -6,10 +6,10 @@ use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read as reader};
 
 use super::panorama::{Panorama, check_size};
 
-/// Reads the bytes of a picture.
+/// Reads the bytes of an OpenEXR picture; the error is the problem, in words.
 pub(super) fn read(bytes: &[u8]) -> std::result::Result<Panorama, String> {
     let broken = |e: exr::error::Error| format!("is not read as OpenEXR: {e}");
-    // its size stands in the header: look before anything of that size is made
+    // check the size in the header before memory of that size is allocated
     let meta =
         exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     let header = meta.headers.first().ok_or("has no layer")?;

@@ -1,11 +1,12 @@
-//! Radiance's pictures (Ward, Real pixels, Graphics Gems II, 1991): a header, then for each texel three bytes
-//! and their common exponent, in runs.
+//! Reads Radiance HDR pictures (Ward, Real pixels, Graphics Gems II, 1991): a header, then, for
+//! each texel, three bytes and their common exponent, run-length encoded.
 
 use super::panorama::{Panorama, check_size};
 
 type Problem = String;
 
-/// Reads the bytes of a picture; radiances are divided by its exposures.
+/// Reads the bytes of a picture. Radiances are divided by the product of the EXPOSURE values in the
+/// header.
 pub(super) fn read(bytes: &[u8]) -> Result<Panorama, Problem> {
     let mut rest = bytes;
     let (mut exposure, mut format) = (1.0f64, false);
@@ -35,7 +36,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Panorama, Problem> {
     let number = |word: &str| word.parse::<usize>().map_err(|_| "its size is no number".to_owned());
     let (width, height) = (number(width)?, number(height)?);
     check_size(width, height, 3)?;
-    // a run of 127 texels takes 4 x 2 bytes: fewer cannot hold so many
+    // a run of 127 texels takes 4 x 2 bytes, so fewer bytes cannot hold this many texels
     if rest.len() < height || width / 127 > rest.len() {
         return Err("is cut off".into());
     }
@@ -44,7 +45,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Panorama, Problem> {
     for _ in 0..height {
         read_row(&mut rest, &mut row)?;
         for [red, green, blue, exponent] in &row {
-            // 128 for the sign of the exponent, 8 for the bits of the bytes
+            // 128 is the offset of the exponent, 8 the number of bits of the other bytes
             let scale = match exponent {
                 0 => 0.0,
                 &e => 2f64.powi(i32::from(e) - 136) / exposure,
@@ -101,7 +102,8 @@ fn read_row(rest: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Texels side by side; 1, 1, 1, n repeats the one before.
+/// Reads a row whose texels are stored one after the other; the texel 1, 1, 1, n repeats the texel
+/// before it n times.
 fn read_plain(rest: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), Problem> {
     let (mut at, mut shift) = (0, 0);
     while at < row.len() {

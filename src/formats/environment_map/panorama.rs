@@ -1,6 +1,6 @@
-//! A picture of radiance, in memory.
+//! Pictures of radiance in memory.
 
-/// The most numbers that a map may hold: texels x channels, or x bands.
+/// The largest allowed size of a map: texels times channels, or texels times bands.
 pub(super) const MOST: usize = 1 << 27;
 
 /// A picture: named channels of equal length, row by row from the upper left.
@@ -11,7 +11,7 @@ pub struct Panorama {
     pub(super) channels: Vec<(String, Vec<f32>)>,
 }
 
-/// Refuses what would take all memory.
+/// Refuses pictures that are empty or larger than [`MOST`], before memory is allocated for them.
 pub(super) fn check_size(
     width: usize,
     height: usize,

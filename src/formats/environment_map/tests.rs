@@ -19,7 +19,8 @@ fn exr_bytes(channels: Vec<(&str, FlatSamples)>, size: (usize, usize)) -> Vec<u8
     bytes.into_inner()
 }
 
-/// 16 x 2 texels: a run, then bytes one by one; exposure 2 x 4.
+/// Makes a picture of 16 x 2 texels in which each row has runs and single bytes; its exposure is 2
+/// x 4.
 fn hdr_bytes() -> Vec<u8> {
     let mut bytes =
         b"#?RADIANCE\nEXPOSURE=2\n# a comment\nEXPOSURE= 4\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 16\n"
@@ -40,11 +41,11 @@ fn hdr_is_read_and_divided_by_its_exposure() {
     let picture = parse(&hdr_bytes()).unwrap();
     assert_eq!((picture.width, picture.height), (16, 2));
     let value = |channel: usize, texel: usize| picture.channels[channel].1[texel];
-    // 128 x 2^(129 - 136) = 1, over 8
+    // 128 x 2^(129 - 136) = 1, divided by the exposure of 8
     assert_eq!(value(0, 5), 0.125);
     assert_eq!(value(1, 16 + 3), 25.0 / 128.0 / 8.0);
     assert_eq!((value(2, 9), value(2, 10)), (0.0, 0.0625));
-    // texels side by side, with a run of the old kind
+    // texels one after the other, with a run of the old kind
     let plain =
         b"#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 4\n\x80\x40\x00\x81\x01\x01\x01\x03".to_vec();
     let picture = parse(&plain).unwrap();
@@ -68,7 +69,7 @@ fn channels_become_bands() {
     let path = Path::new("sky.exr");
     let picture = Panorama::parse(&bytes, path).unwrap();
     let zenith = SunPosition { elevation: 1.5, azimuth: 0.1 }.direction(0.0);
-    // azimuth 0.1 is right of the middle column, of 8 the fifth
+    // azimuth 0.1 falls just right of the middle, into the fifth of 8 columns
     let look = |bands: &[&str], scale: &[f64]| {
         let map = picture.map(path, bands, 0.0, scale).unwrap();
         let cell = map.cell(zenith);
@@ -82,7 +83,7 @@ fn channels_become_bands() {
     let start =
         "sky.exr: its channels `B`, `G`, `NIR`, `PAR`, `R` are not those of the 2 bands; name the";
     assert!(error.starts_with(start), "{error}");
-    // turned by a quarter the same texel lies in the east
+    // with the map turned by a quarter, the same texel lies in the east
     let map = picture.map(path, &["PAR"], std::f64::consts::FRAC_PI_2, &[1.0]).unwrap();
     let east = SunPosition { elevation: 1.5, azimuth: std::f64::consts::FRAC_PI_2 + 0.1 };
     assert_eq!(map.radiance(map.cell(east.direction(0.0)), 0), 4.0);

@@ -1,4 +1,4 @@
-//! The same table as Parquet.
+//! Reads the table of hours from Parquet.
 
 use std::{fs::File, path::Path};
 
@@ -12,12 +12,13 @@ use parquet::{
 use super::rows::{COLUMNS, HoursFile, Row, broken};
 use crate::error::{Error, Result, catch_panic};
 
-/// Rows that are read at once.
+/// Number of rows that are read at once.
 const ROWS: usize = 50_000;
 
+/// Reads the Parquet file at `path`. Errors: the file cannot be read, or is not a table of hours.
 pub fn read(path: &Path) -> Result<HoursFile> {
     let unread = |problem: ParquetError| broken(path, problem);
-    // what a broken file makes the crate do
+    // the parquet crate may panic on a damaged file
     catch_panic(&path.display().to_string(), || {
         let file = File::open(path).map_err(|e| Error::input(path.display(), e))?;
         let table = SerializedFileReader::new(file).map_err(unread)?;
@@ -65,7 +66,7 @@ fn add(group: &dyn RowGroupReader, hours: &mut HoursFile) -> ParquetResult<()> {
     }
 }
 
-/// A column of optional cells.
+/// A column whose cells may be empty.
 struct Column<T: DataType>(parquet::column::reader::ColumnReaderImpl<T>);
 
 impl<T: DataType> Column<T> {
@@ -73,7 +74,7 @@ impl<T: DataType> Column<T> {
         Self(get_typed_column_reader(reader))
     }
 
-    /// The next cells that have content.
+    /// Reads up to [`ROWS`] cells and returns those that are not empty.
     fn read(&mut self) -> ParquetResult<Vec<T::T>> {
         let (mut present, mut cells) = (Vec::new(), Vec::new());
         self.0.read_records(ROWS, Some(&mut present), None, &mut cells)?;

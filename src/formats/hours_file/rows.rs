@@ -1,4 +1,4 @@
-//! The rows of a table of hours, put in their places.
+//! Puts the rows of a table of hours in their places.
 
 use std::{
     collections::HashSet,
@@ -14,11 +14,11 @@ use crate::{
 /// Irradiance on the fronts of captors and groups in every hour of a period.
 #[derive(Debug, Default)]
 pub struct HoursFile {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     /// Ids of captors, then of groups.
     pub ids: Vec<String>,
-    /// Names of bands and sums.
+    /// Names of the bands, then of the sums.
     pub bands: Vec<String>,
     /// When each hour begins, as `2005-06-21T13:00+01:00`, in order.
     pub times: Vec<String>,
@@ -28,7 +28,7 @@ pub struct HoursFile {
 
 /// The columns of the table.
 pub const COLUMNS: [&str; 5] = ["captor", "time", "band", "value", "standard_error"];
-/// The most values that are read, 800 MB.
+/// The largest number of values that is read; they take 800 MB.
 const MOST: usize = 100_000_000;
 
 /// A row of the table.
@@ -44,7 +44,8 @@ pub struct Row<'a> {
 pub type Problem = String;
 
 impl HoursFile {
-    /// Adds a row: those of the first hour say which ids and bands there are.
+    /// Adds the next row. The rows of the first hour decide which ids and bands the table has.
+    /// Error: the row does not follow the rows before it, or holds a value that is not finite.
     pub fn add(&mut self, row: &Row) -> std::result::Result<(), Problem> {
         if self.values.len() >= MOST {
             return Err(format!("more than {MOST} values"));
@@ -67,7 +68,7 @@ impl HoursFile {
         if self.values.len() == self.times.len() * each {
             self.times.push(row.time.into());
         }
-        // where this row stands in its hour
+        // position of this row within its hour
         let at = self.values.len() - (self.times.len() - 1) * each;
         let (id, band) = (at / self.bands.len(), at % self.bands.len());
         let expected = self.ids.get(id).is_some_and(|id| id == row.captor)
@@ -82,7 +83,8 @@ impl HoursFile {
         Ok(())
     }
 
-    /// Refuses hours of another scene.
+    /// Refuses a table of hours that does not fit `scene`: other bands, or no values for one of its
+    /// captors or groups.
     pub fn check_scene(&self, scene: &Scene) -> Result<()> {
         let refuse = |problem: String| {
             Err(Error::input(self.path.display(), format!("is of another scene: {problem}"))
@@ -100,7 +102,7 @@ impl HoursFile {
     }
 }
 
-/// An error of the whole file.
+/// Returns an error that concerns the whole file.
 pub fn broken(path: &Path, problem: impl std::fmt::Display) -> Error {
     Error::input(path.display(), format!("is no table of hours: {problem}"))
         .remedy("write it again with `phylux year`")

@@ -1,8 +1,9 @@
-//! OBJ and MTL texts as lines and words.
+//! Splits OBJ and MTL texts into lines and words.
 
 use std::borrow::Cow;
 
-/// The text of a file. Bytes that are no UTF-8 are marked, for they do no harm in a comment.
+/// Returns the text of a file. Bytes that are not UTF-8 become replacement characters, because they
+/// are harmless in a comment. Error: the file is binary or UTF-16.
 pub fn decode(bytes: &[u8]) -> std::result::Result<Cow<'_, str>, String> {
     if bytes.iter().take(8192).any(|&b| b == 0) {
         return Err("is not UTF-8 text but binary, or UTF-16".into());
@@ -10,20 +11,20 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Cow<'_, str>, String> {
     Ok(String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)))
 }
 
-/// The words of a line up to a comment.
+/// Returns the words of a line up to a comment.
 pub fn values(rest: &str) -> impl Iterator<Item = &str> {
     rest.split_ascii_whitespace().take_while(|word| !word.starts_with('#'))
 }
 
-/// A line, with those that a backslash joins to it.
+/// A line, together with the lines that backslashes join to it.
 pub struct Line<'a> {
-    /// Number of the first line of it in the file, from 1.
+    /// Number of its first line in the file, from 1.
     pub number: usize,
     text: Cow<'a, str>,
 }
 
 impl Line<'_> {
-    /// The first word and the rest, without the blanks around.
+    /// Returns the first word and the rest of the line, without surrounding blanks.
     pub fn split(&self) -> (&str, &str) {
         let text = self.text.trim();
         let (word, rest) = text.split_once([' ', '\t']).unwrap_or((text, ""));
@@ -37,6 +38,7 @@ pub struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
+    /// Splits a text into lines.
     pub fn new(text: &'a str) -> Self {
         Self { lines: text.lines().enumerate() }
     }
@@ -64,8 +66,8 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// What stands before the backslash that joins the next line. In a comment it joins nothing: Windows
-/// paths end with backslashes.
+/// Returns the part of the line before a backslash that joins the next line, or `None` if no line
+/// is joined. In a comment a backslash joins nothing, because Windows paths end with backslashes.
 fn joined(line: &str) -> Option<&str> {
     let kept = line.trim_end().strip_suffix('\\')?;
     let comment = kept.split_ascii_whitespace().any(|word| word.starts_with('#'));

@@ -1,4 +1,4 @@
-//! Meshes in memory, in the place of OBJ files.
+//! Meshes in memory, which take the place of OBJ files.
 
 use std::sync::Arc;
 
@@ -7,26 +7,28 @@ use glam::DVec3;
 use super::{ObjFile, ObjGroup, ObjPart};
 use crate::error::{Error, Result};
 
-/// The triangles under one name, all of one material.
+/// Triangles with one group name and one material.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshGroup {
-    /// As after `g` in an OBJ file; none: the name of the object that the mesh belongs to.
+    /// Name of the group, as after `g` in an OBJ file; `None` stands for the name of the object
+    /// that the mesh belongs to.
     pub name: Option<String>,
-    /// As after `usemtl`: a material of the scene; none where the object names one.
+    /// Name of a material of the scene, as after `usemtl`; `None` where the object names the
+    /// material.
     pub material: Option<String>,
     /// Corners in the scene's unit of length, counter-clockwise seen from the front.
     pub triangles: Vec<[DVec3; 3]>,
 }
 
-/// A mesh in memory, checked, which objects, lights and captors of a scene can name in the place of an OBJ
-/// file. Copies share their triangles.
+/// A checked mesh in memory, which objects, lights and captors of a scene can name instead of an
+/// OBJ file. Copies share their triangles.
 #[derive(Clone, Debug)]
 pub struct Mesh(Arc<ObjFile>);
 
 impl Mesh {
-    /// From its groups; those of one name are one group, as in an OBJ file, and a group without triangles
-    /// is left out. Errors, at `mesh, group N` counted from 0: a coordinate that is no finite number; at
-    /// `mesh`: no triangle at all.
+    /// Makes a mesh of groups. Groups with the same name become one, as in an OBJ file, and a group
+    /// without triangles is left out. Errors: at `mesh, group N`, with N counted from 0, a
+    /// coordinate is not a finite number; at `mesh`, there is no triangle at all.
     pub fn new(groups: Vec<MeshGroup>) -> Result<Self> {
         let mut found = ObjFile::default();
         for (i, MeshGroup { name, material, triangles }) in groups.into_iter().enumerate() {
@@ -59,8 +61,8 @@ impl Mesh {
         Ok(Self(Arc::new(found)))
     }
 
-    /// From vertices and the indices of each triangle's corners. Errors: those of [`new`](Self::new), and a
-    /// corner that is no vertex.
+    /// Makes a mesh of vertices and, for each triangle, the indices of its corners, counted from 0.
+    /// Errors: those of [`new`](Self::new), and an index of a vertex that does not exist.
     pub fn from_faces(vertices: &[DVec3], faces: &[[usize; 3]]) -> Result<Self> {
         let corner = |face: usize, i: usize| {
             vertices.get(i).copied().ok_or_else(|| {
@@ -76,7 +78,7 @@ impl Mesh {
         Self::new(vec![MeshGroup { triangles, ..MeshGroup::default() }])
     }
 
-    /// The OBJ file that it stands for.
+    /// Returns the content of the OBJ file that the mesh takes the place of.
     pub(in crate::formats) fn as_obj(&self) -> Arc<ObjFile> {
         self.0.clone()
     }
@@ -97,7 +99,7 @@ mod tests {
         MeshGroup { name: text(name), material: text(material), triangles: triangles(shift) }
     }
 
-    /// Groups and parts, but for the lines they stand on.
+    /// A mesh gives the same groups and parts as the OBJ file, except for line numbers.
     #[test]
     fn a_mesh_is_what_an_obj_file_says() {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 2 2\nf 1 2 3\n\

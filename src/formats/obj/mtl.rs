@@ -1,5 +1,6 @@
-//! The entries of MTL files. Of their keys only a few matter, and they are read here and not by tobj,
-//! which panics on `Kd 0.5` and fails the whole file on `Kd spectral`: one broken entry spoils no other.
+//! Reads the entries of MTL files. Only a few of their keys matter. They are read here and not by
+//! tobj, which panics on `Kd 0.5` and rejects the whole file on `Kd spectral`; here a broken entry
+//! does not affect the others.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -16,19 +17,20 @@ pub struct MtlLibrary {
     missing: Vec<MissingMtl>,
 }
 
-/// An entry and what is wrong with it, which matters only to those who ask for it.
+/// An entry, and the error in it, which is reported only when the entry is needed.
 #[derive(Clone, Debug, PartialEq)]
 struct Read {
     entry: MtlEntry,
     broken: Option<Error>,
 }
 
-/// A material as the MTL file writes it: finite values, none negative, not yet checked further.
+/// A material as the MTL file writes it. Its values are finite and not negative, but not checked
+/// further.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MtlEntry {
     /// The name after `newmtl`.
     pub name: String,
-    /// File and line of its `newmtl`.
+    /// File and line of the entry's `newmtl`.
     pub place: String,
     /// Illumination model.
     pub illum: Option<u32>,
@@ -44,26 +46,27 @@ pub struct MtlEntry {
     pub ns: Option<f64>,
     /// Index of refraction.
     pub ni: Option<f64>,
-    /// Texture of the diffuse colour, as written: it is not read, the colour is Kd alone.
+    /// File name of the texture of the diffuse colour, as written. The texture is not read; the
+    /// colour is `kd` alone.
     pub map_kd: Option<String>,
 }
 
-/// An MTL file that could not be read: an error only where an entry of it is needed.
+/// An MTL file that could not be read, which is an error only where an entry of it is needed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MissingMtl {
-    /// The file looked for.
+    /// Path of the file.
     pub file: String,
-    /// The OBJ file and line that names it.
+    /// The OBJ file and the line in it that names the MTL file.
     pub place: String,
     /// Why it could not be read.
     pub why: String,
 }
 
 impl MtlLibrary {
-    /// The entry of this name, none if there is none.
+    /// Returns the entry of this name, or `None` if there is no such entry.
     ///
     /// # Errors
-    /// An entry that cannot be understood, at its line.
+    /// At its line, if the entry cannot be understood.
     pub fn entry(&self, name: &str) -> Result<Option<&MtlEntry>> {
         match self.by_name.get(name).map(|&i| &self.entries[i]) {
             Some(Read { broken: Some(error), .. }) => Err(error.clone()),
@@ -76,12 +79,13 @@ impl MtlLibrary {
         self.entries.iter().map(|read| read.entry.name.as_str())
     }
 
-    /// The MTL files that could not be read.
+    /// Returns the MTL files that could not be read.
     pub fn missing(&self) -> &[MissingMtl] {
         &self.missing
     }
 
-    /// Loads each file once, in order; names are relative to the OBJ file at `obj`.
+    /// Loads each file once, in order; `files` holds line numbers in the OBJ file and names
+    /// relative to the OBJ file at `obj`.
     pub(super) fn load(
         files: &[(usize, String)],
         obj: &Path,
@@ -113,7 +117,7 @@ impl MtlLibrary {
             return self.entries.push(read);
         };
         let old = &mut self.entries[i];
-        // the same thing said twice is no conflict
+        // two entries with the same content are no conflict
         let same = MtlEntry { place: old.entry.place.clone(), ..read.entry.clone() } == old.entry;
         if old.broken.is_none() {
             let name = quoted(&read.entry.name);
@@ -124,7 +128,7 @@ impl MtlLibrary {
     }
 }
 
-/// The entries of one MTL text; all but the few known keys is left to others.
+/// Returns the entries of one MTL text. Keys other than the few known ones are skipped.
 fn parse_mtl(text: &str, file: &str) -> Vec<Read> {
     let mut entries: Vec<Read> = Vec::new();
     for line in Lines::new(text) {
@@ -142,12 +146,12 @@ fn parse_mtl(text: &str, file: &str) -> Vec<Read> {
             *broken = Some(error.remedy("mend it, or give the scene a material of this name"));
         }
     }
-    // nothing can ask for an entry without a name
+    // an entry without a name can never be used
     entries.retain(|read| !read.entry.name.is_empty());
     entries
 }
 
-/// Takes one key into the entry; the error is the problem with it.
+/// Reads one key into the entry; the error is the problem alone, in words.
 fn set(entry: &mut MtlEntry, key: &str, rest: &str) -> std::result::Result<(), String> {
     fn once<T>(field: &mut Option<T>, value: T) -> std::result::Result<(), String> {
         match field.replace(value) {
@@ -172,12 +176,12 @@ fn set(entry: &mut MtlEntry, key: &str, rest: &str) -> std::result::Result<(), S
     }
 }
 
-/// Three numbers r g b; one stands for all three, as the MTL specification has it.
+/// Reads three numbers r g b; a single number stands for all three, as the MTL specification says.
 fn colour(rest: &str) -> std::result::Result<[f64; 3], String> {
     if let Some(form @ ("spectral" | "xyz")) = values(rest).next() {
         return Err(format!("in the form `{form}` is not supported, must be r g b"));
     }
-    // a fourth is one too many, and there may be millions
+    // four numbers already are too many, and a line may hold millions
     let numbers: Vec<f64> =
         values(rest).take(4).map(number).collect::<std::result::Result<_, _>>()?;
     match numbers[..] {
@@ -209,7 +213,7 @@ mod tests {
     use crate::formats::obj::ObjFile;
     use crate::formats::spoil::spoiled;
 
-    /// The library of an OBJ file in `dir` that names these MTL files.
+    /// Returns the library of an OBJ file in `dir` that has these `mtllib` lines.
     fn load(mtllibs: &str, files: &[(&str, &[u8])]) -> MtlLibrary {
         let obj = format!("{mtllibs}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3");
         let find = |path: &Path| match files.iter().find(|(name, _)| Path::new(name) == path) {

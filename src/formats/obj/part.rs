@@ -1,12 +1,12 @@
-//! The parts of an OBJ file: its groups, and runs of faces.
+//! The parts of an OBJ file: its groups and its runs of faces.
 
 use glam::DVec3;
 
-/// The faces under one name.
+/// A group: all faces under one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ObjGroup {
-    /// What the last `o` or `g` line named (`default` where it gave no name); none for the faces
-    /// before any such line.
+    /// The name on the last `o` or `g` line (`default` where that line has no name); `None` for the
+    /// faces before any such line.
     pub name: Option<String>,
 }
 
@@ -15,16 +15,16 @@ pub struct ObjGroup {
 pub struct ObjPart {
     /// Index into [`ObjFile::groups`](super::ObjFile::groups).
     pub group: usize,
-    /// The name after `usemtl`, as written.
+    /// The name after `usemtl`, as written; `None` before any `usemtl` line and after one without a
+    /// name.
     pub material: Option<String>,
-    /// Line of its first face, from 1.
+    /// Line of the first face, from 1.
     pub line: usize,
-    /// Corners in the file's unit, all finite, counter-clockwise seen from the front; at least one
-    /// triangle, possibly without area.
+    /// Corners of the triangles in the file's unit, all finite, counter-clockwise seen from the
+    /// front; at least one triangle, possibly without area.
     pub triangles: Vec<[DVec3; 3]>,
-    /// How many of its faces have an outline that crosses itself, so that it is unclear what they
-    /// cover.
+    /// Number of faces with an outline that crosses itself, so that it is unclear what they cover.
     pub tangled: usize,
-    /// How many of its faces have corners that are not in one plane.
+    /// Number of faces whose corners are not in one plane.
     pub bent: usize,
 }

@@ -1,5 +1,5 @@
 //! The first pass over an OBJ file: checks each line, follows groups and materials, and writes down
-//! what tobj may see.
+//! the lines that tobj is given.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -9,38 +9,45 @@ use super::part::{ObjGroup, ObjPart};
 use crate::error::{Error, Result, nearest};
 use crate::formats::input::quoted;
 
-/// A polygon with more corners is refused: cutting it takes time that grows with their square.
+/// The largest number of corners of a polygon. More are refused, because the time to cut a polygon
+/// into triangles grows with the square of the number.
 pub const MAX_CORNERS: usize = 10_000;
 
-/// Lines that carry no surface: normals and texture coordinates, points and lines, display settings,
-/// and free-form curves.
+/// Lines that describe no surface: normals and texture coordinates, points and lines, display
+/// settings, and free-form curves. They are skipped.
 #[rustfmt::skip]
 const IGNORED: &[&str] = &[
     "vt", "vn", "vp", "p", "l", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "maplib", "usemap",
     "shadow_obj", "trace_obj", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2",
     "parm", "trim", "hole", "scrv", "sp", "end", "con", "bsp", "bzp", "cdc", "cdp", "res",
 ];
-/// Lines that are read.
+/// The first words of lines that are read.
 const READ: [&str; 6] = ["usemtl", "mtllib", "v", "f", "o", "g"];
 
-/// The state between two lines.
+/// The state of the first pass between two lines.
 pub struct Scan {
     pub path: String,
-    /// The text as tobj gets to see it.
+    /// The text that tobj is given.
     pub sound: String,
+    /// Number of vertices so far.
     pub vertices: i64,
+    /// The groups that have faces so far, in order of their first face.
     pub groups: Vec<ObjGroup>,
+    /// Index into `groups` by name.
     by_name: HashMap<Option<String>, usize>,
+    /// The runs of faces so far, still without triangles.
     pub parts: Vec<ObjPart>,
-    /// The state that the next face meets.
+    /// The group that applies to the next face.
     group: Option<String>,
     material: Option<String>,
+    /// Whether group or material may have changed since the last face.
     changed: bool,
-    /// File names with their lines.
+    /// File names after `mtllib`, with their lines.
     pub mtllibs: Vec<(usize, String)>,
 }
 
 impl Scan {
+    /// Starts the first pass over the file at `path`.
     pub fn new(path: String) -> Self {
         Self {
             path,
@@ -56,6 +63,7 @@ impl Scan {
         }
     }
 
+    /// Checks the next line. Error, at the line: it cannot be understood.
     pub fn line(&mut self, line: &Line) -> Result<()> {
         let (word, rest) = line.split();
         match word {
@@ -102,7 +110,7 @@ impl Scan {
     fn unknown(&self, line: &Line, word: &str) -> Error {
         let error = self.error(line, format!("unknown word {}", quoted(word)));
         let short: String = word.chars().take(20).flat_map(char::to_lowercase).collect();
-        // between words of one or two letters everything is near
+        // a word of one or two letters is similar to every other short word
         match nearest(&short, READ).filter(|&k| k == short || k.len() > 2) {
             Some(known) => error.remedy(format!("did you mean `{known}`?")),
             None => error.remedy("is it an OBJ file? comments begin with #"),
@@ -113,7 +121,7 @@ impl Scan {
         let mut count = 0;
         self.sound.push('v');
         for word in values(rest) {
-            // after x, y, z come a weight, a colour or both: no concern of ours, but numbers
+            // x, y, z may be followed by a weight, a colour or both: numbers that are not used
             match word.parse::<f64>() {
                 Ok(x) if x.is_finite() || count >= 3 => {}
                 _ => {
@@ -162,7 +170,8 @@ impl Scan {
         }
     }
 
-    /// Checks one corner (`7`, `7/1`, `7//3`, `7/1/3`) and hands its vertex on.
+    /// Checks one corner (`7`, `7/1`, `7//3`, `7/1/3`) and writes its vertex to the text for tobj.
+    /// The error is the problem and its remedy.
     fn corner(&mut self, corner: &str) -> std::result::Result<(), (String, &'static str)> {
         let mut pieces = corner.split('/');
         let vertex = pieces.next().unwrap_or_default();
@@ -195,11 +204,11 @@ impl Scan {
                 self.groups.len() - 1
             }
         };
-        // lines that repeat what already holds begin nothing new
+        // a line that repeats the current group or material begins no new part
         if self.parts.last().is_some_and(|p| p.group == group && p.material == self.material) {
             return;
         }
-        // for tobj, a model of its own
+        // gives the part a model of its own in tobj
         let _ = writeln!(self.sound, "o {}", self.parts.len());
         let (material, triangles) = (self.material.clone(), Vec::new());
         self.parts.push(ObjPart {
@@ -213,7 +222,8 @@ impl Scan {
     }
 }
 
-/// The file names of an `mtllib` line. They may hold spaces, so a name ends with `.mtl` or the line.
+/// Returns the file names of an `mtllib` line. Names may contain spaces, so a name ends after
+/// `.mtl` or with the line.
 fn mtl_files(rest: &str) -> impl Iterator<Item = &str> {
     let mut rest = rest;
     std::iter::from_fn(move || {

@@ -1,5 +1,6 @@
-//! Where azimuth 0 is on the triangles of an OBJ file, for materials that are turned about the normal: along the texture
-//! coordinate u where the corners have one, else along the longest edge of the face.
+//! The direction of azimuth 0 on the triangles of an OBJ file, for materials whose scattering
+//! depends on the rotation about the normal: along the texture coordinate u where the corners have
+//! one, otherwise along the longest edge of the face.
 
 use glam::{DVec2, DVec3};
 
@@ -8,7 +9,9 @@ use super::{
     lines::{Lines, decode, values},
 };
 
-/// The axis of each triangle of a file that was read before, in the order of its parts; of no certain length.
+/// Returns the direction of azimuth 0 for each triangle of a file that
+/// [`ObjFile::parse`](super::ObjFile::parse) has accepted, in the order of its parts. The vectors
+/// are not of unit length.
 pub fn tangents(bytes: &[u8]) -> Vec<DVec3> {
     let text = decode(bytes).unwrap_or_default();
     let (mut vertices, mut textures) = (Vec::new(), Vec::new());
@@ -27,13 +30,15 @@ pub fn tangents(bytes: &[u8]) -> Vec<DVec3> {
     tangents
 }
 
-/// What an index of a corner names: it counts from 1, or from -1 backwards.
+/// Returns the entry of `list` that an index of a corner names; such an index counts from 1, or
+/// from -1 backwards.
 fn named<T: Copy>(list: &[T], index: Option<&str>) -> Option<T> {
     let index: i64 = index?.parse().ok()?;
     let place = if index < 0 { list.len() as i64 + index } else { index - 1 };
     list.get(usize::try_from(place).ok()?).copied()
 }
 
+/// Adds the directions of azimuth 0 on the triangles of a face, whose corners are `rest`.
 fn of_face(rest: &str, vertices: &[DVec3], textures: &[DVec2], tangents: &mut Vec<DVec3>) {
     let corner = |word: &str| {
         let mut pieces = word.split('/');
@@ -51,7 +56,8 @@ fn of_face(rest: &str, vertices: &[DVec3], textures: &[DVec2], tangents: &mut Ve
     }
 }
 
-/// The way in which u grows and v does not.
+/// Returns the direction in which u grows and v stays constant, or `None` where the texture
+/// coordinates do not determine one.
 fn along_u([a, b, c]: [DVec3; 3], [ta, tb, tc]: [DVec2; 3]) -> Option<DVec3> {
     let (b, c, tb, tc) = (b - a, c - a, tb - ta, tc - ta);
     let turned = tb.perp_dot(tc);
@@ -59,7 +65,8 @@ fn along_u([a, b, c]: [DVec3; 3], [ta, tb, tc]: [DVec2; 3]) -> Option<DVec3> {
     (turned.abs() > 1e-12 * tb.length() * tc.length()).then(|| along.try_normalize())?
 }
 
-/// From its first corner to its second, in the order of the outline; the first of edges that are equally long.
+/// Returns the longest edge of a polygon, as a vector from its first to its second corner in the
+/// order of the outline. Of edges with equal length, the first is returned.
 pub fn longest_edge(polygon: &[DVec3]) -> DVec3 {
     let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
     ends.fold(DVec3::ZERO, |longest, (from, to)| {
@@ -78,11 +85,11 @@ mod tests {
             // the longer side of a rectangle, not a diagonal of its triangles
             ("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4", &[DVec3::X, DVec3::X]),
             ("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf -3 -2 -1 -4", &[DVec3::NEG_X, DVec3::NEG_X]),
-            // u along y, whatever the edges
+            // u along y, whatever the edges are
             ("v 0 0 0\nv 2 0 0\nv 2 1 0\nvt 0 0\nvt 0 -1\nvt 1 -1\nf 1/1 2/2 3/3", &[DVec3::Y]),
-            // mirrored
+            // mirrored texture coordinates
             ("v 0 0 0\nv 2 0 0\nv 2 1 0\nvt 0 0\nvt 0 1\nvt 1 1\nf 1/1/1 2/2/1 3/3/1", &[DVec3::Y]),
-            // none, one without area, one that is missing
+            // no texture coordinates, coordinates without area, and coordinates that are missing
             ("v 0 0 0\nv 2 0 0\nv 2 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/7 2/8 3/9", &[DVec3::ZERO; 0]),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", &[DVec3::new(-1.0, 1.0, 0.0).normalize()]),
         ];

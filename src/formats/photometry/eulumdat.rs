@@ -1,4 +1,4 @@
-//! EULUMDAT (Stockmar 1990): one value a line, in a fixed order.
+//! Reads EULUMDAT (Stockmar 1990): one value per line, in a fixed order.
 
 use super::{
     file::{FETCH, File, MOST, Photometry},
@@ -6,10 +6,10 @@ use super::{
 };
 use crate::error::Result;
 
-/// Lines of a set of lamps, the second of which is its flux, after their number.
+/// Number of lines for each set of lamps; the third of them is the flux.
 const SET: usize = 6;
 
-/// The values, by the numbers of their lines in the format, from 1.
+/// The values of a file, by their line numbers in the format, counted from 1.
 struct Values<'a>(&'a File<'a>);
 
 impl Values<'_> {
@@ -21,7 +21,7 @@ impl Values<'_> {
                 "an EULUMDAT file has one value a line; an IES file has a line TILT=NONE",
             ));
         };
-        // decimal commas are about
+        // some files have decimal commas
         Ok(text.trim().replace(',', "."))
     }
 
@@ -39,6 +39,7 @@ impl Values<'_> {
     }
 }
 
+/// Reads a file as EULUMDAT.
 pub(super) fn read(file: &File) -> Result<Photometry> {
     let values = Values(file);
     let symmetry = values.count(3, "the symmetry (Isym)", 0, 4)?;
@@ -61,7 +62,7 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
         0 => (Symmetry::None, 0..planes, 1),
         1 => (Symmetry::Axial, 0..1, 1),
         2 => (Symmetry::At0, 0..planes / 2 + 1, 2),
-        // from C = 270 through 0 to 90
+        // the given planes run from C = 270 through 0 to 90
         3 => (Symmetry::At90, 3 * planes / 4..3 * planes / 4 + planes / 2 + 1, 4),
         _ => (Symmetry::Quadrant, 0..planes / 4 + 1, 4),
     };
@@ -85,7 +86,7 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
     let of_given: Vec<f64> = given.clone().map(circle).collect();
     if let Some((low, high)) = ends {
         let (from, to) = (of_given[0], of_given[of_given.len() - 1]);
-        // without symmetry the last lies before 360
+        // without symmetry, the last plane lies before 360
         let fits = match symmetry {
             Symmetry::None => from == low && to <= high,
             _ => from == low && to == high,

@@ -1,4 +1,4 @@
-//! The text of a file of intensities, and what is read from it.
+//! The text of a photometric file, and the distribution that is read from it.
 
 use std::{fmt::Display, path::Path, sync::Arc};
 
@@ -9,24 +9,25 @@ use crate::{
     scene::light::IntensityTable,
 };
 
-/// What to do about a broken file.
+/// The remedy for a damaged file.
 pub(super) const FETCH: &str = "the file is broken: fetch it again, or export it anew";
 
-/// The most intensities in a file.
+/// The largest number of intensities in a file.
 pub(super) const MOST: usize = 1_000_000;
 
 /// The intensity distribution of a lamp.
 #[derive(Clone, Debug)]
 pub struct Photometry {
-    /// Its shape, scaled to a flux of 1.
+    /// The shape of the distribution, scaled to a flux of 1.
     pub table: Arc<IntensityTable>,
-    /// What the file says that the lamp emits: the integral of its intensities (candela times the factors of the file)
-    /// over all directions.
+    /// The flux that the lamp emits according to the file: the integral of its intensities (candela
+    /// times the factors of the file) over all directions.
     pub flux: f64,
 }
 
 impl Photometry {
-    /// From the planes that a file has, in candela.
+    /// Makes the distribution from the planes in the file, in candela, at the vertical angles `v`,
+    /// degrees. Error: the angles or intensities make no distribution.
     pub(super) fn new(
         file: &File,
         planes: Vec<Plane>,
@@ -40,19 +41,19 @@ impl Photometry {
     }
 }
 
-/// The lines of a file, for errors.
+/// The lines of a file, with its path for errors.
 pub(super) struct File<'a> {
     pub(super) path: &'a Path,
     pub(super) lines: Vec<&'a str>,
 }
 
 impl File<'_> {
-    /// At a line that counts from 0.
+    /// Returns an error at a line; `line` counts from 0.
     pub(super) fn error(&self, line: usize, problem: impl Display) -> Error {
         Error::input(format!("{}:{}", self.path.display(), line + 1), problem)
     }
 
-    /// A finite number.
+    /// Reads a finite number. Error, at the line: `word` is not one; `what` names the value.
     pub(super) fn number(&self, line: usize, word: &str, what: impl Display) -> Result<f64> {
         word.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
             self.error(line, format!("{what} is {}, not a finite number", quoted(word)))
@@ -60,7 +61,8 @@ impl File<'_> {
         })
     }
 
-    /// A whole number in a range.
+    /// Reads a whole number within a range. Error, at the line: `word` is not one; `what` names the
+    /// value.
     pub(super) fn count(
         &self,
         line: usize,

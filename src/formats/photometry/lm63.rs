@@ -1,4 +1,5 @@
-//! ANSI/IES LM-63: keywords, then numbers separated by blanks, commas and line ends anywhere.
+//! Reads ANSI/IES LM-63: keywords, then numbers, which blanks, commas and line ends separate
+//! anywhere.
 
 use super::{
     file::{FETCH, File, MOST, Photometry},
@@ -9,7 +10,7 @@ use crate::{
     formats::input::quoted,
 };
 
-/// The numbers after the tilt, one after the other, with their lines.
+/// The numbers after the tilt, in order, with their lines.
 struct Numbers<'a> {
     file: &'a File<'a>,
     words: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
@@ -45,7 +46,7 @@ impl Numbers<'_> {
     }
 }
 
-/// Reads a file whose line `tilt` begins with `TILT=`.
+/// Reads a file in which line `tilt`, counted from 0, begins with `TILT=`.
 pub(super) fn read(file: &File, tilt: usize) -> Result<Photometry> {
     let how = file.lines[tilt].trim().trim_start_matches("TILT=").trim();
     if how != "NONE" {
@@ -53,7 +54,8 @@ pub(super) fn read(file: &File, tilt: usize) -> Result<Photometry> {
             .error(tilt, format!("TILT={} is not read", quoted(how)))
             .remedy("a lamp whose flux depends on its tilt: export it with TILT=NONE"));
     }
-    // before 1995 a factor for lamp and ballast together; later its place is for other things
+    // before 1995 this is a factor for lamp and ballast together; later the place has another
+    // meaning
     let version = file.lines[0].trim();
     let old = version.starts_with("IESNA91")
         || version.starts_with("IESNA:LM-63-1991")
@@ -114,7 +116,8 @@ pub(super) fn read(file: &File, tilt: usize) -> Result<Photometry> {
     Photometry::new(file, planes, symmetry, &v)
 }
 
-/// What the horizontal angles say: one, or 0 to 90, 180 or 360, or 90 to 270.
+/// Returns the symmetry that the horizontal angles imply: there is one angle, or they go from 0 to
+/// 90, 180 or 360, or from 90 to 270.
 fn symmetry(numbers: &Numbers, c: &[f64]) -> Result<Symmetry> {
     if let Some(pair) = c.windows(2).find(|pair| pair[0] >= pair[1]) {
         let problem = format!("horizontal angle {} comes after {}", pair[1], pair[0]);

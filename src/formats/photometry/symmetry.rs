@@ -1,31 +1,31 @@
-//! From the half-planes that a symmetric lamp needs to the whole circle.
+//! Completes the half-planes in the file of a symmetric lamp to the whole circle.
 
-/// Intensities at all vertical angles for one horizontal angle C, degrees.
+/// Intensities at all vertical angles for one horizontal angle C, `c`, degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Plane {
     pub(super) c: f64,
     pub(super) values: Vec<f64>,
 }
 
-/// How the given half-planes stand for all.
+/// How the intensities of the given half-planes repeat around the circle; C in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Symmetry {
-    /// The first is like all others.
+    /// All half-planes are like the first.
     Axial,
-    /// C from 0 to 90: mirrored at both planes.
+    /// C from 0 to 90, mirrored at both planes.
     Quadrant,
-    /// C from 0 to 180: mirrored at the plane of C = 0 and 180.
+    /// C from 0 to 180, mirrored at the plane of C = 0 and 180.
     At0,
-    /// C from 90 to 270: mirrored at the plane of C = 90 and 270.
+    /// C from 90 to 270, mirrored at the plane of C = 90 and 270.
     At90,
-    /// C from 0 to 360, or to the last before it.
+    /// C from 0 to 360, or to the last half-plane before 360.
     None,
 }
 
-/// Angles nearer than this are the same, degrees.
+/// Angles that differ by less than this are equal, degrees.
 const SAME: f64 = 1e-9;
 
-/// Horizontal angles from 0 to 360, and the intensities there, plane by plane.
+/// Returns the horizontal angles from 0 to 360, degrees, and the intensities there, plane by plane.
 pub(super) fn round(given: Vec<Plane>, symmetry: Symmetry) -> (Vec<f64>, Vec<f64>) {
     let mirrors: &[fn(f64) -> f64] = match symmetry {
         Symmetry::Axial => {
@@ -51,7 +51,8 @@ pub(super) fn round(given: Vec<Plane>, symmetry: Symmetry) -> (Vec<f64>, Vec<f64
     (c, planes.into_iter().flat_map(|plane| plane.values).collect())
 }
 
-/// Adds the planes at 0 and 360 that are missing, between the last and the first.
+/// Adds the planes at 0 and 360 if they are missing, interpolated between the last and the first
+/// plane.
 fn close(planes: &mut Vec<Plane>) {
     let (Some(first), Some(last)) = (planes.first().cloned(), planes.last().cloned()) else {
         return;

@@ -1,4 +1,5 @@
-//! Files of our own making: every symmetry against the whole circle, factors, sentences, and files gone wrong.
+//! Tests with files made here: every symmetry against the whole circle, the factors, the messages
+//! of errors, and damaged files.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -12,7 +13,7 @@ use crate::{
 
 const V: [f64; 7] = [0.0, 15.0, 40.0, 75.0, 90.0, 130.0, 180.0];
 
-/// An intensity with the symmetry of a quadrant, or less.
+/// Returns an intensity that has exactly this symmetry.
 fn intensity(c: f64, v: f64, symmetry: Symmetry) -> f64 {
     let (c, v) = (c.to_radians(), v.to_radians());
     let even = 100.0 + 50.0 * v.cos();
@@ -37,7 +38,7 @@ fn row(c: f64, symmetry: Symmetry, separator: &str) -> String {
     values.collect::<Vec<_>>().join(separator)
 }
 
-/// An IES file of these horizontal angles.
+/// Returns an IES file with these horizontal angles.
 fn ies(c: &[f64], symmetry: Symmetry) -> String {
     let list = |angles: &[f64]| angles.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
     let rows: Vec<String> = c.iter().map(|&c| row(c, symmetry, " ")).collect();
@@ -51,7 +52,8 @@ fn ies(c: &[f64], symmetry: Symmetry) -> String {
     )
 }
 
-/// An EULUMDAT file of 24 planes, with the given ones for its symmetry.
+/// Returns an EULUMDAT file of 24 planes, with intensities for the given planes only, as its
+/// symmetry needs.
 fn ldt(number: usize, given: &[f64], symmetry: Symmetry) -> String {
     let mut lines = vec![String::from("nobody"), "1".into(), number.to_string(), "24".into()];
     lines.extend(["15", &V.len().to_string(), "15", "", "made", "", "", ""].map(String::from));
@@ -73,7 +75,8 @@ fn ok(text: &str) -> Photometry {
     read(text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Each symmetric file makes the table of that which goes round, to rounding: IES and EULUMDAT.
+/// A symmetric file gives, except for rounding, the same table as a file with the whole circle, in
+/// IES and in EULUMDAT.
 #[test]
 fn symmetric_files_are_their_whole_circle() {
     let cases = [
@@ -85,7 +88,7 @@ fn symmetric_files_are_their_whole_circle() {
     ];
     for (symmetry, c, number) in cases {
         let whole = ok(&ies(&angles(0.0, 360.0), symmetry));
-        // in EULUMDAT from C = 270 through 0
+        // in EULUMDAT the planes run from C = 270 through 0
         let of_ldt = if symmetry == Symmetry::At90 { angles(270.0, 450.0) } else { c.clone() };
         let mut files = vec![ok(&ldt(number, &of_ldt, symmetry))];
         if symmetry != Symmetry::None {
@@ -109,8 +112,9 @@ fn symmetric_files_are_their_whole_circle() {
     }
 }
 
-/// The flux is that of the interpolated table times the file's factors: multiplier and ballast factor; the photometric
-/// factor until 1991 only. Units of length and blanks, commas and line ends in any place change nothing.
+/// The flux is that of the interpolated table times the factors of the file: the multiplier and the
+/// ballast factor, and until 1991 also the photometric factor. The unit of lengths, and blanks,
+/// commas and line ends in any place, change nothing.
 #[test]
 fn factors_count_as_they_should() {
     let even = |head: &str, numbers: &str| {
@@ -127,7 +131,8 @@ fn factors_count_as_they_should() {
         let found = even(head, numbers);
         assert!((found - factor).abs() < 1e-12, "{head}{numbers}: {found}");
     }
-    // candela per 1000 lm, of lamps of 1000 lm; the decimal may be a comma, and LORL does not count
+    // candela per 1000 lm, with lamps of 1000 lm; the decimal sign may be a comma, and LORL does
+    // not count
     let file = ldt(1, &[0.0], Symmetry::Axial);
     let flux = ok(&file).flux;
     let more = file.replace("\r\nLED\r\n1000\r\n", "\r\nLED\r\n2500\r\n");
@@ -179,7 +184,7 @@ fn bad_files_are_told() {
 
 const WORDS: &[&str] = &["TILT=NONE", "TILT=", "NONE", "360", "180", "90", "7", "IESNA91"];
 
-/// The ending tells what a file was meant to be.
+/// The ending of its name says that a file was meant to be an IES file.
 #[test]
 fn an_ies_file_needs_its_tilt() {
     let error = Photometry::parse(b"IESNA91\n1 2 3\n", Path::new("a.IES")).unwrap_err();
@@ -187,7 +192,7 @@ fn an_ies_file_needs_its_tilt() {
     assert!(error.to_string().starts_with(start), "{error}");
 }
 
-/// Whatever the text, there is an error with its place or a table that shines.
+/// Any text gives an error with its place, or a distribution with a positive flux.
 fn check(text: &[u8]) {
     let path = Path::new("lamp");
     match Photometry::parse(text, path) {
@@ -216,7 +221,7 @@ proptest! {
         check(&text);
     }
 
-    /// Any bytes.
+    /// Arbitrary bytes do not cause a panic.
     #[test]
     fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200), ies in any::<bool>()) {
         let head: &[u8] = if ies { b"IESNA91\nTILT=NONE\n" } else { b"" };

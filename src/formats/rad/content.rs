@@ -1,72 +1,75 @@
-//! What such a file holds.
+//! The content of a Radiance file.
 
 use glam::DVec3;
 
-/// How materials are meant.
+/// The program that defines the meaning of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Dialect {
-    /// As in Radiance.
+    /// Radiance itself.
     #[default]
     Radiance,
-    /// As in SEC2, where the colour is the whole reflectance.
+    /// SEC2, where the colour of a material is its whole reflectance.
     Sec2,
 }
 
-/// A room.
+/// A room: its surfaces, materials and lamps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RadFile {
-    /// Surfaces that are no lamps, in order, side by side where identifier and material are the same.
+    /// The surfaces that are not lamps, in file order; neighbours with the same identifier and
+    /// material form one part.
     pub parts: Vec<RadPart>,
-    /// The materials, in order; of the same name the last one before a surface is its own.
+    /// The materials, in file order. If several have the same name, a surface has the last one
+    /// before it.
     pub materials: Vec<RadMaterial>,
     /// The lamps.
     pub lamps: Vec<RadLamp>,
-    /// What a user should know.
+    /// Messages for the user.
     pub warnings: Vec<String>,
 }
 
-/// Surfaces of one identifier and material.
+/// Surfaces with one identifier and one material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadPart {
-    /// Their name.
+    /// Name of the surfaces.
     pub identifier: String,
-    /// Index of the material.
+    /// Index into [`RadFile::materials`].
     pub material: usize,
-    /// File and line of the first.
+    /// File and line of the first surface.
     pub place: String,
-    /// Corners in the file's unit, counter-clockwise seen from the front.
+    /// Corners of the triangles in the file's unit, counter-clockwise seen from the front.
     pub triangles: Vec<[DVec3; 3]>,
 }
 
 /// A material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadMaterial {
-    /// Its name.
+    /// Name of the material.
     pub name: String,
-    /// plastic, metal, trans, glass, dielectric, mirror, light or glow.
+    /// Type of the material: plastic, metal, trans, glass, dielectric, mirror, light or glow; empty
+    /// where the file uses the material but does not define it.
     pub kind: String,
-    /// Its real arguments.
+    /// The real arguments of the material.
     pub numbers: Vec<f64>,
-    /// File and line.
+    /// File and line of the material.
     pub place: String,
 }
 
 impl RadMaterial {
-    /// Whether its surfaces are lamps.
+    /// Returns whether surfaces of this material are lamps.
     pub fn is_lamp(&self) -> bool {
         matches!(self.kind.as_str(), "light" | "glow")
     }
 }
 
-/// A surface that shines.
+/// A surface that emits light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadLamp {
-    /// Its name.
+    /// Name of the surface.
     pub identifier: String,
-    /// Index of the material.
+    /// Index into [`RadFile::materials`].
     pub material: usize,
-    /// Of a cylinder its ends and its radius, in the file's unit.
+    /// Ends and radius of a cylinder, in the file's unit; `None` for other surfaces.
     pub tube: Option<(DVec3, DVec3, f64)>,
-    /// Of others the corners.
+    /// Corners of the triangles in the file's unit.
     pub triangles: Vec<[DVec3; 3]>,
 }

@@ -1,15 +1,17 @@
-//! The words of a file, with their lines.
+//! Splits a Radiance file into words, with their lines.
 
-/// Words between white space. A `#` at the beginning of a word makes the rest of the line a comment; a `!` where a primitive
-/// may begin makes the line a command, which a `\` at its end continues.
+/// Reads words between white space. A `#` at the beginning of a word makes the rest of the line a
+/// comment. A `!` where a primitive may begin makes the line a command, which continues on the next
+/// line after a `\` at its end.
 pub struct Lexer<'a> {
     rest: &'a str,
-    /// Of the word that was read last, from 1.
+    /// Line of the word that was read last, from 1.
     pub line: usize,
     next_line: usize,
 }
 
 impl<'a> Lexer<'a> {
+    /// Starts at the beginning of a text.
     pub fn new(text: &'a str) -> Self {
         Self { rest: text, line: 1, next_line: 1 }
     }
@@ -34,20 +36,20 @@ impl<'a> Lexer<'a> {
         self.line = self.next_line;
     }
 
-    /// The next word.
+    /// Returns the next word.
     pub fn word(&mut self) -> Option<&'a str> {
         self.skip_blanks();
         let end = self.rest.find(char::is_whitespace).unwrap_or(self.rest.len());
         (end > 0).then(|| self.skip(end))
     }
 
-    /// The next word, which stays.
+    /// Returns the next word without reading it.
     pub fn peek(&mut self) -> Option<&'a str> {
         self.skip_blanks();
         self.rest.split(char::is_whitespace).next().filter(|word| !word.is_empty())
     }
 
-    /// A command, where one stands next: its words without the `!`.
+    /// Reads a command and returns its words without the `!`, if a command comes next.
     pub fn command(&mut self) -> Option<Vec<&'a str>> {
         self.skip_blanks();
         if !self.rest.starts_with('!') {

@@ -1,4 +1,4 @@
-//! From words to surfaces and materials.
+//! Turns the words of a file into surfaces and materials.
 
 use std::{
     collections::HashMap,
@@ -22,37 +22,39 @@ const SURFACES: [&str; 8] =
     ["polygon", "sphere", "bubble", "cylinder", "tube", "cone", "cup", "ring"];
 const MATERIALS: [&str; 8] =
     ["plastic", "metal", "trans", "glass", "dielectric", "mirror", "light", "glow"];
-/// Words of Radiance that are near supported ones, and mean something else.
+/// Types of Radiance whose names are similar to supported ones but mean something else.
 const UNSUPPORTED: [&str; 7] =
     ["source", "illum", "spotlight", "plastic2", "metal2", "trans2", "mist"];
-/// What a file of SEC2 begins with, before a number.
+/// The word at the beginning of a file of SEC2, before a number.
 const SEC2_SCALE: &str = "scale_factor";
-/// Lights of SEC2 that are lines of numbers.
+/// Lights of SEC2 that are lines of numbers, without counts of arguments.
 const SEC2_LINES: [&str; 3] = ["point", "point_light", "spot_light"];
 
-/// Words that are read, of all files and copies.
+/// The largest number of words that are read, in all files and copies.
 const MOST_WORDS: usize = 50_000_000;
-/// Files within files.
+/// The deepest nesting of files within files.
 const DEEPEST: usize = 16;
-/// Corners of a polygon.
+/// The largest number of corners of a polygon.
 const MOST_CORNERS: usize = 10_000;
 
 type Load<'a> = dyn Fn(&Path) -> std::result::Result<Vec<u8>, String> + 'a;
 
+/// Reads a file and the files that its commands name.
 pub struct Scan<'a> {
     dialect: Dialect,
     load: &'a Load<'a>,
     file: RadFile,
-    /// Index of the material that a name stands for; none for what is no material.
+    /// Index of the material that each name stands for.
     named: HashMap<String, Option<usize>>,
-    /// Corners of polygons by material, sorted, with a normal.
+    /// Corners of the polygons that were read, sorted, by material, with the normal of each
+    /// polygon.
     polygons: HashMap<(usize, Vec<[u64; 3]>), DVec3>,
     open: Vec<PathBuf>,
     words: usize,
     copies: usize,
 }
 
-/// How a file is put into the room.
+/// How the content of a file is placed in the room.
 #[derive(Clone)]
 struct Placement {
     transform: DAffine3,
@@ -61,7 +63,7 @@ struct Placement {
     inverted: bool,
 }
 
-/// A primitive's arguments.
+/// The head of a primitive and its place.
 struct Primitive<'a> {
     modifier: &'a str,
     kind: &'a str,
@@ -70,6 +72,7 @@ struct Primitive<'a> {
 }
 
 impl<'a> Scan<'a> {
+    /// Starts without content; `load` fetches the bytes of files that commands name.
     pub fn new(dialect: Dialect, load: &'a Load<'a>) -> Self {
         Self {
             dialect,
@@ -83,6 +86,7 @@ impl<'a> Scan<'a> {
         }
     }
 
+    /// Reads the `bytes` of the file at `path` and returns the whole room.
     pub fn whole(mut self, bytes: &[u8], path: &Path) -> Result<RadFile> {
         let placement = Placement {
             transform: DAffine3::IDENTITY,
@@ -148,7 +152,8 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// The real arguments; text and whole numbers are passed over.
+    /// Reads the counts and arguments of a primitive and returns its real arguments; texts and
+    /// whole numbers are skipped.
     fn numbers(&mut self, lexer: &mut Lexer, primitive: &Primitive) -> Result<Vec<f64>> {
         let Primitive { kind, place, .. } = primitive;
         let count = |scan: &mut Self, lexer: &mut Lexer| {
@@ -174,7 +179,7 @@ impl<'a> Scan<'a> {
         while numbers.len() < reals {
             numbers.push(self.number(lexer, place, kind)?);
         }
-        // SEC2 counts a colour as one
+        // SEC2 counts a colour as one argument
         if self.dialect == Dialect::Sec2 && *kind == "light" && reals == 1 {
             while reals < 3 && lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
                 numbers.push(self.number(lexer, place, kind)?);
@@ -287,7 +292,7 @@ impl<'a> Scan<'a> {
             numbers,
             place: place.clone(),
         };
-        // a file that is put there again says the same again
+        // a file that is included again repeats the same definitions
         let known = self.named.get(*identifier).copied().flatten();
         let same = known.filter(|&index| self.file.materials[index] == material);
         let index = same.unwrap_or(self.file.materials.len());
@@ -298,7 +303,8 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    /// The index of what a surface is made of; of a name that the file does not define too, for the scene may.
+    /// Returns the index of the material of a surface. A name that the file does not define gets an
+    /// entry too, because the scene may define it.
     fn made_of(&mut self, name: &str, place: &str) -> Result<usize> {
         if name == "void" {
             return Err(Error::input(place, "a surface without material")
@@ -404,7 +410,9 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    /// Whether a polygon of the same corners looks the other way: walls of one face are written so, ours have two.
+    /// Returns whether a polygon with the same corners and material, but facing the other way, was
+    /// read before. Radiance files describe walls by such pairs; here a surface has two faces, so
+    /// one polygon is enough.
     fn is_reversed_copy(&mut self, material: usize, triangles: &[[DVec3; 3]]) -> bool {
         let mut corners: Vec<[u64; 3]> =
             triangles.iter().flatten().map(|p| p.to_array().map(|x| (x + 0.0).to_bits())).collect();

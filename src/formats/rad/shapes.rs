@@ -1,4 +1,5 @@
-//! Surfaces as triangles. Round shapes have 64 sides, and the area of the true shape.
+//! Makes triangles of Radiance's surfaces. Round shapes get 64 sides and have the area of the true
+//! shape.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,28 +9,30 @@ use crate::math::geometry::triangulate;
 
 const SIDES: usize = 64;
 
-/// A polygon, counter-clockwise.
+/// Cuts a polygon with counter-clockwise corners into triangles.
 pub fn polygon(corners: &[DVec3]) -> Vec<[DVec3; 3]> {
     let cut = triangulate(corners);
     let cut = match cut.is_empty() {
-        // a face must not vanish
+        // a face must not vanish, so a polygon that cannot be cut becomes a fan
         true => (2..corners.len()).map(|i| [0, i - 1, i]).collect(),
         false => cut,
     };
     cut.iter().map(|triangle| triangle.map(|i| corners[i])).collect()
 }
 
-/// Of a circle of this radius the corner `i` of a polygon that is so much larger that shapes keep their area.
+/// Returns corner `i` of a regular polygon of [`SIDES`] corners on a circle of this radius about
+/// the origin, perpendicular to `axis`. Callers enlarge the radius so that shapes keep their area.
 fn corner(axis: DVec3, radius: f64, i: usize) -> DVec3 {
     let (x, y) = axis.any_orthonormal_pair();
     let (sin, cos) = (TAU * (i % SIDES) as f64 / SIDES as f64).sin_cos();
     radius * (cos * x + sin * y)
 }
 
-/// The side of a cone between two circles, without ends; fronts out.
+/// Returns the side of a cone between two circles, without its ends; the front faces outwards.
 pub fn cone(from: DVec3, to: DVec3, radii: [f64; 2]) -> Vec<[DVec3; 3]> {
     let Some(axis) = (to - from).try_normalize() else { return Vec::new() };
-    // the sides are trapezoids: of these as many as there are have the cone's area, if both ends are larger by `scale`
+    // the sides are trapezoids; together they have the cone's area if both ends are larger by
+    // `scale`
     let (height2, step) = ((to - from).length_squared(), PI / SIDES as f64);
     let difference2 = ((radii[1] - radii[0]) * step.cos()).powi(2);
     let slant2 = height2 + (radii[1] - radii[0]).powi(2);
@@ -49,7 +52,7 @@ pub fn cone(from: DVec3, to: DVec3, radii: [f64; 2]) -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// A disc with a hole, its front along `normal`.
+/// Returns a disc with a hole, its front towards `normal`.
 pub fn ring(center: DVec3, normal: DVec3, radii: [f64; 2]) -> Vec<[DVec3; 3]> {
     let Some(axis) = normal.try_normalize() else { return Vec::new() };
     let step = TAU / SIDES as f64;
@@ -67,7 +70,7 @@ pub fn ring(center: DVec3, normal: DVec3, radii: [f64; 2]) -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// A sphere, fronts out.
+/// Returns a sphere whose front faces outwards.
 pub fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     const ROWS: usize = SIDES / 2;
     let at = |row: usize, column: usize| {
@@ -93,12 +96,12 @@ pub fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
     triangles.iter().map(|corners| corners.map(|p| center + scale * p)).collect()
 }
 
-/// With the fronts on the other side.
+/// Turns the fronts of the triangles to the other side.
 pub fn inverted(triangles: Vec<[DVec3; 3]>) -> Vec<[DVec3; 3]> {
     triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect()
 }
 
-/// Area of all.
+/// Returns the total area of the triangles.
 pub fn area(triangles: &[[DVec3; 3]]) -> f64 {
     triangles.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum()
 }

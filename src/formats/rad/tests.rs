@@ -1,4 +1,4 @@
-//! What is made of sound files, and that no other panics.
+//! Tests of the content that valid files give, and that no damaged file causes a panic.
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ fn area(triangles: &[[DVec3; 3]]) -> f64 {
 
 const WHITE: &str = "void plastic white 0 0 5 .8 .8 .8 0 0 # paint\n";
 
-/// Round shapes have the area of the true ones, and their fronts where they belong.
+/// Round shapes have the area of the true shapes, and their fronts face the right way.
 #[test]
 fn shapes_have_their_area() {
     for (shape, true_area, outside) in [
@@ -54,7 +54,7 @@ fn shapes_have_their_area() {
     }
 }
 
-/// The corners of each part by identifier, after transforms.
+/// Transforms move the corners, turn the fronts and change the identifiers as the command says.
 #[test]
 fn transforms_are_followed() {
     for (command, first, last, copies) in [
@@ -73,7 +73,7 @@ fn transforms_are_followed() {
         assert!(has(first) && has(last), "{command}: {all:?}");
         assert!(triangles.iter().all(|[a, b, c]| (b - a).cross(c - a).z > 0.0), "{command}");
     }
-    // mirrored, the front looks the mirrored way; turned over, the other
+    // a mirrored surface faces the mirrored way, an inverted one the other way
     for (command, z) in [("-mx", 1.0), ("-mz", -1.0), ("-I", -1.0), ("-I -mz", 1.0)] {
         let file = parse(&format!("{WHITE}!xform {command} wall.rad"), Dialect::Radiance).unwrap();
         let [a, b, c] = file.parts[0].triangles[0];
@@ -88,7 +88,8 @@ fn transforms_are_followed() {
     assert!(file.parts.iter().all(|part| file.materials[part.material].name == "m"));
 }
 
-/// The last definition wins, an alias is what it names, reversed copies go, lamps are no surfaces.
+/// The last definition of a name holds, an alias stands for the material it names, reversed copies
+/// are dropped, and lamps are not surfaces.
 #[test]
 fn materials_and_lamps_are_kept_apart() {
     let text = "void plastic a\n0\n0\n5 .1 .1 .1 0 0\na polygon p1 0 0 9 0 0 0 1 0 0 1 1 0\n\
@@ -106,7 +107,7 @@ fn materials_and_lamps_are_kept_apart() {
     assert_eq!(lamps, [("tube1", true), ("panel", false)]);
 }
 
-/// What SEC2 writes.
+/// A file in the form that SEC2 writes is read.
 #[test]
 fn the_dialect_of_sec2_is_read() {
     let text = "scale_factor 100\nvoid light lum400 0 0 1 100 100 100\nvoid x lumB\nvoid point p1 1 2 3\n\

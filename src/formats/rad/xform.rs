@@ -1,29 +1,29 @@
-//! The transforms of `xform`.
+//! Reads the transforms of the command `xform`.
 
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Copies that one command may make.
+/// The largest number of copies that one command may make.
 pub const MOST_COPIES: usize = 100_000;
 
-/// What a command asks for.
+/// The arguments of a command `xform`.
 #[derive(Clone, Debug, Default)]
 pub struct Xform<'a> {
-    /// Where the copies go.
+    /// The transform of each copy.
     pub copies: Vec<DAffine3>,
-    /// What goes before their identifiers, with a dot.
+    /// The text that is put before the identifiers of surfaces, followed by a dot.
     pub prefix: Option<&'a str>,
-    /// What their surfaces are made of.
+    /// The material that replaces those of the surfaces.
     pub modifier: Option<&'a str>,
-    /// Whether surfaces are turned over.
+    /// Whether the fronts of surfaces are turned to the other side.
     pub inverted: bool,
-    /// The files, none for what follows on the standard input.
+    /// The files; empty where the command reads the standard input.
     pub files: Vec<&'a str>,
 }
 
-/// Reads the arguments after `xform`; the error is the problem alone.
+/// Reads the arguments after `xform`; the error is the problem alone, without its place.
 pub fn xform<'a>(arguments: &[&'a str]) -> Result<Xform<'a>, String> {
     let mut asked = Xform { copies: vec![DAffine3::IDENTITY], ..Xform::default() };
-    // of the repetition that is being read: how often, and what each adds
+    // the repetition that is being read: how often it applies, and the transform of one step
     let (mut times, mut step) = (None, DAffine3::IDENTITY);
     let mut words = arguments.iter().copied().peekable();
     while let Some(word) = words.next_if(|word| word.starts_with('-')) {
@@ -82,7 +82,9 @@ pub fn xform<'a>(arguments: &[&'a str]) -> Result<Xform<'a>, String> {
 }
 
 impl Xform<'_> {
-    /// Takes up a part of the arguments: done so many times in turn, of which an array keeps each, beginning with none.
+    /// Applies a part of the arguments to the copies: its `step` is repeated `times` times. An
+    /// iteration keeps only the last result; an array keeps one copy for each number of steps,
+    /// beginning with none.
     fn repeat(&mut self, times: Option<(usize, bool)>, step: DAffine3) -> Result<(), String> {
         let (times, is_array) = times.unwrap_or((1, false));
         let mut powers = vec![DAffine3::IDENTITY];
@@ -90,7 +92,7 @@ impl Xform<'_> {
             let last = powers[powers.len() - 1];
             powers.push(step * last);
         }
-        // an array of n has 0 to n - 1 steps, an iteration n of them
+        // an array of n has copies after 0 to n - 1 steps, an iteration one after n steps
         let kept = if is_array { &powers[..times] } else { &powers[times..] };
         if self.copies.len() * kept.len() > MOST_COPIES {
             return Err(format!("more than {MOST_COPIES} copies"));

@@ -1,4 +1,4 @@
-//! Reading results files.
+//! Reads result files.
 
 use std::{fmt::Display, path::Path};
 
@@ -12,28 +12,30 @@ use crate::{
 };
 
 impl ResultsFile {
-    /// Reads the results at `path`. Errors: they cannot be read, or are none.
+    /// Reads the results at `path`, as far as comparisons and tables need them. Errors: the file
+    /// cannot be read, or is not a results file.
     pub fn read(path: &Path) -> Result<Self> {
         read(path, Self::is_valid)
     }
 
-    /// Reads the `bytes` of results. Errors: they are none.
+    /// Reads the `bytes` of a results file. Error: they are not results.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         parse(bytes, IN_MEMORY, Self::is_valid)
     }
 }
 
-/// Reads all of the results at `path`. Errors: they cannot be read, or are none.
+/// Reads the complete results at `path`. Errors: the file cannot be read, or is not a results file.
 pub fn read_json(path: &Path) -> Result<RunResult> {
     read(path, RunResult::is_valid)
 }
 
-/// Reads all of the results that [`write_json`](super::write_json) has written. Errors: they are none.
+/// Reads complete results from bytes that [`write_json`](super::write_json) has written. Error:
+/// they are not results.
 pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
     parse(bytes, IN_MEMORY, RunResult::is_valid)
 }
 
-/// The place of errors in bytes that are of no file.
+/// The place of errors in bytes that do not come from a file.
 const IN_MEMORY: &str = "results";
 
 fn read<T: DeserializeOwned>(path: &Path, is_valid: impl Fn(&T) -> bool) -> Result<T> {
@@ -78,7 +80,7 @@ mod tests {
 
     const WORDS: &[&str] = &["null", "[", "]", "{", "}", "1e300", "-1e300", "\"back\":", "l1"];
 
-    /// Of photons, split by light, and of paths.
+    /// Two results: of photons, split by light, and of backward paths.
     static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let paths = Settings { estimator: Estimator::Paths, ..Settings::default() };
         let split = Settings { by_light: true, k: Some(2), ..Settings::default() };
@@ -91,7 +93,7 @@ mod tests {
         String::from_utf8(bytes).expect("UTF-8").leak()
     }
 
-    /// The file that is read.
+    /// A folder with a valid results file; the tests write damaged files beside it.
     static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
         let folder = tempfile::tempdir().expect("a temporary folder");
         std::fs::write(folder.path().join("sound.json"), FILES[0]).expect("a file");
@@ -101,7 +103,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever the text: an error that names the file, or finite numbers in all that is made of it.
+        /// Any text gives an error that names the file, or results from which only finite numbers
+        /// follow.
         #[test]
         fn no_spoiled_results_panic(
             bytes in spoiled(FILES.as_slice(), WORDS),

@@ -1,4 +1,5 @@
-//! Tables of four angles: `theta_i,phi_i,theta_o,phi_o` and a column for each band.
+//! Reads tables of four angles, with the columns `theta_i,phi_i,theta_o,phi_o` and one column for
+//! each band.
 
 use std::path::Path;
 
@@ -20,17 +21,20 @@ struct Grid<'a> {
     path: &'a Path,
     angles: [Vec<f64>; 4],
     bands: usize,
-    /// In the order of the lists, the last running fastest, then band by band.
+    /// Values in the order of the lists: the index into the last list runs fastest, and each
+    /// combination has one value per band.
     values: Vec<f32>,
 }
 
-/// A side of the sheet, with the indices of the angles to its normal that lie on it.
+/// One side of the sheet, with the angles to the normal that lie on it.
 struct Side {
-    /// rad, rising.
+    /// Angles from the normal of this side, rad, rising.
     theta: Vec<f32>,
+    /// Index of each of these angles in its list of the grid.
     indices: Vec<usize>,
 }
 
+/// Reads a table of four angles for the `wanted` bands.
 pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<ScatterTable> {
     let grid = read(bytes, path, wanted)?.closed(PHI_I).closed(PHI_O);
     let [incident, leaving] = [THETA_I, THETA_O].map(|list| grid.sides(list));
@@ -57,7 +61,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
     Ok(ScatterTable { faces, warnings })
 }
 
-/// A warning where angles end by more than half their step before 90 degrees.
+/// Returns a warning where the largest angle is more than half of the last step away from 90
+/// degrees.
 fn ends_early(side: &Side, which: &str, name: &str) -> Option<String> {
     let last = *side.theta.last()?;
     let before = side.theta.iter().rev().nth(1);
@@ -69,6 +74,7 @@ fn ends_early(side: &Side, which: &str, name: &str) -> Option<String> {
     })
 }
 
+/// Reads the rows of a table into a grid.
 fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
     let mut rows = records(bytes, path);
     let header = "a table begins with `theta_i,phi_i,theta_o,phi_o` and the names of the bands";
@@ -148,7 +154,7 @@ fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
     sorted(path, &all, &lines, &values, bands)
 }
 
-/// Brings rows in any order into that of their angles.
+/// Sorts rows, which may come in any order, by their angles.
 fn sorted<'a>(
     path: &'a Path,
     rows: &[[f64; 4]],
@@ -173,7 +179,7 @@ fn sorted<'a>(
         let index = |i: usize| empty.angles[i].partition_point(|angle| *angle < row[i]);
         (0..4).fold(0, |all, i| all * sizes[i] + index(i))
     };
-    // no more memory than a few times that of the file
+    // use no more than a few times the memory of the file
     let few = pairs.filter(|&pairs| pairs <= 4 * rows.len());
     let mut sorted = vec![f32::NAN; few.unwrap_or(0) * bands];
     if few.is_some() {
@@ -212,11 +218,13 @@ fn sorted<'a>(
     }
 }
 
-/// Azimuths of a grid, rad, with the index of each in its list.
+/// Azimuths of a grid, rad, each with its index in its list.
 struct Azimuths {
-    /// Of the light that comes; none where the table is alike all around.
+    /// Azimuths of the incident light; `None` where the table does not change when the sheet is
+    /// turned about its normal.
     incident: Option<Vec<(f32, usize)>>,
-    /// Of the light that leaves, or of their difference.
+    /// Azimuths of the leaving light, or, if `incident` is `None`, their differences from the
+    /// azimuth of the incident light.
     leaving: Vec<(f32, usize)>,
 }
 
@@ -225,13 +233,14 @@ impl Grid<'_> {
         Error::input(self.path.display(), problem)
     }
 
-    /// Values at a combination of angles.
+    /// Returns the values, one per band, at a combination of angles.
     fn at(&self, indices: [usize; 4]) -> &[f32] {
         let place = (0..4).fold(0, |all, i| all * self.angles[i].len() + indices[i]);
         &self.values[place * self.bands..][..self.bands]
     }
 
-    /// The same with 360 degrees taken for 0 in a list of azimuths: where both are there, their mean.
+    /// Replaces 360 degrees by 0 in a list of azimuths. If the list has both, the values are
+    /// averaged.
     fn closed(self, list: usize) -> Self {
         let azimuths = &self.angles[list];
         if azimuths.last() != Some(&360.0) {
@@ -266,7 +275,8 @@ impl Grid<'_> {
         Self { angles, values, ..self }
     }
 
-    /// The front and the back: which of the angles to the front's normal lie on each, counted from its own normal.
+    /// Returns the front and the back: the angles of a list that lie on each, measured from the
+    /// normal of that side.
     fn sides(&self, list: usize) -> [Side; 2] {
         let angles = self.angles[list].iter().copied().enumerate();
         let front: Vec<(usize, f64)> = angles.clone().filter(|(_, theta)| *theta <= 90.0).collect();
@@ -304,7 +314,7 @@ impl Grid<'_> {
             return Ok(Azimuths { incident: Some(radians(phi_i)), leaving: radians(phi_o) });
         };
         let half = phi_o.len() > 1 && phi_o.iter().all(|&phi| phi <= 180.0);
-        // from -180, not included, to 180
+        // differences of azimuths, above -180 and up to 180
         let turn = |phi: f64| 180.0 - (180.0 - (phi - only)).rem_euclid(360.0);
         let mut turns: Vec<(f64, usize)> =
             phi_o.iter().enumerate().map(|(i, &phi)| (turn(phi), i)).collect();
@@ -332,7 +342,8 @@ impl Grid<'_> {
         Ok(Azimuths { incident: None, leaving })
     }
 
-    /// Values for light that comes on one side and leaves on one; 0 where the table has none.
+    /// Returns the values for light that arrives on one side of the sheet and leaves on one side;
+    /// they are 0 where the table has none.
     fn part(&self, azimuths: &Azimuths, from: &Side, to: &Side) -> Result<PairValues> {
         let phi_i = azimuths.incident.as_deref().unwrap_or(&[(0.0, 0)]);
         let turns: Vec<f32> = azimuths.leaving.iter().map(|(phi, _)| *phi).collect();

@@ -1,8 +1,8 @@
-//! What is read from a file, and for which bands.
+//! The content of a file of scattering functions, and the bands that it is read for.
 
 use crate::scene::material::BsdfFaces;
 
-/// The most values in a file.
+/// The largest number of values in a file.
 pub(super) const MOST: usize = 20_000_000;
 
 /// What a file says about a sheet.
@@ -10,15 +10,16 @@ pub(super) const MOST: usize = 20_000_000;
 pub struct ScatterTable {
     /// The scattering function.
     pub faces: BsdfFaces,
-    /// What a user should know: angles that it does not reach.
+    /// Messages for the user: ranges of angles that the file does not cover.
     pub warnings: Vec<String>,
 }
 
 /// The bands that a file is read for.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted<'a> {
-    /// Their names.
+    /// Names of the bands.
     pub bands: &'a [&'a str],
-    /// Whether the user has named them; else a table of one column has their values, whatever its name.
+    /// Whether the user has named them. If not, a table with a single column of values is used
+    /// whatever the name of that column.
     pub named: bool,
 }

@@ -1,8 +1,10 @@
-//! Matrices of WINDOW: f for all pairs of patches of Klems' division of the hemisphere, or of another that the file has (Klems,
-//! "A new method for predicting the solar heat gain of complex fenestration systems", ASHRAE Transactions 100, 1994).
+//! Reads matrices of WINDOW: f for all pairs of patches of Klems' division of the hemisphere, or of
+//! another division that the file defines (Klems, "A new method for predicting the solar heat gain
+//! of complex fenestration systems", ASHRAE Transactions 100, 1994).
 //!
-//! In such files a patch of incidence has the azimuth that light goes on to which passes straight through: half a turn from
-//! where it comes from. Azimuths run counter-clockwise seen from the inside, the back of the sheet, from the right; 90
+//! In these files, a patch of incidence has the azimuth towards which light travels that passes
+//! straight through, which is half a turn from where the light comes from. Azimuths are measured
+//! from the right, counter-clockwise as seen from the inside, which is the back of the sheet; 90
 //! degrees is up (as Radiance reads and writes these files; G. Ward, bsdf_m.c).
 
 use std::{f32::consts::PI, path::Path};
@@ -16,13 +18,13 @@ use crate::{
     scene::material::{Basis, BsdfFaces, FaceValues, PairValues},
 };
 
-/// Elements within elements, at most.
+/// The deepest nesting of elements.
 const DEEPEST: usize = 64;
 
 /// Rings of patches: the angle where each ends, degrees, and its number of patches.
 type Rings = Vec<(f64, usize)>;
 
-/// Those of "LBNL/Klems Full", which a file need not have.
+/// The rings of "LBNL/Klems Full", which a file may use without defining them.
 const FULL: [(f64, usize); 9] = [
     (5.0, 1),
     (15.0, 8),
@@ -35,7 +37,7 @@ const FULL: [(f64, usize); 9] = [
     (90.0, 12),
 ];
 
-/// What the file says, as it stands.
+/// The content of a file, as it is written.
 #[derive(Default)]
 struct Content {
     bases: Vec<(String, Rings)>,
@@ -43,7 +45,7 @@ struct Content {
     blocks: Vec<Block>,
 }
 
-/// The matrix of a wavelength and a direction.
+/// The matrix for one wavelength and one direction of light.
 #[derive(Clone, Default)]
 struct Block {
     wavelength: String,
@@ -54,6 +56,8 @@ struct Block {
     values: String,
 }
 
+/// Reads a file of WINDOW for the `wanted` bands. A band takes the block of its own name, otherwise
+/// the block `Visible`, otherwise the only block.
 pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<ScatterTable> {
     let content = read(bytes, path)?;
     let error = |problem: String| Error::input(path.display(), problem);
@@ -107,7 +111,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
         return Err(error("no matrix of light on the front".into())
             .remedy("it needs `Transmission Front` or `Reflection Front`"));
     };
-    // programs write a back of zeros where they have not followed light from there
+    // some programs write zeros for the back if they did not trace light from there
     let is_black = |values: &PairValues| values.values.iter().all(|&f| f == 0.0);
     let dummy = |back: &FaceValues| is_black(&back.transmitted) && !is_black(&front.transmitted);
     let back = face(back).filter(|back| !dummy(back));
@@ -123,6 +127,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
     Ok(ScatterTable { faces, warnings: Vec::new() })
 }
 
+/// Reads the XML of a file of WINDOW.
 fn read(bytes: &[u8], path: &Path) -> Result<Content> {
     let not_xml = |problem: String| {
         Error::input(path.display(), format!("is no XML file: {problem}"))
@@ -165,7 +170,7 @@ fn read(bytes: &[u8], path: &Path) -> Result<Content> {
                     "RowAngleBasis" => block.leaving = trimmed.into(),
                     "ScatteringData" => block.values = trimmed.into(),
                     "WavelengthDataBlock" => {
-                        // a wavelength may have several of them
+                        // a wavelength may have several blocks
                         let wavelength = block.wavelength.clone();
                         let next = Block { wavelength, ..Block::default() };
                         content.blocks.push(std::mem::replace(&mut block, next));
@@ -185,7 +190,8 @@ fn read(bytes: &[u8], path: &Path) -> Result<Content> {
 }
 
 impl Content {
-    /// The matrix of a direction, from the blocks of the wavelengths that the bands have; none where the file has none.
+    /// Returns the matrix for a direction of light, with the blocks of the wavelengths that the
+    /// bands use; `None` where the file has no such matrix.
     fn matrix(&self, direction: &str, of_band: &[&str], path: &Path) -> Result<Option<PairValues>> {
         let error =
             |problem: String| Error::input(path.display(), format!("{direction}: {problem}"));
@@ -224,7 +230,7 @@ impl Content {
                     let problem = format!("{} is no finite number of at least 0", quoted(word));
                     return Err(error(problem).remedy("noise below 0 counts as 0"));
                 };
-                // a line for each patch that the light leaves in
+                // the values come row by row, with one row for each patch in which light leaves
                 let (row, column) = (count / columns, count % columns);
                 if row < rows {
                     let pair = seen_in[column] * rows + seen_out[row];
@@ -242,12 +248,14 @@ impl Content {
                 rings.iter().map(|&(end, cells)| (end.to_radians() as f32, cells)).collect();
             Basis::patches(&rings, turn)
         };
-        // azimuth 0 of the file, to the right from the inside, is to the left from the front: half a turn from u
+        // azimuth 0 of the file points right as seen from the inside, so it points left as seen
+        // from the front, which is half a turn from u
         let (rows, columns) = (patches(&incident, 0.0), patches(&leaving, PI));
         Ok(Some(PairValues { rows, columns, turns: None, values }))
     }
 
-    /// The patches that a name stands for.
+    /// Returns the rings of patches of an angle basis. Error: the basis is not defined, or does not
+    /// divide the hemisphere into patches.
     fn rings(&self, name: &str) -> std::result::Result<Rings, String> {
         let defined = self.bases.iter().find(|(known, _)| known == name);
         let rings = match defined {
@@ -272,7 +280,8 @@ impl Content {
     }
 }
 
-/// Where each patch of the file stands among those that are counted the other way around, seen from the front.
+/// Returns, for each patch of the file, its index when patches are counted the other way around, as
+/// seen from the front.
 fn from_front(rings: &Rings) -> Vec<usize> {
     let mut order = Vec::new();
     for &(_, cells) in rings {

@@ -1,4 +1,4 @@
-//! Both readers: what they make of sound files, and that no other panics.
+//! Tests of both readers: the values from valid files, and that no damaged file causes a panic.
 
 use std::fmt::Write;
 
@@ -19,13 +19,15 @@ fn material(faces: &BsdfFaces) -> Material {
     Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(faces)))))
 }
 
-/// Away from the surface: angle to the front's normal z, azimuth from x, degrees.
+/// Returns the unit vector that leaves the surface at angle `theta` to the front's normal z and
+/// azimuth `phi` from x, degrees.
 fn direction(theta: f32, phi: f32) -> Vec3 {
     let (theta, phi) = (theta.to_radians(), phi.to_radians());
     Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// f of the first band for light that comes from and leaves in these directions, whose frame has x as azimuth 0.
+/// Returns f of the first band for light that comes from one direction and leaves in another; x is
+/// at azimuth 0.
 fn f(table: &ScatterTable, from: [f32; 2], to: [f32; 2]) -> f32 {
     let mut surface = material(&table.faces);
     surface.set_tangents(vec![(0, Vec3::X)]);
@@ -33,7 +35,7 @@ fn f(table: &ScatterTable, from: [f32; 2], to: [f32; 2]) -> f32 {
     surface.evaluate::<[f32; 1]>(&at, direction(to[0], to[1])).0[0]
 }
 
-/// A table of the full grid of these angles.
+/// Writes a table with the full grid of these angles.
 fn csv(lists: [&[i32]; 4], mut f: impl FnMut([i32; 4]) -> f64) -> String {
     let mut text = "theta_i,phi_i,theta_o,phi_o,all\n".to_string();
     for &a in lists[0] {
@@ -48,10 +50,11 @@ fn csv(lists: [&[i32]; 4], mut f: impl FnMut([i32; 4]) -> f64) -> String {
     text
 }
 
-/// Cells, azimuths by difference, mirrored halves, 360 for 0, and which angle means which side.
+/// The cells of angles, differences of azimuths, mirrored halves, 360 instead of 0, and the side
+/// that each angle belongs to.
 #[test]
 fn four_angles_are_read() {
-    // counts where it is: 1e-3 theta_i + 1e-4 theta_o + 1e-5 phi_o
+    // the value encodes the angles: 1e-3 theta_i + 1e-4 theta_o + 1e-5 phi_o
     let value = |[a, _, c, d]: [i32; 4]| {
         1e-3 * f64::from(a) + 1e-4 * f64::from(c) + 1e-5 * f64::from(d % 360)
     };
@@ -62,18 +65,18 @@ fn four_angles_are_read() {
     assert_eq!((table.warnings.len(), table.warnings[0].as_str()), (2, warning));
     for (from, to, expected) in [
         ([40.0, 0.0], [50.0, 90.0], 0.0459),
-        // the difference of the azimuths counts, and cells reach half way
+        // the difference of the azimuths counts, and cells extend half way to their neighbours
         ([40.0, 30.0], [45.0, 140.0], 0.0459),
         ([20.0, 0.0], [50.0, 0.0], 0.025),
         ([89.0, 0.0], [5.0, 350.0], 0.081),
-        // through
+        // transmitted light
         ([40.0, 0.0], [155.0, 270.0], 0.0597),
         ([40.0, 0.0], [130.0, 180.0], 0.0548),
     ] {
         let found = f64::from(f(&table, from, to));
         assert!((found - expected).abs() < 1e-6, "{from:?} {to:?}: {found} {expected}");
     }
-    // from behind: reflection alike, transmission the opposite way
+    // light from behind: reflected like light on the front, transmitted in the opposite direction
     assert!((f(&table, [140.0, 0.0], [170.0, 0.0]) - 0.041).abs() < 1e-6);
     let (there, back) =
         (f(&table, [40.0, 0.0], [130.0, 90.0]), f(&table, [130.0, 90.0], [40.0, 0.0]));
@@ -84,7 +87,7 @@ fn four_angles_are_read() {
     assert!((f(&table, [40.0, 0.0], [50.0, 270.0]) - 0.0459).abs() < 1e-6);
     assert_eq!(f(&table, [40.0, 0.0], [130.0, 0.0]), 0.0);
 
-    // both azimuths: turned about x
+    // both azimuths matter: the sheet is turned about its normal, and x is at azimuth 0
     let turned =
         csv([&[0, 40, 80], &[0, 90, 180, 270], &[10, 50], &[0, 90, 180, 270]], |[a, b, c, d]| {
             value([a, b, c, d]) + f64::from(b) * 1e-4
@@ -94,7 +97,7 @@ fn four_angles_are_read() {
         let found = f(&table, [40.0, phi], [50.0, 90.0]);
         assert!((found - expected).abs() < 1e-6, "{phi}: {found} {expected}");
     }
-    // with light on the back of its own
+    // the back has values of its own
     let both = csv([&[0, 40, 140, 180], &[0], &[10, 50, 130, 170], &[0]], value);
     let table = read(&both, "a.csv", &["all"]).unwrap();
     assert!((f(&table, [140.0, 0.0], [130.0, 0.0]) - 0.153).abs() < 1e-6);
@@ -102,7 +105,8 @@ fn four_angles_are_read() {
     assert_eq!(table.warnings.len(), 4, "{:?}", table.warnings);
 }
 
-/// A small file of WINDOW: 3 patches, of which the value of a pair is 0.01 (3 leaving + coming + 1).
+/// Writes a small file of WINDOW with 3 patches; the value of a pair is 0.01 (3 leaving + incident
+/// + 1).
 fn xml(direction: &str) -> String {
     let block = "<AngleBasisBlock><Theta>0</Theta><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>\
         <UpperTheta>30</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock><Theta>60</Theta><nPhis>2</nPhis>\
@@ -118,19 +122,20 @@ fn xml(direction: &str) -> String {
     )
 }
 
-/// Columns are patches of incidence; the azimuth of one is that of light that passes straight, counted from the right as
-/// the sheet is seen from its back: azimuth 180 of ours, which is to the left from the front.
+/// Columns are patches of incidence. The azimuth of such a patch is that of light which passes
+/// straight through, counted from the right as the sheet is seen from its back. Azimuth 0 of the
+/// file is therefore azimuth 180 here, to the left as seen from the front.
 #[test]
 fn klems_patches_are_read() {
     let table = read(&xml("Transmission Front"), "a.xml", &["all"]).unwrap();
     for (from, to, expected) in [
         ([10.0, 77.0], [170.0, 3.0], 0.01),
-        // column 1: the light goes on towards azimuth 0 of the file
+        // column 1: the light travels towards azimuth 0 of the file
         ([60.0, 0.0], [120.0, 180.0], 0.05),
         ([60.0, 0.0], [120.0, 0.0], 0.08),
         ([60.0, 0.0], [175.0, 180.0], 0.02),
         ([60.0, 180.0], [120.0, 180.0], 0.06),
-        // from behind it goes the opposite way
+        // light from behind travels in the opposite direction
         ([120.0, 180.0], [60.0, 0.0], 0.05),
         ([10.0, 0.0], [10.0, 0.0], 0.0),
     ] {
@@ -138,15 +143,15 @@ fn klems_patches_are_read() {
         assert!((found - expected).abs() < 1e-6, "{from:?} {to:?}: {found}");
     }
     let table = read(&xml("Reflection Front"), "a.XML", &["red"]).unwrap();
-    // a mirror stays in its patch, on both faces
+    // a mirror's light stays in its patch, on both faces
     assert!((f(&table, [60.0, 0.0], [60.0, 180.0]) - 0.05).abs() < 1e-6);
     assert!((f(&table, [120.0, 0.0], [120.0, 180.0]) - 0.05).abs() < 1e-6);
 }
 
-/// Azimuths of the file and ours: 0 and 180 change places, 90 and 270 stay.
+/// Azimuths 0 and 180 of the file change places here, 90 and 270 stay.
 #[test]
 fn azimuths_of_klems_patches_are_seen_from_the_inside() {
-    // four patches all around; the value of a pair is 0.01 (4 leaving + coming + 1)
+    // four patches all around; the value of a pair is 0.01 (4 leaving + incident + 1)
     let values: Vec<String> =
         (1..=16).map(|value| format!("{}", f64::from(value) / 100.0)).collect();
     let text = xml("Transmission Front");

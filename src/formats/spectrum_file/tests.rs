@@ -1,4 +1,4 @@
-//! The same table in every form that is read, the sentences of errors, and damaged files.
+//! Tests with the same table in every form that is read, the messages of errors, and damaged files.
 
 use proptest::prelude::*;
 
@@ -55,7 +55,7 @@ fn bad_tables_are_told() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// There is an error with its place, or a curve.
+    /// Any text gives an error with its place, or a spectrum.
     #[test]
     fn no_spoiled_table_panics(text in spoiled(&FILES, &["400", "R", "nm", "\"nm\""]), named in any::<bool>()) {
         let path = Path::new("a.csv");

@@ -1,13 +1,14 @@
-//! Which values go together: every point of a design holds one value of each parameter.
+//! Designs: which values of the parameters go together. Every point of a design holds one value of
+//! each parameter.
 
 use serde_json::Value;
 
 use super::format::{SampleKind, Whole};
 use crate::math::rng::Stream;
 
-/// The most dimensions of a Sobol sequence.
+/// The largest number of dimensions of a Sobol sequence.
 pub const SOBOL_DIMENSIONS: usize = 256;
-/// The longest Sobol sequence.
+/// The largest number of points of a Sobol sequence.
 pub const SOBOL_POINTS: usize = 1 << 16;
 
 /// The values that a parameter may take.
@@ -15,15 +16,16 @@ pub const SOBOL_POINTS: usize = 1 << 16;
 pub enum Choices {
     /// One of the listed values.
     Listed(Vec<Value>),
-    /// Any number between two limits; only for designs that draw samples.
+    /// Any number between two limits; only designs that draw samples allow it.
     Between(f64, f64),
 }
 
-/// For each point, the index of each parameter's value.
+/// For each point, the index of the value of each parameter.
 pub type Points = Vec<Vec<u32>>;
 
-/// All combinations or pairs of listed values: how many of each there are, at least 1, and fewer than 2^32 points. The
-/// last parameter changes first.
+/// Returns the points of a design that uses all listed values. `lengths` holds the number of values
+/// of each parameter, at least 1, and must give fewer than 2^32 points. In a grid, the last
+/// parameter changes first.
 pub fn whole(combine: Whole, lengths: &[usize]) -> Points {
     match combine {
         Whole::Zip => (0..lengths[0]).map(|i| vec![i as u32; lengths.len()]).collect(),
@@ -47,7 +49,7 @@ pub fn whole(combine: Whole, lengths: &[usize]) -> Points {
     }
 }
 
-/// `count` numbers in [0, 1) for each of `dimensions` parameters.
+/// Returns, for each of `dimensions` parameters, `count` numbers in [0, 1).
 pub fn sample(kind: SampleKind, count: usize, dimensions: usize, seed: u32) -> Vec<Vec<f64>> {
     let all = 0..dimensions as u32;
     match kind {
@@ -61,39 +63,40 @@ pub fn sample(kind: SampleKind, count: usize, dimensions: usize, seed: u32) -> V
     }
 }
 
-/// One number in each of `count` equal parts of [0, 1), in random order.
+/// Returns one number in each of `count` equal parts of [0, 1), in random order.
 fn latin(count: usize, stream: &mut Stream) -> Vec<f64> {
     let mut parts: Vec<usize> = (0..count).collect();
-    // Fisher and Yates
+    // the shuffle of Fisher and Yates
     for i in (1..count).rev() {
         parts.swap(i, (stream.uniform_fine() * (i + 1) as f64) as usize);
     }
     parts.iter().map(|part| (*part as f64 + stream.uniform_fine()) / count as f64).collect()
 }
 
-/// The value that `u` in [0, 1] chooses between two ends.
+/// Returns the value at the fraction `u`, 0 to 1, of the way between two limits.
 pub fn between(from: f64, to: f64, u: f64) -> Value {
     number(match u {
         0.0 => from,
         1.0 => to,
-        // each end by itself: their difference may be infinite
+        // multiply each limit by itself, because their difference may be infinite
         _ => round(from * (1.0 - u) + to * u),
     })
 }
 
-/// `steps` values at equal distances, both ends among them.
+/// Returns `steps` values at equal distances, including both limits.
 pub fn steps(from: f64, to: f64, steps: usize) -> Vec<Value> {
     let last = steps.saturating_sub(1).max(1);
     (0..steps).map(|i| between(from, to, i as f64 / last as f64)).collect()
 }
 
-/// To 12 digits: 0.075 and not 0.07500000000000001.
+/// Rounds a value to 12 digits, so that it is 0.075 and not 0.07500000000000001.
 pub fn round(value: f64) -> f64 {
     let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
     if rounded.is_finite() { rounded } else { value }
 }
 
-/// A finite number in its shortest form: 40 and not 40.0, so that both are one value.
+/// Returns a finite number in its shortest form, 40 and not 40.0, so that both count as the same
+/// value.
 pub fn number(value: f64) -> Value {
     match value.fract() == 0.0 && value.abs() < 9e15 {
         true => (value as i64).into(),
@@ -126,8 +129,8 @@ mod tests {
         );
     }
 
-    /// Each of 64 equal parts of every parameter is used once, in an order of its own. Seeds 1 and 2,
-    /// without chance.
+    /// Each of 64 equal parts of every parameter's range is used once, in a different order for
+    /// each parameter. The seeds 1 and 2 are fixed, so the test does not depend on chance.
     #[test]
     fn samples_fill_every_part_once() {
         for kind in [SampleKind::Sobol, SampleKind::LatinHypercube] {
@@ -143,8 +146,8 @@ mod tests {
         }
     }
 
-    /// In the plane of the first two parameters a Sobol sequence of 64 puts 1 point into each of 8 x 8
-    /// boxes; a Latin hypercube need not.
+    /// In the plane of the first two parameters, a Sobol sequence of 64 points has 1 point in each
+    /// of 8 x 8 boxes; a Latin hypercube need not.
     #[test]
     fn sobol_points_are_even_in_the_plane() {
         let columns = sample(SampleKind::Sobol, 64, 2, 7);

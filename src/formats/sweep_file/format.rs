@@ -1,4 +1,5 @@
-//! The sweep file as it is written: the types that its JSON is read into and its schema made of.
+//! The sweep file as it is written: the types that its JSON is read into and that its schema is
+//! made of.
 
 use std::fmt;
 
@@ -15,7 +16,7 @@ use serde_json::Value;
 
 use crate::formats::scene_file::Count;
 
-/// A phylux sweep: one scene, run with many values of some of its numbers.
+/// A phylux sweep: one scene, run with several values of some of its numbers.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepFile {
@@ -24,14 +25,15 @@ pub struct SweepFile {
     pub _schema: Option<String>,
     /// The scene file, relative to this one.
     pub scene: String,
-    /// What varies: a JSON pointer into the scene (`/lights/0/power`), or a name with `at` -> its
-    /// values.
+    /// The values that vary: each key is a JSON pointer into the scene (`/lights/0/power`), or a
+    /// name with `at`; each value lists the values to run.
     #[schemars(extend("minProperties" = 1))]
     pub vary: IndexMap<String, VaryFile>,
-    /// How the values of several parameters come together (default grid).
+    /// How the values of several parameters are combined (default grid).
     #[serde(default)]
     pub combine: CombineFile,
-    /// Runs of each combination, with the scene's seed and the numbers after it (default 1).
+    /// Number of runs of each combination, with the scene's seed and the numbers after it (default
+    /// 1).
     #[schemars(range(min = 1))]
     pub seeds: Option<Count>,
 }
@@ -40,7 +42,7 @@ pub struct SweepFile {
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub enum VaryFile {
-    /// One after the other: numbers, texts, arrays, ...
+    /// The values in order: numbers, texts, arrays, ...
     List(Vec<Value>),
     /// An object with every key that a parameter may have.
     Full(FullFile),
@@ -58,7 +60,8 @@ pub struct FullFile {
     pub from: Option<f64>,
     /// The last value.
     pub to: Option<f64>,
-    /// How many values, at equal distances; a sample does without and takes any between.
+    /// How many values, at equal distances from `from` to `to`; a sample needs no steps and takes
+    /// any values between them.
     #[schemars(range(min = 2))]
     pub steps: Option<Count>,
 }
@@ -82,7 +85,7 @@ impl<'de> Deserialize<'de> for VaryFile {
     }
 }
 
-/// How the values of several parameters come together.
+/// How the values of several parameters are combined.
 #[derive(Clone, Copy, Debug, JsonSchema)]
 #[schemars(untagged)]
 pub enum CombineFile {
@@ -98,13 +101,13 @@ impl Default for CombineFile {
     }
 }
 
-/// All values are used.
+/// Designs that use all values.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Whole {
-    /// Each value with each of the others.
+    /// Each value is combined with each value of the other parameters.
     Grid,
-    /// The first values together, the second ones, ...
+    /// The first values of all parameters go together, then the second values, ...
     Zip,
 }
 
@@ -112,12 +115,12 @@ pub enum Whole {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SampleFile {
-    /// How they are spread.
+    /// How the points are spread.
     pub sample: SampleKind,
-    /// How many.
+    /// Number of points.
     #[schemars(range(min = 1))]
     pub count: Count,
-    /// Seed of the random numbers in it (default 1).
+    /// Seed of the random numbers of the sample (default 1).
     pub seed: Option<u32>,
 }
 
@@ -127,7 +130,8 @@ pub struct SampleFile {
 pub enum SampleKind {
     /// A scrambled Sobol sequence; best with a power of 2.
     Sobol,
-    /// Each parameter's range is cut into `count` parts, and each part is used once.
+    /// A Latin hypercube: each parameter's range is cut into `count` parts, and each part is used
+    /// once.
     LatinHypercube,
 }
 

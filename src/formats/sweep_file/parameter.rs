@@ -1,8 +1,8 @@
-//! What varies, and the columns that tables have besides.
+//! The parameters that vary, and the names that they may not have.
 
 use serde_json::Value;
 
-/// Columns that the tables have besides the parameters.
+/// Columns that the tables of a sweep have in addition to the parameters.
 pub const COLUMNS: [&str; 23] = [
     "min",
     "max",
@@ -29,31 +29,32 @@ pub const COLUMNS: [&str; 23] = [
     "threads",
 ];
 
-/// How columns of the energy balance begin.
+/// The beginnings of the names of the columns of the energy balance.
 pub const BALANCE: [&str; 5] = ["power_", "emitted_", "absorbed_", "escaped_", "lost_"];
 
-/// One number of the scene that varies, or several at once.
+/// A parameter: a value that varies, at one place of the scene or at several at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name of the parameter: a column of the tables.
     pub name: String,
-    /// The places in the scene file that take its value, as JSON pointers.
+    /// The places in the scene file that take the value, as JSON pointers.
     pub at: Vec<String>,
-    /// The values that it takes; where numbers stand, a text that begins with `=` is an expression.
+    /// The values that the parameter takes. Where the scene has numbers, a text that begins with
+    /// `=` is an expression.
     pub values: Vec<Value>,
-    /// Whether expressions of others read it.
+    /// Whether expressions of other parameters use this parameter.
     pub is_read: bool,
 }
 
-/// The number that stands at the place, in an expression.
+/// The name, in an expression, of the number that the scene has at the place.
 pub const X: &str = "x";
 
-/// What a text that begins with `=` says.
+/// Returns the expression in a text that begins with `=`.
 pub fn expression(value: &Value) -> Option<&str> {
     value.as_str()?.strip_prefix('=')
 }
 
-/// Whether it is a number, or a list of such.
+/// Returns whether a value is a number or a list of numbers.
 pub fn is_numbers(value: &Value) -> bool {
     match value {
         Value::Array(values) => !values.is_empty() && values.iter().all(is_numbers),

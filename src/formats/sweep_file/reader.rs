@@ -1,4 +1,4 @@
-//! From the types of the file to parameters and points, with all checking.
+//! Turns the types of the file into parameters and points, and checks everything.
 
 use std::{collections::HashSet, fmt::Display};
 
@@ -15,20 +15,20 @@ use crate::{
     math::expression::Expression,
 };
 
-/// The most runs of a sweep.
+/// The largest number of runs of a sweep.
 const MAX_RUNS: u64 = 1_000_000;
-/// The most values of all runs of a sweep together.
+/// The largest number of values in all runs of a sweep together.
 const MAX_VALUES: u64 = 10_000_000;
 /// The longest value, as JSON, bytes.
 const MAX_VALUE: usize = 10_000;
-/// The longest name of a parameter, and the longest pointer, bytes.
+/// The greatest length of the name of a parameter and of a pointer, bytes.
 const MAX_NAME: usize = 1_000;
-/// Pointers of a scene among which the nearest one is looked for.
+/// The largest number of pointers of a scene that are compared to find the nearest one.
 const MAX_POINTERS: usize = 5_000;
-/// Places that the seed is read from; it varies by itself.
+/// Places of the seed, which cannot be parameters because `seeds` varies the seed.
 const SEED: [&str; 2] = ["/settings", "/settings/seed"];
 
-/// A sweep file with its scene, while it is read.
+/// A sweep file and its scene while they are read.
 pub struct Reader<'a> {
     /// Name of the sweep file.
     pub name: &'a str,
@@ -37,7 +37,7 @@ pub struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The parameters, and the points of the design: which values go together.
+    /// Returns the parameters and the points of the design, which say which values go together.
     pub fn design(&self, file: &SweepFile, seeds: u64) -> Result<(Vec<Parameter>, Points)> {
         if file.vary.is_empty() {
             let example = "name a place of the scene, such as \"/lights/0/power\": [40, 60]";
@@ -85,8 +85,9 @@ impl Reader<'_> {
         Ok((parameters, points))
     }
 
-    /// Expressions, where numbers stand, must be sound and read numbers only; what they read is marked. A parameter
-    /// that sets no place must be read.
+    /// Checks the expressions at places with numbers: they must be valid and use only names of
+    /// parameters whose values are numbers. Marks the parameters that they use. A parameter without
+    /// a place must be used by an expression.
     fn check_expressions(&self, parameters: &mut [Parameter]) -> Result<()> {
         let mut read = HashSet::new();
         for parameter in parameters.iter() {
@@ -118,7 +119,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A name in an expression: `x`, or a parameter whose values are numbers.
+    /// Checks a name in an expression: it must be `x`, or a parameter whose values are numbers.
     fn check_name(&self, name: &str, all: &[Parameter]) -> std::result::Result<(), Problem> {
         if name == X {
             return Ok(());
@@ -233,7 +234,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The places in the scene that take a parameter's value.
+    /// Returns the places in the scene that take a parameter's value.
     fn places(&self, name: &str, vary: &VaryFile) -> Result<Vec<String>> {
         if name.is_empty() || name.len() > MAX_NAME || name.contains(char::is_control) {
             return Err(self
@@ -248,7 +249,7 @@ impl Reader<'_> {
         let at = match vary {
             VaryFile::Full(FullFile { at: Some(at), .. }) if !at.is_empty() => at.clone(),
             _ if name.starts_with('/') => vec![name.to_string()],
-            // it must be read by an expression
+            // without a place, an expression must use the parameter
             _ => Vec::new(),
         };
         let mut all = Vec::new();
@@ -264,8 +265,8 @@ impl Reader<'_> {
         Ok(all)
     }
 
-    /// The places in the scene that a pointer with `*` in the place of an index or a name stands for; none without one,
-    /// and where there is no such place.
+    /// Returns the places in the scene that a pointer with `*` instead of an index or a name stands
+    /// for. The result is empty if the pointer has no `*`, or if there is no such place.
     fn all_like(&self, pattern: &str) -> Vec<String> {
         let steps: Vec<&str> = pattern.split('/').skip(1).collect();
         if !pattern.starts_with('/') || !steps.contains(&"*") {
@@ -283,7 +284,7 @@ impl Reader<'_> {
         found.into_iter().map(|(at, _)| at).collect()
     }
 
-    /// No place may be set twice, alone or as a part of another.
+    /// Checks that no place is set twice, neither directly nor as a part of another place.
     fn check_apart(&self, parameters: &[Parameter]) -> Result<()> {
         let mut places = HashSet::new();
         let all = || parameters.iter().flat_map(|p| p.at.iter().map(move |at| (p, at.as_str())));
@@ -367,23 +368,23 @@ impl Reader<'_> {
         Ok(Choices::Listed(values.iter().map(plain).collect()))
     }
 
-    /// An error at a JSON pointer of the sweep file.
+    /// Returns an error at a JSON pointer of the sweep file.
     fn error(&self, pointer: &str, problem: impl Display) -> Error {
         Error::input(json::place(self.name, pointer), problem)
     }
 
-    /// An error at a parameter.
+    /// Returns an error at a parameter.
     fn vary(&self, name: &str, problem: impl Display) -> Error {
         self.error(&vary_pointer(name), problem)
     }
 }
 
-/// A place in the sweep file, for a person.
+/// Returns the place of a parameter in the sweep file, as it is shown to the user.
 fn vary_pointer(name: &str) -> String {
     format!("/vary: {}", quoted(name))
 }
 
-/// 40.0 as 40, so that both are one value.
+/// Turns numbers such as 40.0 into 40, so that both count as the same value.
 fn plain(value: &Value) -> Value {
     match value {
         Value::Number(n) if n.is_f64() => n.as_f64().map_or(value.clone(), design::number),
@@ -393,7 +394,8 @@ fn plain(value: &Value) -> Value {
     }
 }
 
-/// The pointers to all that `value`, which is at `at`, holds; of very many the first.
+/// Collects the pointers to everything inside `value`, which is at the pointer `at`; stops at
+/// [`MAX_POINTERS`].
 fn pointers(value: &Value, at: &mut String, found: &mut Vec<String>) {
     let whole = at.len();
     for (key, inner) in entries(value) {
@@ -408,7 +410,7 @@ fn pointers(value: &Value, at: &mut String, found: &mut Vec<String>) {
     }
 }
 
-/// What a value holds, by the steps of pointers to it.
+/// Returns the entries of an object or array, each with its step in a pointer.
 fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     match value {
         Value::Object(map) => Box::new(map.iter().map(|(key, v)| (json::escaped(key), v))),

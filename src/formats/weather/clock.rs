@@ -1,26 +1,26 @@
-//! Whether a file's clock is right: global = direct sin(elevation) + diffuse holds in every hour, with the
-//! sun where it really stood.
+//! Checks the clock of a weather file: in every hour, global = direct sin(elevation) + diffuse must
+//! hold for the true position of the sun.
 
 use super::record::{HOUR, Record, Site, Weather};
 use crate::scene::daylight::{SunPosition, Timestamp};
 
-/// The test of a file's clock.
+/// The result of checking a file's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockCheck {
-    /// Root mean square of global - direct sin(elevation) - diffuse, W/m2, over the hours with direct light
-    /// above 100 W/m2.
+    /// Root mean square of global - direct sin(elevation) - diffuse, W/m2, over the hours in which
+    /// direct irradiance is above 100 W/m2.
     pub rms: f64,
-    /// The shift of the clock, h, at which it is least, and that least.
+    /// The shift of the clock, h, at which the root mean square is smallest.
     pub best_shift: f64,
-    /// Its root mean square, W/m2.
+    /// The root mean square at that shift, W/m2.
     pub best_rms: f64,
 }
 
 impl ClockCheck {
-    /// Above this, W/m2, the clock deserves a warning.
+    /// A root mean square above this, W/m2, gives a warning.
     pub const LARGEST: f64 = 10.0;
 
-    /// A sentence where the clock seems wrong.
+    /// Returns a warning if the clock seems wrong.
     pub fn warning(&self) -> Option<String> {
         let Self { rms, best_shift, best_rms } = *self;
         if rms <= Self::LARGEST {
@@ -42,8 +42,9 @@ impl ClockCheck {
 }
 
 impl Weather {
-    /// Tests the clock, shifted by `shift_h` hours, by closure; none where no hour has global, direct and
-    /// diffuse irradiance with direct above 100 W/m2.
+    /// Checks the clock, moved by `shift_h` hours, by how well global, direct and diffuse
+    /// irradiance fit together. Returns `None` if no hour has all three, with direct irradiance
+    /// above 100 W/m2.
     pub fn check_clock(&self, site: Site, shift_h: f64) -> Option<ClockCheck> {
         let hours: Vec<(&Record, [f64; 3])> = self
             .records
@@ -62,7 +63,7 @@ impl Weather {
             };
             (hours.iter().map(miss).sum::<f64>() / hours.len() as f64).sqrt()
         };
-        // steps of a tenth of an hour, then of a fiftieth about the best
+        // try steps of a tenth of an hour, then of a fiftieth around the best
         let best_of = |shifts: &mut dyn Iterator<Item = f64>| {
             shifts.map(|shift| (shift, rms(shift))).min_by(|a, b| a.1.total_cmp(&b.1))
         };
@@ -73,7 +74,7 @@ impl Weather {
 }
 
 impl Site {
-    /// The sun `later` seconds after `start`.
+    /// Returns the position of the sun `later` seconds after `start`.
     pub(super) fn sun(self, start: Timestamp, later: f64) -> SunPosition {
         let time = Timestamp { unix: start.unix + later, ..start };
         SunPosition::at(time, self.latitude.to_radians(), self.longitude.to_radians())

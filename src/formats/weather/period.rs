@@ -1,4 +1,4 @@
-//! What an instant or a period takes of a weather file.
+//! Selects the hours of a weather file for an instant or a period.
 
 use super::record::{Clock, DAY, HOUR, Record, Site, Weather, YEAR};
 use crate::{
@@ -6,53 +6,54 @@ use crate::{
     scene::daylight::{Date, Hour, SunPosition, Timestamp, eccentricity},
 };
 
-/// When.
+/// The time that a weather file is used for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Period {
     /// An instant.
     Instant(Timestamp),
-    /// A time, the end not included.
+    /// A span of time, without its end.
     Span {
-        /// Its start.
+        /// Start of the span.
         from: Timestamp,
-        /// Its end, later.
+        /// End of the span, later than its start.
         to: Timestamp,
     },
-    /// All hours of the file.
+    /// All hours of the file, which must cover a year.
     Year,
 }
 
-/// An hour of a period, or another record's time, dark ones too.
+/// An hour of a period, or another interval if the file's records are shorter; dark ones are
+/// included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slot {
-    /// When it begins, on the clock of the file: standard time.
+    /// Start of the interval, in the standard time of the file.
     pub start: Timestamp,
-    /// Its part within the period, h.
+    /// Length of the part within the period, h.
     pub length: f64,
-    /// Global irradiance, W/m2: what the file says, or what its direct and diffuse light make.
+    /// Global irradiance, W/m2: the value in the file, or else the sum of direct and diffuse light.
     pub global: f64,
-    /// Index of its [`Hour`], unless it is dark.
+    /// Index into [`Selected::hours`]; `None` if the interval is dark.
     pub hour: Option<usize>,
 }
 
 /// The hours of a period.
 #[derive(Clone, Debug, Default)]
 pub struct Selected {
-    /// Those that are not dark.
+    /// The hours that are not dark.
     pub hours: Vec<Hour>,
-    /// All, in order; none of an instant.
+    /// All intervals in order, including the dark ones; empty for an instant.
     pub slots: Vec<Slot>,
     /// Length of the period, h; 0 for an instant.
     pub length: f64,
-    /// Direct normal irradiation, Wh/m2, of hours in which the sun is below the horizon: left out. For an
-    /// instant the irradiance, W/m2.
+    /// Direct normal irradiation, Wh/m2, of hours in which the sun is below the horizon, which is
+    /// left out. For an instant, the irradiance, W/m2.
     pub dropped_direct: f64,
-    /// Hours of which direct and diffuse irradiance were estimated from the global.
+    /// Number of records whose direct and diffuse irradiance were estimated from global irradiance.
     pub estimated: usize,
 }
 
 impl Selected {
-    /// Sentences about what was left out or estimated.
+    /// Returns warnings about light that was left out or estimated.
     pub fn warnings(&self) -> Vec<String> {
         let mut found = Vec::new();
         if self.dropped_direct > 0.0 {
@@ -74,15 +75,19 @@ impl Selected {
 }
 
 impl Weather {
-    /// The hours that `period` takes, seen from `site`, with the file's clock put `shift_h` hours forward.
+    /// Selects the hours of `period`, seen from `site`, with the file's clock moved `shift_h` hours
+    /// forward.
     ///
-    /// The sun stands where it does at the instant, or in the middle of a record (of its sunlit part where
-    /// it rises or sets). Records that a period takes in part count by their share; hours in which
-    /// the sun does not rise may be missing. The years of a typical year's rows do not matter but for the sun.
+    /// For an instant, the position of the sun is that of the instant. For a record it is that of
+    /// the middle of the record, or of the middle of its sunlit part where the sun rises or sets in
+    /// it. A record that lies in the period in part counts by that part. Hours in which the sun
+    /// does not rise may be missing. The years in the rows of a typical year matter only for the
+    /// position of the sun.
     ///
     /// # Errors
-    /// At the file: needed hours that are missing, with the first of them and their number; a period that
-    /// ends before it starts; `Year` of a CSV file that does not cover a year.
+    /// At the file: needed hours are missing (the error names the first ones and their number); a
+    /// period ends before it starts or is longer than a year; or, for `Year`, a CSV file does not
+    /// cover a year. At `path:LINE`: the first needed row without irradiances.
     pub fn select(&self, period: Period, site: Site, shift_h: f64) -> Result<Selected> {
         let shift = shift_h * HOUR;
         let mut selected = Selected::default();
@@ -107,7 +112,7 @@ impl Weather {
         let (mut gaps, mut lacking) = (Vec::new(), Vec::new());
         let mut slots: Vec<(f64, Slot)> = Vec::new();
         let mut covered = 0.0;
-        // a period on the clock of a typical year may pass its end
+        // a period may extend beyond the end of a typical year
         let turns: &[f64] = if self.wraps() { &[-YEAR, 0.0, YEAR] } else { &[0.0] };
         let mut parts: Vec<(f64, f64, &Record)> = Vec::new();
         for turn in turns {
@@ -134,7 +139,7 @@ impl Weather {
             if !selected.add(record, sun, date, weight, (end - start) / HOUR) {
                 lacking.push(record.line);
             }
-            // in a typical year that begins anew, too
+            // `late` is right in a typical year that begins anew, too
             let late = (start - record.from).rem_euclid(YEAR);
             let hour = (selected.hours.len() > lit).then_some(lit);
             let global = hour.map_or(0.0, |h| selected.hours[h].global());
@@ -178,7 +183,7 @@ impl Weather {
         }
     }
 
-    /// Start and length of a period on the file's clock, s; none for an instant.
+    /// Returns start and length of a period on the file's clock, s; `None` for an instant.
     fn span(&self, period: Period) -> Result<Option<(f64, f64)>> {
         let whole = |problem: &str| {
             Err(Error::input(self.path.display(), problem)
@@ -204,7 +209,7 @@ impl Weather {
                     return whole("the period is longer than a year");
                 }
                 let (start, end) = (self.at(from), self.at(to));
-                // a leap day is not there
+                // a typical year has no leap day
                 let length = match self.wraps() {
                     true if length >= YEAR => YEAR,
                     true => (end - start).rem_euclid(YEAR),
@@ -224,7 +229,8 @@ impl Weather {
         matches!(self.clock, Clock::TypicalYear { .. })
     }
 
-    /// A time on the file's clock, s; all of 29 February is the end of the 28th in a typical year.
+    /// Converts a time to the file's clock, s. In a typical year, all of 29 February becomes the
+    /// end of 28 February.
     fn at(&self, time: Timestamp) -> f64 {
         match self.clock {
             Clock::Unix => time.unix,
@@ -238,7 +244,8 @@ impl Weather {
         }
     }
 
-    /// The same for an instant: on 29 February it takes the weather of the 28th.
+    /// Like [`at`](Self::at), for an instant: on 29 February it takes the weather of 28 February in
+    /// a typical year.
     fn instant(&self, time: Timestamp) -> f64 {
         match self.clock {
             Clock::TypicalYear { zone }
@@ -250,7 +257,7 @@ impl Weather {
         }
     }
 
-    /// A real time of the file's clock, in 2001 for a typical year.
+    /// Converts a time on the file's clock to a real time, which is in 2001 for a typical year.
     fn timestamp(&self, at: f64) -> Timestamp {
         match self.clock {
             Clock::Unix => Timestamp { unix: at, offset: 0.0 },
@@ -276,7 +283,7 @@ impl Weather {
             .remedy("choose another time, or mend the file")
     }
 
-    /// What a person calls the hour that starts at a time on the file's clock.
+    /// Returns a readable name of the hour that starts at a time on the file's clock.
     fn name(&self, at: f64) -> String {
         let time = self.timestamp(at);
         let local = time.unix + time.offset;
@@ -291,19 +298,20 @@ impl Weather {
     }
 }
 
-/// Day and seconds since midnight on a clock `zone` seconds before UTC.
+/// Returns the day and the seconds since midnight on a clock `zone` seconds ahead of UTC.
 fn local(time: Timestamp, zone: f64) -> (Date, f64) {
     let local = time.unix + zone;
     (Date::from_days((local / DAY).floor() as i64), local.rem_euclid(DAY))
 }
 
-/// When a day (not 29 February) of a typical year starts, s.
+/// Returns the start of a day (not 29 February) of a typical year, s.
 fn day_of_typical_year(date: Date) -> f64 {
     (Date { year: 2001, ..date }.day_of_year() - 1) as f64 * DAY
 }
 
 impl Site {
-    /// The sun in the middle of a record, or of its sunlit part.
+    /// Returns the position of the sun in the middle of a record, or in the middle of its sunlit
+    /// part.
     fn sunlit(self, record: &Record, shift: f64) -> SunPosition {
         let length = record.to - record.from;
         let up = |later: f64| self.sun(record.start, shift + later).elevation > 0.0;
@@ -316,7 +324,8 @@ impl Site {
     }
 }
 
-/// The border between a time that `is` and one that is not, s, to a second.
+/// Returns the time, s, at which `is` changes between `yes`, where it holds, and `no`, where it
+/// does not, to within a second.
 fn crossing(is: impl Fn(f64) -> bool, mut yes: f64, mut no: f64) -> f64 {
     while (yes - no).abs() > 1.0 {
         let middle = 0.5 * (yes + no);
@@ -326,7 +335,8 @@ fn crossing(is: impl Fn(f64) -> bool, mut yes: f64, mut no: f64) -> f64 {
 }
 
 impl Selected {
-    /// Adds a record that counts for so many hours. False where it lacks what is needed.
+    /// Adds a record that counts for this many hours. Returns false if the record lacks a value
+    /// that is needed.
     fn add(
         &mut self,
         record: &Record,
@@ -343,7 +353,7 @@ impl Selected {
                 self.estimated += usize::from(global > 0.0);
                 erbs(global, sun.elevation.sin(), eccentricity)
             }
-            // nobody measures at night
+            // measurements may be missing at night
             _ if sun.elevation < -0.1 => (0.0, 0.0),
             _ => return false,
         };
@@ -364,8 +374,9 @@ impl Selected {
     }
 }
 
-/// Direct normal and diffuse horizontal from global irradiance, W/m2 (Erbs, Klein, Duffie, Solar Energy
-/// 28:293, 1982); all is diffuse while the sun is less than 3 degrees above the horizon.
+/// Splits global irradiance into direct normal and diffuse horizontal irradiance, W/m2 (Erbs,
+/// Klein, Duffie, Solar Energy 28:293, 1982). While the sun is less than 3 degrees above the
+/// horizon, all of it is diffuse.
 fn erbs(global: f64, sine: f64, eccentricity: f64) -> (f64, f64) {
     if sine < 3f64.to_radians().sin() {
         return (0.0, global);
@@ -391,7 +402,8 @@ mod tests {
 
     #[test]
     fn erbs_has_its_published_shape() {
-        // clearness 0.2, 0.5 and 0.9 with the sun at 30 degrees: diffuse fractions 0.982, 0.6592, 0.165
+        // clearness 0.2, 0.5 and 0.9 with the sun at 30 degrees give the diffuse fractions 0.982,
+        // 0.6592 and 0.165
         for (clearness, fraction) in [(0.2, 0.982), (0.5, 0.659_2), (0.9, 0.165)] {
             let global = clearness * 1367.0 * 0.5;
             let (direct, diffuse) = erbs(global, 0.5, 1.0);

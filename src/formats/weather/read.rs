@@ -1,4 +1,4 @@
-//! EPW, TMY3 and CSV.
+//! Reads the formats EPW, TMY3 and CSV.
 
 use std::{fmt::Display, path::Path};
 
@@ -9,14 +9,15 @@ use crate::{
     scene::daylight::{Date, Timestamp},
 };
 
-/// From this value on EPW files mean that there is none.
+/// EPW files use values from this one upwards for missing values.
 const MISSING: f64 = 9999.0;
-/// No irradiance on the ground is larger, W/m2.
+/// The largest irradiance that is accepted, W/m2; on the ground it is never larger.
 const LARGEST: f64 = 2000.0;
-/// Instruments show a little less than nothing at night, W/m2.
+/// The smallest value that is accepted, W/m2, because instruments show slightly negative values at
+/// night.
 const NIGHT: f64 = -20.0;
 
-/// A line of the file, for errors, and its values between commas.
+/// A line of the file, with its number for errors, and its values between commas.
 struct Line<'a> {
     path: &'a Path,
     line: u64,
@@ -32,7 +33,7 @@ impl Line<'_> {
         Error::input(self.place(), problem)
     }
 
-    /// The value in `column`.
+    /// Returns the value in `column`, which is counted from 0.
     fn text(&self, column: usize, name: &str) -> Result<&str> {
         self.values.get(column).copied().ok_or_else(|| {
             let problem =
@@ -49,7 +50,7 @@ impl Line<'_> {
         })
     }
 
-    /// An integer in a range.
+    /// Reads an integer within a range.
     fn integer(
         &self,
         column: usize,
@@ -64,7 +65,7 @@ impl Line<'_> {
         })
     }
 
-    /// An irradiance, W/m2; none where the file says that it is missing.
+    /// Reads an irradiance, W/m2; `None` where the file says that it is missing.
     fn irradiance(
         &self,
         column: usize,
@@ -98,7 +99,7 @@ impl Line<'_> {
         Ok(site)
     }
 
-    /// Standard time's offset from UTC, s.
+    /// Reads the offset of standard time from UTC, s; the file has it in hours.
     fn zone(&self, column: usize) -> Result<f64> {
         let hours = self.number(column, "the time zone")?;
         match hours.abs() <= 14.0 {
@@ -110,16 +111,17 @@ impl Line<'_> {
     }
 }
 
+/// Reads a weather file; [`Weather::parse`] describes the errors.
 pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<Weather> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    // names of places are in any encoding; numbers are ASCII in all of them
+    // names of places may be in any encoding, but numbers are ASCII in all of them
     let text = String::from_utf8_lossy(bytes);
     let lines = text.lines().zip(1..).map(|(text, line)| Line {
         path,
         line,
         values: text.split(',').map(|v| v.trim().trim_matches('"')).collect(),
     });
-    // a last line without anything is none
+    // skip lines without content
     let lines: Vec<Line> = lines.filter(|l| l.values.iter().any(|v| !v.is_empty())).collect();
     let Some(first) = lines.first() else {
         return Err(Error::input(path.display(), "is empty").remedy(KINDS));
@@ -148,7 +150,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<W
     }
     weather.records.sort_by(|a, b| a.from.total_cmp(&b.from));
     for pair in weather.records.windows(2) {
-        // decimal minutes are rounded
+        // times may be rounded to decimal minutes, so allow for an overlap of a second
         if pair[1].from < pair[0].to - 1.0 {
             let line = pair[0].line.max(pair[1].line);
             let problem = format!("its hour stands in line {} too", pair[0].line.min(pair[1].line));
@@ -161,7 +163,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<W
 
 const KINDS: &str = "weather files are EPW, TMY3, or CSV with columns time, ghi, dni, dhi";
 
-/// The start of a record that ends at `hour` of a day, on the clock of a typical year; none on a leap day.
+/// Returns the start of a record that ends at `hour` of a day, on the clock of a typical year and
+/// as a real time; `None` on a leap day.
 fn typical(date: Date, hour: i64, zone: f64) -> Option<(f64, Timestamp)> {
     let since_midnight = (hour - 1) as f64 * HOUR;
     let unix = date.days() as f64 * DAY + since_midnight - zone;
@@ -173,7 +176,8 @@ fn typical(date: Date, hour: i64, zone: f64) -> Option<(f64, Timestamp)> {
     Some((from, Timestamp { unix, offset: zone }))
 }
 
-/// EnergyPlus weather (Auxiliary programs, EnergyPlus 9.6): eight lines about the place, then an hour each.
+/// Reads EnergyPlus weather (Auxiliary programs, EnergyPlus 9.6): eight lines about the place, then
+/// one line per hour.
 fn read_epw(path: &Path, lines: &[Line]) -> Result<Weather> {
     let site = lines[0].site(6, 7)?;
     let zone = lines[0].zone(8)?;
@@ -202,6 +206,7 @@ fn read_epw(path: &Path, lines: &[Line]) -> Result<Weather> {
     Ok(Weather { path: path.into(), site: Some(site), clock: Clock::TypicalYear { zone }, records })
 }
 
+/// Reads a date from the columns of its month and its day.
 fn date(line: &Line, year: i64, month: usize, day: usize) -> Result<Date> {
     let month = line.integer(month, "the month", 1..=12)?;
     let day = line.integer(day, "the day", 1..=31)?;
@@ -211,7 +216,8 @@ fn date(line: &Line, year: i64, month: usize, day: usize) -> Result<Date> {
     })
 }
 
-/// Typical meteorological year, third collection (Wilcox and Marion, NREL/TP-581-43156, 2008).
+/// Reads a typical meteorological year, third collection (Wilcox and Marion, NREL/TP-581-43156,
+/// 2008).
 fn read_tmy3(path: &Path, lines: &[Line]) -> Result<Weather> {
     let zone = lines[0].zone(3)?;
     let site = lines[0].site(4, 5)?;
@@ -251,7 +257,8 @@ fn read_tmy3(path: &Path, lines: &[Line]) -> Result<Weather> {
     Ok(Weather { path: path.into(), site: Some(site), clock: Clock::TypicalYear { zone }, records })
 }
 
-/// A header with `time`, `ghi` and, where measured, `dni` and `dhi`; rows in steps of at most a day.
+/// Reads a CSV file: a header with `time`, `ghi` and, where measured, `dni` and `dhi`, then rows
+/// that are 1 s to 1 h apart.
 fn read_csv(path: &Path, lines: &[Line], stamp: Stamp) -> Result<Weather> {
     const NAMES: [&str; 4] = ["time", "ghi", "dni", "dhi"];
     let header = &lines[0];
@@ -303,7 +310,8 @@ fn read_csv(path: &Path, lines: &[Line], stamp: Stamp) -> Result<Weather> {
     Ok(Weather { path: path.into(), site: None, clock: Clock::Unix, records })
 }
 
-/// The shortest time between neighbouring rows, s.
+/// Returns the shortest time between neighbouring rows, s. Error: it is not 1 s to 1 h, or there
+/// are fewer than two rows.
 fn step(path: &Path, records: &[Record]) -> Result<f64> {
     let mut times: Vec<f64> = records.iter().map(|record| record.from).collect();
     times.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What weather files hold: records by the hour, and where they were taken.
+//! The content of weather files: hourly records, and the place where they were measured.
 
 use std::path::PathBuf;
 
@@ -6,58 +6,58 @@ use crate::scene::daylight::Timestamp;
 
 pub(super) const HOUR: f64 = 3600.0;
 pub(super) const DAY: f64 = 24.0 * HOUR;
-/// Seconds of a year without leap day.
+/// Seconds of a year without a leap day.
 pub(super) const YEAR: f64 = 365.0 * DAY;
 
-/// Where in its interval the time of a CSV row stands.
+/// The position of a CSV row's time within the interval of the row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stamp {
-    /// At its start.
+    /// At the start of the interval.
     Start,
-    /// In its middle.
+    /// In the middle of the interval.
     Middle,
-    /// At its end.
+    /// At the end of the interval.
     End,
 }
 
 /// A place on the earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// Degrees, north is positive, -90 to 90.
+    /// Latitude, degrees, -90 to 90, positive to the north.
     pub latitude: f64,
-    /// Degrees, east is positive, -180 to 180.
+    /// Longitude, degrees, -180 to 180, positive to the east.
     pub longitude: f64,
 }
 
-/// A weather file.
+/// The content of a weather file.
 #[derive(Clone, Debug)]
 pub struct Weather {
     pub(super) path: PathBuf,
-    /// Where it was measured, if it says so.
+    /// The place where it was measured, if the file says it.
     pub site: Option<Site>,
     pub(super) clock: Clock,
     pub(super) records: Vec<Record>,
 }
 
-/// What the times of a file's records are counted from, s.
+/// The instant from which the times of a file's records are counted, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Clock {
-    /// From the start of a year of 365 days, in standard time, which is `zone` seconds before UTC.
+    /// The start of a year of 365 days, in standard time, which is `zone` seconds ahead of UTC.
     TypicalYear { zone: f64 },
-    /// From 1970-01-01T00:00Z.
+    /// 1970-01-01T00:00Z.
     Unix,
 }
 
-/// One row: means over an interval.
+/// One row: means over an interval, W/m2.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
     pub(super) line: u64,
-    /// When it starts and ends, on the file's clock.
+    /// Start and end of the interval on the file's clock, s.
     pub(super) from: f64,
     pub(super) to: f64,
-    /// When it really started, as the row says.
+    /// The real time of the start, according to the row.
     pub(super) start: Timestamp,
-    /// Global, direct normal and diffuse horizontal irradiance; none where missing.
+    /// Global, direct normal and diffuse horizontal irradiance; `None` where missing.
     pub(super) global: Option<f64>,
     pub(super) direct: Option<f64>,
     pub(super) diffuse: Option<f64>,

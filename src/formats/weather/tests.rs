@@ -1,4 +1,5 @@
-//! Files of our own making: a clear sky over Montpellier's latitude, in which closure is exact.
+//! Tests with files made here: a clear sky at the latitude of Montpellier, in which global, direct
+//! and diffuse irradiance fit together exactly.
 
 use proptest::prelude::*;
 
@@ -12,15 +13,15 @@ use crate::{
 
 const SITE: Site = Site { latitude: 43.61, longitude: 3.88 };
 
-/// Sine of the sun's elevation in the middle of the hour that ends at `hour` (standard time, UTC + 1),
-/// with the file's clock `late` h behind.
+/// Returns the sine of the sun's elevation in the middle of the hour that ends at `hour` (standard
+/// time, UTC + 1), if the file's clock is `late` h behind.
 fn sine(month: u32, day: u32, hour: f64, late: f64) -> f64 {
     let start = Date { year: 2005, month, day }.days() as f64 * DAY - HOUR;
     let start = crate::scene::daylight::Timestamp { unix: start, offset: HOUR };
     SITE.sun(start, (hour - 0.5 + late) * HOUR).elevation.sin().max(0.0)
 }
 
-/// Global, direct, diffuse of that hour.
+/// Returns global, direct and diffuse irradiance of that hour, W/m2.
 fn clear(month: u32, day: u32, hour: f64, late: f64) -> [f64; 3] {
     let sine = sine(month, day, hour, late);
     let (direct, diffuse) =
@@ -28,7 +29,7 @@ fn clear(month: u32, day: u32, hour: f64, late: f64) -> [f64; 3] {
     [direct * sine + diffuse, direct, diffuse]
 }
 
-/// A year; the sun of each hour is that of `late` hours later.
+/// Writes a year in which the sun of each hour is that of `late` hours later.
 fn epw(late: f64) -> String {
     let mut text = String::from(
         "LOCATION,Montpellier,-,FRA,made,0,43.61,3.88,1.0,5\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\n\
@@ -78,7 +79,7 @@ fn a_year_has_the_mean_of_its_hours() {
     assert!((mean(&|h| h.direct_normal) - total(1)).abs() < 1e-9);
     assert!((mean(&|h| h.diffuse_horizontal) - total(2)).abs() < 1e-9);
     let closed = mean(&|h| h.direct_normal * h.sun.elevation.sin() + h.diffuse_horizontal);
-    // but for sunrise and sunset, where the sun stands in the middle of the sunlit part
+    // sunrise and sunset differ, where the sun is taken in the middle of the sunlit part
     assert!((closed / total(0) - 1.0).abs() < 2e-3, "{closed} {}", total(0));
 }
 
@@ -86,7 +87,7 @@ fn a_year_has_the_mean_of_its_hours() {
 fn an_instant_takes_its_hour() {
     let weather = read(&epw(0.0)).unwrap();
     let at = |text: &str| weather.select(Period::Instant(time(text)), SITE, 0.0).unwrap();
-    // 13:46 summer time is 12:46 in the file's: the hour that ends at 13
+    // 13:46 summer time is 12:46 on the file's clock, in the hour that ends at 13
     let noon = at("2031-06-21T13:46+02:00");
     let [_, direct, diffuse] = clear(6, 21, 13.0, 0.0);
     assert_eq!((noon.hours.len(), noon.length, noon.hours[0].weight), (1, 0.0, 1.0));
@@ -97,7 +98,7 @@ fn an_instant_takes_its_hour() {
     // a leap day has the weather of the day before
     let leap = at("2024-02-29T12:00Z").hours[0].direct_normal;
     assert!((leap - clear(2, 28, 14.0, 0.0)[1]).abs() < 0.01, "{leap}");
-    // a clock that is an hour behind: the same instant lies an hour earlier in the file
+    // with a clock that is an hour behind, the same instant lies an hour earlier in the file
     let shifted =
         weather.select(Period::Instant(time("2031-06-21T13:46+02:00")), SITE, 1.0).unwrap();
     let [_, direct, _] = clear(6, 21, 12.0, 0.0);
@@ -112,7 +113,7 @@ fn a_period_takes_its_part() {
         let selected = select(period).unwrap();
         selected.hours.iter().map(|h| h.weight * h.direct_normal).sum::<f64>() * selected.length
     };
-    // half an hour of the hour that ends at 13, and all of the next
+    // half of the hour that ends at 13, and all of the next hour
     let part = select(span("2025-06-21T12:30+01:00", "2025-06-21T14:00+01:00")).unwrap();
     assert_eq!(part.length, 1.5);
     let weights: Vec<f64> = part.hours.iter().map(|h| h.weight).collect();
@@ -122,12 +123,12 @@ fn a_period_takes_its_part() {
     assert_eq!(day.length, 24.0);
     let expected: f64 = (1..=24).map(|hour| clear(6, 21, f64::from(hour), 0.0)[1]).sum();
     assert!((sum(span("2025-06-21T00:00+01:00", "2025-06-22T00:00+01:00")) - expected).abs() < 0.2);
-    // halves make the whole, across New Year too
+    // two halves give the same as the whole, also across New Year
     let halves = sum(span("2024-12-20T00:00Z", "2024-12-31T12:00Z"))
         + sum(span("2024-12-31T12:00Z", "2025-01-10T00:00Z"));
     let whole = sum(span("2024-12-20T00:00Z", "2025-01-10T00:00Z"));
     assert!((halves / whole - 1.0).abs() < 1e-9, "{halves} {whole}");
-    // the sun in the sunlit part of the hour in which it rises
+    // the sun is taken in the sunlit part of the hour in which it rises
     let rise = select(span("2025-06-21T05:00+01:00", "2025-06-21T06:00+01:00")).unwrap();
     assert!(rise.hours.iter().all(|h| h.sun.elevation > 0.0));
     for (period, start) in [
@@ -141,12 +142,13 @@ fn a_period_takes_its_part() {
         let error = select(period).unwrap_err().to_string();
         assert!(error.starts_with(start), "{error}");
     }
-    // a whole year from any day
+    // a whole year may begin on any day
     let year = select(span("2025-06-21T00:00Z", "2026-06-21T00:00Z")).unwrap();
     assert_eq!(year.length, 8760.0);
 }
 
-/// As in real files: mid-hour right, or UTC under another name.
+/// As in real files, times are right in the middle of the hour, or the clock is another one such as
+/// UTC.
 #[test]
 fn the_clock_is_tested_by_closure() {
     for (late, best) in [(0.0, 0.0), (0.68, 0.68), (-0.5, -0.5)] {
@@ -168,7 +170,8 @@ fn the_clock_is_tested_by_closure() {
     assert_eq!(check.warning(), None);
 }
 
-/// The global alone serves, with a warning; an hour without any does not, by day.
+/// Global irradiance alone is enough, with a warning; an hour by day without any irradiance is an
+/// error.
 #[test]
 fn what_is_missing_is_estimated_or_named() {
     let whole = epw(0.0);
@@ -179,7 +182,8 @@ fn what_is_missing_is_estimated_or_named() {
         lines[row] = values.join(",");
         read(&lines.join("\n")).unwrap()
     };
-    // 21 June, the hour that ends at 13: row 8 + 171 x 24 + 12, in the file one more
+    // 21 June, the hour that ends at 13, is row 8 + 171 x 24 + 12 counted from 0, so its line
+    // number is one more
     let row = 8 + 171 * 24 + 12;
     let day = span("2025-06-21T00:00+01:00", "2025-06-22T00:00+01:00");
     let selected = change(row, &[14, 15]).select(day, SITE, 0.0).unwrap();
@@ -189,10 +193,10 @@ fn what_is_missing_is_estimated_or_named() {
     let start =
         format!("a.epw:{}: 1 needed row lacks irradiances, this the first; choose", row + 1);
     assert!(error.starts_with(&start), "{error}");
-    // not at night, and not on another day
+    // missing values are harmless at night and on other days
     assert!(change(row - 12, &[13, 14, 15]).select(day, SITE, 0.0).is_ok());
     assert!(change(row + 24, &[13, 14, 15]).select(day, SITE, 0.0).is_ok());
-    // rows that are not there
+    // missing rows
     let cut: Vec<&str> = whole
         .lines()
         .enumerate()
@@ -206,7 +210,7 @@ fn what_is_missing_is_estimated_or_named() {
     let instant = Period::Instant(time("2025-06-21T12:30+01:00"));
     let error = read(&cut.join("\n")).unwrap().select(instant, SITE, 0.0).unwrap_err().to_string();
     assert!(error.starts_with("a.epw: 1 needed hour is missing: 06-21 12:30; choose"), "{error}");
-    // direct light without a sun
+    // direct light while the sun is below the horizon
     let mut lines: Vec<String> = whole.lines().map(str::to_owned).collect();
     lines[row - 12] = lines[row - 12].replace("0.00,0.00,0.00", "0.00,50.00,3.00");
     let selected = read(&lines.join("\n")).unwrap().select(day, SITE, 0.0).unwrap();
@@ -233,7 +237,7 @@ fn csv_rows_stand_where_their_stamp_says() {
     let weather = Weather::parse(text.as_bytes(), Path::new("a.csv"), Some(Stamp::Start)).unwrap();
     let error = weather.select(Period::Year, SITE, 0.0).unwrap_err().to_string();
     assert!(error.starts_with("a.csv: covers 0.0 days, not a year; give a period"), "{error}");
-    // the global alone
+    // global irradiance alone
     let text = "time,ghi\n2025-06-21T10:00Z,500\n2025-06-21T11:00Z,-3\n";
     let weather = Weather::parse(text.as_bytes(), Path::new("a.csv"), Some(Stamp::Start)).unwrap();
     let period = span("2025-06-21T10:00Z", "2025-06-21T12:00Z");
