@@ -164,7 +164,7 @@ impl Settings {
     /// Number of photons of a run for which no number is given.
     pub const DEFAULT_PHOTONS: u64 = 1_000_000;
 
-    /// Checks a number of photons to trace, 1 to [`MAX_PHOTONS`].
+    /// Checks a number of photons to trace, 1 to 1e15.
     pub fn check_photons(count: u64) -> Checked<u64> {
         match count {
             1..=MAX_PHOTONS => Ok(count),
