@@ -61,9 +61,9 @@ fn threads_do_not_matter() {
     }
 }
 
-/// The computation for any processor, which `PHYLUX_KERNEL` forces, gives the same bytes as the one
-/// for this processor: photons with their map, and paths, in a room and in the shipped growth
-/// chamber. The test does not depend on chance.
+/// The kernel (the innermost code) for any processor, which `PHYLUX_KERNEL` forces, gives the same
+/// bytes as the kernel for this processor: photons with their map, and paths, in a room and in the
+/// shipped growth chamber. The test does not depend on chance.
 #[test]
 #[ignore = "needs a processor with AVX2"]
 fn needs_avx2_kernels_do_not_matter() {

@@ -152,7 +152,7 @@ fn noisy_readings_have_honest_intervals() {
 }
 
 /// The reflectance of a wall is found together with the powers of two lamps: sensors below the
-/// lamps determine the powers, and those between them the wall. The readings come from another run,
+/// lamps determine the powers, and those beside them the wall. The readings come from another run,
 /// with a reflectance of 0.6 and other powers. The found reflectance is within 4 standard errors of
 /// 0.6.
 #[test]
@@ -304,9 +304,9 @@ fn what_cannot_be_calibrated_is_refused() {
 /// A real growth chamber: readings at 12 points predict those at 113 others in four bands. With 80
 /// million photons the relative errors of the prediction are 5.2 4.4 4.9 5.4 % without the prior
 /// and 6.1 4.7 5.3 6.2 % with it. The photons of this test leave an error of 2.5 %, which moves
-/// them by about 0.6 %. Twelve points say little about the model's own error: with seeds 1 and 3
-/// the 95 % intervals hold 96.7 and 86.1 % of the readings without a prior, and with 5e7 photons
-/// 96.2 %.
+/// these figures by about 0.6. Twelve points say little about the model's own error: with seeds 1
+/// and 3 the 95 % intervals hold 96.7 and 86.1 % of the readings without a prior, and with 5e7
+/// photons 96.2 %.
 #[test]
 #[ignore]
 fn needs_shared_chamber_is_calibrated() {

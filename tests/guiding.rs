@@ -584,9 +584,10 @@ fn windows_stay_away_where_importance_is_even() {
     assert!(text(&full) == text(&aim));
 }
 
-/// Returns a sphere with a hole in its top and a spot far above it, whose beam is a thousand times
-/// wider than the hole, together with the irradiance of the sphere's wall by reflected light
-/// (W/m2). A captor of 1 cm lies in front of the wall, outside the direct beam.
+/// Returns a sphere with a hole in its top and a spot far above it, together with the irradiance of
+/// the sphere's wall by reflected light (W/m2). With a half angle of 5 degrees, the beam is about a
+/// thousand times as large as the hole. A captor of 1 cm lies in front of the wall, outside the
+/// direct beam.
 fn vent(half_angle_deg: f64) -> (World, f64) {
     let (height, far, power): (f64, f64, f64) = (0.01, 50.0, 1e5);
     let angle = (1.0 - height).acos();

@@ -79,8 +79,8 @@ fn hall() -> World {
     world.captors("sensors", (0..25).map(sensor))
 }
 
-/// Returns a box of 1 m with 600 leaves of 10 cm in random places and tilts under a lamp. The leaf
-/// area index is 6, and little light reaches the floor.
+/// Returns a box of 1 m with 600 leaves of 10 cm under a lamp, whose places and tilts are spread
+/// evenly. The leaf area index is 6, and little light reaches the floor.
 fn canopy() -> World {
     let leaf = json!({ "type": "leaf", "reflectance": 0.08, "transmittance": 0.04 });
     let mut world = World::new()

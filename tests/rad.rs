@@ -73,7 +73,7 @@ fn a_room_is_what_its_obj_file_would_be() {
 /// The panel of a growth chamber transmits 8.5 % of the light in one dialect and 75.5 % in the
 /// other.
 ///
-/// Seed 1, 20,000 photons; each value is off by 4 standard errors with odds of 6e-5.
+/// Seed 1, 20,000 photons; each value is off by more than 4 standard errors with odds of 6e-5.
 #[test]
 fn the_dialect_matters() {
     let panel = "void trans Makrolon 0 0 7 .161 .161 .161 .3 0 .755 0\nMakrolon polygon sheet 0 0 12 -5 -5 1 5 -5 1 5 5 1 -5 5 1\n";

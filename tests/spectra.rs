@@ -56,9 +56,9 @@ fn lamp(total: f64) -> Value {
 }
 
 /// Averages of a spectrum over bands. With a flat weight they are the value in the middle of each
-/// band. With the lamp's photons as weight the average in b is 19/24: the integral of (1/2 + x/2)(1
-/// + 2x) over that of 1 + 2x, with x from 0 to 1. In W the weight is the number of photons divided
-/// by the wavelength.
+/// band. With the lamp's photons as weight the average in b is 19/24: for x from 0 to 1, the
+/// integral of (1/2 + x/2)(1 + 2x) over that of 1 + 2x. In W the weight is the number of photons
+/// divided by the wavelength.
 #[test]
 fn averages_are_weighted_by_the_light() {
     let flat = json!({ "spectra": { "weight": "flat" } });

@@ -115,8 +115,8 @@ fn said(world: &World, arguments: &[&str]) -> String {
     words.into_owned()
 }
 
-/// Returns a furnace: a cube from -half to half whose walls have the reflectance `rho` and emit (1
-/// - rho) L, with L = 1 W/m2/sr. The radiance is L everywhere in it.
+/// Returns a furnace: a cube from -half to half, whose walls have the reflectance `rho` and emit
+/// the radiance (1 - rho) L, with L = 1 W/m2/sr. The radiance is L everywhere in it.
 pub fn furnace(half: f64, rho: f64) -> World {
     let walls = room([-half; 3], [half; 3]);
     World::new().lambert("wall", rho).glowing("walls", "wall", &walls, 1.0 - rho)
@@ -465,9 +465,9 @@ fn leaves_that_touch_and_cross() {
     check.finish(19);
 }
 
-/// A point light in the middle of a glass ball. Its rays meet the surface at normal incidence, so
-/// none is totally reflected, and photons find that all power gets out. No path finds this light,
-/// and the run says that all of it is missing.
+/// A point light in the middle of a glass ball. Its rays meet the surface nearly at normal
+/// incidence, so none is totally reflected, and photons find that all power gets out. No path finds
+/// this light, and the run says that all of it is missing.
 #[test]
 fn light_inside_glass() {
     let world = World::new()

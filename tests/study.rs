@@ -66,7 +66,7 @@ fn spread_and_bias_are_those_of_theory() {
         let expected = ((1.0 - SHARE) / (SHARE * rung.photons as f64)).sqrt();
         let off = rung.spread / expected - 1.0;
         assert!(off.abs() < within, "{} photons: spread off by {off}", rung.photons);
-        // the bias of the mean over all seeds is within 4 errors of that mean
+        // the mean of all seeds has no bias, within 4 of its errors
         assert!(rung.bias < 4.0 * rung.spread / (SEEDS as f64).sqrt(), "{}", rung.bias);
         // the root mean square contains spread and bias
         let whole = rung.spread.hypot(rung.bias);
