@@ -1,4 +1,5 @@
-//! Wrong input and wrong usage: one sentence that says where and what, exit code 2, nothing written.
+//! Wrong input and wrong usage: one message that says where and what, exit code 2, and nothing
+//! written.
 
 use std::{
     fs,
@@ -8,7 +9,7 @@ use std::{
 
 use crate::common::{TestScene, binary};
 
-/// A sound scene of one band, into which the rows below put their errors.
+/// The entries of a correct scene of one band; each row below puts an error into one of them.
 const MATERIALS: &str = r#"{"wall": {"type": "lambert", "reflectance": 0.5}}"#;
 const OBJECTS: &str = r#"[{"name": "a", "obj": "a.obj", "material": "wall", "captor": true}]"#;
 const LIGHTS: &str = r#"[{"type": "point", "position": [0, 0, 1], "power": 1}]"#;
@@ -20,7 +21,7 @@ pub fn phylux(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(binary()).args(arguments).current_dir(folder).output().expect("phylux starts")
 }
 
-/// Names of the files in a folder, in order.
+/// Returns the names of the files in a folder, sorted.
 pub fn listing(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> = entries
@@ -30,7 +31,8 @@ pub fn listing(folder: &Path) -> Vec<String> {
     names
 }
 
-/// That the arguments are refused with one line that holds all `words`, and nothing is written.
+/// Asserts that the arguments are refused with one line that contains all `words`, and that nothing
+/// is written.
 pub fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     let before = listing(folder);
     let output = phylux(folder, arguments);
@@ -48,13 +50,13 @@ pub fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     assert_eq!(listing(folder), before, "{arguments:?}");
 }
 
-/// That `phylux run` refuses a scene.
+/// Asserts that `phylux run` refuses a scene with these words.
 pub fn bad_scene(scene: &str, files: &[(&str, &str)], words: &[&str]) {
     let scene = TestScene::new(scene, files);
     refused(scene.path("").as_path(), &["run", "scene.json"], words);
 }
 
-/// A scene whose top-level entries are these.
+/// Returns the correct scene with these top-level entries in place of its own.
 fn scene(entries: &[(&str, &str)]) -> String {
     let sound =
         [("materials", MATERIALS), ("objects", OBJECTS), ("lights", LIGHTS), ("captors", CAPTORS)];
@@ -65,7 +67,8 @@ fn scene(entries: &[(&str, &str)]) -> String {
 
 const FILES: &[(&str, &str)] = &[("a.obj", OBJ), ("a.csv", CSV)];
 
-/// Refused scenes that differ from the sound one in one entry: key, value, words of the sentence.
+/// A scene to be refused, which differs from the correct one in a single entry: the key, the value,
+/// and words of the message.
 type Row<'a> = (&'a str, &'a str, &'a [&'a str]);
 
 fn refuse_rows(rows: &[Row]) {

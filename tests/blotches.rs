@@ -1,4 +1,5 @@
-//! How even pictures are where light is: the greenhouse as it is drawn by default, against long runs.
+//! How even pictures are where the light is even: the greenhouse as it is drawn by default,
+//! compared with long runs.
 
 use std::{path::Path, sync::atomic::AtomicBool};
 
@@ -6,18 +7,18 @@ use phylux::{Control, Gather, LoadedScene, Sampling, Settings, Show, Viewpoint, 
 
 const WIDTH: usize = 800;
 const HEIGHT: usize = 600;
-/// Pixels to each side of one that show the same flat piece of surface.
+/// A place is flat if this many pixels to each side show the same flat piece of surface.
 const FLAT: usize = 6;
-/// Pixels to each side over which the level of light is told.
+/// The level of light at a pixel is the mean over this many pixels to each side.
 const LEVEL: usize = 2;
-/// The most by which that differs over these pixels where light is even.
+/// Light is even at a place if the highest level around it is less than this many times the lowest.
 const EVEN: f32 = 1.25;
-/// Share of the mean over the picture from which on a place is lit.
+/// A place is lit if its level is above this fraction of the mean over the picture.
 const LIT: f32 = 0.1;
-/// Side of the blocks whose means are compared.
+/// Side of the blocks whose means are compared, in pixels.
 const BLOCK: usize = 32;
 
-/// A picture in its first band, and the same evened out.
+/// The first band of a picture, as found and denoised.
 struct Drawn {
     plain: Vec<f32>,
     even: Vec<f32>,
@@ -44,20 +45,21 @@ fn drawn(
     Drawn { plain: first(found.pixels()), even: first(even) }
 }
 
-/// Pixels at most `reach` from one that is at least as far from the picture's edges.
+/// Returns the pixels at most `reach` from a pixel, which must be at least as far from the
+/// picture's edges.
 fn about(pixel: usize, reach: usize) -> impl Iterator<Item = usize> {
     let first = pixel - reach * WIDTH - reach;
     let side = 2 * reach + 1;
     (0..side * side).map(move |i| first + i / side * WIDTH + i % side)
 }
 
-/// The pixels about which a flat piece of an opaque surface is seen and nothing else.
+/// Returns the pixels around which only a flat piece of an opaque surface is visible.
 fn flat(viewpoint: &Viewpoint) -> Vec<usize> {
     let scene = viewpoint.scene;
     let piece = |i: usize| {
         let ray = viewpoint.camera.ray((i % WIDTH) as f32 + 0.5, (i / WIDTH) as f32 + 0.5);
         let hit = viewpoint.closest(&ray)?;
-        // not through a pane
+        // not behind a pane
         let seen = viewpoint.opaque(&ray)?.triangle == hit.triangle;
         let surface = scene.surface(hit.triangle);
         seen.then_some((surface.material, surface.normal))
@@ -75,7 +77,8 @@ fn flat(viewpoint: &Viewpoint) -> Vec<usize> {
     inner.filter(|&i| about(i, FLAT).all(|j| same(i, j))).collect()
 }
 
-/// What two long runs say of flat, evenly lit places, as means over the pixels about each, and where these are.
+/// The levels of light that two long runs find, and the pixels where surfaces are flat and evenly
+/// lit.
 struct Truth {
     runs: [Vec<f32>; 2],
     places: Vec<usize>,
@@ -106,8 +109,9 @@ impl Truth {
         Self { runs, places }
     }
 
-    /// The relative difference of a picture from the truth: root of the mean square, over pixels and over means of
-    /// blocks, and the mean. The noise of the two runs is independent and has no part in the products.
+    /// Returns the relative difference of a picture from the truth: the root mean square over
+    /// pixels, that over means of blocks, and the mean. The products of both runs' differences
+    /// contain no noise of these runs, because it is independent.
     fn off(&self, picture: &[f32]) -> [f64; 3] {
         let [a, b] = &self.runs;
         let (mut squares, mut sum) = (0.0, 0.0);
@@ -132,11 +136,11 @@ impl Truth {
     }
 }
 
-/// Blotches in pictures of the greenhouse (800 x 600, the options of `phylux render`, seed 1, PAR) are below 5 % (found: radiance 3.2 %,
-/// irradiance 3.3 %; what is aimed at is 2 %): the
-/// root of the mean square of what differs from two long runs (four times the photons, k 400, and 24 rays a pixel, not
-/// evened out, means over 5 x 5 pixels; seeds 101 and 102) over flat, opaque, lit surfaces where light differs by less than a quarter
-/// over 13 x 13 pixels.
+/// Blotches in denoised pictures of the greenhouse (800 x 600, the options of `phylux render`, seed
+/// 1, PAR) are below 5 %. Found were 3.2 % for radiance and 3.3 % for irradiance; the goal is 2 %.
+/// A blotch is the root mean square of the difference from two long runs (four times the photons, k
+/// 400, and 24 rays a pixel, not denoised, means over 5 x 5 pixels; seeds 101 and 102), over flat,
+/// opaque, lit surfaces where the light differs by less than a quarter over 13 x 13 pixels.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_blotches_of_pictures() {

@@ -1,4 +1,4 @@
-//! Results split by light, and mixed again at other powers.
+//! Results that are split by light, and mixed again at other powers.
 
 use phylux::{ByLight, Estimator, FaceResult, Factor, RunResult, Settings};
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ use crate::{
 
 const LIGHTS: [&str; 3] = ["left, low", "right", "spot"];
 
-/// A room with a leaf, 16 tiles, and three lights of these powers in two bands.
+/// Returns a room with a leaf, 16 tiles, and three lights of these powers in two bands.
 fn scene(powers: [[f64; 2]; 3]) -> TestScene {
     room_with_leaf(16, 0.1)
         .with("sums", json!({ "both": ["b0", "b1"] }))
@@ -30,7 +30,7 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
     run_file(&scene.path("scene.json"), change)
 }
 
-/// 100,003 photons of seed 3, split.
+/// Returns the results of 100,003 photons of seed 3, split by light.
 fn split() -> RunResult {
     run(&scene(POWERS), |settings| {
         (settings.photons, settings.seed, settings.by_light) = (Some(100_003), 3, true);
@@ -41,7 +41,7 @@ fn value(result: &RunResult) -> Value {
     serde_json::to_value(result).expect("JSON")
 }
 
-/// Takes out what a split adds.
+/// Removes the entries that a split adds to results.
 fn without_split(value: &mut Value) {
     match value {
         Value::Object(map) => {
@@ -53,14 +53,14 @@ fn without_split(value: &mut Value) {
     }
 }
 
-/// Every face of captors and groups.
+/// Returns every face of captors and groups.
 fn faces(result: &RunResult) -> Vec<&FaceResult> {
     let captors = result.captors.iter().flat_map(|c| c.faces());
     let groups = result.groups.iter().flat_map(|g| std::iter::once(&g.front).chain(&g.back));
     captors.chain(groups).collect()
 }
 
-/// That the sum of parts is the whole to rounding.
+/// Asserts that the parts add up to the whole, to rounding.
 fn check_sum<'a>(whole: &[f64], parts: impl Iterator<Item = &'a [f64]>) {
     let mut sum = vec![0.0; whole.len()];
     parts.for_each(|part| sum.iter_mut().zip(part).for_each(|(sum, v)| *sum += v));
@@ -69,7 +69,8 @@ fn check_sum<'a>(whole: &[f64], parts: impl Iterator<Item = &'a [f64]>) {
     }
 }
 
-/// No chance in it, on 1 and 3 threads.
+/// The parts by light add up to the whole, and a split changes no other number, on 1 and on 3
+/// threads. The test does not depend on chance.
 #[test]
 fn a_split_adds_up_and_changes_nothing_else() {
     let scene = scene(POWERS);
@@ -115,9 +116,11 @@ fn a_split_adds_up_and_changes_nothing_else() {
     assert_eq!(split.captors[2].groups, Some(vec!["tiles".to_string()]));
 }
 
-/// Lights are independent: the squares of their errors add up to that of the whole, in the mean over 17
-/// faces and 2 bands within 15 %. Seed 3; each of the squares has a relative error of 12 %, and the
-/// faces are largely independent, so that is 5 standard errors or more.
+/// Lights are independent, so the squares of their errors add up to the square of the whole's
+/// error, on average over 17 faces and 2 bands within 15 %.
+///
+/// Seed 3. Each of the squares has a relative error of 12 %, and the faces are largely independent,
+/// so 15 % is 5 standard errors or more.
 #[test]
 fn errors_of_lights_are_independent() {
     let split = split();
@@ -137,7 +140,7 @@ fn factors(factors: [f64; 3]) -> ByLight<f64> {
     LIGHTS.iter().map(|name| name.to_string()).zip(factors).collect()
 }
 
-/// What is exact in a mix, without chance.
+/// The properties of a mix that are exact and do not depend on chance.
 #[test]
 fn a_mix_is_linear() {
     let split = split();
@@ -155,7 +158,7 @@ fn a_mix_is_linear() {
         assert_eq!(face.knn.is_some(), of.knn.is_some());
         assert!(matches!(of.knn, None | Some(None)));
     }
-    // captors and groups of a mix fit together
+    // the captors and groups of a mix are consistent
     let tiles = alone.groups.iter().find(|g| g.id == "tiles").expect("tiles");
     let of_tiles = || alone.captors.iter().filter(|c| c.id.starts_with("tiles/"));
     let least = of_tiles().map(|c| c.front.irradiance[0]).fold(f64::INFINITY, f64::min);
@@ -164,7 +167,7 @@ fn a_mix_is_linear() {
     let e = &alone.energy;
     let accounted = e.absorbed[0] + e.escaped[0] + e.lost[0];
     assert!((accounted - e.emitted[0]).abs() < 1e-9 && (e.emitted[0] - 2.0).abs() < 1e-12);
-    // a mix of a mix, and what is read of the file again
+    // a mix of a mix, and results that are read again from their file
     let half = mix([0.5, 1.0, 4.0]).mix(&factors([2.0, 1.0, 0.25])).expect("a mix");
     assert_eq!(value(&half)["captors"], value(&same)["captors"]);
     let ones = factors([1.0; 3]).into_iter().map(|(name, one)| (name, Factor::All(one)));
@@ -173,8 +176,9 @@ fn a_mix_is_linear() {
     assert_eq!(value(&read), value(&split));
 }
 
-/// A mix is the run at these powers: all z of 52 values of two independent runs (seeds 3 and 4) stay
-/// below 4.5, by chance exceeded with odds of 4e-4, and their root mean square is 0.7 to 1.3.
+/// A mix is what a run at these powers finds. Of 52 values of two independent runs (seeds 3 and 4),
+/// all z are below 4.5, which chance exceeds with odds of 4e-4, and their root mean square is 0.7
+/// to 1.3.
 #[test]
 fn a_mix_is_the_run_at_these_powers() {
     let mixed = split().mix(&factors([0.5, 3.0, 2.0])).expect("a mix");
@@ -200,7 +204,7 @@ fn a_mix_is_the_run_at_these_powers() {
     assert!(worst < 4.5 && (0.7..1.3).contains(&rms), "worst {worst}, rms {rms}");
 }
 
-/// The command, and every refusal with its sentence.
+/// The command `phylux mix`, and the message of every refusal.
 #[test]
 fn mixing_on_the_command_line() {
     let scene = scene(POWERS);
@@ -269,7 +273,7 @@ fn mixing_on_the_command_line() {
     assert_eq!(read("results.json").estimator, Estimator::Photons);
 }
 
-/// A split that would take more memory than a run may is refused before it begins.
+/// A split that would take more memory than a run may take is refused before the run begins.
 #[test]
 fn a_huge_split_is_refused() {
     let lights = (0..20_000).map(
@@ -292,7 +296,8 @@ fn a_huge_split_is_refused() {
     );
 }
 
-/// 10,000 sensors in 4096 bands by light, in the 8 GB that the shell grants: refused before it begins.
+/// A split by light for 10,000 sensors in 4096 bands does not fit into the 8 GB that the shell
+/// grants, and is refused before the run begins.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_the_machine_has_no_memory_for_is_refused() {

@@ -31,8 +31,9 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
     })
 }
 
-/// On 1, 2 and 5 threads, and where a thousand are asked for: a run of a number of photons that nothing divides, one with a tolerance,
-/// one whose photon map is full, aimed flights, and paths. No chance in it.
+/// The results have the same bytes on 1, 2 and 5 threads, and where a thousand are asked for: with
+/// a number of photons that nothing divides, with a tolerance, with a photon map that is full, with
+/// aimed flights, and by paths. The test does not depend on chance.
 #[test]
 fn threads_do_not_matter() {
     let scene = scene();
@@ -60,8 +61,9 @@ fn threads_do_not_matter() {
     }
 }
 
-/// The kernel for any processor, which `PHYLUX_KERNEL` forces, gives the bytes of that which this one
-/// runs: photons with their map, and paths, in a room and in the shipped growth chamber. No chance in it.
+/// The kernel (the innermost code) for any processor, which `PHYLUX_KERNEL` forces, gives the same
+/// bytes as the kernel for this processor: photons with their map, and paths, in a room and in the
+/// shipped growth chamber. The test does not depend on chance.
 #[test]
 #[ignore = "needs a processor with AVX2"]
 fn needs_avx2_kernels_do_not_matter() {
@@ -94,7 +96,7 @@ fn needs_avx2_kernels_do_not_matter() {
     }
 }
 
-/// Another seed gives other bytes: the test above can fail.
+/// Another seed gives other bytes, so the tests of equal bytes can fail.
 #[test]
 fn seeds_matter() {
     let scene = scene();
@@ -105,7 +107,7 @@ fn seeds_matter() {
     assert!(of(1) != of(2));
 }
 
-/// A run that its time limit ends is the run of that many photons, or paths.
+/// A run that its time limit ends has the results of a run of that many photons or paths.
 #[test]
 fn time_limit_is_a_number_of_photons() {
     let scene = scene();

@@ -1,4 +1,4 @@
-//! `phylux check`: one small scene for each warning, and clean ones that look like them.
+//! `phylux check`: one small scene for each warning, and similar scenes that must not be warned of.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use phylux::SceneSummary;
 
 use crate::common::TestScene;
 
-/// A floor of 4 m, a lamp and a sensor above it, and what is added.
+/// Returns a scene with a floor of 4 m, a lamp and a sensor above it, and the given additions.
 fn scene(materials: &str, objects: &str, captors: &str, files: &[(&str, &str)]) -> TestScene {
     let text = format!(
         r#"{{
@@ -22,7 +22,8 @@ fn scene(materials: &str, objects: &str, captors: &str, files: &[(&str, &str)]) 
     TestScene::new(&text, &[&[("floor.obj", floor)], files].concat())
 }
 
-/// The faces of a box, normals out; its corners are counted from -8 to -1.
+/// The faces of a box with their normals outside. The eight corners are counted backwards, from -8
+/// to -1.
 const FACES: [&str; 6] = [
     "f -8 -6 -5 -7\n",
     "f -4 -3 -1 -2\n",
@@ -32,7 +33,7 @@ const FACES: [&str; 6] = [
     "f -7 -5 -1 -3\n",
 ];
 
-/// The eight corners of a box: x changes fastest from the first to the second, and so on.
+/// Returns the eight corners of a box, x changing fastest and z slowest.
 fn corners(low: [f64; 3], high: [f64; 3]) -> String {
     let pick = |i: usize, axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
     (0..8).map(|i| format!("v {} {} {}\n", pick(i, 0), pick(i, 1), pick(i, 2))).collect()
@@ -42,7 +43,7 @@ fn block(low: [f64; 3], high: [f64; 3]) -> String {
     corners(low, high) + &FACES.concat()
 }
 
-/// Its normals point in.
+/// Turns the faces of a mesh around: the normals of a box then point inwards.
 fn turned(block: &str) -> String {
     let turn = |line: &str| match line.strip_prefix("f ") {
         Some(face) => format!("f {}\n", face.split(' ').rev().collect::<Vec<_>>().join(" ")),
@@ -57,7 +58,7 @@ fn cube() -> String {
     block(CUBE.0, CUBE.1)
 }
 
-/// The scene with these faces of glass.
+/// Returns the scene with these faces as glass.
 fn glass(obj: &str) -> TestScene {
     scene(
         r#", "glass": { "type": "transparent", "ior": 1.5 }"#,
@@ -76,7 +77,7 @@ fn check_file(path: &Path) -> SceneSummary {
     phylux::check(&loaded).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The only warning must have all `words`.
+/// Asserts that there is exactly one warning, and that it contains all `words`.
 fn warns(scene: &TestScene, words: &[&str]) {
     let warnings = check(scene).warnings;
     assert_eq!(warnings.len(), 1, "expected {words:?}, found {warnings:#?}");
@@ -145,17 +146,17 @@ fn solids_that_touch() {
     let ([x0, y0, z0], [x1, y1, z1]) = CUBE;
     let middle = 0.5 * (x0 + x1);
     for other in [
-        // the same face, without a gap and almost so
+        // boxes that share a face, without a gap and with a tiny one
         block([x1, y0, z0], [2.0 * x1, y1, z1]),
         block([x1 + 1e-5, y0, z0], [2.0 * x1, y1, z1]),
-        // a smaller face in a larger one, and crossed bars
+        // a smaller face on a larger one, and crossed bars
         block([x1, y0 + 0.1, z0 + 0.1], [2.0 * x1, y1 - 0.1, z1 - 0.1]),
         block([-1.0, -0.1, z1], [1.0, 0.1, 1.7]),
-        // one that cuts through, one that overlaps, the same twice
+        // a box that cuts through, one that overlaps, and the same box twice
         block([-1.0, -0.1, 0.9], [1.0, 0.1, 1.1]),
         block([middle, y0, z0], [2.0 * x1, y1, z1]),
         cube(),
-        // a common edge
+        // boxes that share an edge
         block([x1, y0, z1], [2.0 * x1, y1, z1 + 0.5]),
     ] {
         warns(
@@ -180,7 +181,7 @@ fn solids_that_touch() {
 fn solids_that_nest() {
     let inner = block([-0.3, -0.3, 0.7], [0.3, 0.3, 1.3]);
     warns(&glass(&(cube() + &inner)), &["solids inside another", " in `glass` at", "cavity"]);
-    // a cavity must be one of the solid around it
+    // a cavity must be of the same material as the solid around it
     let water = scene(
         r#", "glass": { "type": "transparent", "ior": 1.5 },
              "water": { "type": "transparent", "ior": 1.33 }"#,
@@ -207,7 +208,7 @@ fn solids_too_thin_and_sheets_too_thick() {
     warns(&pane(thin, 0.004), &["flat closed boxes", "`s/s` at", "4.0 mm thick", "one face"]);
     let leaf = r#""type": "leaf", "reflectance": 0.1, "transmittance": 0.1"#;
     warns(&pane(leaf, 0.0003), &["flat closed boxes", "0.30 mm thick"]);
-    // a terrarium of thin panes
+    // a terrarium of thin panes is no warning
     is_clean(&pane(thin, 0.5));
 }
 
@@ -247,7 +248,7 @@ fn leaves_whose_transmittance_differs_between_the_faces() {
     let words = ["leaves whose faces differ in transmittance", "`rose`", "reciprocity"];
     warns(&with_back("0.2"), &words);
     is_clean(&with_back("0.1"));
-    // the same, written for each band
+    // the same value, written for each band
     is_clean(&with_back("[0.1]"));
 }
 
@@ -281,7 +282,7 @@ fn triangles_twice_or_without_area() {
     let again = "v 2 2 0\nv -2 -2 0\nv 2 -2 0\nf 1 2 3\n";
     let twice = scene(paint, object, "", &[("paint.obj", again)]);
     warns(&twice, &["in the same place", "1 of `paint` on `ground`"]);
-    // the other way round, and cut along the other diagonal
+    // the same square with its front below, and cut along the other diagonal
     let back = "v 2 2 0\nv 2 -2 0\nv -2 -2 0\nv -2 2 0\nf 2 3 4\nf 2 4 1\n";
     warns(&scene(paint, object, "", &[("paint.obj", back)]), &["2 of `paint` on `ground`"]);
     let pot = "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\n";
@@ -343,8 +344,9 @@ fn the_command_describes_the_scene_and_warns() {
     assert_eq!(check(&TestScene::new("{}", &[])).status.code(), Some(2));
 }
 
-/// Thousands of copies of a block of glass, at one place and a little apart: for each face some of the others are
-/// looked at, and that is said. It takes a second or two; a minute, where the time grows with their square.
+/// Thousands of copies of a block of glass, in one place and slightly apart. For each face only
+/// some of the others are compared, and a warning says so. The test takes a second or two; it would
+/// take a minute if the time grew with the square of the number.
 #[test]
 fn many_solids_in_one_place() {
     for (copies, step) in [(8000, 0.0), (1000, 1e-5)] {
@@ -356,7 +358,8 @@ fn many_solids_in_one_place() {
             found.unwrap_or_else(|| panic!("no {words:?} in {warnings:#?}"))
         };
         of("solids that touch more than 16 others in one place, so that neither all of those");
-        // 12 triangles of each with 16 others, where all pairs of a thousand would be 499,500
+        // 12 triangles of each block with 16 others, while all pairs of a thousand blocks would be
+        // 499,500
         let touching = of("solids that touch or cut each other: ");
         let (_, more) = touching.split_once(" m and ").expect("a list");
         let more = more.split(" and ").find_map(|part| part.split_once(" more; ")).expect("more");
@@ -365,8 +368,9 @@ fn many_solids_in_one_place() {
     }
 }
 
-/// 1100 cubes one in another, each the cavity of or the glass in the one around it: what is around those
-/// with a thousand faces on a way out is not looked at, which is said of nothing else.
+/// 1100 cubes inside each other, in turn a cavity in the glass around it and glass in that cavity.
+/// For cubes with more than a thousand faces on the way out, the surroundings are not searched, and
+/// the only warning says so.
 #[test]
 fn solids_deep_inside_others() {
     let shell = |i: i32| {
@@ -381,7 +385,8 @@ fn solids_deep_inside_others() {
     );
 }
 
-/// A thousand triangles nearly in one place are not all compared, and that is said; copies are counted.
+/// A thousand triangles nearly in one place are not all compared, and a warning says so. Exact
+/// copies are all counted.
 #[test]
 fn many_triangles_in_one_place() {
     let at = |x: f64| format!("v {x} 0 1\nv {} 0 1\nv {x} 1 1\nf -3 -2 -1\n", x + 1.0);
@@ -402,8 +407,8 @@ fn many_triangles_in_one_place() {
     );
 }
 
-/// A point in the plane of a surface, to rounding, and a tube that reaches into one; not those a
-/// millimetre off.
+/// `check` warns of a point light in the plane of a surface, within rounding, and of a tube that
+/// reaches into a surface, but not of lights that are a millimetre away.
 #[test]
 fn lights_in_surfaces_are_told() {
     let above = |height: f64| {
@@ -430,7 +435,8 @@ fn lights_in_surfaces_are_told() {
     is_clean(&tube(0.014));
 }
 
-/// A closed room of 4 m with a lamp at 1 m, and things in it that are too large, stick out or stand wrong.
+/// A closed room of 4 m with a lamp, in which objects are too large, reach through the walls or
+/// stand in the wrong place. Each of these usual mistakes is warned of.
 #[test]
 fn objects_are_described_and_usual_slips_are_warned_of() {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
@@ -458,7 +464,7 @@ fn objects_are_described_and_usual_slips_are_warned_of() {
     assert_eq!(good.warnings, Vec::<String>::new());
     let [room_found, pot, leaf_found] = &good.objects[..] else { panic!("three objects") };
     assert!((room_found.to - room_found.from).abs_diff_eq(glam::DVec3::splat(4.0), 1e-5));
-    // of six walls that look inwards only the floor looks up
+    // of six walls whose fronts are inside, only the floor faces upwards
     assert!((room_found.facing_up - 1.0 / 6.0).abs() < 1e-6);
     assert!((pot.height[0] - 0.01).abs() < 1e-5 && (pot.height[1] - 0.51).abs() < 1e-5);
     assert_eq!((leaf_found.object.as_str(), leaf_found.facing_up), ("leaf", 1.0));
@@ -490,7 +496,8 @@ fn objects_are_described_and_usual_slips_are_warned_of() {
     }
 }
 
-/// A lamp above a room of 4 x 4 x 3 m: it is outside where the roof is whole, and shines in by a vent of 10 x 10 cm.
+/// A lamp above a room of 4 x 4 x 3 m is warned of as outside if the roof is closed, but not if it
+/// shines in through a vent of 10 x 10 cm.
 #[test]
 fn lamps_may_shine_in_by_a_vent() {
     let walls = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 0 0 3\nv 4 0 3\nv 4 4 3\nv 0 4 3\n\

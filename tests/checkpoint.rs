@@ -1,4 +1,4 @@
-//! Runs that are killed and gone on with find what one found that was not.
+//! Runs that are killed and continued have the results of an uninterrupted run.
 
 #![cfg(unix)]
 
@@ -15,7 +15,7 @@ use crate::{
     common::{TestScene, binary},
 };
 
-/// A wall with a sensor over it, under two lights.
+/// Returns a scene with a wall and a sensor above it, under two lights.
 fn scene() -> TestScene {
     let scene = r#"{
         "materials": {"wall": {"type": "lambert", "reflectance": 0.5}},
@@ -42,7 +42,8 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Ends the run as soon as it has kept something new, with Ctrl-C or else by a kill. Its output.
+/// Starts the run and ends it as soon as it has written a new checkpoint, with Ctrl-C if
+/// `interrupt` is set and by a kill otherwise. Returns its output.
 fn end_soon(folder: &Path, more: &[&str], interrupt: bool) -> Output {
     let kept = folder.join("kept");
     let written = || fs::metadata(&kept).and_then(|file| file.modified()).ok();
@@ -62,8 +63,8 @@ fn end_soon(folder: &Path, more: &[&str], interrupt: bool) -> Output {
     child.wait_with_output().expect("an end")
 }
 
-/// Kills a run ten times, lets it end, and compares it with one that was not killed. `code` is the exit code of
-/// both.
+/// Kills a run ten times, lets it finish, and compares its results with those of a run that was not
+/// killed. `code` is the exit code of both.
 fn killed_ten_times(options: &[&str], code: i32) {
     let scene = scene();
     let folder = scene.path("");
@@ -84,7 +85,8 @@ fn killed_ten_times(options: &[&str], code: i32) {
     assert_eq!(left, [""; 0], "the checkpoint goes when the results are there");
 }
 
-/// No chance in it: it compares bytes. So long that ten kills come before the end.
+/// The test compares bytes and does not depend on chance. The run is so long that ten kills come
+/// before its end.
 #[test]
 fn a_run_that_is_killed_ten_times_finds_the_same_bytes() {
     killed_ten_times(&["--photons", "2e6", "--by-light", "--map-photons", "2000"], 0);
@@ -106,7 +108,7 @@ fn an_interrupted_run_of_paths_says_how_to_go_on_and_does() {
         stderr(&output),
         "error: run: interrupted, what was traced is in kept; the same command goes on from there\n"
     );
-    // on other threads
+    // the run continues on another number of threads
     let more = [&more[..], &["--threads", "1"]].concat();
     let output = start(&folder, &more).wait_with_output().expect("an end");
     assert!(output.status.success(), "{}", stderr(&output));

@@ -1,4 +1,4 @@
-//! Whole scenes against closed forms: nothing here was computed with phylux.
+//! Compares whole scenes with closed forms. None of the exact values was computed with phylux.
 
 mod canopy;
 mod cie;

@@ -1,4 +1,4 @@
-//! What the tests share.
+//! What the tests share: how a scene file is run, where the program is, and folders for scenes.
 
 use std::{
     path::{Path, PathBuf},
@@ -7,9 +7,12 @@ use std::{
 
 use phylux::{Control, Estimator, FaceResult, RunResult, Settings};
 
-/// Loads and runs a scene file; panics with the error's sentence. Where the environment variable
-/// `PHYLUX_RETRY` is set, with the next seed and four times the histories: if a random test fails by bias
-/// it fails then too, as a bias in standard errors doubles; if it failed by chance it passes.
+/// Loads and runs a scene file whose settings are first changed by `change`. Panics with the
+/// error's message.
+///
+/// Where the environment variable `PHYLUX_RETRY` is set, the run uses the next seed and four times
+/// the histories. A random test that failed because of a bias then fails again, because the bias
+/// doubles in units of the standard error; one that failed by chance passes.
 pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     let loaded = phylux::load(path).unwrap_or_else(|e| panic!("{e}"));
     let mut settings = loaded.settings.clone();
@@ -25,17 +28,18 @@ pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     RunResult::new(&loaded.scene, &settings, &simulation)
 }
 
-/// The program: the one built with the tests or, to test another build, that at `PHYLUX_BINARY`.
+/// Returns the path of the program: the one built with the tests, or the one that the environment
+/// variable `PHYLUX_BINARY` names, to test another build.
 pub fn binary() -> PathBuf {
     let other = std::env::var_os("PHYLUX_BINARY");
     other.unwrap_or_else(|| env!("CARGO_BIN_EXE_phylux").into()).into()
 }
 
-/// A folder with a scene and its files, gone when dropped.
+/// A temporary folder with a scene and its files, which is deleted when this is dropped.
 pub struct TestScene(tempfile::TempDir);
 
 impl TestScene {
-    /// Writes `scene` as scene.json, and the other files by name.
+    /// Writes `scene` as scene.json, and the other files under their names.
     pub fn new(scene: &str, files: &[(&str, &str)]) -> Self {
         let dir = tempfile::tempdir().expect("a temporary folder");
         std::fs::write(dir.path().join("scene.json"), scene).expect("scene.json");
@@ -45,19 +49,20 @@ impl TestScene {
         Self(dir)
     }
 
-    /// The path of a file in it.
+    /// Returns the path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// Runs it with so many photons and no k-nearest estimate.
+    /// Runs the scene with this number of photons and this seed, without the estimate from the k
+    /// nearest photons.
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         run_file(&self.path("scene.json"), |settings| {
             *settings = Settings { photons: Some(photons), seed, k: Some(0), ..settings.clone() };
         })
     }
 
-    /// Runs it with so many paths over all captors.
+    /// Runs the scene by backward paths, with this number of paths in all captors together.
     pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
         run_file(&self.path("scene.json"), |settings| {
             settings.estimator = Estimator::Paths;
@@ -66,13 +71,13 @@ impl TestScene {
     }
 }
 
-/// The front of the captor `id`.
+/// Returns what the front of the captor `id` received.
 pub fn front<'a>(result: &'a RunResult, id: &str) -> &'a FaceResult {
     let captor = result.captors.iter().find(|captor| captor.id == id);
     &captor.unwrap_or_else(|| panic!("no captor {id}")).front
 }
 
-/// The folder of independently computed truths and measurements, which is no part of the
+/// Returns the folder of independently computed truths and measurements, which is not part of the
 /// repository. Tests that read it have names that begin with `needs_shared_`.
 pub fn shared() -> PathBuf {
     let shared = std::env::var_os("PHYLUX_SHARED");

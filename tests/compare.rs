@@ -1,4 +1,4 @@
-//! Two results side by side.
+//! Comparison of two results.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::{
     world::{Mesh, World, room},
 };
 
-/// A room with a lamp and a leaf-sized sheet of this reflectance, run into `name` with a seed.
+/// Runs a room with a lamp and a sheet of this reflectance, and writes the results to `name`.
 fn run(folder: &TestScene, name: &str, reflectance: f64, more: &[&str]) {
     let world = World::new()
         .bands(2)
@@ -32,9 +32,11 @@ fn compare(folder: &TestScene, a: &str, b: &str) -> Comparison {
     Comparison::new(&read(a), &read(b)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Two seeds, and photons and paths, agree: odds 1e-3 for all values of a comparison together, and
-/// the root mean square of their z lies near 1. Another reflectance does not agree, and
-/// what it changes most stands first. Seeds 1 and 2, 3e5 photons and paths.
+/// Runs of two seeds agree, and photons agree with paths: odds of a false alarm 1e-3 for all values
+/// of a comparison together, and the root mean square of their z is near 1. A run with another
+/// reflectance does not agree, and the value that it changes most comes first.
+///
+/// Seeds 1, 2 and 3, 3e5 photons and paths.
 #[test]
 fn what_differs_is_found_and_what_agrees_agrees() {
     let folder = TestScene::new("{}", &[]);
@@ -46,7 +48,7 @@ fn what_differs_is_found_and_what_agrees_agrees() {
     run(&folder, "dark.json", 0.4, &[&many[..], &["--seed", "3"]].concat());
 
     let same = compare(&folder, "a.json", "again.json");
-    // irradiance of 5 faces, absorbed power of 2 captors, 2 bands
+    // irradiance of 5 faces and absorbed power of 2 captors, in 2 bands
     assert_eq!((same.differences.len(), same.beyond_chance()), (14, 0));
     assert!(same.dependent && same.differences.iter().all(|d| d.a == d.b));
     assert!((same.limit - (2.0 * 14_000f64.ln()).sqrt()).abs() < 1e-12);
@@ -63,7 +65,8 @@ fn what_differs_is_found_and_what_agrees_agrees() {
     assert!(found.beyond_chance() > 0);
     let first = &found.differences[0];
     assert_eq!((first.captor.as_str(), first.what), ("sheet/sheet", "absorbed"));
-    // 0.6 / 0.5 of what arrives, which is a little less than before; both are known to half a percent
+    // 0.6 / 0.5 of the arriving light, which is a little less than before; both are known to half a
+    // percent
     assert!((1.1..1.22).contains(&(first.b / first.a)), "{first:?}");
 
     let output = phylux(&folder.path(""), &["compare", "a.json", "dark.json", "--csv", "d.csv"]);
@@ -77,9 +80,12 @@ fn what_differs_is_found_and_what_agrees_agrees() {
     assert!(said.contains("share random numbers") && said.contains("they agree"), "{said}");
 }
 
-/// Photons and paths agree on every shipped scene: all captors, faces and bands, seeds 1 and 2. Odds
-/// 1e-3 a scene. In the greenhouse, whose lamps have glossy reflectors, many faces are said to rest on few
-/// paths and left out; in the growth chamber, where glass mirrors tubes, perhaps a few; in the box none.
+/// Photons and paths agree on every shipped scene, in all captors, faces and bands. In the
+/// greenhouse, whose lamps have glossy reflectors, many faces are reported to rest on few paths and
+/// left out; in the growth chamber, where glass mirrors tubes, perhaps a few are; in the box none
+/// is.
+///
+/// Seeds 1 and 2; odds of a false alarm 1e-3 for each scene.
 #[test]
 fn photons_and_paths_agree_on_the_shipped_scenes() {
     let folder = TestScene::new("{}", &[]);
@@ -120,13 +126,14 @@ fn photons_and_paths_agree_on_the_shipped_scenes() {
             found.differences.len(),
             found.few_paths
         );
-        // the walls of a closed box share their light: some five of its values are independent
+        // the walls of a closed box share their light, so only about five of its values are
+        // independent
         let limits = if scene == "box" { 0.2..2.0 } else { 0.5..1.3 };
         assert!(limits.contains(&rms), "{scene}: {rms}");
     }
 }
 
-/// Nor is a file replaced that is read.
+/// Files that are not results are refused, and a file that is read is not replaced.
 #[test]
 fn what_cannot_be_compared() {
     let folder = TestScene::new("{}", &[("empty.json", ""), ("a.csv", "captor,band\n")]);

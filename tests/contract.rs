@@ -1,4 +1,4 @@
-//! What docs/scene-format.md promises of ids, groups, units, MTL files and results.
+//! What docs/scene-format.md promises about ids, groups, units, MTL files and results.
 
 use serde_json::Value;
 
@@ -108,7 +108,7 @@ fn captors_have_the_ids_and_groups_of_the_contract() {
     assert!((whole("one").area - 2.5).abs() < 1e-12);
     assert!(whole("sensors").absorbed.is_none() && whole("sensors").back.is_none());
     assert!(whole("port").back.is_some() && whole("all leaves").absorbed.is_some());
-    // one-sided captors count nothing from behind, and say so by having no back
+    // one-sided captors count nothing on their backs, so their results have no back
     let kinds = |id: &str| result.captors.iter().find(|captor| captor.id == id).expect("a captor");
     assert!(kinds("flat").back.is_none() && kinds("port/tip").back.is_some());
     assert_eq!((&*kinds("one/tip").kind, &*kinds("probe").kind), ("surface", "virtual"));
@@ -141,7 +141,8 @@ fn units_change_the_numbers_and_not_the_scene() {
     }
 }
 
-/// Result and warnings of a scene whose faces have these MTL entries, seen by one sensor.
+/// Returns the results and the warnings of a scene whose faces have these MTL entries, with one
+/// sensor above them.
 fn with_mtl(mtl: &str, bands: &str) -> (RunResult, Vec<String>) {
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl soil\nf 1 2 3 4\n";
     let text = format!(
@@ -154,7 +155,7 @@ fn with_mtl(mtl: &str, bands: &str) -> (RunResult, Vec<String>) {
     (scene.run(20_000, 1), warnings)
 }
 
-/// Share of what arrives from above that is absorbed, per band.
+/// Returns the absorbed fraction of the light that arrives from above, in each band.
 fn absorptance(result: &RunResult) -> Vec<f64> {
     let floor = &result.captors[0];
     let absorbed = floor.absorbed.as_ref().expect("a surface");
@@ -171,7 +172,7 @@ fn mtl_entries_become_materials() {
             assert!((x - y).abs() < 1e-6, "{found:?} {expected:?}");
         }
     };
-    // one band: the mean of r, g, b; three bands: r, g, b in order
+    // one band takes the mean of r, g and b; three bands take r, g and b in order
     for illum in ["illum 1", "illum 3", "illum 2"] {
         let (result, warnings) = with_mtl(&format!("newmtl soil\n{illum}\nKd 0.1 0.2 0.6\n"), "");
         near(&absorptance(&result), &[0.7]);
@@ -192,7 +193,7 @@ fn mtl_entries_become_materials() {
     assert!(absorptance(&result)[0] > 0.7);
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].contains("soil") && warnings[0].contains("phong"), "{warnings:?}");
-    // what is left out reflects nothing, and a texture is not seen: that is said
+    // missing entries reflect nothing and textures are not read; a warning says so
     for (entry, word) in [
         ("illum 1", "no Kd"),
         ("illum 5\nKd 1 1 1", "no Ks"),
@@ -203,7 +204,7 @@ fn mtl_entries_become_materials() {
         assert_eq!(warnings.len(), 1);
         assert!(warnings[0].contains("soil") && warnings[0].contains(word), "{warnings:?}");
     }
-    // a leaf lets light through, unless Tf is the default 1 1 1; water as well
+    // a leaf transmits light unless Tf is the default 1 1 1, and so does water
     let through = |mtl: &str| with_mtl(mtl, "").0.energy.escaped[0];
     let opaque = through("newmtl soil\nillum 6\nKd .1 .1 .1\nTf 1 1 1\n");
     let leaf = through("newmtl soil\nillum 6\nKd .1 .1 .1\nTf .5 .5 .5\n");

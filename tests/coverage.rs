@@ -15,7 +15,7 @@ use crate::{
 
 const SEEDS: u64 = 200;
 
-/// What one run says of a scene: values with their standard errors.
+/// A value of a run with its standard error.
 struct Value {
     what: String,
     value: f64,
@@ -28,7 +28,7 @@ struct Method {
     name: &'static str,
     estimator: Estimator,
     guiding: Guiding,
-    /// Photons, or paths.
+    /// Number of photons or paths.
     count: u64,
 }
 
@@ -36,7 +36,7 @@ const fn photons(count: u64) -> Method {
     Method { name: "photons", estimator: Estimator::Photons, guiding: Guiding::Off, count }
 }
 
-/// Photons with aimed flights.
+/// Returns a run of this many photons with aimed flights.
 const fn aimed_photons(count: u64) -> Method {
     Method { name: "aimed photons", guiding: Guiding::Aim, ..photons(count) }
 }
@@ -53,7 +53,7 @@ fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     })
 }
 
-/// Flux and absorbed power of every group, face and band.
+/// Returns the flux and the absorbed power of every group, face and band.
 fn values(run: &RunResult) -> Vec<Value> {
     let mut all = Vec::new();
     for group in &run.groups {
@@ -75,9 +75,10 @@ fn values(run: &RunResult) -> Vec<Value> {
     all
 }
 
-/// The share of 95 % intervals over the seeds that hold the truth, for flux and for absorbed power:
-/// in all, and that of the worst value. A truth from a long run has an error of its own, below an
-/// eighth of the interval's, which widens the spread by less than 1 %.
+/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux and for
+/// absorbed power, and prints the fraction of the worst value too. A truth from a long run has an
+/// error of its own, below an eighth of the interval's error, which widens the spread by less than
+/// 1 %.
 fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f64> {
     let mut held = vec![0u32; truth.len()];
     let mut errors = vec![0.0; truth.len()];
@@ -120,11 +121,14 @@ fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f6
     shares
 }
 
-/// Over 200 seeds on three scenes, for photons, with aimed flights and for paths, between 90 and 99 % of the 95 % intervals
-/// (1.98 standard errors, as they come from 128 batches) of flux and of absorbed power hold the truth:
-/// the closed form in a furnace, in the shipped scenes a run of seed 1000 with 200 times as many.
-/// Seeds 1 to 200. The share of 200 independent intervals has a standard error of 1.5 %, so that one of
-/// them would leave the range by chance with odds of 6e-4; the bounds are on means over several values.
+/// Of the 95 % intervals of flux and of absorbed power (1.98 standard errors, because these come
+/// from 128 batches), 90 to 99 % hold the truth, in three scenes, for photons, for photons with
+/// aimed flights, and for paths. The truth is the closed form in a furnace; in the shipped scenes
+/// it is a run of seed 1000 with 200 times as many histories.
+///
+/// Seeds 1 to 200. The fraction of 200 independent intervals has a standard error of 1.5 %, so one
+/// of them would leave the range by chance with odds of 6e-4; the bounds apply to means over
+/// several values.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_intervals_hold_the_truth() {
@@ -157,5 +161,5 @@ fn nightly_intervals_hold_the_truth() {
     assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");
 }
 
-/// How much longer the run is that stands for the truth.
+/// The run that stands for the truth is this many times as long.
 const LONGER: u64 = 200;

@@ -1,4 +1,5 @@
-//! Sun, sky and environment maps against closed forms, by photons and by paths, and their wrong input.
+//! Sun, sky and environment maps: closed forms by photons and by paths, how the commands take
+//! daylight, and wrong input.
 
 use std::{f64::consts::PI, path::Path};
 
@@ -14,7 +15,9 @@ use crate::{
 
 const UP: Point = [0.0, 0.0, 1.0];
 
-/// By both estimators, with the captors' names and exact irradiances.
+/// Compares both estimators with the exact irradiances of the named captors. A captor whose exact
+/// value is 0 must receive exactly nothing. `histories` are the photons in all, and the paths for
+/// each captor.
 fn both(check: &mut Comparisons, world: &World, exact: &[(String, f64)], histories: [u64; 2]) {
     for (how, run) in [
         ("photons", world.run(histories[0], 1)),
@@ -30,7 +33,7 @@ fn both(check: &mut Comparisons, world: &World, exact: &[(String, f64)], histori
     }
 }
 
-/// A normal tilted by so many degrees towards the south.
+/// Returns a normal that is tilted from upwards to the south by this angle (degrees).
 fn tilted(tilt: f64) -> Point {
     let (sin, cos) = tilt.to_radians().sin_cos();
     [0.0, -sin, cos]
@@ -38,15 +41,18 @@ fn tilted(tilt: f64) -> Point {
 
 const TILTS: [f64; 5] = [0.0, 30.0, 90.0, 120.0, 180.0];
 
-/// Squares in the open, tilted; they do not shade each other.
+/// Returns an open scene with tilted square captors, which do not shade each other.
 fn open_field() -> World {
     TILTS.iter().fold(World::new(), |world, &tilt| {
         world.captor(&format!("tilt {tilt}"), &Mesh::square([0.0; 3], tilted(tilt), 1.0))
     })
 }
 
-/// Uniform and overcast skies, a sun of parallel rays and one of a disc, over tilted planes in the open.
-/// Standard errors at most 0.2 %; 32 comparisons, odds of a false alarm 4e-3.
+/// Tilted planes in the open under a uniform sky, an overcast sky, a sun of parallel rays, and a
+/// sun with a disc.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 32 comparisons, odds of a false alarm
+/// 4e-3.
 #[test]
 fn open_planes_have_their_closed_forms() {
     let mut check = Comparisons::new("open field", 0.002).rounding(1e-4);
@@ -78,8 +84,12 @@ fn open_planes_have_their_closed_forms() {
     check.finish(32);
 }
 
-/// Light of the ground: half of what falls on it, uniform below the horizon, whether from the sky or the
-/// sun; a wall sees half of it. Standard errors at most 0.2 %; 8 comparisons, odds of a false alarm 9e-4.
+/// Light from the ground is half of what falls on it, with a uniform radiance below the horizon,
+/// whether it comes from the sky or from the sun. A captor that looks down receives all of it, a
+/// vertical one half.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 8 comparisons, odds of a false alarm
+/// 9e-4.
 #[test]
 fn the_ground_sends_light_back() {
     let mut check = Comparisons::new("ground", 0.002).rounding(1e-4);
@@ -92,7 +102,7 @@ fn the_ground_sends_light_back() {
     let exact = [("down".into(), 50.0), ("wall".into(), 75.0)];
     both(&mut check, &world().light(sky), &exact, [5_000_000, 100_000]);
     let sun = json!({ "type": "sun", "irradiance": 200, "ground": 0.5 });
-    // behind the wall, 30 degrees high: 100 on the ground
+    // the sun stands behind the vertical captor, 30 degrees high: 100 W/m2 on the ground
     let world =
         world().light(sun).with("sun_at", json!({ "elevation_deg": 30, "azimuth_deg": 180 }));
     let exact = [("down".into(), 50.0), ("wall".into(), 25.0)];
@@ -100,13 +110,18 @@ fn the_ground_sends_light_back() {
     check.finish(8);
 }
 
-/// A map of 4 x 2 texels, all of this radiance: 64 x 2^(127 - 136) = 1 / 8.
+/// Returns the text of a map of 4 x 2 texels. A texel `@@@\x7f` has the radiance 64 x 2^(127 - 136)
+/// = 1 / 8.
 fn map(texels: &str) -> String {
     format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n{texels}")
 }
 
-/// A box in a constant map: every face receives pi L, what enters is what is absorbed. And one texel
-/// alone, which the captor that faces it sees whole. Standard errors at most 0.2 %; 2 comparisons, odds 2e-4.
+/// First a black box in a map of uniform radiance L: every face receives pi L, and all the light
+/// that enters is absorbed. Then a map with a single bright texel, which the captor that faces it
+/// sees completely.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of a false alarm
+/// 2e-4.
 #[test]
 fn a_map_shines_from_all_sides() {
     let furnace = World::new()
@@ -124,7 +139,8 @@ fn a_map_shines_from_all_sides() {
     assert!((run.energy.emitted[0] / flux - 1.0).abs() < 1e-3, "{:?}", run.energy);
     assert!((run.energy.absorbed[0] / flux - 1.0).abs() < 1e-3);
     assert!(run.energy.missed[0] < 1e-3 * flux && run.energy.missed == run.energy.escaped);
-    // the texel right of the middle of the upper row: azimuths 0 to 90 with heading 0, 90 to 180 with 90
+    // the texel right of the middle of the upper row covers azimuths 0 to 90 with heading 0, and 90
+    // to 180 with heading 90
     let mut check = Comparisons::new("texel", 0.002).rounding(1e-4);
     let mut texels = ["\0\0\0\0"; 8];
     texels[2] = "@@@\x7f";
@@ -136,15 +152,19 @@ fn a_map_shines_from_all_sides() {
         .light(json!({ "type": "environment", "file": "map.hdr", "scale": 8, "heading_deg": 90 }));
     let scene = with(&world, &texels.concat());
     for run in [scene.run(500_000, 1), scene.run_paths(1_000_000, 1)] {
-        // the integral of the squared cosine of the elevation, times that of the azimuth's
+        // the integral of the squared cosine of the elevation, times the integral of the azimuth's
+        // cosine
         check.irradiance("east", front(&run, "east"), 0, PI / 4.0);
         assert_eq!(front(&run, "west").irradiance[0], 0.0);
     }
     check.finish(2);
 }
 
-/// The sun 30 degrees high through a thin pane: (1 - R) / (1 + R), averaged over polarisations.
-/// Standard errors at most 0.2 %; 2 comparisons, odds of a false alarm 2e-4.
+/// The sun 30 degrees high behind a thin pane, which transmits (1 - R) / (1 + R), averaged over the
+/// polarisations.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of a false alarm
+/// 2e-4.
 #[test]
 fn the_sun_shines_through_a_pane() {
     let transmitted = fresnel(0.5, 1.52).map(|r| (1.0 - r) / (1.0 + r));
@@ -161,13 +181,16 @@ fn the_sun_shines_through_a_pane() {
     check.finish(2);
 }
 
-/// Light through openings alone: the sky as a view factor of a polygon, the sun on the patch that it lights; a
-/// roof over an opening and a second opening behind it let nothing start twice. Standard errors at most 0.2 %; 6
-/// comparisons, odds of a false alarm 4e-4.
+/// Light that enters through openings only. The sky's irradiance is that of a polygon of the sky's
+/// radiance; the sun lights the patch below the opening. Neither a second opening behind the first
+/// nor a roof above it lets light start twice.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 6 comparisons, odds of a false alarm
+/// 4e-4.
 #[test]
 fn light_comes_through_openings() {
     let mut check = Comparisons::new("openings", 0.002).rounding(2e-4);
-    // seen from above counter-clockwise; 2 x 1 m, 0.8 m over the captor
+    // 2 x 1 m, 0.8 m above the captor; counter-clockwise seen from above
     let window = [[0.0, 0.0, 0.8], [2.0, 0.0, 0.8], [2.0, 1.0, 0.8], [0.0, 1.0, 0.8]];
     let behind = window.map(|[x, y, z]| [x, y, z - 0.3]);
     let corner = [0.0; 3];
@@ -178,14 +201,16 @@ fn light_comes_through_openings() {
     let sky = |through: &[[Point; 4]]| json!({ "type": "sky", "model": "uniform", "irradiance": 100, "through": through });
     let seen = [("up".to_string(), 100.0 / PI * exact)];
     both(&mut check, &world(sky(&[window])), &seen, [1_000_000, 1_000_000]);
-    // an opening behind the first one adds what comes in by its sides: here all that it lets in
+    // an opening behind the first one adds the light that enters from its sides: together they
+    // admit all that the second one alone would
     let wide =
         mean_over(corner, [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], |p| polygon_irradiance(p, UP, &behind));
     let scene = world(sky(&[window, behind])).write();
     for run in [scene.run(1_500_000, 1), scene.run_paths(1_000_000, 1)] {
         check.irradiance("two openings", front(&run, "up"), 0, 100.0 / PI * wide);
     }
-    // the sun in the zenith lights what lies below the opening, and nothing below a roof
+    // the sun in the zenith lights what lies below the opening, and nothing if there is a roof
+    // above it
     let sun = json!({ "type": "sun", "irradiance": 100, "half_angle_deg": 0, "through": [window] });
     let noon = json!({ "elevation_deg": 90, "azimuth_deg": 0 });
     let lit = world(sun).with("sun_at", noon);
@@ -205,9 +230,12 @@ fn light_comes_through_openings() {
     check.finish(6);
 }
 
-/// A black room in which light comes by its window alone: the sensor has the view factor of the window, all
-/// photons start there, and all that they carry stays in the room. Standard errors at most 0.2 %; 2
-/// comparisons, odds of a false alarm 2e-4.
+/// A black room that light enters through its window only. The captor's irradiance is that of the
+/// window with the sky's radiance, all photons start at the window, and all their power stays in
+/// the room.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of a false alarm
+/// 2e-4.
 #[test]
 fn a_window_lights_a_black_room() {
     let (corner, u, v) = ([1.0, 0.5, 0.5], [2.0, 0.0, 0.0], [0.0, 1.5, 0.0]);
@@ -221,7 +249,7 @@ fn a_window_lights_a_black_room() {
     let mut check = Comparisons::new("window", 0.002).rounding(2e-4);
     let photons = world.run(2_000_000, 1);
     check_ledger(&photons);
-    // half of the sky lights a wall
+    // a vertical window receives half of the sky's light
     assert!((photons.energy.emitted[0] / 150.0 - 1.0).abs() < 1e-6, "{:?}", photons.energy);
     assert!(photons.energy.missed[0] < 1e-5 * photons.energy.emitted[0], "{:?}", photons.energy);
     for run in [photons, world.run_paths(1_000_000, 1)] {
@@ -230,8 +258,11 @@ fn a_window_lights_a_black_room() {
     check.finish(2);
 }
 
-/// The sun in a pane and in a mirror, on a sensor that it does not shine upon: E R(theta) cos(theta), for a disc and for
-/// parallel rays. Standard errors at most 0.2 %; 6 comparisons, odds of a false alarm 7e-4.
+/// A captor that faces away from the sun receives its reflection in a flat pane or mirror: E
+/// R(theta) cos(theta), for a sun with a disc and for one of parallel rays.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 6 comparisons, odds of a false alarm
+/// 7e-4.
 #[test]
 fn the_sun_is_seen_in_flat_mirrors() {
     let mut check = Comparisons::new("mirrored sun", 0.002).rounding(1e-4);
@@ -257,8 +288,12 @@ fn the_sun_is_seen_in_flat_mirrors() {
     check.finish(6);
 }
 
-/// Two panes: paths find what one of them mirrors, through the other, and say that the rest, which is mirrored more
-/// often, is unseen. Standard error at most 0.2 %; 1 comparison, odds of a false alarm 6e-5.
+/// Two panes below a captor that looks down at the sun's reflections. Paths find the light that one
+/// of the panes reflects once, also through the other pane, and report that the rest, which is
+/// reflected more often, is unseen.
+///
+/// Seed 1; standard error at most 0.2 % of the exact value. 1 comparison, odds of a false alarm
+/// 6e-5.
 #[test]
 fn the_sun_in_two_panes() {
     let pane = |z: f64| Mesh::square([0.0, 0.0, z], UP, 3.0);
@@ -275,20 +310,24 @@ fn the_sun_in_two_panes() {
     check.finish(1);
     let told = |warning: &phylux::Warning| warning.text.contains("line or sun that comes by way");
     assert!(run.warnings().iter().any(told), "{:?}", run.warnings());
-    // the sensor is virtual: it counts on both sides of the panes, nearly all of it straight
+    // the captor is virtual: it also counts light between and below the panes, nearly all of which
+    // comes straight
     let unseen = run.unseen.expect("unseen")[0];
     let exact = (all - once) / all;
-    // a few of the 2000 photons of the short run that come by a mirror
+    // the reported value rests on few of the 2000 photons of a short run, those that come by a
+    // mirror
     assert!(unseen > 0.2 * exact && unseen < 3.0 * exact, "{unseen}, not {exact}");
 }
 
-/// What a pane of index 1.52 passes and mirrors, the mean over polarisations.
+/// Returns the transmittance and the reflectance of a thin pane of index 1.52 at this cosine of
+/// incidence, averaged over the polarisations.
 fn pane_shares(cos: f64) -> (f64, f64) {
     let mean = |share: fn(f64) -> f64| 0.5 * fresnel(cos, 1.52).map(share).iter().sum::<f64>();
     (mean(|r| (1.0 - r) / (1.0 + r)), mean(|r| 2.0 * r / (1.0 + r)))
 }
 
-/// A sensor that looks down from a height of 2 cm, and the sun 30 degrees high, 800 across its rays.
+/// Returns a captor that looks down from a height of 2 cm, and the sun 30 degrees high with 800
+/// W/m2 across its rays.
 fn over_a_mirror(half_angle: f64) -> World {
     World::new()
         .captor("down", &Mesh::square([0.0, 0.0, 0.02], [0.0, 0.0, -1.0], 1.0))
@@ -296,9 +335,11 @@ fn over_a_mirror(half_angle: f64) -> World {
         .with("sun_at", json!({ "elevation_deg": 30, "azimuth_deg": 0 }))
 }
 
-/// The sun by way of a pane and a mirror on the floor, on sensors that look down, that look up, and on what the ceiling
-/// sends back: photons and paths agree; of the light of a map over a mirror paths miss nothing. Within 4 combined
-/// standard errors; 7 comparisons, odds of a false alarm 4e-4.
+/// In a room, the sun is reflected by a window pane and by a mirror on the floor, onto captors that
+/// look down or up and by way of the ceiling. Photons and paths agree. Where a map's light comes by
+/// way of a mirror, paths miss nothing.
+///
+/// Seed 1. 7 comparisons within 4 combined standard errors, odds of a false alarm 4e-4.
 #[test]
 fn the_mirrored_sun_by_photons_and_paths() {
     let scene = room_by_day()
@@ -323,7 +364,7 @@ fn the_mirrored_sun_by_photons_and_paths() {
     assert_alike("mirrored sky", front(&photons, "down"), front(&paths, "down"));
 }
 
-/// Within 4 combined standard errors.
+/// Asserts that two irradiances agree within 4 combined standard errors in every band.
 fn assert_alike(what: &str, a: &FaceResult, b: &FaceResult) {
     for i in 0..a.irradiance.len() {
         let se = |face: &FaceResult| face.irradiance_se[i].expect("a standard error");
@@ -333,10 +374,10 @@ fn assert_alike(what: &str, a: &FaceResult, b: &FaceResult) {
     }
 }
 
-/// A window in the wall in the south, which is y = 0; counter-clockwise seen from outside.
+/// A window in the south wall, which is the plane y = 0; counter-clockwise seen from outside.
 pub const WINDOW: [Point; 4] = [[1.0, 0.0, 1.0], [3.0, 0.0, 1.0], [3.0, 0.0, 2.5], [1.0, 0.0, 2.5]];
 
-/// The walls of a room of 4 x 6 x 3 m around that window.
+/// Returns the walls of a room of 4 x 6 x 3 m around the window.
 pub fn room_with_window() -> Mesh {
     let walls = room([0.0; 3], [4.0, 6.0, 3.0]);
     let south = |x: [f64; 2], z: [f64; 2]| {
@@ -359,7 +400,7 @@ pub fn room_with_window() -> Mesh {
     mesh
 }
 
-/// A grey room with a window under the sun and a clear sky, in two bands.
+/// Returns a grey room with a window, under the sun and a clear sky, in two bands.
 fn room_by_day() -> World {
     let bands = json!([{ "name": "PAR", "from_nm": 400, "to_nm": 700 }, { "name": "NIR", "from_nm": 700, "to_nm": 1100 }]);
     World::new()
@@ -375,8 +416,10 @@ fn room_by_day() -> World {
         .light(json!({ "type": "sky", "ground": 0.2 }))
 }
 
-/// Photons and paths find the same; split photons too, and the parts of the lights are the whole; no
-/// number of threads can be seen. Within 4 combined standard errors; 8 comparisons, odds 5e-4.
+/// Photons, paths and aimed photons find the same in a room by day. The parts of the single lights
+/// add up to the whole, and the number of threads changes no byte.
+///
+/// Seeds 1 and 5. 8 comparisons within 4 combined standard errors, odds of a false alarm 5e-4.
 #[test]
 fn estimators_agree_in_a_room_by_day() {
     let scene = room_by_day().write();
@@ -407,7 +450,8 @@ fn estimators_agree_in_a_room_by_day() {
     assert_eq!(text(&photons), text(&again));
 }
 
-/// Every command takes a scene by day, and shards are the whole. No chance in it.
+/// Every command accepts a scene by day, and merged shards are the whole run, byte for byte. The
+/// test does not depend on chance.
 #[test]
 fn every_command_takes_daylight() {
     let few = json!({ "photons": 4000, "map_photons": 2000 });
@@ -441,8 +485,8 @@ fn every_command_takes_daylight() {
     assert!(read("merged.json") == read("plain.json"));
 }
 
-/// At noon at least a third of the photons that enter the box around the greenhouse meet something in it:
-/// here 0.87 of them.
+/// At noon most photons that enter the box around the greenhouse meet something in it: 0.87 of them
+/// do, and at least 0.8 must.
 #[test]
 fn photons_meet_the_greenhouse() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/greenhouse-day.json");
@@ -454,8 +498,11 @@ fn photons_meet_the_greenhouse() {
     }
 }
 
-/// A year of weather and its hours: the sum of the runs' weights. The file has the sun and the sky of one
-/// day, and nights.
+/// A run over a period of weather finds the mean of the runs of its hours. The file has four hours
+/// of one day.
+///
+/// Seed 1, 200,000 paths. The deviation is within 4 standard errors plus 2e-4, in all at most 2 %
+/// of the value.
 #[test]
 fn a_period_is_the_mean_of_its_hours() {
     let mut csv = String::from("time,ghi,dni,dhi\n");
@@ -478,7 +525,7 @@ fn a_period_is_the_mean_of_its_hours() {
         scene.run_paths(200_000, 1)
     };
     let whole = scene(json!({ "from": "2025-06-21T09:00Z", "to": "2025-06-21T13:00Z" }));
-    // the sun of a record stands where it does in its middle
+    // a single record's sun stands where it does in the middle of its hour
     let hours: Vec<RunResult> =
         (9..13).map(|hour| scene(json!(format!("2025-06-21T{hour:02}:30Z")))).collect();
     for name in ["tilt", "up"] {
@@ -491,7 +538,7 @@ fn a_period_is_the_mean_of_its_hours() {
         let off = found.irradiance[0] - mean;
         assert!(off.abs() < allowed, "{name}: {} and {mean}", found.irradiance[0]);
         assert!(allowed < 0.02 * mean, "{name}: {allowed}");
-        // a day's light: the mean over all seconds of a day
+        // the daily light integral: the mean times the seconds of a day
         let (dli, dli_se) = (found.dli.as_ref().expect("DLI"), found.dli_se.as_ref().expect("DLI"));
         assert_eq!(dli[..], [Some(0.0864 * found.irradiance[0])]);
         assert_eq!(dli_se[..], [Some(0.0864 * found.irradiance_se[0].expect("error"))]);
@@ -500,7 +547,8 @@ fn a_period_is_the_mean_of_its_hours() {
     assert!(hours.iter().all(|run| run.unit.dli.is_none() && front(run, "up").dli.is_none()));
 }
 
-/// DLI is of photosynthetic bands alone, and in the CSV; it follows the powers in a mix.
+/// The daily light integral (DLI) exists for photosynthetic bands only, is written to the CSV, and
+/// follows the powers in a mix.
 #[test]
 fn a_period_has_its_daily_light_integral() {
     let scene = World::new()
@@ -539,7 +587,7 @@ fn a_period_has_its_daily_light_integral() {
     assert!(warnings[0].starts_with("/time: lamps and environment maps shine the whole period"));
 }
 
-/// `check` warns of captors under which neither a surface nor the ground sends light up.
+/// `check` warns of captors below which neither a surface nor the ground sends light upwards.
 #[test]
 fn missing_ground_is_warned_of() {
     let warned = |world: &World| {
@@ -562,7 +610,11 @@ fn missing_ground_is_warned_of() {
     assert!(warned(&leaf).is_some());
 }
 
-/// Cases of sun and sky alone and of a room with a window: closed forms, quadrature, Mitsuba and Radiance.
+/// Independently computed cases: sun and sky alone, and a room with a window. The truths come from
+/// closed forms, quadrature, Mitsuba and Radiance.
+///
+/// Seed 1, 1,000,000 photons and 360,000 paths. Each value is within 4 combined standard errors
+/// plus 1e-4 of the truth.
 #[test]
 fn needs_shared_daylight() {
     let folder = shared().join("truth/daylight");

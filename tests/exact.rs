@@ -1,12 +1,13 @@
-//! Exact numbers, and the comparison of estimates with them.
+//! Exact values, and the comparison of estimates with them.
 
 use phylux::FaceResult;
 
 use crate::world::Point;
 
-/// Estimates beside the exact values that they are to meet within 4 standard errors. With errors
-/// from 128 batches the odds of a false alarm are 1.1e-4 for each (Student's t, 127 degrees of
-/// freedom); seeds are fixed, so it can only come when a random stream is changed.
+/// Estimates with the exact values that each should meet within 4 standard errors. Where the errors
+/// come from 128 batches, the odds of a false alarm are 1.1e-4 for each comparison (Student's t,
+/// 127 degrees of freedom). Seeds are fixed, so a false alarm can only come when a random stream is
+/// changed.
 pub struct Comparisons {
     topic: &'static str,
     largest_error: f64,
@@ -22,29 +23,30 @@ struct Row {
 }
 
 impl Comparisons {
-    /// Of one topic; every standard error must be at most `largest_error` of the exact value.
+    /// Starts the comparisons of one topic. Every standard error must be at most the fraction
+    /// `largest_error` of the exact value.
     pub fn new(topic: &'static str, largest_error: f64) -> Self {
         Self { topic, largest_error, rounding: 1e-5, rows: Vec::new() }
     }
 
-    /// With another relative deviation, beside chance, than the 1e-5 that single precision and the
-    /// offset of rays from surfaces (4e-6 of the scene) may make.
+    /// Sets the relative deviation that is allowed beyond chance. The default of 1e-5 covers single
+    /// precision and the offset of rays from surfaces (4e-6 of the scene).
     pub fn rounding(self, rounding: f64) -> Self {
         Self { rounding, ..self }
     }
 
-    /// Any estimate.
+    /// Adds any estimate.
     pub fn add(&mut self, what: impl Into<String>, estimate: f64, standard_error: f64, exact: f64) {
         self.rows.push(Row { what: what.into(), estimate, standard_error, exact });
     }
 
-    /// The flux of one face and band.
+    /// Adds the flux of one face in one band.
     pub fn flux(&mut self, what: impl Into<String>, face: &FaceResult, band: usize, exact: f64) {
         let se = face.flux_se[band].unwrap_or(f64::INFINITY);
         self.add(what, face.flux[band], se, exact);
     }
 
-    /// The irradiance of one face and band.
+    /// Adds the irradiance of one face in one band.
     pub fn irradiance(
         &mut self,
         what: impl Into<String>,
@@ -56,7 +58,8 @@ impl Comparisons {
         self.add(what, face.irradiance[band], se, exact);
     }
 
-    /// Judges them; their number is stated where they are made.
+    /// Prints and judges all comparisons. `comparisons` is their number, as the test's comment
+    /// states it.
     pub fn finish(self, comparisons: usize) {
         assert_eq!(self.rows.len(), comparisons, "{}: comparisons", self.topic);
         let mut wrong = Vec::new();
@@ -69,7 +72,7 @@ impl Comparisons {
                 100.0 * relative
             );
             println!("{line}");
-            // both as what must hold, so that NaN fails
+            // each condition is written as what must hold, so that NaN fails
             let off = (estimate - exact).abs() - self.rounding * exact.abs();
             let holds = off <= 4.0 * standard_error && relative <= self.largest_error;
             if !holds {
@@ -80,7 +83,8 @@ impl Comparisons {
     }
 }
 
-/// The integral of `f` over [a, b], by Gauss's rule of five points on `pieces` equal pieces.
+/// Returns the integral of `f` over [a, b], by Gauss's rule of five points on `pieces` equal
+/// pieces.
 pub fn integral(a: f64, b: f64, pieces: usize, f: impl Fn(f64) -> f64) -> f64 {
     const NODES: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),
@@ -97,15 +101,17 @@ pub fn integral(a: f64, b: f64, pieces: usize, f: impl Fn(f64) -> f64) -> f64 {
     (0..pieces).map(piece).sum()
 }
 
-/// The mean of `f` over a parallelogram.
+/// Returns the mean of `f` over a parallelogram.
 pub fn mean_over(corner: Point, u: Point, v: Point, f: impl Fn(Point) -> f64) -> f64 {
     integral(0.0, 1.0, 4, |s| {
         integral(0.0, 1.0, 4, |t| f([0, 1, 2].map(|i| corner[i] + s * u[i] + t * v[i])))
     })
 }
 
-/// Irradiance at `p` on a surface with this unit normal from a polygon of radiance 1 that lies
-/// whole above its horizon (Lambert 1760): half the sum of the edges' angles times cosines.
+/// Returns the irradiance at `p`, on a surface with this unit normal, by a polygon of radiance 1
+/// that lies wholly above the horizon of the surface (Lambert 1760): half the sum over the edges of
+/// the angle that an edge subtends, times the cosine between the normal and the normal of the plane
+/// through `p` and the edge.
 pub fn polygon_irradiance(p: Point, normal: Point, polygon: &[Point]) -> f64 {
     let p = glam::DVec3::from(p);
     let to = |i: usize| (glam::DVec3::from(polygon[i % polygon.len()]) - p).normalize();
@@ -118,8 +124,8 @@ pub fn polygon_irradiance(p: Point, normal: Point, polygon: &[Point]) -> f64 {
     0.5 * (0..polygon.len()).map(edge).sum::<f64>().abs()
 }
 
-/// Unpolarised Fresnel reflectance at the cosine of incidence `cos`, towards the relative index
-/// `eta`, as the two polarisations (Born and Wolf, 1.5).
+/// Returns Fresnel's reflectances of the two polarisations (s and p) at the cosine of incidence
+/// `cos`, on the way into a medium of the relative index `eta` (Born and Wolf, 1.5).
 pub fn fresnel(cos: f64, eta: f64) -> [f64; 2] {
     let sin2 = (1.0 - cos * cos) / (eta * eta);
     if sin2 >= 1.0 {
@@ -131,7 +137,8 @@ pub fn fresnel(cos: f64, eta: f64) -> [f64; 2] {
     [s * s, p * p]
 }
 
-/// A closed form must be the published number, as far as that has digits.
+/// Asserts that a closed form agrees with the published number, to the digits that are published.
+/// `digit` is the unit of the last one.
 pub fn rounds_to(value: f64, published: f64, digit: f64) {
     let off = (value - published).abs();
     assert!(off <= 0.501 * digit, "{value} does not round to the published {published}");

@@ -1,5 +1,5 @@
-//! Every command and every file that README.md and the pages of docs/ show works as it stands there,
-//! except that runs are made short. CONTRIBUTING.md says how to write an example.
+//! Every command and every file that README.md and the pages of docs/ show works as it is written
+//! there, except that runs are made short. CONTRIBUTING.md says how to write an example.
 
 use std::{
     env, fs,
@@ -11,18 +11,19 @@ use serde_json::{Value, json};
 
 use crate::common::binary;
 
-/// Photons, paths and stored arrivals of every run here: enough for 100 paths from each face of the box.
+/// The number of photons, paths and stored arrivals of every run here. It is enough for 100 paths
+/// from each face of the box.
 const PHOTONS: &str = "2000";
-/// What the names of files end with that phylux reads.
+/// The endings of the files that phylux reads.
 const ENDINGS: [&str; 6] = [".json", ".csv", ".obj", ".mtl", ".ies", ".rad"];
 
 /// A code block of a page, fenced or indented.
 struct Block<'a> {
-    /// The number of its first line.
+    /// The number of its first line in the page.
     line: usize,
-    /// The last line of prose before it; empty where there is none since the block before.
+    /// The last line of prose before it; empty if none follows the previous block.
     before: &'a str,
-    /// What stands behind the opening fence; none without a fence.
+    /// The word behind the opening fence; `None` for an indented block.
     language: Option<&'a str>,
     lines: Vec<&'a str>,
 }
@@ -54,7 +55,7 @@ impl<'a> Block<'a> {
         blocks
     }
 
-    /// Whether a comment before it says why it is not run.
+    /// Returns whether a comment before the block says why it is not run.
     fn is_marked(&self) -> bool {
         self.before.starts_with("<!-- not run: ")
     }
@@ -67,8 +68,8 @@ impl<'a> Block<'a> {
         self.language == Some("json") || self.language.is_some() && self.name().is_some()
     }
 
-    /// The file that it shows: the last name in the line before it. A name without a folder is one of
-    /// scenes/.
+    /// Returns the path of the file that the block shows, which is the last file name in the line
+    /// before it. A name without a folder belongs to scenes/.
     fn name(&self) -> Option<PathBuf> {
         let names = self.before.split('`').skip(1).step_by(2);
         let is_file = |name: &&str| ENDINGS.iter().any(|ending| name.ends_with(ending));
@@ -78,7 +79,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// A temporary folder with the shipped scenes, made small.
+/// A temporary folder with the shipped scenes, which are changed to need few photons.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -109,7 +110,8 @@ impl Folder {
         Self(folder)
     }
 
-    /// Runs a line as a shell would, with few photons; `place` says where it stands.
+    /// Runs a line in a shell, with few photons. `place` names the page and line for error
+    /// messages.
     fn run(&self, place: &str, line: &str) {
         let line = short(line);
         let folders = env::var_os("PATH").unwrap_or_default();
@@ -127,7 +129,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The command without its comment, with few photons and a tolerance that these can meet.
+/// Returns the command without its comment, with few photons and a tolerance that these can meet.
 fn short(line: &str) -> String {
     let command = line.split(" #").next().unwrap_or_default().trim_end();
     let mut words: Vec<&str> = command.split(' ').collect();
@@ -140,7 +142,7 @@ fn short(line: &str) -> String {
         "render" => words.extend(["--map-photons", PHOTONS, "--width", "60", "--height", "45"]),
         "chart" => {
             words.extend(["--seeds", "2"]);
-            // in the growth chamber so many know a captor well enough
+            // enough photons for a captor of the growth chamber to be known well enough
             if !command.contains("--photons") {
                 words.extend(["--photons", "20000"]);
             }
@@ -150,7 +152,8 @@ fn short(line: &str) -> String {
     words.join(" ")
 }
 
-/// Writes and tries the files of a page, then runs its commands in their order. How many there were.
+/// Writes and checks the files of a page, then runs its commands in order. Returns the number of
+/// files and of commands.
 fn try_page(page: &Path) -> (usize, usize) {
     let text = fs::read_to_string(root().join(page)).expect("a page");
     let blocks = Block::all(&text);
@@ -180,7 +183,7 @@ fn try_page(page: &Path) -> (usize, usize) {
             name if name.ends_with(".sweep.json") => {
                 folder.run(place, &format!("phylux sweep {path} --dry-run"));
             }
-            // a command of the page reads it
+            // a control file is read by a command of the page
             name if name.ends_with(".control.json") => {}
             name if name.ends_with(".json") => {
                 folder.run(place, &format!("phylux check {path}"));
@@ -201,7 +204,7 @@ fn try_page(page: &Path) -> (usize, usize) {
     (files.len(), commands.len())
 }
 
-/// No chance in it: it asks for success only.
+/// Every example must succeed. The test does not depend on chance.
 #[test]
 fn examples_of_all_pages_work() {
     let docs = ["docs", "docs/notes"].into_iter().flat_map(|folder| {
@@ -217,7 +220,7 @@ fn examples_of_all_pages_work() {
     assert!(files >= 10 && commands >= 25, "found only {files} files and {commands} commands");
 }
 
-/// The reader of pages tells commands, files and marked blocks apart.
+/// The reader of pages distinguishes commands, files and blocks that are marked as not run.
 #[test]
 fn blocks_of_a_page() {
     let page = "Text\n\n    phylux check a.json  # first\n    x = 1\n\n`a.json` and `b.sweep.json`:\n\

@@ -7,7 +7,8 @@ use phylux::{Ray, Stream};
 
 use crate::common::TestScene;
 
-/// A closed prism with its fronts outside: its lines in an OBJ file, after so many vertices.
+/// Returns the OBJ lines of a closed prism with its fronts outside, in a file that has `after`
+/// vertices already.
 fn prism(foot: [f64; 3], radius: f64, height: f64, sides: usize, after: usize) -> String {
     let [x, y, z] = foot;
     let mut obj = String::new();
@@ -27,9 +28,10 @@ fn prism(foot: [f64; 3], radius: f64, height: f64, sides: usize, after: usize) -
     obj
 }
 
-/// 8e5 rays from outside at the edges of a stem of 5 mm and of a pot, in a scene of 10 m: the first face that each meets
-/// is a front. Close to a corner of the outline three faces are met in the order of rounding: 4 backs are allowed; by
-/// distances alone it would be thousands.
+/// 8e5 rays start outside and aim at points on the edges of a stem with a radius of 5 mm and of a
+/// pot, in a scene of 10 m. The first face that a ray meets must be a front. Close to a corner of
+/// the outline, the order of three faces depends on rounding, so 4 backs are allowed; if only
+/// distances decided, there would be thousands.
 #[test]
 fn rays_that_graze_a_closed_mesh_meet_its_front() {
     let stem = prism([4.0, -3.5, 0.4], 0.005, 0.3, 6, 0);

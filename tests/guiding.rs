@@ -1,4 +1,5 @@
-//! Flights aimed at captors, beside photons.
+//! Guided photons: flights aimed at captors, weight windows and guided emission. All must find the
+//! same light as photons alone.
 
 use std::f64::consts::PI;
 
@@ -22,16 +23,19 @@ fn guided(world: &World, name: &str, photons: u64, seed: u64) -> RunResult {
     run
 }
 
-/// Walls of reflectance 0.5 that emit L / 2, and between them a mirror, a pane of glass, a block of glass and a leaf that
-/// keep nothing: irradiance pi L at any place and tilt, from both sides; also of sensors of 3 cm, 0.1 mm off a wall and
-/// in it, and of a ball of triangles. Seed 1, 400,000 photons, standard errors at most 2.5 %; 8 comparisons, odds of a
-/// false alarm 6e-4.
+/// A furnace whose walls have the reflectance 0.5 and emit L / 2. In it are a mirror, a pane of
+/// glass, a block of glass and a leaf, all lossless. The irradiance is pi L at any place and tilt
+/// and on both sides. Flights are aimed at discs with a radius of 3 cm (one of them 0.1 mm off a
+/// wall, one in it), a tilted square, a strip, and a ball of triangles.
+///
+/// Seed 1, 400,000 photons; standard errors at most 2.5 % of the exact value. 8 comparisons, odds
+/// of a false alarm 6e-4.
 #[test]
 fn furnace_round_aimed_sensors() {
     furnace(400_000, 0.025);
 }
 
-/// The same to 0.5 %.
+/// The same with 12,000,000 photons; standard errors at most 0.5 %.
 #[test]
 #[ignore = "takes a minute: .ci/nightly runs it"]
 fn nightly_furnace_round_aimed_sensors() {
@@ -69,8 +73,11 @@ fn furnace(photons: u64, largest_error: f64) {
     check.finish(8);
 }
 
-/// A sky of radiance L all around, a pane and a leaf that keep nothing: irradiance pi L at any place and tilt. Seed 1,
-/// 5,000,000 photons, standard errors at most 0.5 %; 6 comparisons, odds of a false alarm 4e-4.
+/// A uniform sky of radiance L all around, above and below, with a lossless pane and leaf. The
+/// irradiance is pi L = 100 W/m2 at any place and tilt.
+///
+/// Seed 1, 5,000,000 photons; standard errors at most 0.5 % of the exact value. 6 comparisons, odds
+/// of a false alarm 4e-4.
 #[test]
 fn furnace_of_sky_round_aimed_sensors() {
     let world = World::new()
@@ -95,10 +102,17 @@ fn furnace_of_sky_round_aimed_sensors() {
     check.finish(6);
 }
 
-/// Small sensors that little comes to straight from infinitely far away: in a black room with a window, which is a hole or
-/// the opening of the sky (its radiance times what they see of it above the horizon), and one of 1 mm that stands upright
-/// in the sun, at height 1 m over a white floor of 4 x 4 m (the sun's cosine, and the view factor of the floor from a plane
-/// at a right angle to it). Seed 1, standard errors at most 0.5 %; 5 comparisons, odds of a false alarm 3e-4.
+/// Small captors to which little light comes straight from infinitely far away.
+///
+/// - Two captors in a black room with a window, which is a hole in one run and the opening of the
+///   sky in another. The exact value is the irradiance by the part of the window above the captor's
+///   horizon, filled with the sky's radiance.
+/// - A captor of 1 mm radius that stands upright in the sun, 1 m above a white floor of 4 x 4 m.
+///   The exact value is the sun's irradiance times the cosine of incidence, plus the floor's light
+///   by the view factor of a plane at a right angle to the captor.
+///
+/// Seed 1; standard errors at most 0.5 % of the exact value. 5 comparisons, odds of a false alarm
+/// 3e-4.
 #[test]
 fn light_from_infinity_is_aimed() {
     let mut check = Comparisons::new("from infinity, aimed", 0.005).rounding(1e-4);
@@ -135,9 +149,13 @@ fn light_from_infinity_is_aimed() {
     check.finish(5);
 }
 
-/// A black room, a lamp of radiance L behind a thin pane, and a black blade that hides a strip of it: at a sensor of 1 cm
-/// E = L integral of tau cos cos' V / d2 over what it sees of the lamp. Few photons come to it of themselves. Seed 1,
-/// 200,000 photons, standard error at most 0.3 %; odds of a false alarm 6e-5.
+/// A lamp of radiance L in a black room shines through a thin pane onto a captor of 1 cm; a black
+/// blade hides a strip of the lamp. The exact irradiance is E = L times the integral of tau cos
+/// cos' V / d2 over the lamp, where tau is the pane's transmittance and V is 1 where the captor
+/// sees the lamp. Few photons arrive there unaided.
+///
+/// Seed 1, 200,000 photons; standard error at most 0.3 % of the exact value. 1 comparison, odds of
+/// a false alarm 6e-5.
 #[test]
 fn lamp_behind_a_pane_and_a_blade() {
     let lamp = Mesh::square([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], 1.0);
@@ -154,7 +172,7 @@ fn lamp_behind_a_pane_and_a_blade() {
         .lamp("lamp", &lamp, PI)
         .captor("sensor", &Mesh::disc([0.0; 3], [0.0, 0.0, 1.0], 0.005));
     let run = guided(&world, "aim", 200_000, 1);
-    // from the middle of the sensor; it hides x between 0.1 / 0.9 and 0.1 / 0.6
+    // as seen from the middle of the captor; the blade hides x between 0.1 / 0.9 and 0.1 / 0.6
     let of = |corner: f64, width: f64| {
         let seen = |p: [f64; 3]| {
             let d2 = p[0] * p[0] + p[1] * p[1] + 1.0;
@@ -172,7 +190,7 @@ fn lamp_behind_a_pane_and_a_blade() {
     assert!(histories(&run) > 100 * histories(&plain).max(1));
 }
 
-/// A room with a leaf, six sensors side by side, and a lamp of each kind.
+/// Returns a room with a leaf, six captors side by side, and one lamp of each kind.
 fn lit_room() -> World {
     room_with_leaf(6, 0.3)
         .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": [3, 4] }))
@@ -193,9 +211,12 @@ fn tiles(run: &RunResult) -> Vec<&FaceResult> {
     run.captors.iter().filter(|c| c.id.starts_with("tiles/")).map(|c| &c.front).collect()
 }
 
-/// The same light, by all kinds of lamps: 12 differences from photons alone, each within 4 of its standard errors, and
-/// the variance falls 3 times at least. What surfaces absorb, and the ledger, are not touched by chance: aimed
-/// flights take other random numbers, so they agree within 4 errors too. Seeds 1 and 2; odds of a false alarm 1e-3.
+/// In a room with lamps of all kinds, aimed flights find the same as photons alone, with at most a
+/// third of the variance. 12 fluxes of the small captors are compared, each within 4 combined
+/// standard errors. The fluxes of the room's walls and of the leaf are compared as well: aimed
+/// flights do not count there, but the two runs use different random numbers.
+///
+/// Seeds 1 and 2, 100,000 photons; odds of a false alarm 1e-3.
 #[test]
 fn the_same_with_less_variance() {
     let plain = guided(&lit_room(), "off", 100_000, 1);
@@ -220,8 +241,12 @@ fn the_same_with_less_variance() {
     }
 }
 
-/// A lamp before a sensor that covers a sixth of all directions, in a black room: every history counts at it at most
-/// once as a history, and nearly all do; each brings the same or nothing, so that six times fewer photons do.
+/// A point light faces a square captor that covers a sixth of all directions, in a black room. A
+/// history counts at most once in `histories`, although both its own flight and its aimed one may
+/// arrive, and nearly all histories arrive. The flux is compared with a sixth of the power.
+///
+/// Seed 1, 20,000 photons; standard error at most 1 % of the exact value. With 24 photons the
+/// results say that few photons arrived.
 #[test]
 fn counts_are_of_histories() {
     let world = World::new()
@@ -243,8 +268,10 @@ fn counts_are_of_histories() {
     assert!(few.warnings().iter().any(|w| w.kind == "few photons on a face of a captor"));
 }
 
-/// 200 sensors, cut in halves: each agrees with photons alone. Seeds 1 and 2, 20,000 photons; the sum of 200 squared
-/// z is below 300 (odds 5e-6 if it were normal).
+/// 200 captors, which are divided into a tree of halves. Each agrees with photons alone.
+///
+/// Seeds 1 and 2, 20,000 photons. The sum of 200 squared z is below 300 (odds of a false alarm 5e-6
+/// if the z are normal).
 #[test]
 fn many_sensors_are_aimed_at() {
     let tiles = (0..200).map(|i| {
@@ -267,8 +294,10 @@ fn many_sensors_are_aimed_at() {
     assert!(sum < 300.0, "{sum}");
 }
 
-/// A trial aims at small sensors, learns what matters where these are not enough, and leaves alone what photons find as
-/// well without. What it chooses is that run, byte for byte, and depends on no number of photons.
+/// With `auto`, a trial chooses how photons are guided: it aims at small captors, also learns
+/// importance where aimed flights are not enough, and guides nothing where photons alone do as
+/// well. The results are those of the chosen kind of guiding, byte for byte, and the choice does
+/// not depend on the number of photons.
 #[test]
 fn a_trial_says_what_pays() {
     let small = World::new()
@@ -296,8 +325,9 @@ fn a_trial_says_what_pays() {
     }
 }
 
-/// Where paths take a twentieth of the work for the same errors, a run of photons that is long enough for a trial of them ends
-/// with a line that says so; a run of paths does not name photons there, nor does a short one.
+/// In a scene where paths take a twentieth of the work for the same errors, a run of photons that
+/// is long enough to be worth a trial of paths ends with a line that recommends them. A run of
+/// paths ends without such a line, and so does a short run of photons.
 #[test]
 fn a_run_names_an_estimator_that_takes_much_less() {
     let scene = format!("{}/scenes/box.json", env!("CARGO_MANIFEST_DIR"));
@@ -317,9 +347,12 @@ fn a_run_names_an_estimator_that_takes_much_less() {
     }
 }
 
-/// A trial of both estimators says how many photons or paths find 1 % at the median captor: right within 1.5, as runs of
-/// both say that have errors of a few percent. Six sensors alike in a room. Seed 1; the errors of a few hundred batches
-/// decide, so that the odds of a false alarm are below 1e-6.
+/// A trial of both estimators forecasts how many photons or paths give an error of 1 % at the
+/// median captor. Runs of both, with errors of a few percent, show what is needed; the forecast is
+/// right within a factor of 1.5. The scene is a room with six captors side by side.
+///
+/// Seed 1. The median error rests on a few hundred batches, so the odds of a false alarm are below
+/// 1e-6.
 #[test]
 fn a_trial_says_how_many_find_an_error() {
     let world = room_with_leaf(6, 0.3).lamp(
@@ -340,7 +373,7 @@ fn a_trial_says_how_many_find_an_error() {
         let found = run(json!({ "estimator": estimator, "guiding": "off" }));
         let errors = |face: &FaceResult| {
             let pairs = face.flux.clone().into_iter().zip(face.flux_se.clone());
-            // there is no light on the back of the walls
+            // no light arrives at the backs of the walls
             let lit = pairs.filter(|(flux, _)| *flux > 0.0);
             lit.map(|(flux, error)| error.expect("an error") / flux).collect::<Vec<f64>>()
         };
@@ -358,7 +391,8 @@ fn a_trial_says_how_many_find_an_error() {
     }
 }
 
-/// Where all captors are surfaces nothing is aimed at, and paths are not guided. No chance in it.
+/// Where all captors are surfaces, no flights are aimed, and the results are those of photons
+/// alone, byte for byte. The test does not depend on chance.
 #[test]
 fn surfaces_are_not_aimed_at() {
     let world = World::new()
@@ -370,8 +404,10 @@ fn surfaces_are_not_aimed_at() {
     assert!(text(&off) == text(&aim));
 }
 
-/// The k-nearest estimate takes the photons' own flights alone: as those of photons, within 4 errors. Seeds 1 and 2;
-/// odds of a false alarm 4e-4.
+/// The k-nearest estimate only takes the photons' own flights. The number of stored arrivals with
+/// aimed flights is therefore that of photons alone, within 4 standard errors.
+///
+/// Seeds 1 and 2, 100,000 photons; odds of a false alarm 4e-4.
 #[test]
 fn nearest_takes_own_flights() {
     let scene = lit_room().write();
@@ -384,11 +420,12 @@ fn nearest_takes_own_flights() {
     let (plain, aimed) = (run(Guiding::Off, 1), run(Guiding::Aim, 2));
     let arrivals = |run: &RunResult| run.map.as_ref().expect("a map").arrivals as f64;
     let (a, b) = (arrivals(&plain), arrivals(&aimed));
-    // several arrivals of one photon: a little more than Poisson's spread
+    // one photon may arrive several times, so the spread is a little larger than Poisson's
     assert!((a - b).abs() < 4.0 * (3.0 * (a + b)).sqrt(), "{a} and {b}");
 }
 
-/// The sphere of radius 1 around (0, 0, z), fronts in, without the part below and above these angles from its axis, rad.
+/// Returns a sphere of radius 1 around (0, 0, z) with its fronts inside, of which only the part
+/// between two angles (rad) from the upward axis is kept.
 fn ring(z: f64, from: f64, to: f64) -> Mesh {
     const COLUMNS: usize = 120;
     let rows = (60.0 * (to - from) / PI).ceil() as usize;
@@ -411,10 +448,12 @@ fn ring(z: f64, from: f64, to: f64) -> Mesh {
     Mesh(polygons)
 }
 
-/// Spheres on one axis, cut off where each meets the next. On the wall of a sphere any radiosity B of a share a of it makes
-/// the irradiance a B, everywhere. The first wall emits; all walls reflect half.
+/// A chain of integrating spheres of radius 1 on one axis, each cut off where it meets the next. On
+/// the wall of a sphere, a part with radiosity B that covers a fraction a of the sphere causes the
+/// irradiance a B, everywhere on the wall. The wall of the first sphere emits light; all walls
+/// reflect half.
 struct Chain {
-    /// Irradiance of the walls, W/m2.
+    /// Irradiance of the wall of each sphere, W/m2.
     walls: Vec<f64>,
     world: World,
 }
@@ -422,7 +461,8 @@ struct Chain {
 const RHO: f64 = 0.5;
 const EMITTED: f64 = PI * 10.0;
 
-/// Of as many spheres as there are `walls`, with caps of this height. The last one has a sensor of 3 cm in front of its wall.
+/// Builds one sphere for each entry of `walls`. The caps that are cut off have this height (m). A
+/// captor with a radius of 3 cm lies in front of the last sphere's wall.
 fn chain(walls: Vec<f64>, height: f64) -> Chain {
     let angle = (1.0 - height).acos();
     let step = 2.0 * (1.0 - height);
@@ -443,7 +483,9 @@ fn chain(walls: Vec<f64>, height: f64) -> Chain {
     Chain { walls, world }
 }
 
-/// Compares the last wall and the sensor, within 0.5 %. Polygons for spheres are off by 2e-3.
+/// Compares the irradiance of the last sphere's wall and of the captor in front of it with the
+/// closed form. Standard errors are at most 0.5 % of the exact value; 2e-3 is allowed for polygons
+/// in place of spheres.
 fn check_chain(topic: &'static str, Chain { walls, world }: Chain, photons: u64) {
     let run = guided(&world, "full", photons, 1);
     assert_eq!(run.guiding, Some(Guiding::Full));
@@ -455,10 +497,13 @@ fn check_chain(topic: &'static str, Chain { walls, world }: Chain, photons: u64)
     check.finish(2);
 }
 
-/// Three of them behind each other, joined by discs that let through a quarter diffusely and reflect nothing: 0.2 % of
-/// the light comes to the last one. A disc sees the irradiance of its cap, f of the sphere, over 1 - f, for that is its
-/// area over the cap's; what it emits, M, makes the irradiance f M. Seed 1, 500,000 photons; 2 comparisons, odds of a
-/// false alarm 1.3e-4.
+/// Three spheres in a row, joined by discs that transmit a quarter diffusely and reflect nothing;
+/// 0.2 % of the light arrives in the last sphere. A disc receives the irradiance of the cap that it
+/// replaces, which is a fraction f of the sphere, divided by 1 - f, because that is the disc's area
+/// over the cap's. The light that the disc emits, with the radiant exitance M, causes the
+/// irradiance f M on the sphere's wall.
+///
+/// Seed 1, 500,000 photons. 2 comparisons, odds of a false alarm 1.3e-4.
 #[test]
 fn chain_of_integrating_spheres() {
     let (height, through) = (0.2, 0.25);
@@ -467,7 +512,7 @@ fn chain_of_integrating_spheres() {
     for _ in 0..100 {
         let b = [EMITTED + RHO * walls[0], RHO * walls[1], RHO * walls[2]];
         let (from_first, from_third) = (through * b[0], through * b[2]);
-        // through the middle one from the disc on its other side, too
+        // the middle sphere also lights this disc from the disc on its other side
         let onward = |other: f64| through * (b[1] * (1.0 - 2.0 * f) + other * f) / (1.0 - f);
         walls = vec![
             b[0] * (1.0 - f) + onward(from_third) * f,
@@ -490,8 +535,10 @@ fn chain_of_integrating_spheres() {
     check_chain("three spheres", Chain { world, ..chain }, 500_000);
 }
 
-/// Two of them, joined by a hole whose cap is a fortieth of each: B is uniform in both. Seed 1, a million photons; 2
-/// comparisons, odds of a false alarm 1.3e-4.
+/// Two spheres, joined by a hole whose cap is a fortieth of each sphere. The radiosity B is uniform
+/// in each sphere.
+///
+/// Seed 1, 1,000,000 photons. 2 comparisons, odds of a false alarm 1.3e-4.
 #[test]
 fn two_integrating_spheres() {
     let f = 0.025;
@@ -503,8 +550,8 @@ fn two_integrating_spheres() {
     check_chain("two spheres", chain(walls, 2.0 * f), 1_000_000);
 }
 
-/// The same bytes on 1, 2 and 5 threads, also of what is learned before, in a room with a screen that lets little through.
-/// No chance in it.
+/// The results have the same bytes on 1, 2 and 5 threads, including what the pilot learned, in a
+/// room with a screen that lets little light pass. The test does not depend on chance.
 #[test]
 fn threads_do_not_matter_to_what_is_learned() {
     let scene = lit_room()
@@ -522,8 +569,8 @@ fn threads_do_not_matter_to_what_is_learned() {
     assert!(one == text(2) && one == text(5));
 }
 
-/// Where importance hardly varies there are no windows, and the run is one with aimed flights, byte for byte. No chance in
-/// it.
+/// Where importance hardly varies, no weight windows are used, and the results are those of aimed
+/// flights alone, byte for byte. The test does not depend on chance.
 #[test]
 fn windows_stay_away_where_importance_is_even() {
     let world = World::new()
@@ -537,13 +584,15 @@ fn windows_stay_away_where_importance_is_even() {
     assert!(text(&full) == text(&aim));
 }
 
-/// A sphere with a hole in its top, in the beam of a spot far above that is a thousand times wider, and a sensor of 1 cm in
-/// front of the wall where the beam does not come straight.
+/// Returns a sphere with a hole in its top and a spot far above it, together with the irradiance of
+/// the sphere's wall by reflected light (W/m2). With a half angle of 5 degrees, the beam is about a
+/// thousand times as large as the hole. A captor of 1 cm lies in front of the wall, outside the
+/// direct beam.
 fn vent(half_angle_deg: f64) -> (World, f64) {
     let (height, far, power): (f64, f64, f64) = (0.01, 50.0, 1e5);
     let angle = (1.0 - height).acos();
     let seen = |tan: f64| 1.0 - (1.0 + tan * tan).sqrt().recip();
-    // of a polygon of 120 corners
+    // the hole is a polygon of 120 corners
     let step = 2.0 * PI / 120.0;
     let hole = seen(angle.sin() / (far - angle.cos())) * step.sin() / step;
     let enters = power * hole / seen(half_angle_deg.to_radians().tan());
@@ -558,9 +607,12 @@ fn vent(half_angle_deg: f64) -> (World, f64) {
     (world, irradiance)
 }
 
-/// Light that comes in there, Phi, makes E = rho Phi / (4 pi r2 (1 - rho (1 - f))) off the spot that it lights first. One photon
-/// in a thousand does without a guide. Seed 1, 100,000 photons, standard error at most 0.5 %; odds of a false alarm 6e-5;
-/// polygons for spheres are off by 2e-3.
+/// The flux Phi that enters the sphere through its hole causes the irradiance E = rho Phi / (4 pi
+/// r2 (1 - rho (1 - f))) outside the spot that it lights directly. Without guiding, one photon in a
+/// thousand enters.
+///
+/// Seed 1, 100,000 photons; standard error at most 0.5 % of the exact value, and 2e-3 is allowed
+/// for polygons in place of spheres. 1 comparison, odds of a false alarm 6e-5.
 #[test]
 fn light_through_a_vent() {
     let (world, irradiance) = vent(5.0);
@@ -572,9 +624,11 @@ fn light_through_a_vent() {
     check.finish(1);
 }
 
-/// Where so few photons come in that what they find is left to chance, lamps are not guided, and the run says so: a spot
-/// that shines nearly everywhere sends four of two million pilot photons in. Seed 1; the odds that 25 are, of which the
-/// error is small enough, are 1e-11.
+/// Where so few pilot photons find the captor that their result is left to chance, lamps are not
+/// guided, and the run warns. Here a spot that shines nearly everywhere sends four of two million
+/// pilot photons into the sphere.
+///
+/// Seed 1; the odds that 25 photons enter, enough for a sufficiently small error, are 1e-11.
 #[test]
 fn a_starved_pilot_warns() {
     let (world, _) = vent(170.0);

@@ -1,4 +1,5 @@
-//! Whether 95 % intervals hold the truth where photons are guided to captors that light hardly reaches.
+//! Whether 95 % intervals hold the truth where photons are guided to captors that little light
+//! reaches.
 
 use std::f64::consts::PI;
 
@@ -10,10 +11,12 @@ use crate::{
     world::{Mesh, World, room},
 };
 
-/// The run that stands for the truth is so many times as long: its error is an eighth of the others'.
+/// The run that stands for the truth is this many times as long, so its error is an eighth of the
+/// others'.
 const LONGER: u64 = 64;
 
-/// Two rooms of 3 m behind a slit of 1 cm x 1 m, a lamp in one, and in the other sensors of 5 cm and of 5 mm.
+/// Returns two rooms of 3 m behind a slit of 1 cm x 1 m, with a lamp in one and sensors with radii
+/// of 5 cm and 5 mm in the other.
 fn slit() -> World {
     let pieces = [
         ([3.0, 0.0, 0.0], [0.0, 1.495, 0.0], [0.0, 0.0, 3.0]),
@@ -23,7 +26,8 @@ fn slit() -> World {
     ];
     let wall = pieces.map(|(corner, u, v)| Mesh::rectangle(corner, u, v));
     let wall = wall.into_iter().reduce(Mesh::and).expect("pieces");
-    // each room has walls of its own: importance is learned for pieces of them, and one in both rooms is told wrongly
+    // each room has walls of its own, because importance is learned for pieces of a surface, and
+    // would be wrong for a piece that lies in both rooms
     let walls = [0.0, 3.0].map(|x: f64| {
         let (along, across, up) = ([3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]);
         let floor = Mesh::rectangle([x, 0.0, 0.0], along, across);
@@ -55,7 +59,8 @@ fn slit() -> World {
         .captors("sensors", sensors)
 }
 
-/// A hall of 10 m with spots behind plates of glass 1 cm thick, which shift light by up to some 6 mm, and sensors of 1 cm.
+/// Returns a hall of 10 m with spots behind plates of glass 1 cm thick, which shift light by up to
+/// about 6 mm, and sensors with a radius of 1 cm.
 fn hall() -> World {
     let mut world = World::new()
         .lambert("wall", 0.5)
@@ -74,7 +79,8 @@ fn hall() -> World {
     world.captors("sensors", (0..25).map(sensor))
 }
 
-/// A box of 1 m with 600 leaves of 10 cm anywhere and at any tilt under a lamp: leaf area index 6, little light at the floor.
+/// Returns a box of 1 m with 600 leaves of 10 cm under a lamp, whose places and tilts are spread
+/// evenly. The leaf area index is 6, and little light reaches the floor.
 fn canopy() -> World {
     let leaf = json!({ "type": "leaf", "reflectance": 0.08, "transmittance": 0.04 });
     let mut world = World::new()
@@ -105,12 +111,13 @@ fn faces(run: &RunResult) -> impl Iterator<Item = &FaceResult> {
     run.captors.iter().flat_map(|captor| [Some(&captor.front), captor.back.as_ref()]).flatten()
 }
 
-/// The share of all intervals that hold the truth and of those whose value is not told to rest on few histories, and the
-/// share of these values.
+/// Returns three fractions: of all intervals that hold the truth, of those that hold it among the
+/// values that are not flagged as resting on few histories, and of the values that are not flagged.
 fn coverage(name: &str, world: &World, guiding: Guiding, (seeds, photons): (u64, u64)) -> [f64; 3] {
     let scene = world.write();
     let truth = run(&scene, guiding, LONGER * photons, 1000);
-    // of all, and of those that are sure: how many, and how many hold
+    // for all values, and for those that are not flagged: how many there are, and how many
+    // intervals hold
     let mut counts = [[0u64; 2]; 2];
     for seed in 1..=seeds {
         let found = run(&scene, guiding, photons, seed);
@@ -135,9 +142,12 @@ fn coverage(name: &str, world: &World, guiding: Guiding, (seeds, photons): (u64,
     shares
 }
 
-/// Over seeds 1 to 200, between 92 and 97 % of the 95 % intervals (1.98 standard errors of both) of the values that are not
-/// told to rest on few histories hold what a run 64 times as long finds, behind a slit with importance. Most
-/// values are such. Values of one run hang together, so that the share of 200 of them has an error of up to 1.5 %.
+/// Behind a slit, with importance: of the values that are not flagged as resting on few histories,
+/// 92 to 97 % of the 95 % intervals (1.98 combined standard errors) hold the value of a run that is
+/// 64 times as long. More than half of all values are not flagged.
+///
+/// Seeds 1 to 200. The values of one run are correlated, so the fraction of 200 of them has an
+/// error of up to 1.5 %.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_coverage_behind_a_slit() {
@@ -145,7 +155,7 @@ fn nightly_coverage_behind_a_slit() {
     assert!((0.92..=0.97).contains(&sure) && told > 0.5, "{sure} {told}");
 }
 
-/// The same on the leaves of a dense canopy, both sides, with importance.
+/// The same on both sides of the leaves of a dense canopy, with importance.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_coverage_in_a_canopy() {
@@ -153,9 +163,12 @@ fn nightly_coverage_in_a_canopy() {
     assert!((0.92..=0.97).contains(&sure) && told > 0.5, "{sure} {told}");
 }
 
-/// Over seeds 1 to 100, between 92 and 97 % of the 95 % intervals hold in a hall whose lamps shine through solid glass:
-/// flights aimed at the sensors are shifted by it, and find them from beside them, too. Of these 2500 intervals about 94 % hold
-/// (94.0 % of 5000, by 128 batches); their share has an error of 0.5 %, so that a false alarm has odds below 1e-4.
+/// In a hall whose lamps shine through solid glass, 92 to 97 % of the 95 % intervals hold the
+/// truth. The glass shifts the flights that are aimed at the sensors, and also lets flights arrive
+/// that would have passed beside them.
+///
+/// Seeds 1 to 100. Of these 2500 intervals about 94 % hold (94.0 % of 5000, with 128 batches). The
+/// fraction has an error of 0.5 %, so the odds of a false alarm are below 1e-4.
 #[test]
 fn intervals_hold_behind_solid_glass() {
     let [_, sure, told] = coverage("hall", &hall(), Guiding::Aim, (100, 10_000));

@@ -1,4 +1,4 @@
-//! Scenes that a program builds: what is refused, and what a fault in a run comes to.
+//! Scenes that a program builds: what is refused, and how a fault during a run ends it.
 
 use std::{
     f64::consts::PI,
@@ -27,7 +27,8 @@ fn light(name: &str, shape: LightShape) -> LightPart {
     LightPart { name: name.into(), power: vec![1.0, 2.0, 0.0], shape }
 }
 
-/// A floor and a sensor in three bands, which no number of lanes is, under one light of each kind.
+/// Returns the parts of a scene with a floor and a sensor under one light of each kind, in three
+/// bands, a number that no type of lanes has.
 fn parts() -> SceneParts {
     let band = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
     let material = |name: &str, material| NamedMaterial { name: name.into(), material };
@@ -94,7 +95,7 @@ fn run(scene: &Scene, settings: &Settings) -> RunResult {
     RunResult::new(scene, settings, &simulation)
 }
 
-/// Lists with one value for each band, which is no power of two here, are whole.
+/// Lists with one value for each of three bands, which is no power of two, arrive complete.
 #[test]
 fn three_bands_need_three_values() {
     let scene = Scene::new(parts()).unwrap_or_else(|e| panic!("{e}"));
@@ -106,7 +107,7 @@ fn three_bands_need_three_values() {
     }
 }
 
-/// A change that makes parts none of a scene, and what is said of it.
+/// A change that makes the parts invalid, and words of the message that refuses them.
 type Spoiled = (fn(&mut SceneParts), &'static str);
 
 fn material(parts: &mut SceneParts, material: Material) {
@@ -252,8 +253,8 @@ fn parts_that_make_no_scene_are_refused() {
     }
 }
 
-/// What comes of a run in which the callback panics once, when it is called for the n-th time; none where it does
-/// not end.
+/// Asserts that `work` ends with an error if the progress callback panics when it is called for the
+/// `nth` time. Fails if `work` does not end within 300 s.
 fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) -> Option<Error>) {
     let scene = Arc::new(Scene::new(parts()).unwrap_or_else(|e| panic!("{e}")));
     let (tell, told) = mpsc::channel();
@@ -264,7 +265,7 @@ fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) 
         };
         let control = Control { stop: &AtomicBool::new(false), progress: &progress };
         let settings = Settings { photons: Some(300_000), threads, ..Settings::default() };
-        // the receiver is there, or the test has failed
+        // the receiver exists unless the test has failed already
         let _ = tell.send(work(&scene, &settings, &control));
     });
     let error = told.recv_timeout(Duration::from_secs(300)).expect("it panics, or never ends");
@@ -273,7 +274,8 @@ fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) 
     assert!(error.to_string().contains("(the callback is at fault)"), "{error}");
 }
 
-/// A fault in any thread ends a run with an error: the other threads do not wait for its share.
+/// A panic in any thread ends a run with an error: the other threads do not wait for the part of
+/// the one that is at fault.
 #[test]
 fn a_panic_ends_a_run_with_an_error() {
     for threads in [1, 2] {

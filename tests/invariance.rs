@@ -1,5 +1,6 @@
-//! What must not change a result: where the scene stands, its unit, how many bands are traced
-//! together, how captors are grouped; and whether errors are as large as they say.
+//! Changes that must not change a result: where the scene stands, its unit, how many bands are
+//! traced together, and how captors are grouped. Also whether standard errors are as large as
+//! reported.
 
 use phylux::{FaceResult, RunResult};
 use serde_json::{Value, json};
@@ -9,7 +10,7 @@ use crate::{
     world::{Mesh, Point, World, back, front, room},
 };
 
-/// A room with a leaf, a glass block, a lamp and a spot, moved by a vector.
+/// Returns a room with a leaf, a glass block, a lamp and a spot, shifted by a vector (m).
 pub fn bay(mut world: World, by: Point, per_metre: f64, reflectance: Value) -> World {
     let at = |p: Point| [0, 1, 2].map(|i| (p[i] + by[i]) * per_metre);
     let spot = json!({ "type": "spot", "position": at([0.5, 0.5, 0.9]), "direction": [0.1, 0.2, -1],
@@ -35,7 +36,7 @@ pub fn bay(mut world: World, by: Point, per_metre: f64, reflectance: Value) -> W
     world
 }
 
-/// The faces of a bay's captors.
+/// Returns the faces of a bay's captors that photons reached.
 fn faces(run: &RunResult) -> Vec<(String, &FaceResult)> {
     ["room", "leaf", "floor", "middle", "wall"]
         .into_iter()
@@ -47,7 +48,7 @@ fn faces(run: &RunResult) -> Vec<(String, &FaceResult)> {
         .collect()
 }
 
-/// Two independent runs of one scene agree.
+/// Compares two independent runs of the same scene.
 fn agree(topic: &'static str, one: &RunResult, other: &RunResult, comparisons: usize) {
     let mut check = Comparisons::new(topic, 0.02);
     for ((name, a), (_, b)) in faces(one).into_iter().zip(faces(other)) {
@@ -59,8 +60,8 @@ fn agree(topic: &'static str, one: &RunResult, other: &RunResult, comparisons: u
     check.finish(comparisons);
 }
 
-/// The same photons fly the same ways, but for a few that rounding sends elsewhere: results of one
-/// seed differ by far less than their errors.
+/// Compares two runs with the same seed. The same photons take the same ways, except for a few that
+/// rounding sends elsewhere, so the results differ by far less than their standard errors.
 fn same_photons(one: &RunResult, other: &RunResult) {
     for ((name, a), (_, b)) in faces(one).into_iter().zip(faces(other)) {
         let off = (a.flux[0] - b.flux[0]).abs() / a.flux_se[0].unwrap();
@@ -69,8 +70,9 @@ fn same_photons(one: &RunResult, other: &RunResult) {
     assert_eq!((one.energy.escaped[0], other.energy.escaped[0]), (0.0, 0.0));
 }
 
-/// 10 km from the origin, and in millimetres.
-/// Seeds 1 and 2, 5e5 photons; 18 comparisons, odds of a false alarm 2e-3.
+/// The scene stands 10 km from the origin, and it is written in millimetres.
+///
+/// Seeds 1 and 2, 5e5 photons. 18 comparisons, odds of a false alarm 2e-3.
 #[test]
 fn place_and_unit_do_not_matter() {
     const FAR: Point = [10_000.0, -10_000.0, 3_000.0];
@@ -84,9 +86,11 @@ fn place_and_unit_do_not_matter() {
     agree("in mm", &here, &mm.run(500_000, 2), 9);
 }
 
-/// Twelve equal bands are twelve times the result of one, bit for bit; twelve different ones agree
-/// with runs of one band each. A sum over bands is the sum, and its error that of the sum.
-/// Seeds 1 to 4, 3e5 photons; 27 comparisons, odds of a false alarm 3e-3.
+/// Twelve equal bands give twelve times the result of one band, bit for bit. Twelve different bands
+/// agree with runs of one band each. A sum over bands is the sum of their values, with the error of
+/// that sum.
+///
+/// Seeds 1 to 4, 3e5 photons. 27 comparisons, odds of a false alarm 3e-3.
 #[test]
 fn bands_do_not_matter_to_each_other() {
     let one = bay(World::new(), [0.0; 3], 1.0, json!(0.6)).run(300_000, 1);
@@ -104,7 +108,7 @@ fn bands_do_not_matter_to_each_other() {
     for (_, face) in faces(&all) {
         let sum = |values: &[f64]| values[2] + values[7] + values[11];
         assert!((face.flux[12] - sum(&face.flux)).abs() < 1e-12 * face.flux[12]);
-        // bands of one path rise and fall together
+        // the bands of one photon rise and fall together
         let errors: Vec<f64> = face.flux_se.iter().map(|se| se.unwrap()).collect();
         let most = [2, 7, 11].map(|b: usize| errors[b]).into_iter().fold(0.0, f64::max);
         assert!(errors[12] >= most && errors[12] <= sum(&errors) * (1.0 + 1e-12));
@@ -120,9 +124,11 @@ fn bands_do_not_matter_to_each_other() {
     check.finish(27);
 }
 
-/// Two lamps whose powers differ by 1e8, in rooms of their own: the dim one's room is known too.
-/// Seed 1, 4e6 photons, of which the dim lamp has half a per cent, standard errors at most 0.2 %;
-/// 2 comparisons, odds of a false alarm 2e-4.
+/// Two lamps whose powers differ by 1e8, each in a room of its own. The light in the room of the
+/// dim lamp is known as well.
+///
+/// Seed 1, 4e6 photons, of which half a per cent come from the dim lamp; standard errors at most
+/// 0.2 % of the exact value. 2 comparisons, odds of a false alarm 2e-4.
 #[test]
 fn powers_that_differ_by_1e8() {
     let mut world = World::new().lambert("wall", 0.04);
@@ -138,11 +144,14 @@ fn powers_that_differ_by_1e8() {
     check.finish(2);
 }
 
-/// Errors are as large as they say, of captors and of groups whose captors share photons: over 200
-/// seeds z2 against the view factors 0.2 (perpendicular squares, two of them at once in the group, and
-/// both squares one behind the other, which see the same photons) has the mean of Student's t.
-/// Seeds 1 to 200, 2e4 photons each; 4 comparisons at 4 standard errors of z2 (sqrt(2 / 200)), odds of
-/// a false alarm 1e-3 (chi-square's tail is longer than Gauss's).
+/// Standard errors are as large as reported, also those of groups whose captors share photons. Over
+/// 200 seeds, the mean of z2 = ((estimate - exact) / standard error)^2 is that of Student's t. The
+/// exact values are view factors of 0.2, of perpendicular squares: two single captors, a group of
+/// both, and a group of two captors in the same place, which count the same photons.
+///
+/// Seeds 1 to 200, 2e4 photons each. 4 comparisons within 4 standard errors of the mean z2 (sqrt(2
+/// / 200)), odds of a false alarm 1e-3 (the tail of chi-square is longer than that of a normal
+/// law).
 #[test]
 fn errors_are_honest() {
     const RUNS: usize = 200;

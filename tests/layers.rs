@@ -1,5 +1,5 @@
-//! The modules of `src/` stand in layers: a file uses only its own module and those above it, and
-//! no two files use each other, not even by way of others.
+//! The modules of `src/` form layers: a file uses only its own module and those above it, and no
+//! two files use each other, not even by way of others.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-/// The modules, each using only itself and those before it.
+/// The modules in order; each uses only itself and those before it.
 const MODULES: [&str; 9] =
     ["error", "math", "scene", "transport", "results", "formats", "show", "studies", "cli"];
 
@@ -35,8 +35,8 @@ fn a_module_uses_only_those_above_it() {
 #[test]
 fn no_two_files_use_each_other() {
     let mut uses = uses(&sources());
-    // take away files that use none of those left, or that none of those left uses: what stays goes
-    // in circles, or lies between two circles
+    // removes files that use none of the remaining ones, and files that none of these use: what
+    // stays is in a circle, or between two circles
     loop {
         let used: BTreeSet<String> = uses.values().flatten().cloned().collect();
         let before = uses.len();
@@ -78,7 +78,7 @@ fn the_reader_of_uses_sees_every_form() {
     assert_eq!(found, expect);
 }
 
-/// The text of each file below `src/` but those of tests, by its path without `.rs`.
+/// Returns the text of each file below `src/` except those of tests, by its path without `.rs`.
 fn sources() -> BTreeMap<String, String> {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = BTreeMap::new();
@@ -104,7 +104,8 @@ fn sources() -> BTreeMap<String, String> {
     found
 }
 
-/// The files that each file uses. What a file passes on of those below it (`pub use`) does not count.
+/// Returns, for each file, the files that it uses. What a file passes on from its children (`pub
+/// use`) does not count.
 fn uses(files: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
     let mut all = BTreeMap::new();
     for (file, text) in files {
@@ -149,7 +150,7 @@ fn uses(files: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> 
     all
 }
 
-/// Without comments, and without what stands behind the first module of tests.
+/// Returns the text without comments, and without what follows the start of the module of tests.
 fn code(text: &str) -> String {
     let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let mut code = String::new();
@@ -165,7 +166,7 @@ fn code(text: &str) -> String {
     code
 }
 
-/// Pieces of code that end with a semicolon or a bracket that is not of a list of uses.
+/// Splits code at semicolons, at line ends, and at opening braces that are not in a list of uses.
 fn statements(code: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut start = 0;
@@ -182,14 +183,15 @@ fn statements(code: &str) -> Vec<&str> {
     found
 }
 
-/// The names that follow `start` up to a semicolon: the children that a file declares.
+/// Returns the names that follow `start` up to a semicolon, which are the children that a file
+/// declares.
 fn words_after<'a>(code: &'a str, start: &str) -> Vec<&'a str> {
     let lines = code.lines().filter_map(|line| line.split_once(start));
     let declared = lines.filter(|(before, _)| before.is_empty() || before.starts_with("pub"));
     declared.filter_map(|(_, name)| name.strip_suffix(';')).collect()
 }
 
-/// The paths of a tree of uses: `a::{b, c::d}` is `a::b` and `a::c::d`.
+/// Adds the paths of a tree of uses to `found`: `a::{b, c::d}` is `a::b` and `a::c::d`.
 fn flatten(before: &str, tree: &str, found: &mut Vec<String>) {
     let tree = tree.trim();
     let Some((head, list)) = tree.split_once('{') else {
@@ -213,7 +215,7 @@ fn flatten(before: &str, tree: &str, found: &mut Vec<String>) {
     }
 }
 
-/// The file that a path leads to from the file `own`, whose children are `children`.
+/// Returns the file that a path leads to from the file `own`, whose children are `children`.
 fn resolve(
     path: &str,
     own: &str,
@@ -239,7 +241,7 @@ fn resolve(
         _ => return None,
     }
     place.extend(names);
-    // the longest beginning that is a file
+    // the longest beginning of the path that is a file
     (1..=place.len()).rev().find_map(|length| {
         let file = place[..length].join("/");
         [file.clone(), format!("{file}/mod")].into_iter().find(|file| files.contains_key(file))

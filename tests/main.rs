@@ -1,4 +1,9 @@
-//! The tests of whole runs, in one binary.
+//! Tests of whole runs, all in one test binary. They use the library's public interface or the
+//! program itself.
+//!
+//! `closed_forms` compares scenes with exact solutions, `random_scenes` compares photons with
+//! paths, and most other modules test one command or one promise of the documentation. `common`,
+//! `world` and `exact` hold what the tests share.
 
 mod bad_input;
 mod blotches;

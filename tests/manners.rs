@@ -1,4 +1,5 @@
-//! What a command says where, and how it ends: standard output and error, pipes, exit codes.
+//! What a command writes to standard output and standard error, and how it ends: pipes and exit
+//! codes.
 
 #![cfg(unix)]
 
@@ -30,7 +31,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// The output of a command that ends with this exit code.
+/// Asserts that a command ends with this exit code, and returns its output.
 fn ends(folder: &Path, code: i32, arguments: &[&str]) -> Output {
     let output = phylux(folder, arguments);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
@@ -130,7 +131,10 @@ fn quiet_commands_say_only_results_warnings_and_errors() {
     assert!(text(&ends(&folder, 2, &["run", "none.json", "-q"]).stderr).starts_with("error: "));
 }
 
-/// Seeds 1 and 2 of 2000 photons: the limit of |z| has odds of 1/1000, and the seeds are fixed.
+/// `phylux compare --exit-code` ends with 0 if two results agree and with 1 if they do not.
+///
+/// Seeds 1 and 2 with 2000 photons each agree: chance exceeds the limit of |z| with odds of 1/1000,
+/// and the seeds are fixed.
 #[test]
 fn comparing_can_end_with_its_finding() {
     let scene = scene();
@@ -227,13 +231,13 @@ fn shells_and_the_manual_know_all_commands() {
         assert!(front.contains(&format!(".BR phylux\\-{name} (1)\n")), "{front}");
     }
     assert!(!front.contains("phylux\\-help") && !front.contains("phylux-help"), "{front}");
-    // folders that no user has before the first page
+    // folders that a new user does not have yet
     ends(&folder, 0, &["man", "share/man/man1"]);
     ends(&folder, 2, &["man", "scene.json/man"]);
     ends(&folder, 2, &["completions", "tcsh"]);
 }
 
-/// What stood in the way of a new user is said, or no longer does.
+/// Mistakes of new users are named where they are, or are no mistakes any more.
 #[test]
 fn mistakes_are_named_where_they_are() {
     let scene = scene();
@@ -262,7 +266,8 @@ fn mistakes_are_named_where_they_are() {
     assert!(bent.contains("a.obj:5: 1 of the faces from here on are not flat"), "{bent}");
 }
 
-/// What decides the numbers is in the results, and what does not is not.
+/// The results contain everything that decides their numbers, and nothing else of how they were
+/// made.
 #[test]
 fn results_say_what_they_are_of() {
     let scene = scene();
@@ -279,7 +284,7 @@ fn results_say_what_they_are_of() {
     );
     assert_eq!(result["warnings"], serde_json::json!([]));
     assert_eq!(result["captors"][0]["groups"], serde_json::json!(["w"]));
-    // written otherwise, under another name, it is the same scene
+    // a scene that is written in another way and has another name is the same scene
     let json = fs::read_to_string(scene.path("scene.json")).expect("the scene");
     let other = json.replace("0.5}", "5e-1}").replace("\"name\": \"wall\"", "\"name\": \"other\"");
     fs::write(scene.path("other.json"), other).expect("written");

@@ -1,4 +1,4 @@
-//! Scenes in memory: the same as from files, to the byte.
+//! Scenes whose meshes are in memory give the same results as scenes from files, to the byte.
 
 use std::{collections::HashMap, fs, path::Path, sync::atomic::AtomicBool};
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 use phylux::{Control, FlatResult, LoadedScene, Mesh, MeshGroup, RunResult, load, load_with};
 use serde_json::{Value, json};
 
-/// The groups of an OBJ file of plain `v`, `g`, `usemtl` and `f` lines.
+/// Reads the groups of an OBJ file that only has `v`, `g`, `usemtl` and `f` lines.
 fn groups(obj: &str) -> Vec<MeshGroup> {
     let (mut vertices, mut groups) = (Vec::new(), vec![MeshGroup::default()]);
     for line in obj.lines() {
@@ -60,7 +60,7 @@ fn a_scene_in_memory_gives_the_bytes_of_its_files() {
     let json = |result: &RunResult| serde_json::to_string(result).expect("JSON");
     assert_eq!(json(&from_files), json(&in_memory));
 
-    // the flat arrays say what the nested lists say
+    // the flat arrays hold the same numbers as the nested lists
     for (c, captor) in from_files.captors.iter().enumerate() {
         let (value, error) = flat.get(c, phylux::Channel::Front, 0);
         assert_eq!(Some(value), captor.front.flux.first().copied(), "{}", captor.id);
@@ -90,7 +90,7 @@ fn a_mesh_that_is_not_there_is_named() {
     assert!(text.contains("/objects/0/obj") && text.contains("did you mean `leaf`?"), "{text}");
     let text = error("mesh:leaf", &HashMap::new());
     assert!(text.contains("meshes can only be handed over by a program"), "{text}");
-    // a folder in which nothing is
+    // an empty folder
     let text = error("none.obj", &meshes);
     assert!(text.contains("none.obj: there is no such file"), "{text}");
 }

@@ -1,4 +1,4 @@
-//! k-nearest estimates where irradiance is known.
+//! The k-nearest estimate where the irradiance is known.
 
 use std::f64::consts::PI;
 
@@ -11,8 +11,8 @@ use crate::{
     world::{Mesh, Point, World, check_ledger, room},
 };
 
-/// 53 x 53 captors that tile a square of 2 m, close under a uniform Lambertian sheet of power 4, and
-/// their irradiance.
+/// Returns 53 x 53 captors that tile a square of 2 m, close under a uniform Lambertian sheet of
+/// power 4, together with their irradiance.
 fn uniform_tiles() -> (World, f64) {
     const SIDE: usize = 53;
     let size = 2.0 / SIDE as f64;
@@ -39,7 +39,7 @@ fn run(world: &World, photons: u64, k: usize, map_photons: usize) -> RunResult {
     result
 }
 
-/// The k-nearest irradiances of all captors.
+/// Returns the k-nearest irradiances of all captors.
 fn nearest(result: &RunResult) -> Vec<f64> {
     let irradiance = |knn: &Option<Option<phylux::NearestResult>>| {
         knn.as_ref().and_then(|knn| knn.as_ref()).map_or(0.0, |knn| knn.irradiance[0])
@@ -47,12 +47,14 @@ fn nearest(result: &RunResult) -> Vec<f64> {
     result.captors.iter().map(|captor| irradiance(&captor.front.knn)).collect()
 }
 
-/// With n photons on a captor of which the ball of the k-th holds a part, sum of k-1 / area is unbiased
-/// and has the relative variance 1 / (k - 2): the mean over 2809 captors, and the variance, for balls
-/// in the middle of a captor and for balls that its edges cut (edges are not darkened). A map that
-/// holds a quarter of the photons has the same mean.
-/// Seed 1, 1.4e6 photons (500 a captor), standard errors of the mean at most 0.3 %, of the variance
-/// 3 %; 6 comparisons at 4 standard errors, odds of a false alarm 4e-4.
+/// In uniform light, the estimate (k - 1) photons over the area of the captor within the k-th
+/// photon's distance is unbiased and has the relative variance 1 / (k - 2). Its mean and variance
+/// over 2809 captors are compared with this, for balls that lie inside a captor and for balls that
+/// reach beyond its edges (edges are not darkened). A map that holds a quarter of the photons gives
+/// the same mean.
+///
+/// Seed 1, 1.4e6 photons (500 on each captor); standard errors of the mean at most 0.3 %, of the
+/// variance 3 %. 6 comparisons within 4 standard errors, odds of a false alarm 4e-4.
 #[test]
 fn nearest_photons_of_uniform_light() {
     let (world, exact) = uniform_tiles();
@@ -75,15 +77,18 @@ fn nearest_photons_of_uniform_light() {
         let what = format!("k {k}, map of {}", map.arrivals);
         assert!((expected / n).sqrt() < 0.003 * exact);
         check.add(format!("mean, {what}"), mean, (expected / n).sqrt(), exact);
-        // excess kurtosis of a gamma variate's inverse: 30 / k
+        // the excess kurtosis of the inverse of a gamma variate is 30 / k
         let spread = expected * (2.0 / n + 30.0 / (k as f64 * n)).sqrt();
         check.add(format!("variance, {what}"), variance, spread, expected);
     }
     check.finish(6);
 }
 
-/// With fewer photons than k a captor's estimate is all of them over all of it: its irradiance.
-/// Seed 1, 2.56e5 photons, which makes all batches alike; no chance in it.
+/// With fewer photons than k on a captor, the estimate counts all of them over the whole captor, so
+/// it is the captor's irradiance.
+///
+/// Seed 1, 2.56e5 photons, which makes all batches equally long. The test does not depend on
+/// chance.
 #[test]
 fn fewer_photons_than_k_count_over_the_whole_captor() {
     let (world, _) = uniform_tiles();
@@ -100,7 +105,7 @@ fn fewer_photons_than_k_count_over_the_whole_captor() {
 
 const UP: Point = [0.0, 0.0, 1.0];
 
-/// The estimates of all faces of a run.
+/// Returns the estimates on all faces of a run.
 fn of_seed(scene: &TestScene, photons: u64, seed: u64, k: Option<usize>) -> Vec<NearestResult> {
     let result = run_file(&scene.path("scene.json"), |settings| {
         *settings = Settings { photons: Some(photons), seed, k, ..settings.clone() };
@@ -109,21 +114,24 @@ fn of_seed(scene: &TestScene, photons: u64, seed: u64, k: Option<usize>) -> Vec<
     faces.filter_map(|face| face.knn.clone().flatten()).collect()
 }
 
-/// Where light varies, the bias is that of a mean over the disc: under a lamp at height h,
-/// -3/4 r^2 / h^2; at an edge with light only on one side of it, the slope of E times the distance of
-/// a half disc's centroid, 4 r / (3 pi).
-/// Seeds 1 to 60, k = 1000 and 200: standard errors 0.4 and 1 % of E beside biases of -6 and -9 %;
-/// third order is below a tenth of them. 2 comparisons at 4 standard
-/// errors, odds of a false alarm 1e-4.
+/// Where light varies, the estimate's bias is that of the mean over the disc of the k nearest
+/// photons. Under a lamp at height h it is -3/4 r^2 / h^2 for a disc of radius r. At an edge of the
+/// captor, where the disc only holds photons on one side, it is the slope of E times the distance
+/// of a half disc's centroid, 4 r / (3 pi).
+///
+/// Seeds 1 to 60, k = 1000 and 200; standard errors 0.4 and 1 % of E, for biases of -6 and -9 %. A
+/// tenth of the bias is allowed for third-order terms. 2 comparisons within 4 standard errors, odds
+/// of a false alarm 1e-4.
 #[test]
 fn bias_is_that_of_the_disc() {
     const SEEDS: u64 = 60;
-    // the centroid of the L is outside: its middle is on the inner edge of the long arm
+    // the centroid of the L lies outside it, so its query point is on the inner edge of the long
+    // arm
     let long = Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.1, 0.0]);
     let short = Mesh::rectangle([0.0, 0.1, 0.0], [0.1, 0.0, 0.0], [0.0, 0.4, 0.0]);
     let middle = (0.1 * 0.5 + 0.04 * 0.05) / 0.14;
     let centre: fn(f64) -> f64 = |r| -0.75 * (r / 0.2).powi(2);
-    // E = z / d^3 falls by 3 y / d^2 away from the lamp
+    // E = z / d^3 falls by the fraction 3 y / d^2 per metre away from the lamp
     let edge: fn(f64) -> f64 = |r| -(3.0 * 0.3 / 0.18) * 4.0 * r / (3.0 * PI);
     let cases = [
         ("lamp", Mesh::square([0.0; 3], UP, 1.0), [0.0, 0.0, 0.2], 0.0, 20_000, 1_000, centre),
@@ -152,11 +160,13 @@ fn bias_is_that_of_the_disc() {
     }
 }
 
-/// In a furnace whose bands differ, so that photons carry unlike powers and pass a captor again and
-/// again, the mean is exact and the spread over seeds is the standard error.
-/// Seeds 1 to 60, 6 captors with two faces: 720 values of each band, whose mean is known to 0.5 % and
-/// whose variance to about 6 % (excess kurtosis below 1); 4 comparisons at 4 of those, odds of a
-/// false alarm 3e-4.
+/// A furnace whose bands have different reflectances, so that photons carry different powers and
+/// cross a captor several times. The mean of the estimate is exact, and its spread over the seeds
+/// is the reported standard error.
+///
+/// Seeds 1 to 60, 6 captors with two faces: 720 values in each band, whose mean is known to 0.5 %
+/// and whose variance to about 6 % (excess kurtosis below 1). 4 comparisons within 4 of these
+/// errors, odds of a false alarm 3e-4.
 #[test]
 fn standard_error_is_the_spread_in_a_furnace() {
     let mut world = World::new()

@@ -1,5 +1,6 @@
-//! Bias and spread of the k-nearest estimate against k, photons, shape and gradient, and other kernels
-//! on the same photons. What it found: docs/notes/nearest.md.
+//! A study of the k-nearest estimate: its bias and spread against k, number of photons, shape of
+//! the captor and gradient of the light, and other kernels on the same photons. Its findings are in
+//! docs/notes/nearest.md.
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::atomic::AtomicBool};
 
@@ -16,7 +17,8 @@ const KS: [usize; 9] = [10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
 const ARRIVALS: [f64; 5] = [1e2, 1e3, 1e4, 1e5, 1e6];
 const UP: Point = [0.0, 0.0, 1.0];
 
-/// Seeds of a case: fewer where photons are many.
+/// Returns the number of seeds for a case with this many arrivals, which is lower where there are
+/// many.
 fn seeds(arrivals: f64) -> u64 {
     match arrivals {
         ..5e4 => 100,
@@ -25,7 +27,7 @@ fn seeds(arrivals: f64) -> u64 {
     }
 }
 
-/// Weights of a photon by its squared distance over that of the k-th.
+/// The weight of a photon as a function of its squared distance over that of the k-th photon.
 type Kernel = fn(f64) -> f64;
 const KERNELS: [(&str, Kernel); 5] = [
     ("constant", |_| 1.0),
@@ -36,26 +38,27 @@ const KERNELS: [(&str, Kernel); 5] = [
     ("Gaussian", |u| 1.0 - (-0.5 * 1.953 * u).exp_m1() / (-1.953f64).exp_m1()),
 ];
 
-/// One captor in known light.
+/// One captor in light that is known exactly.
 struct Case {
     name: String,
     world: World,
-    /// Irradiance at its query point.
+    /// Irradiance at the captor's query point, W/m2.
     truth: f64,
-    /// Of a lamp over the middle of a square, in its sides; none in other light.
+    /// Height of the lamp above the middle of a square, in sides of the square; `None` in other
+    /// light.
     height: Option<f64>,
-    /// Whether the light is uniform over all of it.
+    /// Whether the irradiance is uniform over the whole captor.
     uniform: bool,
 }
 
-/// A captor of this shape, from z = 0 up, under a Lambertian sheet of the same shape or another.
+/// Returns a captor under a Lambertian sheet of the same shape or another, 1e-5 m above it.
 fn under_sheet(name: &str, captor: &Mesh, lamp: Mesh, truth: f64, uniform: bool) -> Case {
     let lamp = lamp.flipped().shifted([0.0, 0.0, 1e-5]);
     let world = World::new().captor("captor", captor).lamp("lamp", &lamp, 1.0);
     Case { name: name.into(), world, truth, height: None, uniform }
 }
 
-/// A captor under a spot of intensity 1 that reaches all of it.
+/// Returns a captor under a spot of intensity 1 W/sr that lights all of it.
 fn under_spot(name: String, captor: &Mesh, lamp: Point, query: Point, half_angle: f64) -> Case {
     let power = 2.0 * PI * (1.0 - half_angle.cos());
     let light = json!({ "type": "spot", "position": lamp, "direction": [0, 0, -1],
@@ -90,14 +93,14 @@ fn cases() -> Vec<Case> {
         let name = format!("shadow {edge} sides away");
         all.push(under_sheet(&name, &square, lit, 1.0 / width, false));
     }
-    // its centroid is outside: the query point is on the edge of the long arm
+    // the centroid of the L is outside it, so the query point is on the edge of the long arm
     let query = [(0.1 * 0.5 + 0.04 * 0.05) / 0.14, 0.1, 0.0];
     let lamp = [query[0], 0.4, 0.3];
     all.push(under_spot("L of width 0.1, lamp aside".into(), &angle, lamp, query, 1.4));
     all
 }
 
-/// One run, and what is asked of it.
+/// A loaded scene, and the point at which its captor is queried.
 struct Run {
     scene: LoadedScene,
     query: Vec3,
@@ -125,8 +128,9 @@ impl Run {
         self.scene.scene.triangles_of(&self.scene.scene.captors[0])
     }
 
-    /// Sum of weights / integral of the kernel over the captor within the k-th photon, 1/m2. A
-    /// kernel is a stack of rings.
+    /// Returns, for each kernel, the sum of the weights of the photons nearer than the k-th,
+    /// divided by the integral of the kernel over the part of the captor within the distance of the
+    /// k-th (1/m2). The integral treats a kernel as a stack of rings.
     fn densities(&self, nearest: &[Neighbour], k: usize) -> [f64; KERNELS.len()] {
         const RINGS: usize = 64;
         let r2 = nearest[k - 1].distance2;
@@ -146,7 +150,7 @@ impl Run {
     }
 }
 
-/// Relative errors over the seeds.
+/// Relative errors of one estimate over the seeds.
 #[derive(Clone, Default)]
 struct Errors(Vec<f64>);
 
@@ -161,7 +165,7 @@ impl Errors {
         (squares / (self.0.len() as f64 - 1.0)).sqrt()
     }
 
-    /// Standard error of the bias.
+    /// Returns the standard error of the bias.
     fn of_bias(&self) -> f64 {
         self.spread() / (self.0.len() as f64).sqrt()
     }
@@ -171,16 +175,16 @@ impl Errors {
     }
 }
 
-/// What all seeds of a case with so many arrivals found.
+/// What all seeds of a case with a given number of arrivals found.
 struct Cell<'a> {
     case: &'a Case,
     arrivals: f64,
-    /// By k: for each kernel, and the mean of the squared radius.
+    /// For each k: the errors with each kernel, and the mean squared radius.
     by_k: BTreeMap<usize, ([Errors; KERNELS.len()], f64)>,
-    /// The program's own, and the k that it chose.
+    /// Errors of the program's own estimate, with the k that it chose.
     chosen: Errors,
     k: f64,
-    /// The mean over the captor.
+    /// Errors of the mean irradiance over the captor.
     whole: Errors,
 }
 
@@ -201,7 +205,7 @@ impl<'a> Cell<'a> {
             cell.whole.0.push(error(face.irradiance[0]));
             cell.chosen.0.push(error(own.irradiance[0]));
             cell.k += own.k as f64 / count as f64;
-            // all photons carry the same
+            // all photons carry the same power
             let power = f64::from(map.power(0)[0]) / map.histories as f64;
             for k in KS.into_iter().filter(|k| *k <= nearest.len()) {
                 let (errors, r2) = cell.by_k.entry(k).or_default();
@@ -215,7 +219,7 @@ impl<'a> Cell<'a> {
                 assert!(same.abs() < 1e-4, "{}: the program is off by {same}", case.name);
             }
         }
-        // a k that some seeds had too few photons for
+        // drops each k for which some seeds had too few photons
         cell.by_k.retain(|_, (errors, _)| errors[0].0.len() == count as usize);
         cell
     }
@@ -249,19 +253,20 @@ impl<'a> Cell<'a> {
         println!();
     }
 
-    /// The least error of a kernel at any k.
+    /// Returns the lowest RMS error of a kernel over all k.
     fn best(&self, kernel: usize) -> f64 {
         self.by_k.values().map(|(errors, _)| errors[kernel].rms()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The error with this k; with fewer photons, that of the mean over the captor.
+    /// Returns the RMS error with this k or, where there are fewer photons, that of the mean over
+    /// the captor.
     fn rms(&self, k: usize) -> f64 {
         self.by_k.get(&k).map_or_else(|| self.whole.rms(), |(errors, _)| errors[0].rms())
     }
 }
 
-/// Second moment of a kernel over that of a full disc's, and the square of its noise over the constant
-/// one's.
+/// Returns the second moment of a kernel over that of a uniform disc, and the variance of an
+/// estimate with it over that with the constant kernel.
 fn moments(kernel: Kernel) -> [f64; 2] {
     let mean = |f: &dyn Fn(f64) -> f64| crate::exact::integral(0.0, 1.0, 2_000, f);
     let whole = mean(&kernel);
@@ -272,13 +277,17 @@ fn geometric_mean(ratios: &[f64]) -> f64 {
     (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp()
 }
 
-/// In uniform light no shape, k and kernel has a bias, and the spread is sqrt(c / (k - 2)); under a
-/// lamp at height h the bias of a disc of radius r is -3 m r^2 / (4 h^2), to second order; in light that
-/// varies the error with the default k is nearer to that of the best k than with any fixed one, and no
-/// kernel at its best k has an error lower than the constant one's by more than a tenth.
-/// Seeds 1 to 100 (60 with 1e5 arrivals, 10 with 1e6): standard errors as printed. Some 900 comparisons
-/// of bias at 6 standard errors (Student's t: odds of a false alarm 3e-8 each with 99 degrees of
-/// freedom, 2e-4 with 9 for 200 of them, which are not independent), 100 of spread at 5 of theirs.
+/// In uniform light the estimate has no bias with any shape, k or kernel, and its relative spread
+/// is sqrt(c / (k - 2)), where c depends on the kernel. Under a lamp at height h the bias of a disc
+/// of radius r is -3 m r^2 / (4 h^2), to second order, where m is the kernel's second moment. In
+/// light that varies, the error with the default k is nearer to that of the best k than the error
+/// with any fixed k is, and no kernel at its best k has an error that is lower than the constant
+/// kernel's by more than a tenth.
+///
+/// Seeds 1 to 100 (60 with 1e5 arrivals, 10 with 1e6); standard errors as printed. Some 900
+/// comparisons of the bias within 6 standard errors (Student's t: odds of a false alarm 3e-8 each
+/// with 99 degrees of freedom; 2e-4 each with 9, for 200 comparisons, which are not independent),
+/// and 100 of the spread within 5 standard errors of it.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_bias_and_spread_against_k() {
@@ -314,7 +323,8 @@ fn theory_holds(cells: &[Cell]) {
             let holds = match cell.case.height {
                 Some(h) => {
                     let due = -0.75 * moment * r2 / (h * h) * (k as f64 - 1.0) / k as f64;
-                    // third order, and discs that reach beyond the square
+                    // not compared where third-order terms matter or the disc reaches beyond the
+                    // square
                     let far = due < -0.1 || r2.sqrt() > 0.5;
                     far || within(due, 6.0 * error + 0.2 * due.abs())
                 }
@@ -327,7 +337,7 @@ fn theory_holds(cells: &[Cell]) {
                 compared += 1;
                 worst = worst.max((bias / error).abs());
             }
-            // the ball is in the middle of the captor, and holds few of its photons
+            // here the ball lies inside the captor and holds few of its photons
             let few = k as f64 / cell.arrivals < 0.1;
             if cell.case.name.starts_with("square") && few && (50..=1_000).contains(&k) {
                 let ratio = errors.spread() / (noise / (k as f64 - 2.0)).sqrt();

@@ -1,4 +1,4 @@
-//! What is written, and what is left behind when a run ends before its time.
+//! The files that are written, and what is left behind when a run ends early.
 
 #![cfg(unix)]
 
@@ -20,7 +20,7 @@ use crate::{
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A scene that runs as long as it is asked to.
+/// Returns a scene whose runs take as long as the number of photons demands.
 fn scene() -> TestScene {
     let scene = r#"{
         "materials": {"wall": {"type": "lambert", "reflectance": 0.5}},
@@ -40,7 +40,7 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
         .expect("phylux starts")
 }
 
-/// Waits until the temporary output is there, and a little more.
+/// Waits until the temporary output exists, and 100 ms more.
 fn wait_for_start(folder: &Path) {
     let started = Instant::now();
     while !listing(folder).iter().any(|name| name.starts_with(".phylux-")) {
@@ -174,7 +174,7 @@ fn links_are_followed_and_protection_is_kept() {
     assert_eq!(stderr(&output), "error: far/r.json: is write-protected; write elsewhere\n");
 
     fs::set_permissions(scene.path("far"), fs::Permissions::from_mode(0o555)).expect("permissions");
-    // root may write anywhere
+    // root may write anywhere, so nothing is tested for root
     if fs::write(scene.path("far/new"), "").is_err() {
         for arguments in [["-o", "far/s.json"], ["--per-captor", "far"], ["--per-captor", "far/x"]]
         {
@@ -229,7 +229,7 @@ fn every_output_is_written() {
     assert!(rows.iter().any(|row| row.starts_with("a/a,,all,absorbed,")), "{table}");
 }
 
-/// That these arguments are refused with these words, before anything is written.
+/// Asserts that these arguments are refused with these words before anything is written.
 fn refused(folder: &Path, arguments: &[&str], words: &str) {
     let before = listing(folder);
     let output = phylux(folder, arguments);
@@ -251,7 +251,7 @@ fn files_of_captors_replace_nothing_else() {
     refused(&folder, &table, "is named for two outputs");
 }
 
-/// While a scene is read nothing looks at a flag: the end is immediate.
+/// While a scene is read no flag is checked, so an interrupt ends the program immediately.
 #[test]
 fn an_interrupt_while_reading_leaves_nothing_behind() {
     let scene = scene();
@@ -280,7 +280,9 @@ fn rough_errors_are_said_to_be_rough() {
     assert!(!warns("1000"));
 }
 
-/// With 30 photons all count, over the whole captor; with 1e5 some 1000 of them, over a part of it.
+/// A run warns if the k nearest photons lie in a disc that is wide compared with the captor. With
+/// 30 photons all of them count, over the whole captor; with 1e5 about 1000 count, over a part of
+/// it.
 #[test]
 fn a_wide_gather_disc_is_told_of() {
     let scene = scene();
@@ -313,7 +315,7 @@ fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).expect("a file")).expect("whole JSON")
 }
 
-/// An output may take the place of no file that the run has read: MTL files, too.
+/// An output may not replace a file that the run has read, which includes MTL files.
 #[test]
 fn an_mtl_file_is_not_replaced() {
     let scene = r#"{
@@ -329,8 +331,8 @@ fn an_mtl_file_is_not_replaced() {
     assert_eq!(fs::read_to_string(scene.path("a.mtl")).expect("the file"), mtl);
 }
 
-/// No command replaces a file that it reads, whichever of its outputs is named so: here it is the scene's OBJ file,
-/// then the scene, and what else the command reads.
+/// No command replaces a file that it reads, whichever of its outputs has that name. Here it is the
+/// scene's OBJ file, then the scene, and then each other file that the command reads.
 #[test]
 fn no_output_replaces_an_input() {
     let of = |obj: &str| {
@@ -425,7 +427,7 @@ fn what_is_replaced_keeps_its_mode() {
             assert_eq!(mode(name), kept, "{name}");
         }
     }
-    // what is new has that of any new file or folder
+    // new files and folders have the permissions of any new file or folder
     fs::write(scene.path("other"), "").expect("a file");
     fs::create_dir(scene.path("others")).expect("a folder");
     let output = phylux(&folder, &["run", "scene.json", "--photons", "100", "--per-captor", "new"]);
@@ -435,7 +437,7 @@ fn what_is_replaced_keeps_its_mode() {
     }
 }
 
-/// Found before any photon flies.
+/// A folder that cannot be filled is found before any photon is traced.
 #[test]
 fn a_folder_that_cannot_be_filled_is_refused() {
     let scene = scene();
@@ -466,7 +468,8 @@ fn a_folder_that_cannot_be_filled_is_refused() {
     );
 }
 
-/// Names are cut to 255 bytes, whatever letters they have, and stay apart.
+/// File names are cut to 255 bytes, whatever letters they have, and remain different from each
+/// other.
 #[test]
 fn files_of_captors_with_long_names_are_written() {
     let disc = |id: &str| {
@@ -496,7 +499,7 @@ fn files_of_captors_with_long_names_are_written() {
     assert!(ids.iter().all(|id| found.contains(id)), "{found:?}");
 }
 
-/// At any moment while the files of captors are written, an end leaves all of them or nothing.
+/// An interrupt at any moment while the files of captors are written leaves all of them or none.
 #[test]
 fn an_interrupt_while_writing_leaves_no_folder() {
     let mut rows = "x,y,z,radius,nx,ny,nz\n".to_string();
@@ -507,7 +510,7 @@ fn an_interrupt_while_writing_leaves_no_folder() {
     );
     let folder = scene.path("");
     let staged = || {
-        // in the folder, or in the one that will be
+        // the temporary folder is in the working folder, or in `each` where that exists
         let places = [folder.clone(), scene.path("each")];
         let names = places.iter().filter(|place| place.is_dir()).flat_map(|place| {
             listing(place).into_iter().map(|name| place.join(name)).collect::<Vec<_>>()
@@ -549,7 +552,8 @@ fn an_interrupt_while_writing_leaves_no_folder() {
     }
 }
 
-/// Names from files and from the command line are shown by a terminal, never obeyed.
+/// Control characters in names from files and from the command line are shown by the terminal and
+/// never obeyed.
 #[test]
 fn a_terminal_obeys_no_name() {
     let bad = "\u{1b}[2J\u{9b}31m\u{7}\u{202e}x";
@@ -589,7 +593,8 @@ fn a_terminal_obeys_no_name() {
     }
 }
 
-/// A text that a spreadsheet would run begins with an apostrophe in tables, reads back, and numbers stay numbers.
+/// In tables, a text that a spreadsheet would run as a formula begins with an apostrophe. It can be
+/// read back, and numbers stay numbers.
 #[test]
 fn no_name_is_a_formula() {
     let scene = TestScene::new(
@@ -626,10 +631,10 @@ fn no_name_is_a_formula() {
         }
         assert!(numbers > 4, "{name}");
     }
-    // the table of a run as that of true values
+    // a table of a run is used as a table of true values
     let table = fs::read_to_string(scene.path("t.csv")).expect("a table");
     let rows = table.lines().filter(|row| row.contains(",irradiance,") && row.contains(",front,"));
-    // its first six columns
+    // the first six columns
     let cut = |row: &str| row.split(',').take(6).collect::<Vec<_>>().join(",");
     let rows: Vec<String> = rows.map(|row| cut(&row.replace(",irradiance,", ",,"))).collect();
     let truth =

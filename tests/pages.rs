@@ -1,9 +1,10 @@
-//! README.md and the pages of docs/ are easy to read as text too: lines of prose are not longer than 100.
+//! README.md and the pages of docs/ are easy to read as text: no line of prose is longer than 100
+//! characters.
 
 use std::{fs, path::Path};
 
-/// The lines of prose of a page that are too long, with their numbers: not those of code and tables, nor such
-/// without a space to break them at.
+/// Returns the lines of prose of a page that are too long, with their numbers. Lines of code and of
+/// tables are left out, and so are lines without a space to break them at.
 fn long_lines(page: &str) -> Vec<(usize, &str)> {
     let (mut fenced, mut blank, mut code, mut long) = (false, true, false, Vec::new());
     for (number, line) in page.lines().enumerate() {

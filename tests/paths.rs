@@ -1,4 +1,5 @@
-//! Paths back from the captors: against closed forms, against photons, and what they cannot find.
+//! Backward paths from the captors: compared with closed forms and with photons, and what they
+//! cannot find.
 
 use std::{f64::consts::PI, sync::atomic::AtomicBool};
 
@@ -24,7 +25,8 @@ fn level(z: f64, size: f64) -> Mesh {
     Mesh::square([0.0, 0.0, z], UP, size)
 }
 
-/// A tube of perfect mirrors, 2 m wide, from z = -1 to 1: what is in it has no edges.
+/// Returns a tube of perfect mirrors, 2 m wide, from z = -1 to 1. Sheets and slabs across it have
+/// no edges.
 fn mirror_tube() -> World {
     let walls = room([-1.0; 3], [1.0; 3]);
     let mirrors = (0..4).fold(Mesh::default(), |mesh, i| mesh.and(walls.face(i)));
@@ -35,8 +37,11 @@ fn mirror_tube() -> World {
         .surface("mirrors", "mirror", &mirrors)
 }
 
-/// The view factors of parallel rectangles of 1 x 2 m at 0.5 m, and of perpendicular squares.
-/// Seed 1, 4e5 paths each, standard errors at most 0.2 %; 2 comparisons, odds of a false alarm 2e-4.
+/// The view factors of parallel rectangles of 1 x 2 m at a distance of 0.5 m, and of perpendicular
+/// squares that share an edge.
+///
+/// Seed 1, 4e5 paths each; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of
+/// a false alarm 2e-4.
 #[test]
 fn view_factors() {
     let mut check = Comparisons::new("paths, view factors", 0.002);
@@ -51,9 +56,12 @@ fn view_factors() {
     check.finish(2);
 }
 
-/// Walls of reflectance 0.5 that emit L / 2 around a lossless glass ball, mirror, leaf and sheet:
-/// irradiance pi L on a tilted captor and on both faces of a leaf, n2 pi L within the ball.
-/// Seed 1, 1e6 paths, standard errors at most 0.2 %; 6 comparisons, odds of a false alarm 7e-4.
+/// A furnace whose walls have the reflectance 0.5 and emit L / 2, with a lossless glass ball,
+/// mirror and leaf in it. The irradiance is pi L on both sides of a tilted captor and on both faces
+/// of the leaf, and n2 pi L within the ball.
+///
+/// Seed 1, 1e6 paths; standard errors at most 0.2 % of the exact value. 6 comparisons, odds of a
+/// false alarm 7e-4.
 #[test]
 fn furnace() {
     let leaf = json!({ "type": "leaf", "reflectance": 0.55, "transmittance": 0.45 });
@@ -79,9 +87,12 @@ fn furnace() {
     check.finish(6);
 }
 
-/// A leaf of two faces and two bands across a tube of mirrors, under diffuse light, which is an
-/// integrating sphere: each end receives Fbar + (1 - Fbar) r, or (1 - Fbar) t.
-/// Seeds 1 and 2, 1.5e6 paths, standard errors at most 0.3 %; 8 comparisons, odds of a false alarm 9e-4.
+/// A leaf with two different faces and two bands across a tube of mirrors, which is an integrating
+/// sphere, under diffuse light. Of the light, Fbar + (1 - Fbar) r arrives at the end with the lamp
+/// and (1 - Fbar) t at the other, where Fbar is the cuticle's mean reflectance for diffuse light.
+///
+/// Seeds 1 and 2, 1.5e6 paths; standard errors at most 0.3 % of the exact value. 8 comparisons,
+/// odds of a false alarm 9e-4.
 #[test]
 fn leaf_under_diffuse_light() {
     const IOR: f64 = 1.425;
@@ -113,9 +124,12 @@ fn leaf_under_diffuse_light() {
     check.finish(8);
 }
 
-/// A pane: diffuse light in a tube of mirrors; a square lamp and a spot right above it, on small
-/// captors below it, each lamp point's light times the transmittance at its angle. With two tints.
-/// Seed 1, 4e5 paths each, standard errors at most 0.2 %; 5 comparisons, odds of a false alarm 6e-4.
+/// Light through a thin pane with two tints. First diffuse light in a tube of mirrors. Then a
+/// square lamp and a spot close above the pane, which light a small captor below it: the light of
+/// each point of the lamp is multiplied by the transmittance at its angle.
+///
+/// Seed 1, 4e5 paths each; standard errors at most 0.2 % of the exact value. 5 comparisons, odds of
+/// a false alarm 6e-4.
 #[test]
 fn pane() {
     let mut check = Comparisons::new("paths, pane", 0.002);
@@ -136,7 +150,7 @@ fn pane() {
         .clone()
         .lamp("lamp", &Mesh::rectangle(lamp.0, lamp.1, lamp.2).flipped(), 1.0)
         .run_paths(400_000, 1);
-    // from the radiance 1 / (pi A) of each of its points
+    // each point of the lamp has the radiance 1 / (pi A)
     for (band, tint) in [1.0, 0.5].into_iter().enumerate() {
         let exact = mean_over(lamp.0, lamp.1, lamp.2, |p| {
             let d2 = p[0] * p[0] + p[1] * p[1] + 0.64;
@@ -158,9 +172,11 @@ fn pane() {
     assert!(run.unseen.expect("a pane mirrors").iter().all(|&share| share == 0.0));
 }
 
-/// Solid glass across a tube of mirrors, where radiance is n2 times that outside: what a slab lets
-/// through, and what leaves the glass that a lamp stands in.
-/// Seed 1, 4e5 paths each, standard errors at most 0.2 %; 2 comparisons, odds of a false alarm 2e-4.
+/// Solid glass across a tube of mirrors, in which the radiance is n2 times that outside: the light
+/// that a slab transmits, and the light that leaves glass in which a lamp stands.
+///
+/// Seed 1, 4e5 paths each; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of
+/// a false alarm 2e-4.
 #[test]
 fn solid_glass() {
     let mut check = Comparisons::new("paths, solid glass", 0.002);
@@ -179,7 +195,7 @@ fn solid_glass() {
         .captor_of_both_sides("out", &level(0.5, 2.0))
         .run_paths(400_000, 1);
     let critical = (1.0 - 1.0 / (GLASS * GLASS)).sqrt();
-    // cos = critical + x^2, because F is steep at the critical angle
+    // substitutes cos = critical + x^2, because F is steep at the critical angle
     let out = integral(0.0, (1.0 - critical).sqrt(), 100, |x| {
         let cos = critical + x * x;
         let [s, p] = fresnel(cos, 1.0 / GLASS);
@@ -191,8 +207,11 @@ fn solid_glass() {
     check.finish(2);
 }
 
-/// A tube, as a light and as an obstacle, the line that it tends to, and the isotropic line.
-/// Seed 1, 2.2e6 paths each, standard errors at most 0.3 %; 12 comparisons, odds of a false alarm 1.3e-3.
+/// Four lights: a tube as a light only, the tube also as an obstacle, the line that a thin tube
+/// tends to, and an isotropic line. Each is compared with the integral over its length or surface.
+///
+/// Seed 1, 2.2e6 paths each; standard errors at most 0.3 % of the exact value. 12 comparisons, odds
+/// of a false alarm 1.3e-3.
 #[test]
 fn tubes_and_lines() {
     let tube = |radius: f64| {
@@ -221,8 +240,11 @@ fn tubes_and_lines() {
     check.finish(12);
 }
 
-/// Cones of 30 and of half a degree: uniform within, nothing outside.
-/// Seed 1, 2e5 paths each, standard errors at most 0.2 %; 6 comparisons, odds of a false alarm 7e-4.
+/// Spots with half angles of 30 degrees and of half a degree have the same intensity everywhere in
+/// their cones, and nothing arrives outside.
+///
+/// Seed 1, 2e5 paths each; standard errors at most 0.2 % of the exact value. 6 comparisons, odds of
+/// a false alarm 7e-4.
 #[test]
 fn spot_fills_its_cone() {
     let mut check = Comparisons::new("paths, spot", 0.002);
@@ -238,7 +260,8 @@ fn spot_fills_its_cone() {
     check.finish(6);
 }
 
-/// What every face received and absorbed, by name, with its standard error.
+/// Returns what every group received on its faces and absorbed, in every band: a name, the flux,
+/// and its standard error.
 fn numbers(run: &RunResult) -> Vec<(String, f64, Option<f64>)> {
     let mut all = Vec::new();
     for group in &run.groups {
@@ -255,8 +278,8 @@ fn numbers(run: &RunResult) -> Vec<(String, f64, Option<f64>)> {
     all
 }
 
-/// Photons and paths find the same: they share geometry, materials and lights, but neither how
-/// light is followed nor how it is counted.
+/// Compares photons and paths in the same scene. Both use the same geometry, materials and lights,
+/// but they follow and count light in different ways.
 fn agree(topic: &'static str, largest_error: f64, world: &World, comparisons: usize) {
     let (photons, paths) = (world.run(1_000_000, 1), world.run_paths(400_000, 2));
     let mut check = Comparisons::new(topic, largest_error);
@@ -270,8 +293,9 @@ fn agree(topic: &'static str, largest_error: f64, world: &World, comparisons: us
     check.finish(comparisons);
 }
 
-/// A room with things of every material, and lamps that a path can meet.
-/// Seeds 1 and 2, 1e6 photons and 4e5 paths; 43 comparisons, odds of a false alarm 5e-3.
+/// A room with objects of every material, and lamps that a path can meet.
+///
+/// Seeds 1 and 2, 1e6 photons and 4e5 paths. 43 comparisons, odds of a false alarm 5e-3.
 #[test]
 fn agrees_with_photons_on_every_material() {
     let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.4],
@@ -303,8 +327,9 @@ fn agrees_with_photons_on_every_material() {
     agree("every material", 0.1, &world, 43);
 }
 
-/// Points, spots and lines among things that do not mirror.
-/// Seeds 1 and 2, 1e6 photons and 4e5 paths; 10 comparisons, odds of a false alarm 1.1e-3.
+/// Point lights, spots and lines among objects that do not mirror.
+///
+/// Seeds 1 and 2, 1e6 photons and 4e5 paths. 10 comparisons, odds of a false alarm 1.1e-3.
 #[test]
 fn agrees_with_photons_on_points_and_lines() {
     let leaf = json!({ "type": "leaf", "ior": 1, "reflectance": 0.4, "transmittance": 0.3 });
@@ -326,8 +351,9 @@ fn agrees_with_photons_on_points_and_lines() {
     assert_eq!(world.run_paths(10_000, 1).unseen, None, "nothing mirrors");
 }
 
-/// A spot through solid glass, and one by way of a mirror: no path finds them, and the result says
-/// so; so do the words of `phylux run`, which say nothing where there is no such light.
+/// A spot behind solid glass, and one that shines by way of a mirror. No path finds their light,
+/// and the result says so. The words of `phylux run` say it too, and do not where there is no such
+/// light.
 #[test]
 fn light_that_paths_cannot_find_is_said_to_be_missing() {
     let spot = |direction: Point| {
@@ -350,7 +376,7 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
         assert_eq!(run.unseen.as_deref(), Some(&[1.0][..]));
         assert_eq!(front(&run, "below").flux, [0.0]);
     }
-    // half of the light comes by way of glass: a spot of the same power shines from below it
+    // half of the light comes through glass: a second spot of the same power shines from below it
     let half = slab.clone().light(json!({ "type": "spot", "position": [0, 0, -0.5],
         "direction": [0, 0, -1], "half_angle_deg": 20, "power": 0.8 }));
     let (paths, photons) = (half.run_paths(50_000, 1), half.run(500_000, 1));
@@ -387,7 +413,7 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
     }
 }
 
-/// No captor, no path: a sentence, not a panic.
+/// Without a captor no path can start. That is an error with a message, not a panic.
 #[test]
 fn paths_need_a_captor() {
     let scene = World::new().lamp("lamp", &level(0.0, 1.0), 1.0).write();
@@ -398,8 +424,8 @@ fn paths_need_a_captor() {
     assert!(error.to_string().contains("none for paths to start from"), "{error}");
 }
 
-/// In millimetres the paths go the same ways, but for a few that rounding sends elsewhere: results of
-/// one seed differ by far less than their errors.
+/// In a scene written in millimetres, paths of the same seed take the same ways, except for a few
+/// that rounding sends elsewhere. The results differ by far less than their standard errors.
 #[test]
 fn unit_does_not_matter() {
     let bay = |mut world: World, per_metre: f64| {
@@ -424,7 +450,8 @@ fn unit_does_not_matter() {
     }
 }
 
-/// Segments x relative variance: what one captor costs for a given relative error.
+/// Returns the number of traced segments times the squared relative error of the captor: the work
+/// for a given relative error.
 fn cost(world: &World, estimator: Estimator, photons: u64) -> f64 {
     let scene = world.write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
@@ -437,9 +464,11 @@ fn cost(world: &World, estimator: Estimator, photons: u64) -> f64 {
     simulation.totals.segments as f64 * relative * relative
 }
 
-/// A captor of 10 cm in a white room of 10 m: paths cost less than a tenth, counted in segments and
-/// variance, not by the clock. Seed 1; the cost of photons is known to 12 % (chi-square of 127), and
-/// the two differ by far more than ten.
+/// A captor of 10 cm in a white room of 10 m: paths take less than a tenth of the work of photons,
+/// counted in segments times relative variance, not in time.
+///
+/// Seed 1. The work of photons is known to 12 % (chi-square of 127), and the two differ by far more
+/// than a factor of ten.
 #[test]
 fn small_captor_in_a_large_room_is_cheap_by_paths() {
     let world = World::new()
@@ -453,9 +482,11 @@ fn small_captor_in_a_large_room_is_cheap_by_paths() {
     assert!(10.0 * paths < photons, "photons {photons}, paths {paths}");
 }
 
-/// A grey room with a lamp in its ceiling, the commonest place: a spot, a point and both kinds of lines. All their light
-/// comes into the room, and both estimators find the same of it. Seeds 1 and 2, 1e6 photons and 4e5 paths,
-/// errors at most 1 %; 17 comparisons, odds of a false alarm 2e-3.
+/// A grey room whose lamp lies in the plane of its ceiling, as lamps most often do: a spot, a point
+/// and both kinds of lines. All their light enters the room, and photons and paths find the same.
+///
+/// Seeds 1 and 2, 1e6 photons and 4e5 paths; standard errors at most 1 %. 17 comparisons, odds of a
+/// false alarm 2e-3.
 #[test]
 fn lamps_in_the_ceiling_shine_into_the_room() {
     let lamps = [
@@ -471,7 +502,7 @@ fn lamps_in_the_ceiling_shine_into_the_room() {
         for wall in 0..5 {
             world = world.counted(&format!("wall {wall}"), "grey", &walls.face(wall));
         }
-        // what a line sends up lights but a strip of the ceiling, which no path meets
+        // the light that a line sends up only lights a strip of the ceiling, which no path meets
         world = world.surface("ceiling", "black", &walls.face(5));
         let (photons, paths) = (world.run(1_000_000, 1), world.run_paths(400_000, 2));
         assert_eq!(photons.energy.escaped, [0.0]);
@@ -484,7 +515,7 @@ fn lamps_in_the_ceiling_shine_into_the_room() {
         }
         check.finish(5);
     }
-    // a point in the ceiling: what comes straight down is the solid angle of the floor
+    // for a point in the ceiling, the direct flux to the floor follows from the floor's solid angle
     let floor = 4.0 * (0.25f64 / 1.25).asin() / (4.0 * PI);
     let world = World::new()
         .lambert("black", 0.0)

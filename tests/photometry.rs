@@ -1,4 +1,4 @@
-//! Measured lamps: the closed forms of their intensities, by photons and by paths.
+//! Measured lamps: closed forms of their intensities, by photons and by paths.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::{
     exact::{Comparisons, mean_over},
 };
 
-/// An IES file of these angles and intensities in candela.
+/// Writes an IES file with these angles (degrees) and the intensities of `candela`, in cd.
 pub fn ies(c: &[f64], v: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
     let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
     let rows = c.iter().map(|&c| list(&v.iter().map(|&v| candela(c, v)).collect::<Vec<_>>()));
@@ -26,8 +26,9 @@ pub fn ies(c: &[f64], v: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
     )
 }
 
-/// Rectangles around the origin: corner, sides, normal towards the lamp. Planes through the lamp in which intensities have
-/// kinks cut them at their quarters, where the quadrature does.
+/// A rectangle near the origin: its name, its corner and sides, and its normal towards the lamp.
+/// The planes through the lamp in which intensities have kinks cut the rectangles at quarters of
+/// their sides, where the pieces of the quadrature meet.
 type Rectangle = (&'static str, [[f64; 3]; 3], [f64; 3]);
 
 const AROUND: [Rectangle; 4] = [
@@ -37,7 +38,7 @@ const AROUND: [Rectangle; 4] = [
     ("above", [[-0.6, -0.6, 0.9], [0.0, 1.2, 0.0], [1.2, 0.0, 0.0]], [0.0, 0.0, -1.0]),
 ];
 
-/// A scene with captors there; none is an obstacle.
+/// Writes a scene with these rectangles as virtual captors, so that none is an obstacle.
 fn around(light: &Value, files: &[(&str, &str)]) -> TestScene {
     let captors =
         AROUND.iter().map(|(name, _, _)| json!({ "name": name, "obj": format!("{name}.obj") }));
@@ -57,13 +58,14 @@ fn around(light: &Value, files: &[(&str, &str)]) -> TestScene {
     TestScene::new(&scene.to_string(), &all)
 }
 
-/// By photons and by paths.
+/// Runs the scene by photons and by paths.
 fn both(scene: &TestScene, seed: u64) -> [(&'static str, RunResult); 2] {
     [("photons", scene.run(6_000_000, seed)), ("paths", scene.run_paths(600_000, seed))]
 }
 
-/// Compares the irradiance around with that of an intensity at the origin, given the cosine to straight down, and the turn
-/// from +x through +y.
+/// Compares the irradiance of the rectangles with that of a point light at the origin. `intensity`
+/// gives the light's intensity (W/sr) for the cosine to straight down, and the angle about the
+/// vertical from +x through +y.
 fn compare(
     check: &mut Comparisons,
     what: &str,
@@ -89,10 +91,11 @@ fn compare(
     }
 }
 
-/// An isotropic file is a `point`; one of steps in C and V, cosine lobes, and a file's own power. C = 0 is +x, C = 90
-/// is +y, V = 0 is down.
-/// Seed 1, 6e6 photons or 6e5 paths, standard errors at most 0.4 %, quadrature to 0.05 % (kinks); 38 comparisons, odds of
-/// a false alarm 4e-3.
+/// Point lights: an isotropic file is the same as a `point`; then a file with steps in C and V, the
+/// file's own power, a turned lamp, and a cosine lobe. C = 0 is +x, C = 90 is +y, V = 0 is down.
+///
+/// Seed 1, 6e6 photons or 6e5 paths; standard errors at most 0.4 % of the exact value, which
+/// quadrature knows to 0.05 % (because of kinks). 38 comparisons, odds of a false alarm 4e-3.
 #[test]
 fn points_have_their_intensity() {
     let mut check = Comparisons::new("photometry of points", 0.004).rounding(5e-4);
@@ -106,7 +109,7 @@ fn points_have_their_intensity() {
     let isotropic = ies(&[0.0], &[0.0, 180.0], |_, _| 7.0);
     compare(&mut check, "isotropic", &point, &[("a.ies", &isotropic)], |_, _| 8.0 / (4.0 * PI));
 
-    // I = 100 + 100 |C| / 180 below the horizon, falling to nothing at the zenith
+    // I = 100 + 100 |C| / 180 below the horizon; above, it falls linearly to 0 at the zenith
     let wedge = ies(&[0.0, 180.0], &[0.0, 90.0, 180.0], |c, v| {
         if v < 180.0 { 100.0 + 100.0 * c / 180.0 } else { 0.0 }
     });
@@ -119,7 +122,7 @@ fn points_have_their_intensity() {
     let files: &[(&str, &str)] = &[("a.ies", &wedge)];
     compare(&mut check, "wedge", &point, files, |cos, turn| of_wedge(cos, turn) * 8.0 / flux);
     compare(&mut check, "wedge's power", &with("power", json!("file")), files, of_wedge);
-    // C = 0 to the north
+    // C = 0 turned to the north
     let turned = with("zero_plane", json!([0, 3, 1]));
     compare(&mut check, "turned", &turned, files, |cos, turn| {
         of_wedge(cos, (turn - 0.5 * PI).sin().atan2((turn - 0.5 * PI).cos())) * 8.0 / flux
@@ -131,10 +134,12 @@ fn points_have_their_intensity() {
     check.finish(38);
 }
 
-/// An area light with a Lambertian file is an `area` without; one of an isotropic file lights what is behind it too. Both
-/// against I cos / d2 over all of a tilted square.
-/// Seed 1, 6e6 photons or 6e5 paths, standard errors at most 0.4 %, quadrature to 0.1 %; 14 comparisons, odds of a false
-/// alarm 2e-3.
+/// Area lights: one with a Lambertian file is the same as an `area` without a file; one with an
+/// isotropic file also lights what is behind it. Both are compared with I cos / d2, averaged over
+/// the points of a tilted square.
+///
+/// Seed 1, 6e6 photons or 6e5 paths; standard errors at most 0.4 % of the exact value, which
+/// quadrature knows to 0.1 %. 14 comparisons, odds of a false alarm 2e-3.
 #[test]
 fn areas_have_their_intensity() {
     let mut check = Comparisons::new("photometry of areas", 0.004).rounding(1e-3);
@@ -144,7 +149,7 @@ fn areas_have_their_intensity() {
     let corners =
         json!([[-0.1, -0.1, -0.05], [-0.1, 0.1, -0.05], [0.1, 0.1, 0.05], [0.1, -0.1, 0.05]]);
     let area = json!({ "type": "area", "vertices": corners, "power": 8, "photometry": "a.ies" });
-    // each point of the square sees each point of a captor
+    // the mean over all points of the lamp
     let over = |p: [f64; 3], normal: [f64; 3], intensity: &dyn Fn([f64; 3]) -> f64| {
         let at = |i: usize| (i as f64 + 0.5) / 40.0 - 0.1;
         let shine = |i: usize| {
@@ -156,7 +161,7 @@ fn areas_have_their_intensity() {
         };
         (0..64).map(shine).sum::<f64>() / 64.0
     };
-    // its corners run counter-clockwise seen from below
+    // the corners go counter-clockwise seen from below
     let normal = [0.5 / 1.25f64.sqrt(), 0.0, -1.0 / 1.25f64.sqrt()];
     let mut down = area.clone();
     down["aim"] = json!([0, 0, -1]);
@@ -182,10 +187,12 @@ fn areas_have_their_intensity() {
     check.finish(14);
 }
 
-/// A tube that shines within 100 degrees, as a light and as an obstacle of 64 sides, against the integral of its radiance over
-/// the part of its surface that a captor sees.
-/// Seed 1, 6e6 photons or 6e5 paths, standard errors at most 0.4 %, quadrature and sides to 0.3 %; 16 comparisons, odds of
-/// a false alarm 2e-3.
+/// A tube that emits from 100 degrees of its circumference, as a light only and also as an obstacle
+/// of 64 sides. The exact value is the integral of its radiance over the part of its surface that a
+/// captor sees.
+///
+/// Seed 1, 6e6 photons or 6e5 paths; standard errors at most 0.4 % of the exact value; 0.3 % is
+/// allowed for quadrature and for the flat sides. 16 comparisons, odds of a false alarm 2e-3.
 #[test]
 fn tubes_shine_within_their_aperture() {
     const RADIUS: f64 = 0.05;
@@ -222,9 +229,12 @@ fn tubes_shine_within_their_aperture() {
     check.finish(16);
 }
 
-/// An independently computed luminaire over a floor. Its values are of points, which its own formula gives to 1e-6; ours
-/// are of discs, and are compared with the mean of that formula over each. Within 4 standard errors plus 2e-5; seed 1,
-/// 4e6 photons on discs of 10 cm, or 2e5 paths on discs of 2 cm; 49 comparisons each, odds of a false alarm 6e-3.
+/// An independently computed luminaire above a floor. The given values are irradiances at points,
+/// and the formula in this test reproduces them to 1e-6. The captors are discs, and are compared
+/// with the mean of this formula over each disc, within 4 standard errors plus 2e-5 of the value.
+///
+/// Seed 1, 4e6 photons on discs with a radius of 10 cm, and 2e5 paths on discs with a radius of 2
+/// cm; 49 comparisons each, odds of a false alarm 6e-3.
 #[test]
 #[ignore = "needs PHYLUX_SHARED"]
 fn needs_shared_luminaire_over_a_floor() {
@@ -232,7 +242,7 @@ fn needs_shared_luminaire_over_a_floor() {
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a file");
     let truth: Value = serde_json::from_str(&read("truth.json")).expect("JSON");
     let values = truth["values"].as_array().expect("values");
-    // ten numbers and three, then 19 angles, one plane, and its intensities
+    // ten numbers and three more, then 19 angles, one plane, and its intensities
     let file = read("symmetric.ies");
     let numbers = file.split("TILT=NONE").nth(1).expect("numbers").split_whitespace();
     let numbers: Vec<f64> = numbers.map(|word| word.parse().expect("a number")).collect();
@@ -341,14 +351,15 @@ fn bad_luminaires_are_told() {
         let folder = TestScene::new(&scene, &files);
         refused(&folder.path(""), &["run", "scene.json"], &[words]);
     }
-    // one number for two bands
+    // one number in the file, but two bands
     let scene = r#"{"bands": [{"name": "a"}, {"name": "b"}], "lights": [{"type": "point", "position": [0, 0, 0],
         "power": "file", "photometry": "a.ies"}]}"#;
     let folder = TestScene::new(scene, &[("a.ies", &isotropic)]);
     refused(&folder.path(""), &["check", "scene.json"], &["\"file\" for 2 bands"]);
 }
 
-/// `check` draws what each kind of lamp does, and says where its planes lie; runs tell lights apart.
+/// `check` draws the intensity of each kind of lamp once and says where its planes lie. Runs tell
+/// the lights apart nevertheless.
 #[test]
 fn check_draws_the_distribution() {
     let beam = ies(&[0.0, 90.0], &[0.0, 45.0, 90.0], |c, v| if c < 90.0 { v } else { 90.0 - v });
@@ -365,7 +376,7 @@ fn check_draws_the_distribution() {
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }
-    // C = 0 is brightest at the horizon, C = 90 straight down
+    // C = 0 is brightest at the horizon, and C = 90 straight down
     let drawing: Vec<&str> =
         text.lines().skip_while(|line| !line.starts_with("  o C")).skip(1).collect();
     let middle = drawing.iter().position(|line| line.contains('+')).expect("the lamp");

@@ -1,13 +1,14 @@
-//! Results of three small runs of shipped scenes, pinned: a change that moves results does not go unseen.
+//! Pinned results of three small runs of shipped scenes, so that no change moves results unnoticed.
 //!
-//! The same program writes the same bytes on any x86-64 Linux with glibc: there the SHA-256 of each result
-//! file is compared with that in tests/pinned/. Other systems have other sines and logarithms, which
-//! send a few photons another way: there, as everywhere, the values of all groups have to be within 4 of
-//! their standard errors. After a change that is meant to move results
+//! The same program writes the same bytes on any x86-64 Linux with glibc. On such systems the
+//! SHA-256 of each result file is compared with the one in tests/pinned/. Other systems compute
+//! slightly different sines and logarithms, which send a few photons another way. On all systems,
+//! the values of all groups must be within 4 of their standard errors. After a change that is meant
+//! to move results
 //!
 //!     PHYLUX_PIN=1 cargo test --test main pinned
 //!
-//! writes the files anew; CHANGELOG.md has to say what moved and why.
+//! writes the files anew, and CHANGELOG.md must say what moved and why.
 
 use std::{env, fmt::Write, fs, path::Path};
 
@@ -16,8 +17,9 @@ use sha2::{Digest, Sha256};
 
 use crate::bad_input::phylux;
 
-/// Runs a shipped scene and compares its results with those pinned. Seed 1, as the scenes say; with the
-/// same random numbers the second comparison cannot fail by chance.
+/// Runs a shipped scene and compares its results with the pinned ones. The seed is 1, as the scenes
+/// state it. As long as the random numbers are the same, the comparison of values cannot fail by
+/// chance.
 fn compare(name: &str, scene: &str, options: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -46,9 +48,9 @@ fn compare(name: &str, scene: &str, options: &str) {
     );
 }
 
-/// What is pinned of a result file.
+/// The part of a result file that is pinned.
 struct Pin {
-    /// Of the file, the program's version in it aside.
+    /// The SHA-256 of the file without the program's version.
     sha256: String,
     values: Vec<Pinned>,
 }
@@ -57,7 +59,7 @@ struct Pin {
 struct Pinned {
     what: String,
     value: f64,
-    /// Zero where it is not known.
+    /// The standard error; 0 where it is not known.
     standard_error: f64,
 }
 
@@ -86,7 +88,7 @@ impl Pin {
         Self { sha256, values }
     }
 
-    /// The hash, then a line for each value: the value, its standard error, what it is.
+    /// Writes the hash, then a line for each value with the value, its standard error and its name.
     fn text(&self) -> String {
         let mut text = format!("{}\n", self.sha256);
         for Pinned { what, value, standard_error } in &self.values {
@@ -107,7 +109,8 @@ impl Pin {
         Self { sha256: sha256.into(), values: lines.lines().map(row).collect() }
     }
 
-    /// The values that are beyond 4 standard errors, or missing, or new.
+    /// Returns the values that differ by more than 4 standard errors, or one entry if the names of
+    /// the values differ.
     fn far_from(&self, other: &Self) -> Vec<String> {
         let names = |pin: &Self| pin.values.iter().map(|row| row.what.clone()).collect::<Vec<_>>();
         if names(self) != names(other) {
@@ -123,25 +126,26 @@ impl Pin {
     }
 }
 
-/// Few photons and the default k.
+/// A run with few photons and the default k.
 #[test]
 fn box_by_photons() {
     compare("box", "box.json", "--photons 20000");
 }
 
-/// Leaves, a mirror, glass, water, sums of bands; the 20 nearest photons.
+/// A run of a scene with leaves, a mirror, glass, water and sums of bands, with the 20 nearest
+/// photons.
 #[test]
 fn growth_chamber_by_photons() {
     compare("growth-chamber", "growth-chamber.json", "--photons 20000 --k 20");
 }
 
-/// As few paths as there can be: 100 from each face.
+/// A run with the smallest possible number of paths: 100 from each face.
 #[test]
 fn greenhouse_by_paths() {
     compare("greenhouse", "greenhouse.json", "--photons 80400 --estimator paths");
 }
 
-/// A value that moved by more than 4 errors, or is gone, is found.
+/// A value that moved by more than 4 standard errors is found, and so is one that is missing.
 #[test]
 fn moved_values_are_found() {
     let pin = |rows: &[&str]| Pin::read(&format!("0\n{}\n", rows.join("\n")));

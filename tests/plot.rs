@@ -1,4 +1,5 @@
-//! `phylux plot`: each plot shows the numbers of the results, and refuses results that have none of them.
+//! `phylux plot`: each plot shows the numbers of the results, and results without such numbers are
+//! refused.
 
 use std::{collections::BTreeSet, fs};
 
@@ -9,8 +10,9 @@ use crate::{
     common::TestScene,
 };
 
-/// Results of a scene with a grid of sensors, a shelf of three in a line, and two plants of three leaves, with
-/// values that are known: E = 100 (1 + x) at x, y of the grid, leaf r of plant p absorbs (10 p + r) / 10.
+/// Returns results with known values, of a grid of sensors, a shelf of three sensors in a line, and
+/// two plants of three leaves. At x of the grid E = 100 (1 + x), and leaf r of plant p absorbs (10
+/// p + r) / 10.
 fn results() -> TestScene {
     let face = |value: f64| {
         json!({"photons": 100, "flux": [value, 0.5 * value], "flux_se": [0.01 * value, null],
@@ -45,7 +47,7 @@ fn results() -> TestScene {
     TestScene::new("{}", &[("r.json", &result.to_string())])
 }
 
-/// The texts of an SVG picture, and all of it.
+/// Plots the results. Returns the texts of the SVG picture, and the whole picture.
 fn plotted(scene: &TestScene, more: &[&str]) -> (Vec<String>, String) {
     let folder = scene.path("");
     let output = phylux(&folder, &[&["plot", "r.json", "-o", "p.svg"], more].concat());
@@ -64,7 +66,7 @@ fn has(texts: &[String], wanted: &[&str]) {
     }
 }
 
-/// These attributes of all such elements, those that have them all.
+/// Returns the numbers in these attributes, for each of the elements that has all of them.
 fn place(svg: &str, element: &str, attributes: &[&str]) -> Vec<Vec<f64>> {
     let number = |text: &str, name: &str| {
         let (_, rest) = text.split_once(&format!("{name}=\""))?;
@@ -79,8 +81,8 @@ fn place(svg: &str, element: &str, attributes: &[&str]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The map has a panel for the grid alone, its colours and contours go along x, and its contours are straight
-/// lines where the value is 150, 200 and 250.
+/// The map has one panel, for the grid only. Colours and contours follow x, and the contours are
+/// straight lines where the value is 150, 200 and 250.
 #[test]
 fn a_map_has_the_sensors_their_colours_and_contours() {
     let scene = results();
@@ -92,11 +94,11 @@ fn a_map_has_the_sensors_their_colours_and_contours() {
     let columns: BTreeSet<i64> = dots.iter().map(|dot| dot[0] as i64).collect();
     let columns: Vec<i64> = columns.into_iter().collect();
     assert_eq!(columns.len(), 3, "{columns:?}");
-    // the metre is as long up as across
+    // a metre has the same length up and across
     let rows: BTreeSet<i64> = dots.iter().map(|dot| dot[1] as i64).collect();
     let height = rows.last().expect("a row") - rows.first().expect("a row");
     assert!((height - (columns[2] - columns[0])).abs() <= 2, "{columns:?} {rows:?}");
-    // viridis from dark blue to yellow: more red and green to the right
+    // the colours go from dark blue to yellow (viridis), with more red and green to the right
     let polygons: Vec<(f64, [u8; 3])> = svg
         .split("<polygon")
         .skip(1)
@@ -120,15 +122,15 @@ fn a_map_has_the_sensors_their_colours_and_contours() {
     let (left, right) = (colour(true).expect("one").1, colour(false).expect("one").1);
     assert!(left[0] < 80 && left[1] < 30, "{left:?}");
     assert!(right[0] > 230 && right[1] > 210, "{right:?}");
-    // without a range it is chosen around the sensors
+    // without `--range`, the range is chosen to fit the sensors
     let (texts, _) = plotted(&scene, &[]);
     has(&texts, &["100", "300"]);
-    // what is W or not light of plants is no PPFD
+    // far red is not photosynthetic, so its map is not called PPFD
     let (texts, _) = plotted(&scene, &["--band", "far red"]);
     has(&texts, &["irradiance", "far red"]);
 }
 
-/// Sensors at 1 m have the mean 200 and at 2 m 50: the line of means joins just these.
+/// The sensors have the mean 200 at 1 m and 50 at 2 m, and the line joins these means.
 #[test]
 fn a_profile_joins_means_of_heights() {
     let scene = results();
@@ -143,11 +145,12 @@ fn a_profile_joins_means_of_heights() {
             "surfaces, absorbed",
         ],
     );
-    // pale dots of radius 2 are captors, marks of radius 3 means: 2 heights of sensors, 3 of leaves
+    // pale dots of radius 2 are captors, and marks of radius 3 are means: 2 heights of sensors, 3
+    // of leaves
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
     let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 3.0).collect();
     assert_eq!((circles.len() - marks.len(), marks.len()), (18, 5));
-    // the sensors' come first; their x are as 200 to 50 on an axis from 0
+    // the marks of the sensors come first; they are at 200 and at 50 on an axis that begins at 0
     let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 2.0).collect();
     let (at_100, at_300) = (dots[0][0], dots[2][0]);
     let pixels_of = |value: f64| at_100 + (value - 100.0) * (at_300 - at_100) / 200.0;
@@ -156,7 +159,7 @@ fn a_profile_joins_means_of_heights() {
     assert!(marks[0][1] > marks[1][1], "2 m is above 1 m");
 }
 
-/// Plants absorb 0.6 and 3.6, ranks 0.6, 0.7 and 0.8 in the mean; each has an error bar.
+/// The plants absorb 0.6 and 3.6, and the ranks 0.6, 0.7 and 0.8 on average. Each has an error bar.
 #[test]
 fn plants_and_ranks_absorb_what_their_leaves_do() {
     let scene = results();
@@ -177,17 +180,19 @@ fn plants_and_ranks_absorb_what_their_leaves_do() {
     let (plants, ranks) = marks.split_at(2);
     assert!(plants[0][1] > plants[1][1], "the second plant absorbs more: {plants:?}");
     assert!(ranks[0][1] > ranks[1][1] && ranks[1][1] > ranks[2][1], "{ranks:?}");
-    // rank 1 of the plants absorbs 0.1 and 1.1, so the mean is half way between the dots
+    // rank 1 of the two plants absorbs 0.1 and 1.1, so their mean is half way between the dots
     let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 2.0).collect();
     let of_first: Vec<&&Vec<f64>> = dots.iter().filter(|dot| dot[0] == ranks[0][0]).collect();
     assert_eq!(of_first.len(), 2);
     assert!((ranks[0][1] - 0.5 * (of_first[0][1] + of_first[1][1])).abs() <= 1.0, "{circles:?}");
-    // the bar of the second plant: 0.1 (1.1, 1.2, 1.3) in squares is 0.208 to either side of 3.6
+    // the bar of the second plant: 0.1 x (1.1, 1.2, 1.3), added in squares, reaches 0.208 to either
+    // side of 3.6
     let bars = svg.split("<polyline").filter(|line| line.contains("stroke-width=\"2\"")).count();
     assert!(bars >= 5, "{bars}");
 }
 
-/// Steps between the wavelengths of the bands; the far red is half of the PAR over a sixth of its width.
+/// A spectrum is drawn as steps between the wavelengths of the bands. Far red has half the
+/// irradiance of PAR in a sixth of its width.
 #[test]
 fn a_spectrum_has_a_step_for_each_band() {
     let scene = results();
@@ -218,7 +223,7 @@ fn a_spectrum_has_a_step_for_each_band() {
     assert!(!texts.iter().any(|t| t == "grid/7" || t == "shelf/0"), "{texts:?}");
 }
 
-/// PNG pictures have twice the pixels, and ink in them.
+/// PNG pictures have twice the pixels of SVG pictures, and something is drawn in them.
 #[test]
 fn png_pictures_are_drawn_too() {
     let scene = results();

@@ -1,4 +1,4 @@
-//! Rooms in the format of Radiance.
+//! Rooms in Radiance's file format.
 
 use serde_json::{Value, json};
 
@@ -27,7 +27,8 @@ fn room(dialect: &str) -> Value {
     })
 }
 
-/// In both dialects the scene is to the digest that of an OBJ file with the materials as they are said to be.
+/// In both dialects the scene has the same digest as an OBJ file with the materials that the
+/// documentation promises.
 #[test]
 fn a_room_is_what_its_obj_file_would_be() {
     let c = f64::from(0.161f32);
@@ -69,8 +70,10 @@ fn a_room_is_what_its_obj_file_would_be() {
     }
 }
 
-/// The panel of a growth chamber, by both dialects: 8.5 % of the light passes, or 75.5 %. 20,000 photons, seed 1; off by 4 errors with
-/// odds of 6e-5 each.
+/// The panel of a growth chamber transmits 8.5 % of the light in one dialect and 75.5 % in the
+/// other.
+///
+/// Seed 1, 20,000 photons; each value is off by more than 4 standard errors with odds of 6e-5.
 #[test]
 fn the_dialect_matters() {
     let panel = "void trans Makrolon 0 0 7 .161 .161 .161 .3 0 .755 0\nMakrolon polygon sheet 0 0 12 -5 -5 1 5 -5 1 5 5 1 -5 5 1\n";
@@ -87,7 +90,8 @@ fn the_dialect_matters() {
     }
 }
 
-/// A material of the scene takes the place of one of the file, also where the file has none of that name.
+/// A material of the scene replaces the one of that name in the file, and is also used where the
+/// file defines none of that name.
 #[test]
 fn materials_of_the_scene_come_first() {
     let room = "void plastic white 0 0 5 .8 .8 .8 0 0\nwhite polygon a 0 0 9 0 0 0 1 0 0 1 1 0\nmine polygon b 0 0 9 0 0 1 1 0 1 1 1 1\n";

@@ -1,11 +1,12 @@
-//! Random rooms with everything in them: photons and paths must find the same. An older program, which had
-//! several faults that are mended now, gave 52 of 633 values beyond 4 errors, in 3 of 20 rooms, up to 382
-//! errors.
+//! Random rooms with all kinds of objects, lamps and captors, in which photons and paths must find
+//! the same. With an older version of the program, whose faults have since been corrected, 52 of
+//! 633 values differed by more than 4 standard errors, in 3 of 20 rooms, by up to 382 errors.
 //!
-//! Photons are compared without the light that paths cannot find, which is told history by history. So no room
-//! is left out; of the values, those that fewer than 100 photons found, about, and those that the paths
-//! themselves call uncertain (`few_paths`): they are counted, and there must be few. So are those that are beyond the
-//! limit in the first run and left out in its repeat, which are named too.
+//! Photons are compared without the light that paths cannot find, which is told apart history by
+//! history, so no room is left out. Single values are left out if fewer than about 100 photons
+//! found them, or if the paths themselves call them uncertain (`few_paths`); they are counted, and
+//! there must be few. Values that exceed the limit in the first run and are left out in the repeat
+//! count as well, and are named.
 
 mod compare;
 mod daylight;
@@ -29,14 +30,15 @@ use compare::{BATCHES, Compared, LeftOut, Length, beyond, compare, z};
 use room::room;
 use tried::Tried;
 
-/// The largest share of values left out.
+/// The largest fraction of values that may be left out.
 const MOST_LEFT_OUT: f64 = 0.05;
-/// The share of the values of a room, left out because photons or paths are few, above which it is done once
-/// more with so many times as many of them.
+/// A room is run once more with `LONGER` times as many photons or paths if a larger fraction of its
+/// values than this is left out, because there were few of them.
 const MANY_LEFT_OUT: f64 = 0.03;
 const LONGER: u64 = 8;
 
-/// The length of the next run of a room, if it needs one, after one of this length.
+/// Returns the length of the next run of a room after one of this length, or `None` if it needs no
+/// other.
 fn longer(all: &[Compared], length: Length) -> Option<Length> {
     let many = |of: &dyn Fn(LeftOut) -> bool| {
         let left_out = all.iter().filter(|c| c.z.is_err_and(of)).count();
@@ -50,8 +52,8 @@ fn longer(all: &[Compared], length: Length) -> Option<Length> {
     (next != length).then_some(next)
 }
 
-/// Compares one scene, in as long runs as it needs; what is beyond the limit once more, with another seed and
-/// four times the histories.
+/// Compares photons and paths in one scene, in runs as long as it needs. Where values exceed the
+/// limit, all are compared once more, with another seed and four times the histories.
 fn try_scene(name: &str, scene: &Scene, of_paths: &Scene) -> Tried {
     let verbose = std::env::var_os("PHYLUX_RANDOM_VERBOSE").is_some();
     let mut length = Length { photons: 1, paths: 1 };
@@ -73,7 +75,8 @@ fn try_scene(name: &str, scene: &Scene, of_paths: &Scene) -> Tried {
     tried
 }
 
-/// The scene as it is loaded. Its files are kept in the folder that `PHYLUX_RANDOM_KEEP` names, if any.
+/// Loads a scene. Its files are also copied to the folder that `PHYLUX_RANDOM_KEEP` names, if there
+/// is one.
 fn load(scene: &TestScene, name: &str) -> Scene {
     if let Some(folder) = std::env::var_os("PHYLUX_RANDOM_KEEP") {
         let folder = Path::new(&folder).join(name);
@@ -86,7 +89,8 @@ fn load(scene: &TestScene, name: &str) -> Scene {
     phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{name}: {e}")).scene
 }
 
-/// Compares the scenes of these numbers, on all processors, with paths in what `other` makes of them.
+/// Compares the rooms with these numbers, on all processors. Photons are traced in the room itself,
+/// and paths in the room that `other` makes of it.
 fn try_rooms(numbers: std::ops::Range<u64>, other: impl Fn(World) -> World + Sync) -> Tried {
     let (next, all) = (AtomicU64::new(numbers.start), Mutex::new(Tried::default()));
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -109,7 +113,7 @@ fn try_rooms(numbers: std::ops::Range<u64>, other: impl Fn(World) -> World + Syn
     all.into_inner().expect("no thread panicked")
 }
 
-/// Fails where something is wrong, or too much was left out.
+/// Prints what was tried, and fails if a value is wrong or if too many were left out.
 fn judge(mut tried: Tried) {
     [&mut tried.wrong, &mut tried.open, &mut tried.chance].into_iter().for_each(|list| list.sort());
     println!("{tried}");
@@ -119,17 +123,18 @@ fn judge(mut tried: Tried) {
     assert!(share <= MOST_LEFT_OUT, "{:.1} % of the values are left out", 100.0 * share);
 }
 
-/// 60 rooms, seeds 1 and 2. A value is wrong where it is 4 errors off, the same way, in two independent runs,
-/// the second of four times the length: with errors from 128 batches each has odds of 1.1e-4 (Student's t, 127
-/// degrees of freedom), both together 6e-9, and some 3,000 values 2e-5; that leaves a factor of five in each
-/// run for distributions that are not normal, to odds of a false alarm of 1e-3 for all.
+/// 60 rooms, seeds 1 and 2. A value is wrong if photons and paths differ by more than 4 standard
+/// errors, in the same direction, in two independent runs, the second of four times the length.
+/// With errors from 128 batches each run has odds of 1.1e-4 (Student's t, 127 degrees of freedom),
+/// both together 6e-9, and some 3,000 values 2e-5. A factor of five in each run is allowed for
+/// distributions that are not normal, so the odds of a false alarm are 1e-3 for all.
 #[test]
 fn photons_and_paths_agree_in_random_rooms() {
     judge(try_rooms(0..60, |room| room));
 }
 
-/// The rooms that the environment variable `PHYLUX_RANDOM_ROOMS` names as `60..2060`, which it does without
-/// too. The odds of a false alarm grow with their number.
+/// The rooms that the environment variable `PHYLUX_RANDOM_ROOMS` names, 60..2060 if it is not set.
+/// The odds of a false alarm grow with their number.
 #[test]
 #[ignore = "half an hour: nightly"]
 fn nightly_photons_and_paths_agree_in_many_random_rooms() {
@@ -139,8 +144,8 @@ fn nightly_photons_and_paths_agree_in_many_random_rooms() {
     judge(try_rooms(number(first)..number(end), |room| room));
 }
 
-/// The comparison finds what it should: estimates of the same agree; a bias of 2 % between estimates with
-/// errors of 0.3 % does not, nor does light that only one finds.
+/// The comparison finds what it should: equal estimates agree. A bias of 2 % between estimates with
+/// errors of 0.3 % is found, and so is light that only one estimator finds.
 #[test]
 fn a_bias_is_found() {
     let running = |mean: f64, spread: f64| {
@@ -159,8 +164,8 @@ fn a_bias_is_found() {
     assert!(z(&Running::default(), &Running::default()).is_none());
 }
 
-/// Of values beyond the limit a repeat that is beyond it the same way makes wrong ones, and one that leaves them
-/// out open ones, which count as left out; others are chance.
+/// A value beyond the limit is wrong if the repeat exceeds the limit in the same direction, and
+/// open if the repeat leaves it out; open values count as left out. All others are chance.
 #[test]
 fn a_repeat_decides_or_is_told() {
     let value = |what: &str, z| Compared { captor: "c".into(), what: what.into(), z };
@@ -177,7 +182,8 @@ fn a_repeat_decides_or_is_told() {
     assert_eq!(first.iter().filter(|value| value.z.is_err()).count(), 1);
 }
 
-/// A fault would be found as well: paths in rooms whose walls reflect something else do not agree.
+/// A real fault would be found: paths in rooms whose walls have another reflectance do not agree
+/// with photons.
 #[test]
 fn a_fault_is_found() {
     let tried = try_rooms(0..6, |room| room.lambert("wall", 0.3));

@@ -1,4 +1,4 @@
-//! `phylux render`: files, and sentences for what cannot be drawn.
+//! `phylux render`: the files that it writes, and the messages for what cannot be drawn.
 
 use std::{fs, path::Path};
 
@@ -17,7 +17,7 @@ fn phylux(scene: &TestScene, arguments: &[&str]) -> Command {
     command
 }
 
-/// A grey room with a captor, two bands and a sum.
+/// Returns a grey room with a captor, two bands and a sum.
 fn small_room() -> World {
     let sensor = Mesh::square([0.0, 0.0, -0.5], [0.0, 0.0, 1.0], 0.6);
     World::new()
@@ -33,7 +33,7 @@ fn small_room() -> World {
 
 const SMALL: [&str; 6] = ["--width", "40", "--height", "30", "--map-photons", "20000"];
 
-/// Width and height of a PNG and its pixels, RGB.
+/// Returns the width, the height and the RGB pixels of a PNG file.
 fn read_png(path: &Path) -> (usize, usize, Vec<u8>) {
     let file = std::io::BufReader::new(fs::File::open(path).expect("a picture"));
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
@@ -43,7 +43,8 @@ fn read_png(path: &Path) -> (usize, usize, Vec<u8>) {
     (info.width as usize, info.height as usize, pixels)
 }
 
-/// Every kind of picture is drawn, the same on 1 and 3 threads, with a bar beside false colours.
+/// Every kind of picture is drawn, with the same bytes on 1 and 3 threads. Pictures in false
+/// colours have a colour bar.
 #[test]
 fn every_kind_is_drawn() {
     let scene = small_room().write();
@@ -72,15 +73,17 @@ fn every_kind_is_drawn() {
         } else {
             assert_eq!((width, height), (40, 30));
         }
-        // light on everything: the room has no black corner
+        // there is light everywhere: the room has no black corner
         if show == "radiance" {
             assert!(pixels.iter().all(|p| *p > 20), "{more:?}");
         }
     }
 }
 
-/// EXR files hold the numbers: the mean irradiance over the picture of a furnace is that of the furnace, to
-/// its noise (20,000 arrivals of seed 1, so 1 %; within 5 %).
+/// EXR files hold the numbers: in a furnace, the mean over the picture is the value of the furnace,
+/// within 5 %.
+///
+/// Seed 1, 200,000 arrivals, whose noise is about 1 %.
 #[test]
 fn numbers_are_in_exr() {
     use exr::prelude::*;
@@ -115,7 +118,7 @@ fn numbers_are_in_exr() {
     }
 }
 
-/// Captors coloured from a results file look as those of the run that wrote it.
+/// Captors that are coloured from a results file look the same as those of the run that wrote it.
 #[test]
 fn results_are_drawn_without_tracing() {
     let scene = small_room().write();
@@ -129,7 +132,8 @@ fn results_are_drawn_without_tracing() {
     assert_eq!(read_png(&scene.path("a.png")).1, 200);
 }
 
-/// A picture without time ends after four rays for each pixel, and says so; one with time takes all.
+/// A picture with too little time ends after four rays for each pixel and says so; one with enough
+/// time takes all rays.
 #[test]
 fn a_picture_ends_in_time() {
     let scene = small_room().write();
@@ -143,7 +147,7 @@ fn a_picture_ends_in_time() {
     }
 }
 
-/// What cannot be drawn: exit code 2, a sentence, no file.
+/// What cannot be drawn ends with exit code 2, a message and no file.
 #[test]
 fn refusals_are_sentences() {
     let scene = small_room().write();
@@ -192,7 +196,7 @@ fn refusals_are_sentences() {
     }
 }
 
-/// A scene without surfaces, without captors, or with another one's results.
+/// A scene without surfaces, one without captors, and results of another scene are refused.
 #[test]
 fn scenes_that_do_not_fit_are_refused() {
     let lamp = json!({ "type": "point", "position": [0, 0, 1], "power": 1 });
@@ -226,7 +230,7 @@ fn scenes_that_do_not_fit_are_refused() {
     }
 }
 
-/// Dark: no light anywhere is no error, and the bar still has numbers.
+/// A dark scene is no error, and the colour bar still has numbers.
 #[test]
 fn darkness_is_drawn() {
     let lamp = json!({ "type": "point", "position": [0, 0, 1], "power": 0 });
@@ -237,8 +241,8 @@ fn darkness_is_drawn() {
     }
 }
 
-/// A picture has less noise than its numbers: over the flat wall that is seen, neighbours differ less, while
-/// the numbers (EXR) are the same to the byte.
+/// Pictures are denoised and numbers are not: on the visible flat walls neighbouring pixels differ
+/// less in the denoised picture, while the numbers (EXR) are the same to the byte.
 #[test]
 fn pictures_are_denoised_and_numbers_are_not() {
     let scene = small_room().write();
@@ -246,14 +250,14 @@ fn pictures_are_denoised_and_numbers_are_not() {
         let show = ["--show", "irradiance", "-o", "a.png", "-o", "a.exr", "--denoise", denoise];
         phylux(&scene, &[&SMALL[..], &["--k", "20"], &show[..]].concat()).assert().success();
         let (width, _, pixels) = read_png(&scene.path("a.png"));
-        // of green, across and down the picture without its colour bar
+        // the green channel of the picture, without its colour bar
         let green = |x: usize, y: usize| f64::from(pixels[3 * (y * width + x) + 1]);
         let rough = |(x, y): (usize, usize)| (green(x, y) - green(x + 1, y)).abs();
         let sum: f64 = (0..30).flat_map(|y| (0..39).map(move |x| (x, y))).map(rough).sum();
         (sum, fs::read(scene.path("a.exr")).expect("numbers"))
     };
     let ((off, numbers), (on, same)) = (roughness("off"), roughness("on"));
-    // the corners of the room stay as they are
+    // the corners of the room are not smoothed
     assert!(on < 0.85 * off, "{on} {off}");
     assert!(numbers == same, "numbers were filtered");
     let mut misplaced = phylux(&scene, &["--show", "photons", "--denoise", "on", "-o", "b.png"]);

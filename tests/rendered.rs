@@ -1,5 +1,5 @@
-//! `phylux export` and what it shares with `phylux view`: files that other programs can read, with
-//! the numbers of the results, the same each time; input that is refused.
+//! `phylux export`, and what it shares with `phylux view`: the files can be read by other programs,
+//! hold the numbers of the results, and are the same each time; wrong input is refused.
 
 use std::{collections::HashMap, fs, path::Path};
 
@@ -11,7 +11,8 @@ use crate::{
     common::TestScene,
 };
 
-/// A closed grey room of 1 m with a lamp of 3 and 5 W in its middle; the floor and a sensor are captors.
+/// Returns a closed grey room of 1 m with a lamp of 3 and 5 W in its middle. The floor and a sensor
+/// are captors.
 pub fn scene() -> TestScene {
     let scene = r#"{
         "name": "room <b>1</b> & \"2\"",
@@ -33,7 +34,7 @@ pub fn scene() -> TestScene {
     TestScene::new(scene, &[("walls.obj", &walls), ("floor.obj", &floor)])
 }
 
-/// That the command succeeds.
+/// Asserts that the command succeeds.
 pub fn done(folder: &Path, arguments: &[&str]) {
     let output = phylux(folder, arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -49,7 +50,7 @@ fn results(scene: &TestScene) -> Value {
     serde_json::from_slice(&fs::read(scene.path("results.json")).expect("results")).expect("JSON")
 }
 
-/// The arrays of a VTK file by name, as bytes, and its XML.
+/// Returns the arrays of a VTK file by name, as bytes, and its XML text.
 fn vtk(file: Vec<u8>) -> (HashMap<String, Vec<u8>>, String) {
     let xml = String::from_utf8(file).expect("text");
     let arrays = xml.split("Array type=").skip(1).map(|array| {
@@ -70,9 +71,9 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// The captor's numbers are those of a run; the light at each place, over the area of the floor, is the
-/// flux on it within 5 % (300 photons make a standard error of 6 % at a place, and some 30
-/// independent places 1 % of the whole); no chance is left in it, as the seed is fixed.
+/// The captor's numbers are those of a run. The mean of the light at places on the floor, times its
+/// area, is the flux on it within 5 %: 300 photons give a standard error of 6 % at a place, and
+/// some 30 independent places 1 % of the whole. The seed is fixed, so the outcome is too.
 #[test]
 fn vtk_files_hold_what_a_run_found() {
     let scene = scene();
@@ -93,7 +94,7 @@ fn vtk_files_hold_what_a_run_found() {
         same(value(&format!("captor_absorbed_{name}")), &results["captors"][0]["absorbed"][band]);
         assert!(value(&format!("captor_irradiance_back_{name}_se")).is_nan(), "nothing arrived");
     }
-    // every triangle of the floor is as large as any other
+    // all triangles of the floor have the same area, and their areas add up to 1 m2
     let local = floats(&arrays["irradiance_front_both"]);
     let on_floor: Vec<f32> =
         local.iter().zip(&captor).filter(|(_, c)| **c == 0).map(|(v, _)| *v).collect();
@@ -118,7 +119,7 @@ fn vtk_files_hold_what_a_run_found() {
     assert_eq!(grid["types"], vec![5; cells]);
     assert_eq!(grid["irradiance_front_both"], arrays["irradiance_front_both"], "threads matter");
     assert!(xml.contains("type=\"UnstructuredGrid\""));
-    // for readers that know no strings
+    // for readers that do not know strings
     assert_eq!(grid["captors"], b"floor/floor\nsensor\n");
     assert!(!xml.contains("String"));
 }
@@ -162,7 +163,7 @@ fn a_glb_is_whole_and_coloured() {
         assert_eq!(size("byteLength"), each * accessor["count"].as_u64().expect("count") as usize);
         assert!(size("byteOffset") + size("byteLength") <= data.len());
     }
-    // the light on the floor, over its area, is what it absorbed (5 %: see the VTK file)
+    // the mean of the light on the floor is what it absorbed (within 5 %, as for the VTK file)
     let primitive = &head["meshes"][1]["primitives"][0];
     assert!(head["materials"][0]["extensions"]["KHR_materials_unlit"].is_object());
     assert_eq!((&primitive["material"], &floor["mesh"]), (&0.into(), &1.into()));
@@ -185,9 +186,10 @@ fn a_glb_is_whole_and_coloured() {
     );
 }
 
-/// A lamp's photons have its power where they arrive first; each then arrives 1 / (1 - R) times in the
-/// mean. The first is exact but for rounding; of the second, with 20,000 arrivals, the standard error
-/// is below 1 %, and the seed is fixed.
+/// Where the lamp's photons arrive first, their power adds up to that of the lamp. In all they
+/// arrive 1 / (1 - R) times as often, where R is the reflectance. The first is exact except for
+/// rounding; the second, with 20,000 arrivals, has a standard error below 1 %, and the seed is
+/// fixed.
 #[test]
 fn photons_of_a_ply_carry_the_power_of_the_lamp() {
     let scene = scene();
@@ -226,7 +228,7 @@ fn photons_of_a_ply_carry_the_power_of_the_lamp() {
     assert!(file == again, "threads matter");
 }
 
-/// Without captors, and without surfaces, what is left is written.
+/// A scene without captors, and one without surfaces, are written with what remains.
 #[test]
 fn little_is_still_something() {
     let scene = scene();
@@ -273,7 +275,7 @@ fn wrong_wishes_are_refused() {
     ] {
         refused(&folder, &[&export, more].concat(), words);
     }
-    // clap's own words
+    // these are refused in the words of the argument parser
     for more in [&["a.glb", "--range", "5"][..], &["a.vtp", "--no-trace"]] {
         let output = phylux(&folder, &[&export, more].concat());
         assert_eq!(output.status.code(), Some(2), "{more:?}");
@@ -308,7 +310,7 @@ fn results_of_another_scene_are_refused() {
     }
 }
 
-/// With results, captors need no run; without a trace, nothing is known of other surfaces.
+/// With results, captors need no run. Without a trace, nothing is known of other surfaces.
 #[test]
 fn results_are_shown_without_tracing() {
     let scene = scene();

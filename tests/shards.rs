@@ -1,4 +1,4 @@
-//! One run on several machines: shards of its batches, joined to the bytes of one.
+//! One run on several machines: shards of its batches are merged to the bytes of a single run.
 
 use std::{fs, path::PathBuf, process::Output, sync::atomic::AtomicBool};
 
@@ -30,7 +30,7 @@ fn ok(folder: &TestScene, arguments: &str) {
     assert!(output.status.success(), "{arguments}: {said}");
 }
 
-/// In an order of the stream of seed 9.
+/// Returns the names in a random order, from the stream of seed 9.
 fn shuffled(mut names: Vec<String>) -> String {
     let mut stream = Stream::new(9, names.len() as u64, 0);
     for i in (1..names.len()).rev() {
@@ -39,8 +39,10 @@ fn shuffled(mut names: Vec<String>) -> String {
     names.join(" ")
 }
 
-/// Photons with the default k, without a map, with a map that is full in the first piece of some block or in
-/// a later one, split by light; with aimed flights, also by a trial; paths; fewer photons than batches. No chance in it.
+/// Merged shards have the bytes of the whole run: photons with the default k, without a map, with a
+/// map that is full in the first piece of some batch or in a later one, split by light, with aimed
+/// flights (also if a trial chooses them), paths, and fewer photons than batches. The test does not
+/// depend on chance.
 #[test]
 fn parts_join_to_the_same_bytes() {
     let folder = scene();
@@ -69,7 +71,8 @@ fn parts_join_to_the_same_bytes() {
     }
 }
 
-/// Parts that do not make one run, and runs that cannot be cut: a sentence for each, and nothing written.
+/// Shards that do not belong to one run, and runs that cannot be divided, are refused with a
+/// message, and nothing is written.
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let folder = scene();
@@ -96,7 +99,7 @@ fn what_does_not_belong_together_is_refused() {
         fs::copy(folder.path(file), folder.path("other").join(file)).expect("a copy");
     }
     fs::write(folder.path("other/scene.json"), &text).expect("a scene");
-    // the same content elsewhere is the same run
+    // a scene with the same content in another place is the same scene
     ok(&folder, "merge p1.json p2.json p3.json -o merged.json --scene other/scene.json");
     let leaf = fs::read_to_string(folder.path("other/leaf.obj")).expect("a mesh");
     fs::write(folder.path("other/leaf.obj"), leaf + "\n").expect("a mesh");
@@ -191,7 +194,8 @@ fn what_does_not_belong_together_is_refused() {
     }
 }
 
-/// One byte changed anywhere, 300 times by the stream of seed 11: an error, and no panic.
+/// A shard file in which any one byte is changed gives an error, and no panic (300 changes from the
+/// stream of seed 11).
 #[test]
 fn no_spoiled_part_is_believed() {
     let folder = scene();

@@ -1,4 +1,4 @@
-//! The pages of docs/ as a site: each has its place in the contents, and links lead to files that are there.
+//! The pages of docs/ as a site: each page is in the contents, and links lead to files that exist.
 
 use std::{
     fs,
@@ -10,7 +10,7 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
 
-/// The pages by their names within docs/.
+/// Returns the pages of docs/, each with its name within docs/ and its text.
 fn pages() -> Vec<(String, String)> {
     let files = |folder: &str| {
         let entries = fs::read_dir(docs().join(folder)).expect("a folder");
@@ -25,7 +25,7 @@ fn pages() -> Vec<(String, String)> {
     pages.map(|path| (name(&path), fs::read_to_string(&path).expect("a page"))).collect()
 }
 
-/// What the links and pictures of a page lead to, without addresses of the web.
+/// Returns the targets of the links and pictures of a page, except web addresses.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     let targets = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     targets.filter(|target| !target.contains("://") && !target.contains(char::is_whitespace))
@@ -42,7 +42,7 @@ fn every_page_is_in_the_contents() {
     assert!(named.len() > 10, "{named:?}");
 }
 
-/// The anchor that a heading has on GitHub and in a book.
+/// Returns the anchor that a heading has on GitHub and in the book.
 fn anchor(heading: &str) -> String {
     let kept = heading.trim_start_matches('#').trim().chars().filter_map(|c| match c {
         ' ' => Some('-'),
@@ -73,7 +73,7 @@ fn links_lead_somewhere() {
     assert!(followed > 60, "{followed}");
 }
 
-/// The files of a folder and of those in it whose names end so.
+/// Returns the files in a folder and its subfolders whose names have this ending.
 fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry"));
     let of_entry = |path: PathBuf| match path.is_dir() {
@@ -84,7 +84,7 @@ fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
     all.filter(|path| path.extension().is_some_and(|e| e == ending)).collect()
 }
 
-/// mdBook builds the site, with search, and each of its links and pictures is there.
+/// mdBook builds the site with its search, and the target of every link and picture exists.
 #[test]
 #[ignore = "needs mdBook"]
 fn needs_mdbook_the_site_is_whole() {
@@ -95,7 +95,8 @@ fn needs_mdbook_the_site_is_whole() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut followed = 0;
     for path in files(site.path(), "html") {
-        // of the whole book on one page, which repeats the others, and of what a server may show anywhere
+        // left out: the whole book on one page, which repeats the others, and pages that a server
+        // may show anywhere
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         if ["print.html", "404.html", "toc.html"].contains(&name) {
             continue;
@@ -118,7 +119,8 @@ fn needs_mdbook_the_site_is_whole() {
     );
 }
 
-/// Whether a pattern of `include` in Cargo.toml takes this file: a file, a folder, or a name with one `*`.
+/// Returns whether a pattern of `include` in Cargo.toml matches this file. A pattern is a file, a
+/// folder, or a name with one `*`.
 fn includes(pattern: &str, file: &str) -> bool {
     let pattern = pattern.trim_start_matches('/');
     match pattern.split_once('*') {

@@ -1,4 +1,5 @@
-//! Spectra as values per band: averages by hand, powers of lamps, and what is said of them.
+//! Spectra as values per band: averages that are calculated by hand, powers of lamps, warnings and
+//! refusals.
 
 use phylux::load;
 use serde_json::{Value, json};
@@ -8,9 +9,9 @@ use crate::{
     common::TestScene,
 };
 
-/// Reflectance 0 at 400 nm to 1 at 600 nm, a step of 2 nm in the table; and one in percent with noise.
+/// A table whose reflectance rises from 0 at 400 nm to 1 at 600 nm, and a noisy column in percent.
 const LEAF: &str = "nm,R,noise\n400,0,-1\n500,0.5,-1\n600,1,50\n";
-/// 1 photon a nm up to 500 nm, then rising to 3.
+/// A lamp that emits 1 photon per nm up to 500 nm, then rising to 3.
 const LAMP: &str = "\"nm\";\"photons\"\n400;1,0\n500;1,0\n600;3,0\n";
 
 fn scene(power: Value, more: Value) -> Value {
@@ -54,8 +55,10 @@ fn lamp(total: f64) -> Value {
     json!({ "spectrum": "lamp.csv", "total": total })
 }
 
-/// Flat: the middle of each band. By the lamp's photons: in b, with x from 0 to 1, the integral of
-/// (1/2 + x/2)(1 + 2x) over that of 1 + 2x, 19/24. In W it is weighted with photons over wavelength.
+/// Averages of a spectrum over bands. With a flat weight they are the value in the middle of each
+/// band. With the lamp's photons as weight the average in b is 19/24: for x from 0 to 1, the
+/// integral of (1/2 + x/2)(1 + 2x) over that of 1 + 2x. In W the weight is the number of photons
+/// divided by the wavelength.
 #[test]
 fn averages_are_weighted_by_the_light() {
     let flat = json!({ "spectra": { "weight": "flat" } });
@@ -64,29 +67,33 @@ fn averages_are_weighted_by_the_light() {
     close(&averages(&scene(lamp(5.0), json!({}))), &[0.25, 19.0 / 24.0]);
     let by_file = json!({ "spectra": { "weight": "lamp.csv" } });
     close(&averages(&scene(json!(1), by_file)), &[0.25, 19.0 / 24.0]);
-    // photons per nm are W x nm: the mean of (nm - 400) / 200 over 1 / nm is (100 / ln 1.25 - 400) / 200
+    // energy per nm is photons per nm over nm: with the weight 1 / nm, the mean of (nm - 400) / 200
+    // is (100 / ln 1.25 - 400) / 200
     let watts = averages(&scene(lamp(5.0), json!({ "quantity": "W" })));
     close(&watts[..1], &[(100.0 / 1.25f64.ln() - 400.0) / 200.0]);
-    // two lamps, by their light: 300 umol/s in all of LAMP's shape, and 100 flat in each band
+    // two lamps weigh by their light: one of 300 umol/s with the shape of LAMP, and one with 100 in
+    // each band and a flat spectrum
     let lights = json!({ "lights": [
         { "type": "point", "position": [0, 0, 1], "power": lamp(300.0) },
         { "type": "point", "position": [0, 0, 1], "power": 100 } ] });
     let both = (200.0 * 19.0 / 24.0 + 100.0 * 0.75) / 300.0;
     close(&averages(&scene(json!(1), lights)), &[0.25, both]);
-    // below zero is noise, after the mean: from -1 to 50 % is 24.5 %
+    // values below zero are noise, and are cut after the mean is taken: from -1 to 50 % the mean is
+    // 24.5 %
     let noise = json!({ "spectrum": "leaf.csv", "column": "noise", "percent": true, "times": 2 });
     let noisy = json!({ "materials": { "m": { "type": "lambert", "reflectance": noise } } });
     close(&averages(&scene(json!(1), noisy)), &[0.0, 0.49]);
 }
 
-/// 100 photons in a, 200 in b. In W by the wavelength: 1 umol is 1 J / (0.0083593472 nm).
+/// The lamp emits 100 photons in a and 200 in b. In W they are converted by wavelength: 1 umol is 1
+/// J / (0.0083593472 nm).
 #[test]
 fn lamps_share_their_flux_by_the_spectrum() {
     let k = 0.008_359_347_2;
     close(&powers(&scene(lamp(30.0), json!({}))), &[10.0, 20.0]);
     let range = json!({ "spectrum": "lamp.csv", "column": "photons", "total": 30, "from_nm": 400, "to_nm": 500 });
     close(&powers(&scene(range, json!({}))), &[30.0, 60.0]);
-    // 100 umol of a: the integral of 1 / (k nm)
+    // 100 umol in a: the integral of 1 / (k nm)
     let photons =
         json!({ "spectrum": "lamp.csv", "column": 2, "total": 300, "quantity": "umol/s" });
     let watts = powers(&scene(photons, json!({ "quantity": "W" })));
@@ -96,7 +103,8 @@ fn lamps_share_their_flux_by_the_spectrum() {
     close(&umol[..1], &[k * 45_000.0]);
 }
 
-/// Phong and leaf take spectra too; `check` prints the averages, and warns of wide bands and of lamps without spectrum.
+/// Phong and leaf materials accept spectra too. `check` prints the averages, and warns of wide
+/// bands and of lamps without a spectrum.
 #[test]
 fn check_prints_averages_and_warns() {
     let r = |times: f64| json!({ "spectrum": "leaf.csv", "times": times });
@@ -115,7 +123,7 @@ fn check_prints_averages_and_warns() {
     }
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains("no spectrum of the lights `light0`"), "{errors}");
-    // 1/3 over 1/4 in a, 7/12 over 9/16 in b
+    // the mean square over the square of the mean is 1/3 over 1/4 in a, and 7/12 over 9/16 in b
     assert!(errors.contains("/materials/m/reflectance in band `a` (1.33)"), "{errors}");
     assert!(!errors.contains("in band `b`"), "{errors}");
 }

@@ -1,6 +1,6 @@
-//! Where methods fail: each hard case of docs/stability.md that has no test elsewhere, for photons,
-//! the k nearest of them, and paths. A method finds the truth within 4 standard errors, or says that
-//! it cannot.
+//! Hard cases: where methods fail. Each hard case of docs/stability.md that has no test elsewhere
+//! is tried by photons, by the k nearest of them, and by backward paths. A method must find the
+//! truth within 4 standard errors, or say that it cannot.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,10 +19,11 @@ use crate::{
 
 const UP: Point = [0.0, 0.0, 1.0];
 const DOWN: Point = [0.0, 0.0, -1.0];
-/// Photons of the k-nearest estimates: their relative standard error is 1 / sqrt(K - 2), 5 %.
+/// Number of photons of the k-nearest estimates. Their relative standard error is 1 / sqrt(K - 2),
+/// that is 5 %.
 const K: usize = 400;
 
-/// One scene, by photons (seed 1) and by paths (seed 2).
+/// The results of one scene, by photons (seed 1) and by paths (seed 2).
 struct Runs {
     photons: RunResult,
     paths: RunResult,
@@ -47,14 +48,14 @@ impl Runs {
         runs
     }
 
-    /// The irradiance of a face by photons and by paths.
+    /// Compares the irradiance of a face by photons and by paths with the exact value.
     fn irradiance(&self, check: &mut Comparisons, name: &str, face: Face, exact: f64) {
         for (method, run) in [("photons", &self.photons), ("paths", &self.paths)] {
             check.irradiance(format!("{name}, {method}"), face(run, name), 0, exact);
         }
     }
 
-    /// That the two agree on a face.
+    /// Compares the flux of a face by paths with that by photons.
     fn agree(&self, check: &mut Comparisons, name: &str, face: Face) {
         let [a, b] = [&self.photons, &self.paths].map(|run| face(run, name));
         let error = |face: &FaceResult| face.flux_se[0].expect("light arrives");
@@ -65,7 +66,8 @@ impl Runs {
 
 type Face = for<'a> fn(&'a RunResult, &str) -> &'a FaceResult;
 
-/// The k-nearest irradiance in the middle of the one captor of an entry.
+/// Compares the k-nearest irradiance in the middle of the only captor of this entry with the exact
+/// value.
 fn nearest(check: &mut Comparisons, run: &RunResult, name: &str, exact: f64) {
     let captor = run.captors.iter().find(|c| c.id.split('/').next() == Some(name));
     let captor = captor.unwrap_or_else(|| panic!("no captor {name}"));
@@ -80,7 +82,8 @@ fn nearest(check: &mut Comparisons, run: &RunResult, name: &str, exact: f64) {
     );
 }
 
-/// No number is NaN or infinite, no flux and no error below zero.
+/// Asserts that no number in the results is NaN or infinite, and that no flux, irradiance or error
+/// is below zero.
 fn sound(run: &RunResult) {
     let mut faces: Vec<&FaceResult> = Vec::new();
     let mut absorbed: Vec<f64> = Vec::new();
@@ -102,7 +105,7 @@ fn sound(run: &RunResult) {
     }
 }
 
-/// What `phylux run` with these arguments says.
+/// Returns what `phylux run` with these arguments writes to its standard output and error.
 fn said(world: &World, arguments: &[&str]) -> String {
     let scene = world.write();
     let output = phylux(&scene.path(""), &[&["run", "scene.json"], arguments].concat());
@@ -112,17 +115,18 @@ fn said(world: &World, arguments: &[&str]) -> String {
     words.into_owned()
 }
 
-/// Walls of reflectance `rho` that glow with (1 - rho) L around [-half, half]^3: radiance is L
-/// everywhere.
+/// Returns a furnace: a cube from -half to half, whose walls have the reflectance `rho` and emit
+/// the radiance (1 - rho) L, with L = 1 W/m2/sr. The radiance is L everywhere in it.
 pub fn furnace(half: f64, rho: f64) -> World {
     let walls = room([-half; 3], [half; 3]);
     World::new().lambert("wall", rho).glowing("walls", "wall", &walls, 1.0 - rho)
 }
 
-/// A disc of 1 cm in a white furnace of 10 m: paths find pi L; a million photons bring none or a
-/// few, and the run says so.
-/// Aimed flights find it too. Seeds 2 and 3, 1e5 paths and 2e5 photons, standard errors at most 0.5 %; 2
-/// comparisons, odds of a false alarm 2e-4.
+/// A captor of 1 cm in a furnace of 10 m, where the irradiance is pi L. Paths find it, and so do
+/// aimed flights. Of a million photons none or a few arrive; a run of 1e5 photons warns of that.
+///
+/// Seeds 2 (1e5 paths) and 3 (2e5 photons with aimed flights); standard errors at most 0.5 % of the
+/// exact value. 2 comparisons, odds of a false alarm 2e-4.
 #[test]
 fn captor_of_1_cm_in_a_white_room_of_10_m() {
     let world = furnace(5.0, 0.5).captor("sensor", &Mesh::disc([1.0, 2.0, -3.0], UP, 0.005));
@@ -145,11 +149,13 @@ fn captor_of_1_cm_in_a_white_room_of_10_m() {
     );
 }
 
-/// Captors of 20 cm in a furnace of 2 m, 0.1 mm from a wall, in an edge and in a corner, with their
-/// rims on the walls, across an edge and a corner, and in the plane of a wall: pi L everywhere, also
-/// from behind, where only that sliver shines.
-/// Seeds 1 and 2, 1.5e6 photons and 4e5 paths, standard errors at most 2 %, of the k nearest 6 %; 28
-/// comparisons, odds of a false alarm 3e-3.
+/// Captors of 20 cm in a furnace of 2 m: 0.1 mm in front of a wall, in an edge and in a corner
+/// (with their rims on the walls), across an edge and across a corner, and in the plane of a wall.
+/// The irradiance is pi L on all of them, also on the back, which only sees the sliver behind the
+/// captor.
+///
+/// Seeds 1 and 2, 1.5e6 photons and 4e5 paths; standard errors at most 2 % of the exact value, of
+/// the k nearest 6 %. 28 comparisons, odds of a false alarm 3e-3.
 #[test]
 fn captors_close_to_walls() {
     const GAP: f64 = -1.0 + 1e-4;
@@ -181,9 +187,11 @@ fn captors_close_to_walls() {
     by_nearest.finish(6);
 }
 
-/// A wall of 1 mm through a white room: nothing gets behind it, nor does the photon map leak, on
-/// captors 0.1 mm behind it, in its plane and across the dark half.
-/// Seeds 1 and 2, 1e6 photons and 1e5 paths; no chance in it, unless light leaks.
+/// A wall of 1 mm divides a white room into a bright and a dark half. Not a single arrival is
+/// counted, and the photon map does not leak, on captors 0.1 mm behind the wall, in the plane of
+/// its dark face, and across the floor of the dark half.
+///
+/// Seeds 1 and 2, 1e6 photons and 1e5 paths. The test does not depend on chance unless light leaks.
 #[test]
 fn wall_of_1_mm_between_light_and_dark() {
     let wall = Mesh::cuboid([-5e-4, -1.0, -1.0], [5e-4, 1.0, 1.0]);
@@ -211,10 +219,13 @@ fn wall_of_1_mm_between_light_and_dark() {
     }
 }
 
-/// A slit of 1 cm x 2 m from a black furnace into a dark room: it shines with L, so the room gets
-/// pi L x its area, and a sensor on the far wall what that strip sheds there.
-/// Seeds 1 and 2, 4e6 photons and 4e5 paths, standard errors at most 8 %; seed 3, 4e5 photons with aimed flights,
-/// at most 4 %; 8 comparisons, odds of a false alarm 9e-4.
+/// A slit of 1 cm x 2 m between a black furnace and a dark room. The slit has the radiance L of the
+/// furnace, so the dark room receives pi L times the area of the slit, and a sensor near the far
+/// wall the irradiance of a strip of radiance L.
+///
+/// Seeds 1 and 2, 4e6 photons and 4e5 paths; standard errors at most 8 % of the exact value. Seed
+/// 3, 4e5 photons with aimed flights; standard errors at most 4 %. 8 comparisons, odds of a false
+/// alarm 9e-4.
 #[test]
 fn slit_of_1_cm_between_two_rooms() {
     let lit = room([-1.0, -1.0, -1.0], [0.0, 1.0, 1.0]);
@@ -250,9 +261,11 @@ fn slit_of_1_cm_between_two_rooms() {
     assert_eq!(front(&runs.paths, "slit").flux, [0.0]);
 }
 
-/// A room of albedo 0.99 and a point in its middle: each wall gets 100 / 6 of the power.
-/// Seeds 1 and 2, 1e5 photons and 5e4 paths, standard errors at most 1 %, of the k nearest 6 %; 5
-/// comparisons, odds of a false alarm 6e-4.
+/// A room of albedo 0.99 with a point light in its middle: the walls receive 100 times its power in
+/// all, a sixth of it each.
+///
+/// Seeds 1 and 2, 1e5 photons and 5e4 paths; standard errors at most 1 % of the exact value, of the
+/// k nearest 6 %. 5 comparisons, odds of a false alarm 6e-4.
 #[test]
 fn albedo_of_0_99() {
     let walls = room([-1.0; 3], [1.0; 3]);
@@ -266,17 +279,19 @@ fn albedo_of_0_99() {
     runs.irradiance(&mut check, "floor", front, 100.0);
     runs.irradiance(&mut check, "rest", front, 100.0);
     check.finish(4);
-    // direct light is 1 % of all, and not quite even
+    // direct light is 1 % of all on average over the wall; in its middle it is 24 / (4 pi)
     let mut by_nearest = Comparisons::new("albedo 0.99", 0.06);
     nearest(&mut by_nearest, &runs.photons, "floor", 100.0 - 1.0 + 24.0 / (4.0 * PI));
     by_nearest.finish(1);
 }
 
-/// A room of albedo 0.9999, where the limit on path length, 10,000 interactions, takes rho^10000 = 37 %
-/// of the power. Photons call it lost, paths cut off, and both warn; the rest is exact.
-/// Seeds 1 and 2, 1000 photons and 2000 paths (half of them from the backs, which look out of the room),
-/// standard errors at most 5 %; 2 comparisons, and 2 shares against their binomial errors;
-/// odds of a false alarm 4e-4.
+/// A room of albedo rho = 0.9999, where the limit on path length, 10,000 interactions, removes
+/// rho^10000 = 37 % of the power. Photons report that power as lost, paths report it as cut off,
+/// and both warn. The rest is exact.
+///
+/// Seeds 1 and 2, 1000 photons and 2000 paths (half of them from the backs of the walls, which look
+/// out of the room); standard errors at most 5 % of the exact value. 2 comparisons, and 2 fractions
+/// that are compared within 4 of their binomial errors; odds of a false alarm 4e-4.
 #[test]
 fn paths_of_thousands_of_interactions() {
     let rho: f64 = 0.9999;
@@ -298,11 +313,13 @@ fn paths_of_thousands_of_interactions() {
     assert!(words.contains("% of the paths were cut off at the length limits"), "{words}");
 }
 
-/// A rod of glass, 1 cm x 1 cm x 1 m: all light that enters its end is totally reflected at its sides,
-/// here 52 times at each pass, so that it transmits as much as a slab. A beam at 45 degrees by photons;
-/// a lamp before the end by photons and paths.
-/// Seeds 1 and 2, 5e4 photons and 1e5 paths, standard errors at most 1 %; 2 comparisons, odds of a false
-/// alarm 2e-4.
+/// A glass rod of 1 cm x 1 cm x 1 m. All light that enters by its end is totally reflected at its
+/// sides, here 52 times on the way along the rod, so the rod transmits as much as a slab. A beam at
+/// 45 degrees is traced by photons and compared with the slab; for a lamp in front of the end,
+/// photons and paths are compared.
+///
+/// Seeds 1 and 2, 5e4 photons and 1e5 paths; standard errors at most 1 %. 2 comparisons, odds of a
+/// false alarm 2e-4.
 #[test]
 fn light_guide() {
     let rod = Mesh::cuboid([-5e-3, -5e-3, 0.0], [5e-3, 5e-3, 1.0]);
@@ -325,11 +342,13 @@ fn light_guide() {
     check.finish(2);
 }
 
-/// A spot 1 cm over a plane, 1 m away, at half a degree: onto a floor that counts and a sensor that
-/// hangs in its plane. A lamp in the plane of a sensor sheds exactly nothing on it. Paths start 2e-6 m
-/// over the floor, which is 2e-4 of the height of the lamp.
-/// Seeds 1 and 2, 2e6 photons and 1e5 paths, standard errors at most 3 %; 4 comparisons, odds of a
-/// false alarm 5e-4.
+/// A spot 1 cm above a plane shines at half a degree onto squares 1 m away: a floor that is a
+/// captor, and a virtual captor in the floor's plane. Paths start 2e-6 m above the floor, which is
+/// 2e-4 of the lamp's height. Then a lamp lies in the plane of both captors, which must receive
+/// exactly nothing from it.
+///
+/// Seeds 1 and 2, 2e6 photons and 1e5 paths; standard errors at most 3 % of the exact value. 4
+/// comparisons, odds of a false alarm 5e-4.
 #[test]
 fn grazing_lamps() {
     const HEIGHT: f64 = 0.01;
@@ -360,8 +379,9 @@ fn grazing_lamps() {
     }
 }
 
-/// Of faces that coincide, also back to back, the first is met from both sides, as if there were no
-/// other; a run warns. Triangles without area change nothing. Bit for bit, by photons and paths.
+/// Of faces that coincide, also back to back, light meets the first on both sides, as though the
+/// other did not exist; a run warns. Triangles without area change nothing. Both hold bit for bit,
+/// by photons and by paths.
 #[test]
 fn faces_twice_back_to_back_or_without_area() {
     let sheet = Mesh::square([0.0; 3], UP, 1.0);
@@ -401,11 +421,12 @@ fn faces_twice_back_to_back_or_without_area() {
     }
 }
 
-/// Lossless leaves that cross, touch along an edge, and stand on the floor, in a furnace: pi L on
-/// every face of them, and on a captor between them. Of those that keep light, photons and paths
-/// agree on what is absorbed.
-/// Seeds 1 and 2, 1.5e6 photons and 3e5 paths, standard errors at most 2 %; 19 comparisons, odds of a
-/// false alarm 2e-3.
+/// Lossless leaves that cross, touch along an edge and stand on the floor of a furnace: the
+/// irradiance is pi L on both faces of each leaf and on a captor between them. With leaves that
+/// absorb light, photons and paths agree on the absorbed power.
+///
+/// Seeds 1 and 2, 1.5e6 photons and 3e5 paths (5e5 and 2e5 with leaves that absorb); standard
+/// errors at most 2 %. 19 comparisons, odds of a false alarm 2e-3.
 #[test]
 fn leaves_that_touch_and_cross() {
     let leaf = |reflectance: f64, transmittance: f64| json!({ "type": "leaf", "reflectance": reflectance, "transmittance": transmittance });
@@ -444,8 +465,9 @@ fn leaves_that_touch_and_cross() {
     check.finish(19);
 }
 
-/// A point in the middle of a glass ball: nothing is totally reflected, so all of it gets out, by
-/// photons. No path finds it, and the run says that all is missing.
+/// A point light in the middle of a glass ball. Its rays meet the surface nearly at normal
+/// incidence, so none is totally reflected, and photons find that all power gets out. No path finds
+/// this light, and the run says that all of it is missing.
 #[test]
 fn light_inside_glass() {
     let world = World::new()
@@ -463,10 +485,11 @@ fn light_inside_glass() {
     assert!(words.contains("100.00 % of the flux on the captors is missing"), "{words}");
 }
 
-/// A glass box without its top in a furnace: its light goes on, each face by itself, and what goes in
-/// through the hole comes out refracted as from glass. Energy is kept, photons and paths agree, and a
-/// run warns.
-/// Seeds 1 and 2, 1e6 photons and 2e5 paths, standard errors at most 2 %; 2 comparisons, odds of a
+/// A glass box without its top in a furnace. Each of its faces works by itself: light that enters
+/// through the hole is refracted on its way out as though it came from glass. Energy is kept,
+/// photons and paths agree, and a run warns.
+///
+/// Seeds 1 and 2, 1e6 photons and 2e5 paths; standard errors at most 2 %. 2 comparisons, odds of a
 /// false alarm 2e-4.
 #[test]
 fn solid_that_is_not_closed() {
@@ -488,8 +511,9 @@ fn solid_that_is_not_closed() {
     }
 }
 
-/// Share of a spot's light that reaches a disc around the axis behind a glass ball, by way of up to
-/// five reflections inside: the ray in the plane of the axis, with its Fresnel factors, over the angle.
+/// Returns the fraction of a spot's light that reaches a disc around the axis behind a glass ball,
+/// with up to five reflections inside the ball. Rays in a plane through the axis are followed with
+/// their Fresnel factors, and summed over the angle at which they leave the spot.
 fn through_a_ball(ball: f64, lamp: f64, half_angle: f64, plane: f64, disc: f64) -> f64 {
     const STEPS: usize = 100_000;
     let reflectance = |cos: f64, eta: f64| 0.5 * fresnel(cos, eta).iter().sum::<f64>();
@@ -523,10 +547,13 @@ fn through_a_ball(ball: f64, lamp: f64, half_angle: f64, plane: f64, disc: f64) 
     sum * half_angle / STEPS as f64 / (1.0 - half_angle.cos())
 }
 
-/// The caustic of a glass ball under a spot: the whole of it, its core, and the k nearest photons in
-/// its middle, whose disc is as wide as they say. Paths miss all of it and say so; of a lamp with a
-/// surface they find it.
-/// Seeds 1 to 3, 5e5 photons and 3e5 paths, standard errors at most 3 %, of the k nearest 8 %; 5
+/// The caustic of a glass ball under a spot. Photons are compared with rays in the plane of the
+/// axis, on a captor that holds the whole caustic and on one in its core. The k nearest photons in
+/// its middle are compared with all photons of another seed on a disc of the radius that they
+/// report. Paths find nothing of a spot's caustic and say so; if the lamp is an area, paths find
+/// it, and are compared with photons.
+///
+/// Seeds 1 to 3, 5e5 photons and 3e5 paths; standard errors at most 3 %, of the k nearest 8 %. 5
 /// comparisons, odds of a false alarm 6e-4.
 #[test]
 fn caustic_of_a_glass_ball() {
@@ -546,7 +573,7 @@ fn caustic_of_a_glass_ball() {
     let mut check = Comparisons::new("caustic", 0.03);
     check.flux("whole", front(&runs.photons, "whole"), 0, exact(whole));
     check.flux("core", front(&runs.photons, "core"), 0, exact(core));
-    // the k nearest against all photons of another seed on a disc as wide as theirs
+    // the k nearest against all photons of another seed on a disc of the same radius
     let knn = runs.photons.captors[0].front.knn.as_ref().and_then(|knn| knn.as_ref());
     let middle = Mesh::disc([0.0, 0.0, plane], UP, knn.expect("photons").radius);
     let again = scene(96).light(spot).captor("middle", &middle).run(2_000_000, 3);
@@ -565,10 +592,12 @@ fn caustic_of_a_glass_ball() {
     check.finish(4);
 }
 
-/// Lamps, and bands of one lamp, whose powers differ by 1e8: rooms of their own by paths; three bands
-/// by both, one of them black on every wall, one without light.
-/// Seeds 1 and 2, 2e5 photons and 2e5 paths, standard errors at most 1 %; 6 comparisons, odds of a
-/// false alarm 7e-4.
+/// Powers that differ by 1e8. First two lamps in rooms of their own, by paths. Then four bands of
+/// one lamp, by photons and by paths: a bright one, a dim one, one in which all walls are black,
+/// and one without light.
+///
+/// Seeds 1 and 2, 2e5 photons and 2e5 paths; standard errors at most 1 % of the exact value. 7
+/// comparisons, odds of a false alarm 8e-4.
 #[test]
 fn powers_and_bands_far_apart() {
     let mut rooms = World::new().lambert("wall", 0.04);
@@ -600,12 +629,13 @@ fn powers_and_bands_far_apart() {
     }
     check.flux("black band, paths", front(&runs.paths, "room"), 2, 1.0);
     check.finish(7);
-    // each photon arrives once
+    // with black walls each photon arrives exactly once
     assert!((front(&runs.photons, "room").flux[2] - 1.0).abs() < 1e-9);
 }
 
-/// One photon, and one path (which becomes a hundred for each face): numbers without NaN, no standard
-/// error, and words that say why. With k far above the photons there are.
+/// Runs of 1, 2 and 3 photons and of as many paths (which become a hundred for each face), with k
+/// far above the number of photons. No number is NaN, there is no standard error where it cannot be
+/// known, and a warning says why.
 #[test]
 fn one_photon() {
     let world = furnace(1.0, 0.5).captor("sensor", &Mesh::square([0.0; 3], UP, 1.9));
@@ -619,8 +649,8 @@ fn one_photon() {
     assert!(words.contains("one batch: no standard error is known"), "{words}");
 }
 
-/// A captor in a closed box of its own: zero, no standard error, and a warning; a tolerance is met
-/// without it.
+/// A captor in a closed box inside a lit room receives exactly 0, has no standard error, and is
+/// warned of. A run to a tolerance meets it without this captor.
 #[test]
 fn captor_that_nothing_can_reach() {
     let world = furnace(1.0, 0.5)
@@ -641,10 +671,11 @@ fn captor_that_nothing_can_reach() {
     }
 }
 
-/// 10,000 captors that tile a furnace (a million by hand, see docs/stability.md): in the mean they
-/// receive pi L.
-/// Seeds 1 and 2, 1e6 photons and 1e6 paths, standard errors at most 0.5 %; 2 comparisons, odds of a
-/// false alarm 2e-4.
+/// 10,000 captors that tile a furnace (for a million, tried by hand, see docs/stability.md). On
+/// average they receive pi L.
+///
+/// Seeds 1 and 2, 1e6 photons and 1e6 paths; standard errors at most 0.5 % of the exact value. 2
+/// comparisons, odds of a false alarm 2e-4.
 #[test]
 fn many_captors() {
     const SIDE: usize = 100;
@@ -660,8 +691,9 @@ fn many_captors() {
     assert_eq!(runs.photons.captors.len(), SIDE * SIDE);
 }
 
-/// 10 km from the origin the paths go the same ways: results of one seed differ by far less than their
-/// errors. (Photons, and millimetres: `place_and_unit_do_not_matter`, `unit_does_not_matter`.)
+/// A scene 10 km from the origin: with the same seed, paths take the same ways there as at the
+/// origin, so the results differ by far less than their standard errors. (For photons and for
+/// millimetres see `place_and_unit_do_not_matter` and `unit_does_not_matter`.)
 #[test]
 fn paths_10_km_away() {
     const FAR: Point = [10_000.0, -10_000.0, 3_000.0];

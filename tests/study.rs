@@ -1,4 +1,5 @@
-//! Error against cost: what a study finds where the truth is known, its table and its pictures.
+//! Studies of error against cost: what they find where the truth is known, their table and their
+//! pictures.
 
 use std::{path::Path, sync::atomic::AtomicBool};
 
@@ -13,10 +14,12 @@ use crate::{
     world::{Mesh, World, beam, room},
 };
 
-/// The captor's share of the lamp's power, its area and its irradiance.
+/// The fraction of the lamp's power that the captor receives. Since the captor has an area of 1 m2
+/// and the lamp a power of 1 W, it is also the captor's irradiance.
 const SHARE: f64 = 0.200_043_776;
 
-/// Perpendicular unit squares that share an edge: one glows with 1 W, the other counts.
+/// Returns two perpendicular unit squares that share an edge: one is a lamp of 1 W, the other a
+/// captor.
 fn corner() -> World {
     let floor = Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let wall = Mesh::rectangle([0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
@@ -43,10 +46,12 @@ fn table(scene: &TestScene) -> std::path::PathBuf {
     path
 }
 
-/// One captor that gets the share p of n photons has the relative spread sqrt((1 - p) / (p n)), and
-/// no bias; 400 nearest photons show the irradiance in its middle, which is not its mean.
-/// 40 seeds: a spread is known to sqrt(1 / 78), 11 %, and lies within 4 of those but for odds of 1e-4;
-/// 8 comparisons, odds of a false alarm 1e-3.
+/// A captor that receives the fraction p of n photons has the relative spread sqrt((1 - p) / (p n))
+/// and no bias. The 400 nearest photons show the irradiance in the captor's middle, whose
+/// difference from the mean over the captor appears as a bias.
+///
+/// 40 seeds: a spread is known to sqrt(1 / 78), which is 11 %, and is within 4 times that except
+/// with odds of 1e-4. 8 comparisons, odds of a false alarm 1e-3.
 #[test]
 fn spread_and_bias_are_those_of_theory() {
     const SEEDS: u64 = 40;
@@ -61,9 +66,9 @@ fn spread_and_bias_are_those_of_theory() {
         let expected = ((1.0 - SHARE) / (SHARE * rung.photons as f64)).sqrt();
         let off = rung.spread / expected - 1.0;
         assert!(off.abs() < within, "{} photons: spread off by {off}", rung.photons);
-        // the mean of all seeds, within 4 errors
+        // the mean of all seeds has no bias, within 4 of its errors
         assert!(rung.bias < 4.0 * rung.spread / (SEEDS as f64).sqrt(), "{}", rung.bias);
-        // the root mean square holds spread and bias
+        // the root mean square contains spread and bias
         let whole = rung.spread.hypot(rung.bias);
         assert!((rung.error / whole - 1.0).abs() < 0.25, "{} {whole}", rung.error);
     }
@@ -78,14 +83,16 @@ fn spread_and_bias_are_those_of_theory() {
     assert!(expected > 5.0 * error, "{expected} {error}");
     assert!((nearest.bias - expected).abs() < 4.0 * error, "{} for {expected}", nearest.bias);
     assert!(nearest.arrivals.is_some_and(|a| (a / (SHARE * 1e5) - 1.0).abs() < 0.02));
-    // light comes straight from the lamp
+    // all light comes directly from the lamp
     assert_eq!(found.bounces.rows.len(), 1);
     assert_eq!((found.bounces.rows[0].bounces, found.bounces.rows[0].share), (0, 1.0));
 }
 
-/// In a closed room of reflectance rho the share of the light that arrives after at most b bounces is
-/// 1 - rho^(b + 1). Seed 1, 1e4 photons, of which each arrives once directly; by the sizes of the
-/// terms one standard error of a share is below 0.003; 4 comparisons at 4 of them.
+/// In a closed room of reflectance rho, the fraction of the light that arrives after at most b
+/// bounces is 1 - rho^(b + 1).
+///
+/// Seed 1, 1e4 photons, each of which arrives once directly. From the sizes of the terms, the
+/// standard error of a fraction is below 0.003. 4 comparisons within 4 of these errors.
 #[test]
 fn light_arrives_after_bounces() {
     let scene = World::new()
@@ -103,9 +110,11 @@ fn light_arrives_after_bounces() {
     assert!(found.floor > 0.0 && found.floor < 0.01, "{}", found.floor);
 }
 
-/// What a trial chooses: paths for a small captor in a large room, by far more than ten times; photons
-/// where paths would miss light, and for the canopy of the shipped greenhouse. No chance in it but that
-/// of seed 1.
+/// A trial chooses the cheaper estimator: paths for a small captor in a large room, where photons
+/// cost more than ten times as much; photons where paths would miss light, and for the canopy of
+/// the shipped greenhouse.
+///
+/// Seed 1. The outcome depends on no other chance.
 #[test]
 fn a_trial_picks_the_cheaper_estimator() {
     let choice = |loaded: &LoadedScene| {
@@ -144,7 +153,7 @@ fn a_trial_picks_the_cheaper_estimator() {
     assert_eq!(choice(&greenhouse).estimator, Estimator::Photons);
 }
 
-/// The command writes pictures with their axes named, and the numbers behind them.
+/// The command writes pictures with named axes, and the numbers that they show.
 #[test]
 fn the_command_draws_and_says() {
     let scene = corner().write();
@@ -171,12 +180,13 @@ fn the_command_draws_and_says() {
     for words in ["CPU time, s", "relative RMS error of irradiance", "slope -1/2", "5 nearest"] {
         assert!(error.contains(words), "{words}");
     }
-    // 7 budgets, 2 seeds, photons and two k; paths from 100 on
+    // 7 budgets and 2 seeds for photons and two k; paths for the 5 budgets that allow 100 of them
     let rows = std::fs::read_to_string(charts.join("rows.csv")).expect("rows");
     assert_eq!(rows.lines().count(), 1 + 2 * (7 * 3 + 5));
 }
 
-/// Paths that never end make no long trial, and no captor no trial at all.
+/// A trial ends soon although paths between perfect mirrors never end. Without a captor there is no
+/// trial.
 #[test]
 fn a_trial_has_an_end() {
     let mirrors = World::new()
@@ -190,7 +200,8 @@ fn a_trial_has_an_end() {
         let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
         phylux::simulate(&loaded.scene, &settings, &control).expect("a run")
     };
-    // as fast as it runs dry: 65,536 photons of 10,000 interactions would take minutes
+    // the trial stops at its limit of work: 65,536 photons of 10,000 interactions each would take
+    // minutes
     let captor = Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 0.5);
     assert!(run(&mirrors.clone().captor("captor", &captor)).choice.is_some());
     let choice = run(&mirrors).choice.expect("a choice");
@@ -198,7 +209,7 @@ fn a_trial_has_an_end() {
     assert!(choice.why.contains("no captor"), "{}", choice.why);
 }
 
-/// A captor in the shade has nothing to compare with.
+/// A study of a captor that receives no light is refused, because no irradiance is known.
 #[test]
 fn a_study_of_the_dark_is_refused() {
     let scene = World::new()

@@ -1,4 +1,4 @@
-//! Light at points of surfaces, from the photon map of all of them.
+//! The light at points of surfaces, from a photon map of all surfaces.
 
 use std::{
     f64::consts::PI,
@@ -13,7 +13,8 @@ use crate::world::{Mesh, World, room};
 
 const K: usize = 400;
 
-/// Loads a world and lights its surfaces with so many stored arrivals of seed 1.
+/// Loads a scene, lights its surfaces with this many stored arrivals of seed 1, and hands the light
+/// to `then`.
 fn lit<T>(world: &World, map_photons: usize, then: impl FnOnce(&SurfaceLight) -> T) -> T {
     with_threads(world, map_photons, 0, then)
 }
@@ -41,11 +42,13 @@ fn furnace() -> World {
     World::new().lambert("wall", 0.5).glowing("walls", "wall", &walls, 1.0 / (2.0 * PI))
 }
 
-/// In a furnace of irradiance 1 each estimate from k = 400 photons has a relative error of
-/// 1 / sqrt(398) = 5 %, and no bias: in the middle of walls, at edges, and right in the corners, where
-/// a disc would reach over three walls and out of the room. 400,000 arrivals of seed 1. Each of 84 estimates
-/// within 5 errors, odds of a false alarm 84 x 3e-6 (a gamma law of 400); the mean of the 36 in
-/// corners, of which at least 20 share no photon, within 4 of its errors: 6e-5.
+/// In a furnace of irradiance 1, each estimate from k = 400 photons is unbiased and has a relative
+/// error of 1 / sqrt(398) = 5 %: in the middle of walls, at edges, and right in the corners, where
+/// a disc would reach over three walls and out of the room.
+///
+/// Seed 1, 400,000 arrivals. Each of 84 estimates is within 5 errors, odds of a false alarm 84 x
+/// 3e-6 (a gamma law of 400). The mean of the 36 estimates in corners, of which at least 20 share
+/// no photon, is within 4 of its errors, odds of a false alarm 6e-5.
 #[test]
 fn irradiance_reaches_into_corners() {
     lit(&furnace(), 400_000, |light| {
@@ -71,10 +74,13 @@ fn irradiance_reaches_into_corners() {
     });
 }
 
-/// A white sheet that lets through half as much as it reflects, a black one 1 mm below it, and a lamp
-/// 1 m above: the upper face has phi / (4 pi) within 5 errors (odds of a false alarm 3e-6; over the
-/// disc of the k nearest irradiance falls by 0.1 %), its lower face and the top of the black sheet
-/// half of that from each other's side, and the underside of all nothing. Seed 1.
+/// A sheet that reflects 0.6 and transmits 0.3 of the light, a black sheet 1 mm below it, and a
+/// lamp 1 m above. The upper face receives phi / (4 pi) = 1, the top of the black sheet 0.3 of that
+/// through the sheet. The lower face of the first sheet and the underside of the black one receive
+/// nothing.
+///
+/// Seed 1. The two values are within 5 errors, odds of a false alarm 3e-6 each; over the disc of
+/// the k nearest photons the irradiance falls by 0.1 %.
 #[test]
 fn a_sheet_is_lit_from_its_own_side() {
     let sheet = |z: f64| Mesh::rectangle([-0.1, -0.1, z], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0]);
@@ -97,7 +103,7 @@ fn a_sheet_is_lit_from_its_own_side() {
         assert!((above - 1.0).abs() < 5.0 * error, "{above}");
         let below = light.irradiance(black, true, under)[0];
         assert!((below - 0.3).abs() < 5.0 * 0.3 * error, "{below}");
-        // the black sheet sends nothing back
+        // the black sheet reflects nothing
         assert_eq!(light.irradiance(leaf, false, middle), [0.0]);
         assert_eq!(light.irradiance(black, false, under), [0.0]);
 
@@ -111,8 +117,8 @@ fn a_sheet_is_lit_from_its_own_side() {
     });
 }
 
-/// The map is the same for any number of threads; and where no photon escapes, as many arrive with no
-/// bounce behind them as there were histories.
+/// The map is the same for any number of threads. Where no photon escapes, the number of arrivals
+/// without a bounce is the number of histories.
 #[test]
 fn the_map_does_not_depend_on_threads() {
     let [one, three] = [1, 3].map(|threads| {
@@ -129,8 +135,9 @@ fn the_map_does_not_depend_on_threads() {
     assert!(one == three);
 }
 
-/// Walls of a room are six pieces. A sheet of two halves is one, but two where a third stands on the edge
-/// between them. A sphere is many, each of triangles that lean by at most 30 degrees from its first.
+/// The walls of a room are six pieces. A sheet of two halves is one piece, but two where a third
+/// surface stands on the edge between them. A sphere is many pieces, each of triangles that lean by
+/// at most 30 degrees from its first.
 #[test]
 fn pieces_are_smooth() {
     let count = |world: &World| {
@@ -155,8 +162,9 @@ fn pieces_are_smooth() {
     assert!((area / (4.0 * PI) - 1.0).abs() < 0.01, "{area}");
 }
 
-/// Between walls that absorb nothing a photon takes 10,000 rays: no more than a trial of about a million
-/// rays has are traced (128, and 2 % for chance), where two fill the map; not 10,000.
+/// Between walls that absorb nothing a photon takes 10,000 rays, so two photons fill the map. Only
+/// as many photons are traced as a trial of about a million rays has (128, and 2 % more to allow
+/// for chance), and not 10,000.
 #[test]
 fn walls_that_absorb_nothing() {
     let walls = room([-1.0; 3], [1.0; 3]);

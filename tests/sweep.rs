@@ -1,4 +1,4 @@
-//! Sweeps: what they find, what they leave, and what they refuse.
+//! Sweeps: what they find, which files they leave, and what they refuse.
 
 mod linear;
 mod own;
@@ -12,7 +12,7 @@ use crate::{bad_input::phylux, common::TestScene};
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A sound scene that runs in no time.
+/// A correct scene that runs in no time.
 const SCENE: &str = r#"{
     "materials": {"wall": {"type": "lambert", "reflectance": 0.5}},
     "objects": [{"name": "a", "obj": "a.obj", "material": "wall", "captor": true}],
@@ -23,12 +23,12 @@ const SCENE: &str = r#"{
     "settings": {"photons": 2000, "seed": 7, "k": 0}
 }"#;
 
-/// A folder with the scene and this sweep of it.
+/// Returns a folder with the scene and this sweep of it.
 fn folder(sweep: &str) -> TestScene {
     TestScene::new(SCENE, &[("a.obj", OBJ), ("sweep.json", sweep)])
 }
 
-/// Runs `phylux` in the folder, which must go well.
+/// Runs `phylux` in the folder and asserts that it succeeds. Returns its standard output.
 fn ok(folder: &TestScene, arguments: &str) -> String {
     let output = any(folder, arguments);
     assert!(output.status.success(), "{arguments}: {}", stderr(&output));
@@ -43,7 +43,8 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// All that a sweep's folder holds and that is the same each time: path -> content.
+/// Returns the path and the content of all files in a sweep's folder, except the one that differs
+/// each time.
 fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -59,7 +60,7 @@ fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Of two folders, which files differ: none, if they are the same.
+/// Returns the names of the files that differ between two folders.
 fn differences(a: &Path, b: &Path) -> Vec<String> {
     let (a, b) = (content(a), content(b));
     let names: Vec<&String> = a.keys().chain(b.keys()).collect();

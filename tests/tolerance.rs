@@ -1,4 +1,5 @@
-//! Runs that go on until a tolerance is met: when they end, and what they say of faces without light.
+//! Runs that go on until a tolerance is met: when they end, and what they report of faces without
+//! light.
 
 use std::{fs, path::Path, process::Command};
 
@@ -7,8 +8,9 @@ use serde_json::Value;
 
 use crate::common::{TestScene, binary, front, run_file};
 
-/// A lamp of 4 pi W in the open, and sensors at 1 m from it: the irradiance of each is 1 W/m2, less 2e-3 at the
-/// rim of the large one. `share` of the photons meets the small one.
+/// Returns a lamp of 4 pi W in the open with two sensors at a distance of 1 m. The irradiance of
+/// each is 1 W/m2, less 2e-3 at the rim of the large one. The fraction `share` of the photons meets
+/// the small one.
 fn sensors(share: f64) -> TestScene {
     let radius = (4.0 * share).sqrt();
     TestScene::new(
@@ -27,7 +29,7 @@ fn sensors(share: f64) -> TestScene {
     )
 }
 
-/// Photons of a round of so few captors.
+/// Photons in a round of a scene with as few captors as here.
 const ROUND: f64 = 262_144.0;
 
 fn until(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
@@ -37,9 +39,10 @@ fn until(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     })
 }
 
-/// Over seeds from 1 on, of runs that end when a sensor that so many photons of a round meet has a relative error of
-/// 15 %: the mean deviation from the closed form in standard errors, and the share of 95 % intervals that hold it.
-/// Checks that no run ends before 30 photons.
+/// Runs seeds 1 to `seeds` until a sensor that `hits` photons of a round meet has a relative error
+/// of 15 %. Returns the mean deviation from the closed form in standard errors, and the fraction of
+/// 95 % intervals that hold the closed form. Asserts that no run ends before 30 photons have
+/// arrived.
 fn deviations(hits: f64, seeds: u64) -> (f64, f64) {
     let scene = sensors(hits / ROUND);
     let (mut sum, mut held) = (0.0, 0);
@@ -63,8 +66,10 @@ fn deviations(hits: f64, seeds: u64) -> (f64, f64) {
     (sum / seeds, held as f64 / seeds)
 }
 
-/// That a run ends when it likes what it sees bends its numbers little. 24 seeds of a sensor that ten photons a round
-/// meet: the mean within 4 errors of a mean, and at least 70 % of intervals hold (odds of fewer 1e-8).
+/// A run ends when its own results look precise enough, which could bias them. This bias must be
+/// small: over 24 seeds of a sensor that ten photons of a round meet, the mean deviation is within
+/// 4 errors of such a mean, and at least 70 % of the intervals hold the closed form (fewer would,
+/// with odds of 1e-8).
 #[test]
 fn runs_do_not_end_on_luck() {
     let seeds = 24;
@@ -72,7 +77,9 @@ fn runs_do_not_end_on_luck() {
     assert!(mean.abs() < 4.0 / (seeds as f64).sqrt() && held >= 0.7, "{mean} {held}");
 }
 
-/// The same of 200 seeds: the mean within 0.15 errors of the truth (its own error is 0.07), coverage 91 to 98 %.
+/// The same with 200 seeds, for sensors that 1, 3 and 10 photons of a round meet. The mean
+/// deviation is within 0.15 standard errors (its own error is 0.07), and 91 to 98 % of the
+/// intervals hold the closed form.
 #[test]
 #[ignore = "takes minutes"]
 fn nightly_runs_do_not_end_on_luck() {
@@ -82,7 +89,8 @@ fn nightly_runs_do_not_end_on_luck() {
     }
 }
 
-/// A closed black box in the open, with a sensor in it, and one in the light, which is half red.
+/// Returns a closed black box in the open with a sensor in it, and a second sensor in the lamp's
+/// light. The lamp emits 5 W in red, 20 W in blue, and nothing in the third band.
 fn shut() -> TestScene {
     let corners = (0..8).map(|i| {
         let along = |bit: i32| if i >> bit & 1 == 1 { 0.2 } else { -0.2 };
@@ -107,8 +115,9 @@ fn shut() -> TestScene {
     )
 }
 
-/// Faces that no light reaches do not hold a run up for ever: with photons, aimed flights and paths they are dark in
-/// every band and sum that carries power, with the bound of the rule of three. No chance in it.
+/// Faces that no light reaches do not keep a run from ending. With photons, aimed flights and
+/// paths, such a face is listed as dark in every band and sum that carries power, with a bound from
+/// the rule of three. The test does not depend on chance.
 #[test]
 fn faces_without_light_are_dark() {
     let scene = shut();
@@ -148,7 +157,7 @@ fn faces_without_light_are_dark() {
     }
 }
 
-/// The exit code, the summary and the results file of a run of at most so many photons, or seconds.
+/// Runs the scene. Returns the exit code, the summary and the results file.
 fn ended(scene: &TestScene, arguments: &[&str]) -> (Option<i32>, String, Value) {
     let output = Command::new(binary())
         .args(["run", "scene.json"])
@@ -161,8 +170,8 @@ fn ended(scene: &TestScene, arguments: &[&str]) -> (Option<i32>, String, Value) 
     (output.status.code(), said, serde_json::from_str(&text).expect("JSON"))
 }
 
-/// A tolerance that the most photons, or the time, do not allow: exit code 3, the results are written, and say with
-/// the summary what is farthest from it.
+/// If the limit of photons or of time ends a run before its tolerance is met, the exit code is 3.
+/// The results are written, and say like the summary which value is farthest from the tolerance.
 #[test]
 fn a_tolerance_that_is_not_met_is_said() {
     let scene = sensors(1.0 / ROUND);
@@ -187,8 +196,9 @@ fn a_tolerance_that_is_not_met_is_said() {
     assert_eq!((code, result.get("tolerance")), (Some(0), None));
 }
 
-/// Stems are dark inside, but for single photons that come in where leaf stalks pierce them, and do not keep the shipped
-/// greenhouse from ending. Some 4e6 photons of seed 1.
+/// The shipped greenhouse meets its tolerance. Stems are dark inside, except for single photons
+/// that enter where leaf stalks pierce them; these do not keep the run from ending. It takes about
+/// 4e6 photons of seed 1.
 #[test]
 fn the_greenhouse_ends() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/greenhouse.json");

@@ -1,5 +1,5 @@
-//! Scenes whose irradiances others have computed: closed forms, quadrature, and a backward path
-//! tracer (Mitsuba). They lie beside the repository, in PHYLUX_SHARED/truth.
+//! Scenes whose irradiances others have computed, by closed forms, quadrature, and a backward path
+//! tracer (Mitsuba). They are not part of the repository, but in the folder truth of PHYLUX_SHARED.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::{
 const PHOTONS: u64 = 2_000_000;
 const PATHS: u64 = 500_000;
 
-/// Runs a truth's scene with captors of both sides.
+/// Runs the scene of a truth, with captors that count on both sides.
 fn run(folder: &Path, seed: u64, estimator: Estimator) -> RunResult {
     let text = std::fs::read_to_string(folder.join("scene.json")).expect("scene.json");
     let mut scene: Value = serde_json::from_str(&text).expect("a scene");
@@ -46,13 +46,13 @@ struct Truth {
     standard_error: f64,
 }
 
-/// The rows of a truth's table: captor, band, irradiance, standard error, method.
+/// Reads the rows of a truth's table: captor, band, irradiance, standard error, method.
 fn truths(path: &Path, result: &RunResult) -> Vec<Truth> {
     let mut reader = csv::Reader::from_path(path).expect("a table of truths");
     let row = |row: csv::StringRecord| {
         let band = &row[1];
         let named = result.bands.iter().position(|b| b.name == *band);
-        // scenes of one unnamed band call it b0
+        // in scenes with one unnamed band the table calls it b0
         let band = named.unwrap_or_else(|| band[1..].parse().expect("a band"));
         let number = |i: usize| row[i].parse().expect("a number");
         Truth { captor: row[0].into(), band, irradiance: number(2), standard_error: number(3) }
@@ -60,8 +60,10 @@ fn truths(path: &Path, result: &RunResult) -> Vec<Truth> {
     reader.records().map(|record| row(record.expect("a row"))).collect()
 }
 
-/// Standard error of an irradiance: from its batches or, below 100 photons, Poisson's for the number
-/// that the truth lets expect, of photons as heavy as those that came, or as the run's lightest.
+/// Returns the standard error of an irradiance. It comes from the batches if at least 100 photons
+/// arrived. Otherwise it is Poisson's for the number of photons that the truth lets expect, which
+/// carry the mean power of those that arrived or, if none did, the lowest mean power of all
+/// captors.
 fn standard_error(run: &RunResult, face: &FaceResult, truth: &Truth, area: f64) -> f64 {
     if face.photons >= 100 {
         return face.irradiance_se[truth.band].unwrap_or(f64::INFINITY);
@@ -77,7 +79,8 @@ fn standard_error(run: &RunResult, face: &FaceResult, truth: &Truth, area: f64) 
     (truth.irradiance * weight / area).sqrt()
 }
 
-/// Every captor and band within 4 combined standard errors plus 0.1 % of the value.
+/// Compares every captor and band with the truth, within 4 combined standard errors plus 0.1 % of
+/// the value.
 fn compare(estimator: Estimator, name: &str, comparisons: usize) {
     let folder = shared().join("truth").join(name);
     let result = run(&folder, 1, estimator);
@@ -118,8 +121,8 @@ fn compare(estimator: Estimator, name: &str, comparisons: usize) {
     assert_eq!(compared, comparisons);
 }
 
-/// One test per scene and estimator: seed 1, 2e6 photons or 5e5 paths, odds of a false alarm at most
-/// 1.1e-4 per comparison (Student's t, 127 degrees of freedom).
+/// Defines one test for each scene and estimator. Seed 1, 2e6 photons or 5e5 paths; odds of a false
+/// alarm at most 1.1e-4 for each comparison (Student's t, 127 degrees of freedom).
 macro_rules! truths {
     ($($test:ident: $estimator:ident, $name:literal, $comparisons:literal;)*) => {
         $(#[test]

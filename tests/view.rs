@@ -1,5 +1,5 @@
-//! `phylux view`: the page, and what it does in a browser (Chromium; these tests have names that begin
-//! with `needs_chromium_`).
+//! `phylux view`: the page that it writes, and what the page does in a browser. The tests that need
+//! a browser (Chromium) have names that begin with `needs_chromium_`.
 
 mod chromium;
 mod copies;
@@ -16,7 +16,7 @@ use crate::{
 };
 use chromium::Page;
 
-/// Writes the page of a scene and opens it.
+/// Writes the page of a scene and opens it in the browser.
 fn open(scene: &TestScene, more: &[&str]) -> Page {
     done(&scene.path(""), &[&["view", "scene.json"], more].concat());
     let page = Page::open(&scene.path("view.html"));
@@ -24,7 +24,8 @@ fn open(scene: &TestScene, more: &[&str]) -> Page {
     page
 }
 
-/// Looks at a captor from near by, and puts the mouse on it: what the page says of it.
+/// Looks at a captor from close by and moves the mouse over it. Returns the text that the page
+/// shows there.
 fn hover(page: &Page, captor: &str) -> String {
     let name = serde_json::to_string(captor).expect("text");
     page.evaluate(&format!(
@@ -42,8 +43,9 @@ fn text(page: &Page, expression: &str) -> String {
     page.evaluate(expression).as_str().unwrap_or_default().to_string()
 }
 
-/// The mouse on the sensor finds its result, as it is in the file to the digits shown, with its error;
-/// a click lists it, and the table holds the same as the results.
+/// With the mouse over a captor, the page shows the captor's irradiance and standard error as they
+/// are in the results file, to the digits shown. A click adds the captor to the list, and the CSV
+/// table holds the same numbers as the results.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_a_known_captor_shows_its_numbers() {
@@ -78,7 +80,7 @@ fn needs_chromium_a_known_captor_shows_its_numbers() {
     let known = front["irradiance"][0].as_f64().expect("a number");
     assert!((value / known - 1.0).abs() < 1e-6, "{row}: {known}");
 
-    // a surface without a captor says where it is lit
+    // a surface that is not a captor shows the light at the place of the mouse
     page.evaluate("controls.target.set(0, 0, 0.4); camera.position.set(0, 0, 0.1); controls.update(); draw(); 0");
     page.settle();
     page.mouse("mouseMoved", 700.0, 300.0);
@@ -88,11 +90,11 @@ fn needs_chromium_a_known_captor_shows_its_numbers() {
     page.no_complaints();
 }
 
-/// A name that tries to leave its place, as JSON text without its quotes.
+/// A name that tries to break out of its element, as JSON text without its quotes.
 const EVIL: &str =
     r#"</script><script>document.title = 'taken'</script><img src=x onerror=alert(1)> <!-- & \" é"#;
 
-/// The scene in which the room and the sensor have this name.
+/// Returns the scene with this name for the room and for the sensor.
 fn evil_scene() -> TestScene {
     let scene = scene();
     let plain = fs::read_to_string(scene.path("scene.json")).expect("the scene");
@@ -105,7 +107,7 @@ fn evil_scene() -> TestScene {
     scene
 }
 
-/// Names that try to leave their place do not become markup.
+/// Names that try to break out of their element do not become markup.
 #[test]
 fn names_are_no_markup() {
     let scene = evil_scene();
@@ -115,7 +117,7 @@ fn names_are_no_markup() {
     assert!(!html.contains("<img src=x"), "a name became markup");
 }
 
-/// Names that try to leave their place are shown as they are.
+/// Names that try to break out of their element are shown as plain text.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_names_are_text() {
@@ -128,7 +130,8 @@ fn needs_chromium_names_are_text() {
     page.no_complaints();
 }
 
-/// Bands, quantities, scales, hiding and photons change what is drawn, and nothing complains.
+/// Every control (bands, quantities, scales, hiding, photons and others) changes the picture, and
+/// the browser reports no error.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_every_control_does_something() {
@@ -185,7 +188,8 @@ fn needs_chromium_every_control_does_something() {
     page.no_complaints();
 }
 
-/// The room with a second lamp, a row of sensors of which one lies beside a lamp, and two plants.
+/// Returns the room with a second lamp, a row of sensors, one more sensor 1 cm from a lamp, and two
+/// plants.
 fn bay() -> TestScene {
     let scene = scene();
     let text = fs::read_to_string(scene.path("scene.json")).expect("the scene");
@@ -217,7 +221,8 @@ fn number(page: &Page, expression: &str) -> f64 {
     page.evaluate(expression).as_f64().unwrap_or_else(|| panic!("{expression} is no number"))
 }
 
-/// Sliders of lamps say what `phylux mix` says, with its errors; places change with them.
+/// The sliders of the lamps show what `phylux mix` finds, with its errors. The light at places on
+/// surfaces changes with them.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_lamps_can_be_dimmed() {
@@ -248,14 +253,16 @@ fn needs_chromium_lamps_can_be_dimmed() {
     }
     let after = number(&page, wall);
     assert!(after > 0.0 && after != before, "{before} {after}");
-    // shares of one byte add up to the whole within half a step for each lamp
+    // the fractions by lamp are stored in one byte each, and add up to the whole within half a step
+    // for each lamp
     page.evaluate("state.lamps.fill(1); makeLampSliders(); dimmed = true; 0");
     let same = number(&page, wall);
     assert!((same / before - 1.0).abs() < 1e-6, "{before} {same}");
     page.no_complaints();
 }
 
-/// Groups, plants and captors as tables: sorted by a click, and as CSV what the results have.
+/// Groups, plants and captors are shown as tables, which a click sorts. Their CSV text holds the
+/// numbers of the results.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_tables_are_sorted_and_copied() {
@@ -301,7 +308,8 @@ fn needs_chromium_tables_are_sorted_and_copied() {
     page.no_complaints();
 }
 
-/// The chosen range spreads the sensors over the colours, though walls and one of them are beside a lamp.
+/// The range that the page chooses spreads the sensors over the colours, although the walls and one
+/// of the sensors are close to a lamp.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_sensors_do_not_share_a_colour() {
@@ -315,16 +323,18 @@ fn needs_chromium_sensors_do_not_share_a_colour() {
         );
         assert!(middle >= 0.19, "half of the sensors in {middle} of the colours");
     }
-    // alike sensors are told apart too: the scale need not begin at 0
+    // sensors that receive nearly the same are told apart too, because the scale need not begin at
+    // 0
     page.evaluate("captorValues.forEach((v, i) => { if (!(i % 2)) captorValues[i] = 100 + i % 97 / 97; }); repaint(true); 0");
     let (low, high) = (number(&page, "state.low"), number(&page, "state.high"));
     assert!(low > 95.0 && high < 106.0, "{low} to {high}");
-    // in round numbers
+    // the scale ends at round numbers
     assert!(low.to_string().len() <= 5 && high.to_string().len() <= 6, "{low} to {high}");
     page.no_complaints();
 }
 
-/// A name, or a part of it, is looked for: the captor is shown if it was hidden, marked and told of.
+/// The search field finds a captor by its name or a part of it. A hidden captor is shown again, and
+/// the captor is marked and described.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_find_marks_and_shows() {
@@ -341,7 +351,8 @@ fn needs_chromium_find_marks_and_shows() {
     let tiles =
         "parts.filter((p) => p.captor === state.found).reduce((n, p) => n + p.end - p.first, 0)";
     assert_eq!(number(&page, marked), 3.0 * number(&page, tiles), "marked");
-    // it is seen, whatever stands before it: the veil is pink in the middle of the picture
+    // the mark shows through whatever stands in front of it: it is pink in the middle of the
+    // picture
     let middle = "(() => { renderer.render(scene, camera); const g = renderer.getContext(), pixel = new Uint8Array(4);
         g.readPixels(g.drawingBufferWidth / 2, g.drawingBufferHeight / 2, 1, 1, g.RGBA, g.UNSIGNED_BYTE, pixel);
         return pixel[0] - pixel[1]; })()";
@@ -362,7 +373,7 @@ fn needs_chromium_find_marks_and_shows() {
     page.no_complaints();
 }
 
-/// The link brings back band, scale, planes, lamps, theme, what is hidden and the view.
+/// The link restores band, scale, clip planes, lamps, theme, hidden objects and the view.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_the_link_keeps_the_view() {
@@ -380,12 +391,13 @@ fn needs_chromium_the_link_keeps_the_view() {
     assert_ne!(text(&page, "linkText()"), link);
     page.evaluate(&format!("history.replaceState(null, '', '#{link}'); readLink(); 0"));
     assert_eq!(text(&page, "linkText()"), link);
-    // a link that means nothing here does no harm
+    // a link with meaningless values does no harm
     page.evaluate("location.hash = 'range=a,b&band=x&objects=q,,9e9&lamps=1&eye=1,2&at=&clip=2,3'; readLink(); repaint(true); 0");
     page.no_complaints();
 }
 
-/// The picture has the size of what is seen, its colour bar from blue to yellow, and a dark ground where asked for.
+/// The saved picture has the size of the canvas, a colour bar that ends in yellow, and a dark
+/// background if the dark theme is chosen.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_a_picture_has_its_colour_bar() {
@@ -407,7 +419,8 @@ fn needs_chromium_a_picture_has_its_colour_bar() {
     page.no_complaints();
 }
 
-/// Arrows turn, plus zooms, Home looks at everything again, t opens a table; a finger's tap shows numbers.
+/// The arrow keys turn the view, plus zooms in, Home shows everything again, and t opens a table. A
+/// tap with a finger shows the numbers of a captor.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_keys_and_fingers_work() {
@@ -437,7 +450,8 @@ fn needs_chromium_keys_and_fingers_work() {
     page.no_complaints();
 }
 
-/// One file, the same for any number of threads, that asks the network for nothing.
+/// The page is a single file that loads nothing from the network, and it has the same bytes for any
+/// number of threads.
 #[test]
 fn the_page_is_whole_and_the_same_each_time() {
     let scene = scene();
@@ -453,7 +467,8 @@ fn the_page_is_whole_and_the_same_each_time() {
     assert_eq!(markup("<script"), markup("</script>"));
 }
 
-/// The scripts stand in script elements as they are.
+/// The scripts are copied into script elements unchanged, so none of them may contain text that
+/// ends such an element.
 #[test]
 fn no_script_ends_its_element() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/show/view");

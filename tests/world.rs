@@ -1,4 +1,4 @@
-//! Small scenes of simple shapes, and what must hold in every run of them.
+//! Small scenes of simple shapes, and checks that must hold in every run of them.
 
 use std::f64::consts::PI;
 
@@ -10,25 +10,27 @@ use crate::common::TestScene;
 /// A point or a vector, m.
 pub type Point = [f64; 3];
 
-/// Polygons, counter-clockwise seen from the front.
+/// Polygons whose corners go counter-clockwise when seen from the front.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh(pub Vec<Vec<Point>>);
 
 impl Mesh {
-    /// A parallelogram with its front where u x v points.
+    /// Returns a parallelogram whose front faces the way of u x v.
     pub fn rectangle(corner: Point, u: Point, v: Point) -> Self {
         let at = |s: f64, t: f64| [0, 1, 2].map(|i| corner[i] + s * u[i] + t * v[i]);
         Self(vec![vec![at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]])
     }
 
-    /// A square of side `size` around `center`, its front along the unit vector `normal`.
+    /// Returns a square with sides of length `size` around `center`, whose front faces along the
+    /// unit vector `normal`.
     pub fn square(center: Point, normal: Point, size: f64) -> Self {
         let (u, v) = across(normal);
         let corner = [0, 1, 2].map(|i| center[i] - 0.5 * size * (u[i] + v[i]));
         Self::rectangle(corner, u.map(|x| x * size), v.map(|x| x * size))
     }
 
-    /// A polygon of 96 corners with the area of the disc, its front along `normal`.
+    /// Returns a polygon of 96 corners that has the area of the disc and whose front faces along
+    /// `normal`.
     pub fn disc(center: Point, normal: Point, radius: f64) -> Self {
         const CORNERS: usize = 96;
         let (u, v) = across(normal);
@@ -41,7 +43,8 @@ impl Mesh {
         Self(vec![(0..CORNERS).map(corner).collect()])
     }
 
-    /// An axis-aligned box, fronts out: x low, x high, y low, y high, z low, z high.
+    /// Returns an axis-aligned box with its fronts outside. The faces are in this order: x low, x
+    /// high, y low, y high, z low, z high.
     pub fn cuboid(low: Point, high: Point) -> Self {
         let faces = (0..3).flat_map(|axis| {
             let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -58,7 +61,8 @@ impl Mesh {
         Self(faces.flat_map(|face| face.0).collect())
     }
 
-    /// A sphere of triangles, fronts out, with its corners at `radius`.
+    /// Returns a sphere of triangles with their fronts outside and all corners at the distance
+    /// `radius` from the centre.
     pub fn sphere(center: Point, radius: f64, rows: usize) -> Self {
         let at = |row: usize, column: usize| {
             let (sin, cos) = (PI * row as f64 / rows as f64).sin_cos();
@@ -84,24 +88,24 @@ impl Mesh {
         Self(triangles)
     }
 
-    /// The same with the fronts on the other side.
+    /// Turns the front of each polygon to its other side.
     pub fn flipped(mut self) -> Self {
         self.0.iter_mut().for_each(|polygon| polygon.reverse());
         self
     }
 
-    /// Both together.
+    /// Joins two meshes into one.
     pub fn and(mut self, other: Self) -> Self {
         self.0.extend(other.0);
         self
     }
 
-    /// One face of it.
+    /// Returns the polygon at this place in the list.
     pub fn face(&self, index: usize) -> Self {
         Self(vec![self.0[index].clone()])
     }
 
-    /// Moved.
+    /// Moves the mesh by this vector.
     pub fn shifted(mut self, by: Point) -> Self {
         for p in self.0.iter_mut().flatten() {
             *p = [p[0] + by[0], p[1] + by[1], p[2] + by[2]];
@@ -109,7 +113,8 @@ impl Mesh {
         self
     }
 
-    /// As OBJ text, every length multiplied by `scale`, in a file that has `corners` already.
+    /// Writes the mesh as OBJ text, to follow `corners` vertices that the file has already. Every
+    /// length is multiplied by `scale`.
     fn obj_after(&self, corners: usize, scale: f64) -> String {
         let mut text = String::new();
         for [x, y, z] in self.0.iter().flatten() {
@@ -126,7 +131,7 @@ impl Mesh {
     }
 }
 
-/// Two unit vectors across a unit vector, right-handed with it.
+/// Returns two unit vectors that are perpendicular to a unit vector and right-handed with it.
 fn across(normal: Point) -> (Point, Point) {
     let n = glam::DVec3::from(normal);
     let (u, v) = n.any_orthonormal_pair();
@@ -134,7 +139,7 @@ fn across(normal: Point) -> (Point, Point) {
     (u.to_array(), v.to_array())
 }
 
-/// A scene under construction.
+/// A scene under construction, with its meshes as files.
 #[derive(Clone, Debug)]
 pub struct World {
     scene: Value,
@@ -144,44 +149,45 @@ pub struct World {
 }
 
 impl World {
-    /// Nothing yet, one band.
+    /// Returns an empty scene with one band.
     pub fn new() -> Self {
         let scene = json!({ "materials": {}, "objects": [], "lights": [], "captors": [] });
         Self { scene, files: Vec::new(), per_metre: 1.0 }
     }
 
-    /// One that is written in millimetres.
+    /// Returns an empty scene whose file is written in millimetres; meshes are still given in
+    /// metres.
     pub fn in_millimetres() -> Self {
         let mut world = Self { per_metre: 1000.0, ..Self::new() };
         world.scene["unit"] = json!("mm");
         world
     }
 
-    /// With so many bands b0, b1, ...
+    /// Gives the scene this number of bands, named b0, b1, ...
     pub fn bands(mut self, count: usize) -> Self {
         let bands: Vec<Value> = (0..count).map(|b| json!({ "name": format!("b{b}") })).collect();
         self.scene["bands"] = json!(bands);
         self
     }
 
-    /// Another top-level entry.
+    /// Adds another top-level entry.
     pub fn with(mut self, key: &str, value: Value) -> Self {
         self.scene[key] = value;
         self
     }
 
-    /// A material.
+    /// Adds a material.
     pub fn material(mut self, name: &str, material: Value) -> Self {
         self.scene["materials"][name] = material;
         self
     }
 
-    /// A Lambertian material.
+    /// Adds a Lambertian material.
     pub fn lambert(self, name: &str, reflectance: f64) -> Self {
         self.material(name, json!({ "type": "lambert", "reflectance": reflectance }))
     }
 
-    /// Another file of the scene; once is enough.
+    /// Adds another file to the scene, unless one of this name is there already.
     pub fn with_file(mut self, name: &str, text: &str) -> Self {
         if !self.files.iter().any(|(file, _)| file == name) {
             self.files.push((name.into(), text.into()));
@@ -200,31 +206,31 @@ impl World {
         self
     }
 
-    /// A surface that does not count.
+    /// Adds a surface that is not a captor.
     pub fn surface(mut self, name: &str, material: &str, mesh: &Mesh) -> Self {
         let obj = self.file(name, mesh);
         self.push("objects", json!({ "name": name, "obj": obj, "material": material }))
     }
 
-    /// A surface that is a captor.
+    /// Adds a surface that is also a captor.
     pub fn counted(mut self, name: &str, material: &str, mesh: &Mesh) -> Self {
         let obj = self.file(name, mesh);
         let object = json!({ "name": name, "obj": obj, "material": material, "captor": true });
         self.push("objects", object)
     }
 
-    /// A light that has no mesh.
+    /// Adds a light that has no mesh.
     pub fn light(self, light: Value) -> Self {
         self.push("lights", light)
     }
 
-    /// An area light of some power.
+    /// Adds an area light of this power, W.
     pub fn lamp(mut self, name: &str, mesh: &Mesh, power: f64) -> Self {
         let obj = self.file(name, mesh);
         self.push("lights", json!({ "type": "area", "name": name, "obj": obj, "power": power }))
     }
 
-    /// A surface that glows with some radiance.
+    /// Adds a surface of this material that also emits this radiance.
     pub fn glowing(mut self, name: &str, material: &str, mesh: &Mesh, radiance: f64) -> Self {
         let obj = self.file(name, mesh);
         let light = json!({ "type": "area", "name": name, "obj": obj, "radiance": radiance,
@@ -232,13 +238,13 @@ impl World {
         self.push("lights", light)
     }
 
-    /// A virtual captor of some shape; several polygons count together.
+    /// Adds a virtual captor of this shape; several polygons count together.
     pub fn captor(mut self, name: &str, mesh: &Mesh) -> Self {
         let obj = self.file(name, mesh);
         self.push("captors", json!({ "name": name, "obj": obj }))
     }
 
-    /// Virtual captors of one file, by name.
+    /// Adds several virtual captors, which share one file and have a name each.
     pub fn captors(
         mut self,
         entry: &str,
@@ -254,13 +260,13 @@ impl World {
         self.push("captors", json!({ "name": entry, "obj": obj }))
     }
 
-    /// A virtual captor that counts both sides.
+    /// Adds a virtual captor that counts on both sides.
     pub fn captor_of_both_sides(mut self, name: &str, mesh: &Mesh) -> Self {
         let obj = self.file(name, mesh);
         self.push("captors", json!({ "name": name, "obj": obj, "sides": "both" }))
     }
 
-    /// Has the last captor entry weigh arrivals by their angle.
+    /// Lets the last captor entry weigh arrivals by their angle.
     pub fn response(mut self, response: Value) -> Self {
         let captors = self.scene["captors"].as_array_mut().expect("a list");
         captors.last_mut().expect("a captor")["response"] = response;
@@ -273,7 +279,8 @@ impl World {
         self
     }
 
-    /// Writes it to a folder. Where its settings do not say what guides photons, nothing does.
+    /// Writes the scene to a temporary folder. Photons are not guided unless the scene's settings
+    /// say so.
     pub fn write(&self) -> TestScene {
         let mut scene = self.scene.clone();
         let guiding = &mut scene["settings"]["guiding"];
@@ -285,12 +292,12 @@ impl World {
         TestScene::new(&scene.to_string(), &files)
     }
 
-    /// Runs it backwards, with so many paths in all.
+    /// Runs the scene by backward paths, with this number of paths in all.
     pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
         self.write().run_paths(paths, seed)
     }
 
-    /// Runs it, and checks its ledger.
+    /// Runs the scene with photons, and checks its energy ledger.
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         let result = self.write().run(photons, seed);
         check_ledger(&result);
@@ -298,9 +305,13 @@ impl World {
     }
 }
 
-/// Emitted is the nominal power to 1e-12, and absorbed by all materials + escaped + lost is what was
-/// emitted to 1e-9: this holds in every run, without chance. So it does with what games of chance took, where photons
-/// play any; that is 0 within 4 of its standard errors (odds of a false alarm 6e-5 a band).
+/// Checks the energy ledger of a run in every band. The emitted power is the nominal power to
+/// 1e-12, and what all materials absorb, what escapes and what is lost add up to it, to 1e-9. This
+/// holds in every run and does not depend on chance.
+///
+/// Where guided photons are split or ended at random, the sum includes the power that these games
+/// of chance took. It is 0 within 4 of its standard errors (odds of a false alarm 6e-5 for each
+/// band).
 pub fn check_ledger(result: &RunResult) {
     let energy = &result.energy;
     for (b, &power) in energy.power.iter().enumerate() {
@@ -321,19 +332,21 @@ pub fn check_ledger(result: &RunResult) {
     }
 }
 
-/// What a group received on its front: every captor entry and captor object is a group.
+/// Returns what a group received on its front. Every captor entry and every object that is a captor
+/// is a group.
 pub fn front<'a>(result: &'a RunResult, group: &str) -> &'a FaceResult {
     let found = result.groups.iter().find(|g| g.id == group);
     &found.unwrap_or_else(|| panic!("no group {group}")).front
 }
 
-/// What a group received on its back.
+/// Returns what a group received on its back.
 pub fn back<'a>(result: &'a RunResult, group: &str) -> &'a FaceResult {
     let found = result.groups.iter().find(|g| g.id == group);
     found.and_then(|g| g.back.as_ref()).unwrap_or_else(|| panic!("no back of {group}"))
 }
 
-/// A room in two bands with a leaf in it, and small captors in a row, `spacing` apart; no light.
+/// Returns a room in two bands with a leaf in it and small captors in a row, `spacing` (m) apart.
+/// It has no light.
 pub fn room_with_leaf(captors: u32, spacing: f64) -> World {
     let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
     let tiles = (0..captors).map(|i| {
@@ -349,12 +362,12 @@ pub fn room_with_leaf(captors: u32, spacing: f64) -> World {
         .captors("tiles", tiles)
 }
 
-/// The inside of an axis-aligned box: [`Mesh::cuboid`] with its fronts in.
+/// Returns the inside of an axis-aligned box: [`Mesh::cuboid`] with its fronts turned inwards.
 pub fn room(low: Point, high: Point) -> Mesh {
     Mesh::cuboid(low, high).flipped()
 }
 
-/// A narrow beam of power 1 from `from` to `to`, with this half angle in degrees.
+/// Returns a narrow beam of power 1 from `from` to `to`, with this half angle in degrees.
 pub fn beam(from: Point, to: Point, half_angle_deg: f64) -> Value {
     let direction = [0, 1, 2].map(|i| to[i] - from[i]);
     json!({ "type": "spot", "position": from, "direction": direction,

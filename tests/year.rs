@@ -1,4 +1,5 @@
-//! `phylux year`: hours and daily light integrals against runs and closed forms, and lamps by their control.
+//! `phylux year`: hours and daily light integrals compared with single runs and closed forms, and
+//! lamps that a control switches.
 
 use std::{fmt::Write, path::Path, sync::atomic::AtomicBool};
 
@@ -14,7 +15,8 @@ use crate::{
 const UP: Point = [0.0, 0.0, 1.0];
 const DAYS: [&str; 3] = ["06-20", "06-21", "07-01"];
 
-/// Weather by the hour of three days, clear, hazy and overcast: the sun's elevation gives what there is.
+/// Returns hourly weather of three days, a clear, a hazy and an overcast one, computed from the
+/// sun's elevation.
 fn weather() -> String {
     let mut text = String::from("time,ghi,dni,dhi\n");
     for (day, [clear, haze]) in DAYS.iter().zip([[850.0, 70.0], [400.0, 200.0], [0.0, 250.0]]) {
@@ -56,7 +58,7 @@ fn written(world: &World) -> TestScene {
     scene
 }
 
-/// A square in the open over two days.
+/// Returns a scene with a horizontal square in the open, over two days.
 pub fn two_days() -> TestScene {
     let square = Mesh::square([0.0; 3], UP, 1.0);
     written(
@@ -74,8 +76,11 @@ fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivisi
     Year::find(&loaded, file, &settings, &watched).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// In the open every hour has its own irradiance: patches and suns lose nothing, and what comes straight
-/// from the sun comes from where it stands. 4 standard errors; 48 hours and 2 bands, odds of a false alarm 6e-3.
+/// In the open, the light of every hour is that of the weather file: dividing the sky into patches
+/// and the sun's path into positions loses nothing, and direct light comes from where the sun
+/// stands.
+///
+/// 48 hours and 2 bands within 4 standard errors, odds of a false alarm 6e-3.
 #[test]
 fn hours_in_the_open_are_those_of_the_weather() {
     let scene = two_days();
@@ -106,7 +111,7 @@ fn hours_in_the_open_are_those_of_the_weather() {
         }
     }
     assert!(lit > 28);
-    // the sums of hours are the days', and days make the month
+    // the hours add up to the days, and the days to the month
     let days = year.periods(|date| date.day.to_string());
     assert_eq!(days.len(), 2);
     let daily: Vec<f64> = days.values().map(|slots| year.daily(slots)[0].mean).collect();
@@ -117,9 +122,9 @@ fn hours_in_the_open_are_those_of_the_weather() {
     assert_eq!(year.integrated, [true, false]);
 }
 
-/// A room with a window in the south: daily light integrals of sensors near and far within 2 % (and 4
-/// standard errors) of a run over the period, which has every hour's own sky and sun. With 145 and
-/// with 577 patches; 8 comparisons.
+/// A room with a window in the south wall. The daily light integrals of a near and a far sensor are
+/// within 2 % plus 4 standard errors of a run over the whole period, in which every hour has its
+/// own sky and sun. The sky is divided into 145 and into 577 patches; 8 comparisons.
 #[test]
 fn sums_in_a_room_are_those_of_a_period() {
     let walls = room([0.0; 3], [4.0, 6.0, 3.0]);
@@ -157,7 +162,7 @@ fn sums_in_a_room_are_those_of_a_period() {
                 let off = found.mean - exact;
                 assert!(off.abs() < allowed, "{id}, band {b}: {off}, allowed {allowed} of {exact}");
                 assert!(allowed < 0.3 * exact, "{id}, band {b}: {allowed} of {exact}");
-                // hours share patches: their errors are not independent
+                // hours share patches, so their errors are not independent
                 let scale = 0.0036 / 2.0;
                 let apart = |s: &usize| {
                     scale * scale * year.sum(std::iter::once((*s, 1.0)))[2 * i + b].variance
@@ -170,8 +175,8 @@ fn sums_in_a_room_are_those_of_a_period() {
     }
 }
 
-/// Under a sky without sun one lamp that a control lights by the clock, by what is outside, by what is inside,
-/// until enough has come: hours and kWh without chance, and the light follows the lamps.
+/// A control switches lamps by the clock, by the light outside, by the daylight inside, or until
+/// enough light has come. Hours and kWh do not depend on chance, and the light follows the lamps.
 #[test]
 fn lamps_follow_their_control() {
     let lamp = |name: &str| json!({ "type": "area", "name": name, "power": 400, "vertices": [[0, 0, 2], [0, 1, 2], [1, 1, 2], [1, 0, 2]] });
@@ -197,22 +202,23 @@ fn lamps_follow_their_control() {
         assert_eq!(night.hours_on(lamp, 0..24), 4.5);
         assert_eq!(lamp.on[..4], [1.0, 1.0, 0.5, 0.0]);
     }
-    // linear in what is on
+    // light is linear in the part of the hour for which the lamps are on
     let full = at(&night, 0);
     assert!(full > 5.0 && (at(&night, 2) / full - 0.5).abs() < 1e-6);
     assert_eq!(at(&night, 12), at(&dark, 12));
-    // outside: GHI below 300 W/m2
+    // by the light outside: global irradiance below 300 W/m2
     let dim = find(json!({ "lights": "row 2", "watts": 400, "outside_below": 300 }));
     for (s, slot) in dim.slots.iter().enumerate() {
         assert_eq!(dim.lamps[0].on[s], f64::from(slot.global < 300.0));
     }
-    // inside: daylight below 500 umol/m2/s, and by day only
+    // by the light inside: daylight below 500 umol/m2/s, and only by day
     let inside = find(json!({ "lights": "row 2", "below": 500, "of": "up", "hours": [6, 20] }));
     for s in 0..48 {
         let wanted = (6..20).contains(&(s % 24)) && at(&dark, s) < 500.0;
         assert_eq!(inside.lamps[0].on[s], f64::from(wanted), "hour {s}");
     }
-    // until 0.3 mol: the lamps alone, from midnight, in part in their last hour
+    // until 0.3 mol have come: the lamps burn from midnight, and in their last hour for a part of
+    // it
     let until = find(json!({ "lights": "row 1*", "until_dli": 0.3, "of": "up", "band": "PAR" }));
     let on = &until.lamps[0].on;
     let hours = 0.3 / (0.0036 * full);
@@ -221,8 +227,9 @@ fn lamps_follow_their_control() {
     assert!(on[5..24].iter().all(|&part| part == 0.0) && on[24..29] == on[..5]);
 }
 
-/// A lamp that sends next to no photon of the run to a sensor is named; with enough photons nothing is. The lamp has
-/// 1e-9 of the power, so that no photon is of it.
+/// A lamp that sends next to no photons to a sensor is named in a warning. The lamp here has 1e-9
+/// of the power, so no photon of the run comes from it. A small sensor that few photons of daylight
+/// reach is named as well.
 #[test]
 fn too_few_photons_of_lamps_are_said() {
     let scene =
@@ -279,7 +286,7 @@ fn the_command_writes_tables() {
     );
     assert!(read("a/year.csv").contains("up,all,PAR,mol/m2/d,"));
     assert_eq!(read("a/lamps.csv"), "light,month,hours,kwh\nlamp,2025-06,8,0.8\nlamp,all,8,0.8\n");
-    // the same bytes on two threads; Parquet unless CSV is asked for
+    // two threads give the same bytes; the tables are Parquet unless CSV is asked for
     year("b", "2", &[]);
     assert_eq!(read("a/days.csv"), read("b/days.csv"));
     assert!(std::fs::read(scene.path("b/hours.parquet")).expect("Parquet").starts_with(b"PAR1"));

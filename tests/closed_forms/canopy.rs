@@ -1,4 +1,4 @@
-//! Random canopies of black leaves.
+//! Random canopies of black leaves, whose interception follows Beer's law.
 
 use std::{
     f64::consts::{FRAC_1_PI, TAU},
@@ -17,17 +17,19 @@ use crate::{
     world::check_ledger,
 };
 
-/// Leaf area per ground area.
+/// Leaf area (one side) per ground area.
 const LEAF_AREA_INDEX: f64 = 2.0;
-/// Height of the layer, m.
+/// Height of the canopy, m.
 const HEIGHT: f64 = 1.0;
-/// Side of a leaf, m: the layer is seven leaves high and 56 to 133 wide.
+/// Side of a leaf, m. The canopy is about seven leaves high and 56 to 133 leaves wide.
 const LEAF: f64 = 0.15;
 const CANOPIES: u64 = 64;
 
-/// Square leaves with normals uniform on the sphere, their number a Poisson variate and their centres
-/// uniform in a layer of this width: a line through it misses them all with the chance
-/// exp(-L / (2 cos)), whatever their size.
+/// Returns the triangles of a random canopy: square leaves in a layer of this width (m). The
+/// normals are uniform on the sphere, the number of leaves is a Poisson variate, and the centres
+/// are uniform in the layer. A line through the layer therefore misses all leaves with probability
+/// exp(-L / (2 cos)), whatever their size, where L is the leaf area index and cos the cosine of the
+/// line's zenith angle.
 fn leaves(width: f64, seed: u64) -> Vec<[DVec3; 3]> {
     let mut rng = Stream::new(1234, seed, 0);
     let mut uniform = move || rng.uniform_fine();
@@ -53,8 +55,8 @@ fn leaves(width: f64, seed: u64) -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// The canopy of a seed and its light, followed from random numbers of a seed of their own: by photons, or by paths from
-/// captors.
+/// Runs the canopy of this seed under `light`; the run's own random numbers have the same seed.
+/// Light is traced by photons if there are no captors, and otherwise by backward paths from them.
 fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> RunResult {
     let estimator = if captors.is_empty() { Estimator::Photons } else { Estimator::Paths };
     let scene = Scene::new(SceneParts {
@@ -82,14 +84,15 @@ fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> Ru
     RunResult::new(&scene, &settings, &simulation)
 }
 
-/// What leaves catch of the light of a lamp above them.
+/// Returns the flux that the leaves absorb from a lamp of power 1 above them.
 fn caught(width: f64, light: LightShape, seed: u64) -> f64 {
     let result = run(width, light, Vec::new(), seed);
     check_ledger(&result);
     result.energy.absorbed[0]
 }
 
-/// Mean intercepted share over the canopies, and its standard error from their spread.
+/// Returns the mean of the intercepted fraction over all canopies, and its standard error, from the
+/// spread of the canopies.
 fn intercepted(canopy: impl Fn(u64) -> f64) -> (f64, f64) {
     let shares: Vec<f64> = (0..CANOPIES).map(canopy).collect();
     let n = CANOPIES as f64;
@@ -98,11 +101,18 @@ fn intercepted(canopy: impl Fn(u64) -> f64) -> (f64, f64) {
     (mean, (squares / (n * (n - 1.0))).sqrt())
 }
 
-/// Light straight down (a spot 200 m above that covers a disc of 4 m: its rays lean by up to a
-/// degree, which is in the exact value) and uniform light from above (a Lambertian square in the
-/// middle of a field so wide that what leaves sideways has met 8 m of canopy, exp(-8)); and a uniform sky, by
-/// paths from a square below. Seeds 0 to 63, 1000 to 1063 and 2000 to 2063, a canopy and 3e4 photons or paths each,
-/// standard errors between canopies at most 0.2 %; 3 comparisons, odds of a false alarm 5e-4 (63 degrees of freedom).
+/// Black leaves intercept a fraction 1 - exp(-L / (2 cos)) of a beam. Three kinds of light fall on
+/// the canopies:
+///
+/// - light straight down, from a spot 200 m above that covers a disc of 4 m radius (its rays lean
+///   by up to a degree, which the exact value includes);
+/// - uniform light from above, from a Lambertian square in the middle of a field so wide that light
+///   that leaves it sideways has passed 8 m of canopy, which lets exp(-8) through;
+/// - a uniform sky, by backward paths from a square below the canopy.
+///
+/// Seeds 0 to 63, 1000 to 1063 and 2000 to 2063, each a canopy with 3e4 photons or paths. The
+/// standard errors come from the spread of the canopies and are at most 0.2 % of the exact value. 3
+/// comparisons, odds of a false alarm 5e-4 (Student's t, 63 degrees of freedom).
 #[test]
 fn black_canopy() {
     let mut check = Comparisons::new("canopy", 0.002);
@@ -128,7 +138,7 @@ fn black_canopy() {
     rounds_to(exact, 0.780_62, 1e-5);
     check.add("uniform light from above", mean, error, exact);
 
-    // a sky of radiance 1 / pi: 1 on an open plane
+    // a sky of radiance 1 / pi, whose irradiance on an open horizontal plane is 1
     let map = Arc::new(RadianceMap::new(1, 0.0, vec![1.0, 0.0]));
     let part = InfinitePart::new(InfiniteShape::Map(map), vec![FRAC_1_PI]);
     let sky = LightShape::Infinite(InfiniteLight::new("sky".into(), 1, vec![part]));

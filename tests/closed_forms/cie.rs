@@ -1,6 +1,9 @@
 //! Test cases of CIE 171:2006 (Test Cases to Assess the Accuracy of Lighting Computer Programs),
-//! with W for lm. The standard gives points; captors are surfaces: the closed form is checked
-//! at the standard's points, then integrated over captors that hold them.
+//! with W in place of lm.
+//!
+//! The standard gives illuminances at points, but captors are surfaces. Each closed form is
+//! therefore first checked against the standard's numbers at its points, and then integrated over
+//! captors that contain these points.
 
 use std::f64::consts::PI;
 
@@ -11,7 +14,8 @@ use crate::{
     world::{Mesh, Point, World, front, room},
 };
 
-/// Corners of a rectangle and of its copies in the other quarters of the floor.
+/// Returns a mesh together with its mirror images in the other three quarters of the floor
+/// (mirrored in x, in y, and in both).
 fn mirrored(mesh: &Mesh) -> Mesh {
     let flip = |sx: f64, sy: f64| {
         let copy = mesh.0.iter().map(|polygon| {
@@ -23,10 +27,13 @@ fn mirrored(mesh: &Mesh) -> Mesh {
     flip(1.0, 1.0).and(flip(-1.0, 1.0)).and(flip(1.0, -1.0)).and(flip(-1.0, -1.0))
 }
 
-/// CIE 171 5.2: a Lambertian point of I0 = 1000 cd at 3 m, E = I0 h2 / d4, as an area light of
-/// 1 mm; and an isotropic point, E = I h / d3. Captors are squares of 0.6 m around the standard's
-/// points, each with its copies in the other quarters.
-/// Seed 2, 2e7 photons, standard errors at most 0.2 %; 14 comparisons, odds of a false alarm 1.5e-3.
+/// CIE 171 5.2: two point sources 3 m above the floor. A Lambertian point of axial intensity I0 =
+/// 1000 cd gives E = I0 h2 / d4 (here an area light with a side of 1 mm), an isotropic point gives
+/// E = I h / d3. The captors are squares with sides of 0.6 m around the standard's points, each
+/// together with its mirror images in the other quarters of the floor.
+///
+/// Seed 2, 2e7 photons; standard errors at most 0.2 % of the exact value. 14 comparisons, odds of a
+/// false alarm 1.5e-3.
 #[test]
 fn point_sources_of_cie_5_2() {
     const H: f64 = 3.0;
@@ -44,7 +51,7 @@ fn point_sources_of_cie_5_2() {
     let mut world = World::new();
     let mut captors = Vec::new();
     for (i, ([x, y], lux)) in published.into_iter().enumerate() {
-        // the standard's own rounding is off by up to 0.024
+        // the numbers that the standard prints are themselves rounded wrongly, by up to 0.024
         rounds_to(lambert([x, y, 0.0]), lux, 0.05);
         let (corner, u, v) = ([x - 0.3, y - 0.3, 0.0], [0.6, 0.0, 0.0], [0.0, 0.6, 0.0]);
         world = world.captor(&format!("p{i}"), &mirrored(&Mesh::rectangle(corner, u, v)));
@@ -57,7 +64,8 @@ fn point_sources_of_cie_5_2() {
         let exact = mean_over(corner, u, v, lambert);
         check.irradiance(format!("Lambertian, {i}"), front(&run, &format!("p{i}")), 0, exact);
     }
-    // the half space below is all that the captors see of an isotropic point
+    // captors see only the lower half space of an isotropic point, so a spot that covers them is
+    // enough
     let point = json!({ "type": "spot", "position": [0.0, 0.0, H], "direction": [0.0, 0.0, -1.0],
                         "half_angle_deg": 60.0, "power": 1000.0 * PI });
     let run = world.light(point).run(20_000_000, 2);
@@ -68,9 +76,12 @@ fn point_sources_of_cie_5_2() {
     check.finish(14);
 }
 
-/// CIE 171 5.3: a Lambertian square metre of axial intensity 1000 cd in the ceiling of a black
-/// room, 4 x 4 x 3 m; 5.4: what its walls receive is what the light emits, exactly.
-/// Seed 3, 2e7 photons, standard errors at most 0.2 %; 10 comparisons, odds of a false alarm 1.1e-3.
+/// CIE 171 5.3: a Lambertian square metre of axial intensity 1000 cd in the ceiling of a black room
+/// of 4 x 4 x 3 m. The closed form is the irradiance by a polygon of uniform radiance. CIE 171 5.4:
+/// all surfaces of the room together receive exactly the power that the lamp emits.
+///
+/// Seed 3, 2e7 photons; standard errors at most 0.2 % of the exact value. 10 comparisons, odds of a
+/// false alarm 1.1e-3.
 #[test]
 fn area_source_of_cie_5_3_and_flux_of_5_4() {
     let lamp = Mesh::square([0.0, 0.0, 3.0], [0.0, 0.0, -1.0], 1.0);
@@ -119,9 +130,13 @@ fn area_source_of_cie_5_3_and_flux_of_5_4() {
     assert_eq!(run.energy.escaped[0], 0.0);
 }
 
-/// CIE 171 5.6: a diffuse floor of reflectance 0.3 under uniform light sends E / (E_h rho) to walls
-/// and ceiling. The uniform light is a Lambertian sheet 0.1 mm above the floor, which hides nothing.
-/// Seed 4, 3e7 photons, standard errors at most 0.2 %; 9 comparisons, odds of a false alarm 1e-3.
+/// CIE 171 5.6: a diffuse floor of reflectance rho = 0.3 under uniform light illuminates black
+/// walls and a black ceiling. The standard gives E / (E_h rho) there, where E_h is the irradiance
+/// of the floor. The uniform light comes from a Lambertian sheet 0.1 mm above the floor, which
+/// casts no shadow.
+///
+/// Seed 4, 3e7 photons; standard errors at most 0.2 % of the exact value. 9 comparisons, odds of a
+/// false alarm 1e-3.
 #[test]
 fn diffuse_floor_of_cie_5_6() {
     const RHO: f64 = 0.3;
@@ -172,9 +187,12 @@ fn diffuse_floor_of_cie_5_6() {
     assert_eq!(run.energy.escaped[0], 0.0);
 }
 
-/// CIE 171 5.8: mean indirect illuminance rho Phi / (96 (1 - rho)) in a cube of 4 m with a lamp of
-/// 10 000 lm at its centre; the seven reflectances are seven bands of one run.
-/// Seed 5, 5e5 photons, standard errors at most 0.2 %; 7 comparisons, odds of a false alarm 8e-4.
+/// CIE 171 5.8: a cube of 4 m with a lamp of 10 000 lm at its centre. The mean indirect illuminance
+/// of the walls is rho Phi / (96 (1 - rho)), where 96 m2 is their area. The seven reflectances rho
+/// of the standard are seven bands of one run.
+///
+/// Seed 5, 5e5 photons; standard errors at most 0.2 % of the exact value. 7 comparisons, odds of a
+/// false alarm 8e-4.
 #[test]
 fn interreflections_of_cie_5_8() {
     let published = [
@@ -199,7 +217,8 @@ fn interreflections_of_cie_5_8() {
         let exact = rho * 10_000.0 / (96.0 * (1.0 - rho));
         rounds_to(exact / lux, 1.0, 0.01);
         let received = front(&run, "room");
-        // each photon arrives once directly: all the error is in the indirect part
+        // each photon arrives once directly, so the direct part is exact and all the error is in
+        // the indirect part
         let indirect = received.irradiance[band] - 10_000.0 / 96.0;
         let se = received.irradiance_se[band].unwrap();
         check.add(format!("rho {rho}"), indirect, se, exact);

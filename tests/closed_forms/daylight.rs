@@ -1,4 +1,4 @@
-//! What openings, panes and edges let through of the sky and the sun.
+//! The light of the sky and the sun behind openings, panes and edges.
 
 use std::f64::consts::PI;
 
@@ -15,9 +15,14 @@ fn sky(model: &str) -> Value {
     json!({ "type": "sky", "model": model, "irradiance": 100 })
 }
 
-/// A round hole in a black roof. Uniform sky: the view factor of two coaxial discs (Howell, A Catalog of Radiation Heat
-/// Transfer Configuration Factors, C-41); overcast sky, a sensor of 1 cm under a hole of half angle t:
-/// Lz / 3 (pi sin^2 t + 4 pi / 3 (1 - cos^3 t)). Standard errors at most 0.2 %; 3 comparisons, odds of a false alarm 2e-4.
+/// A round captor lies under a round hole in a black roof; it receives only light that passes the
+/// hole. Under a uniform sky the exact value is the view factor of two coaxial discs (Howell, A
+/// Catalog of Radiation Heat Transfer Configuration Factors, C-41). Under an overcast sky of zenith
+/// radiance Lz, a captor with a radius of 1 cm under a hole of half angle t receives Lz / 3 (pi
+/// sin^2 t + 4 pi / 3 (1 - cos^3 t)).
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 3 comparisons, odds of a false alarm
+/// 2e-4.
 #[test]
 fn a_round_hole() {
     let mut check = Comparisons::new("round hole", 0.002).rounding(3e-4);
@@ -46,8 +51,12 @@ fn a_round_hole() {
     check.finish(3);
 }
 
-/// A uniform sky through a pane that covers all of it: 0.8464 of it, the mean over the hemisphere of what both
-/// polarisations leave. Standard errors at most 0.2 %; 2 comparisons, odds of a false alarm 2e-4.
+/// A horizontal captor lies under a thin pane, which covers all of the uniform sky that it sees. It
+/// receives 0.8464 of the open sky's irradiance: the mean transmittance over the hemisphere, half
+/// from each polarisation.
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of a false alarm
+/// 2e-4.
 #[test]
 fn a_pane_under_the_sky() {
     let passed =
@@ -67,9 +76,13 @@ fn a_pane_under_the_sky() {
     check.finish(2);
 }
 
-/// The penumbra of an edge 1 m above, under the sun in the zenith, is 2 x 4.65 mm wide. In its bright half the share of
-/// the disc that is seen is (acos(-u) + u sqrt(1 - u^2)) / pi, with u from 0 in the middle to 1: in the mean
-/// 1 - 2 / (3 pi). Standard errors at most 0.2 %; 2 comparisons, odds of a false alarm 2e-4.
+/// The sun stands in the zenith and a black roof ends in a straight edge 1 m above the ground. The
+/// penumbra of the edge is 2 x 4.65 mm wide. At u, which goes from 0 in the middle of the penumbra
+/// to 1 at its bright end, the visible fraction of the sun's disc is (acos(-u) + u sqrt(1 - u^2)) /
+/// pi. The captor covers this bright half, where the mean fraction is 1 - 2 / (3 pi).
+///
+/// Seed 1; standard errors at most 0.2 % of the exact value. 2 comparisons, odds of a false alarm
+/// 2e-4.
 #[test]
 fn the_penumbra_of_an_edge() {
     let half = 0.2666f64.to_radians().tan();
@@ -91,7 +104,8 @@ fn the_penumbra_of_an_edge() {
     check.finish(2);
 }
 
-/// In the polar night nothing shines: no light in the result, and a warning.
+/// In the polar night neither the sun nor the sky gives any light: the irradiance is exactly 0, and
+/// a warning for each of the two lights says that it is dark.
 #[test]
 fn the_polar_night_is_dark() {
     let scene = World::new()

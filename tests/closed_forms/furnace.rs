@@ -1,4 +1,5 @@
-//! Furnaces: where the walls glow alike, radiance is the same everywhere.
+//! Furnaces: in a closed room whose walls all have the same radiance, the radiance is the same
+//! everywhere and in every direction.
 
 use std::f64::consts::PI;
 
@@ -17,7 +18,8 @@ fn unit(v: Point) -> Point {
     v.map(|x| x / length)
 }
 
-/// Squares of 0.8 and 0.9 m in a room of 2 m: the middle, near a corner, close to a wall, tilted.
+/// Returns the captors: squares with sides of 0.8 and 0.9 m in a room of 2 m, one in the middle,
+/// one tilted, one near a corner, and one close to a wall.
 fn probes() -> [(&'static str, Mesh); 4] {
     let tilted = unit([1.0, -2.0, 0.5]);
     [
@@ -32,9 +34,11 @@ fn with_probes(world: World) -> World {
     probes().iter().fold(world, |world, (name, mesh)| world.captor_of_both_sides(name, mesh))
 }
 
-/// Walls that emit L, black; and walls of reflectance 0.5 that emit L / 2: irradiance pi L at any
-/// place and tilt, from both sides.
-/// Seed 1, 1.2e7 and 6e6 photons, standard errors at most 0.2 %; 16 comparisons, odds of a false alarm 1.7e-3.
+/// Two furnaces: black walls that emit the radiance L, and walls of reflectance 0.5 that emit L /
+/// 2. In both the irradiance is pi L at any place, at any tilt, and on both sides of a captor.
+///
+/// Seed 1, 1.2e7 and 6e6 photons; standard errors at most 0.2 % of the exact value. 16 comparisons,
+/// odds of a false alarm 1.7e-3.
 #[test]
 fn isothermal_furnace() {
     let mut check = Comparisons::new("furnace", 0.002);
@@ -57,14 +61,15 @@ fn isothermal_furnace() {
     check.finish(16);
 }
 
-/// Lossless things in a black furnace: a glass ball, a glass cuboid, a mirror, leaves that send back
-/// all they get. Outside them irradiance stays pi L, also close to a leaf. Near the middle of the
-/// ball it is n2 pi L; in the cuboid radiance is n2 L in the directions within the critical cone
-/// of a face and 0 in the others, so that a level captor has pi L from above through the top and
-/// n2 L x 4 (theta - sin theta cos theta) through the sides, theta the critical angle's complement
-/// of a side's cone.
-/// Seed 2, 1.6e7 photons, standard errors at most 0.2 %;
-/// 12 comparisons, odds of a false alarm 1.3e-3.
+/// Lossless objects in a black furnace: a glass ball, a glass cuboid, a mirror, and leaves that
+/// send back or let through all the light that they receive. Outside the objects the irradiance
+/// stays pi L, also close to a leaf. Near the middle of the ball it is n2 pi L. In the cuboid, the
+/// radiance is n2 L in the directions within the critical cone of a face, and 0 in all others. Each
+/// side of a level captor there receives pi L through the top or bottom face and n2 L x 4 (theta -
+/// sin theta cos theta) through the four sides, where theta = asin(1 / n) is the critical angle.
+///
+/// Seed 2, 1.6e7 photons; standard errors at most 0.2 % of the exact value. 12 comparisons, odds of
+/// a false alarm 1.3e-3.
 #[test]
 fn furnace_with_lossless_things_inside() {
     let leaf = json!({ "type": "leaf", "reflectance": 0.55, "transmittance": 0.45 });
@@ -117,9 +122,12 @@ fn furnace_with_lossless_things_inside() {
     assert!(run.energy.lost[0] < 1e-5 * run.energy.power[0], "lost {}", run.energy.lost[0]);
 }
 
-/// A slab between perfect mirrors, glowing floor and ceiling: it has no edges, so that a level
-/// captor in it has pi L.
-/// Seed 3, 3e6 photons, standard errors at most 0.2 %; 4 comparisons, odds of a false alarm 5e-4.
+/// A slab of glass fills the cross section of a shaft with perfect mirrors as walls and a glowing
+/// floor and ceiling. The slab therefore has no edges, and a level captor in it receives pi L on
+/// both sides, as one outside does.
+///
+/// Seed 3, 3e6 photons; standard errors at most 0.2 % of the exact value. 4 comparisons, odds of a
+/// false alarm 5e-4.
 #[test]
 fn slab_without_edges_in_a_furnace() {
     let walls = room([-1.0; 3], [1.0; 3]);

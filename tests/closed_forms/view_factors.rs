@@ -1,13 +1,16 @@
-//! View factors: the share of a Lambertian surface's power that reaches another one.
+//! View factors: the fraction of a Lambertian surface's power that reaches another surface.
 
 use crate::{
     exact::Comparisons,
     world::{Mesh, World, front},
 };
 
-/// Seed 1, 1.2e6 to 1.5e7 photons (standard errors at most 0.1 %), 3 pairs both ways: 6 comparisons,
-/// odds of a false alarm 7e-4. Published: Howell, A Catalog of Radiation Heat Transfer
+/// Three pairs of surfaces, each with light both ways: two parallel rectangles, two perpendicular
+/// squares and two coaxial discs. Published: Howell, A Catalog of Radiation Heat Transfer
 /// Configuration Factors, C-11, C-14, C-41.
+///
+/// Seed 1, 1.2e6 to 1.5e7 photons; standard errors at most 0.1 % of the exact value. 6 comparisons,
+/// odds of a false alarm 7e-4.
 #[test]
 fn view_factors() {
     let mut check = Comparisons::new("view factor", 0.001);
@@ -15,7 +18,7 @@ fn view_factors() {
     let y = |length: f64| [0.0, length, 0.0];
     let z = |length: f64| [0.0, 0.0, length];
 
-    // F21 A2 = F12 A1; `areas` is A1 / A2
+    // the way back follows from reciprocity, F21 A2 = F12 A1; `areas` is A1 / A2
     let mut pair = |what: &str, a: &Mesh, b: &Mesh, factor: f64, areas: f64, photons: [u64; 2]| {
         let share = |from: &Mesh, to: &Mesh, photons| {
             World::new().lamp("lamp", from, 1.0).captor("captor", to).run(photons, 1)

@@ -1,22 +1,24 @@
-//! One room by photons and by paths.
+//! Compares one room by photons and by paths.
 
 use std::sync::atomic::AtomicBool;
 
 use phylux::{Control, Estimator, Running, Scene, Settings};
 
-/// Batches that both errors come from.
+/// Number of batches from which both errors come.
 pub const BATCHES: u64 = 128;
-/// Histories of a batch: photons, and paths from each face.
+/// Histories of a batch: photons in all, and paths from each face.
 const PHOTONS: u64 = 800;
 const PATHS: u64 = 48;
-/// Relative error of photons above which a value is not compared: that of 100 histories.
+/// A value is not compared if the relative error of photons is larger than this, which is the error
+/// of 100 histories.
 const ROUGH: f64 = 0.1;
-/// Errors that two estimates of the same may differ by, in two runs of different seeds.
+/// Two estimates of the same value may differ by this many errors. A value that exceeds it in two
+/// runs of different seeds is wrong.
 const LIMIT: f64 = 4.0;
-/// As in the results: what few batches have found.
+/// As in the results: a larger concentration means that few batches found most of the light.
 const CONCENTRATED: f64 = 0.25;
 
-/// Times the usual photons and paths.
+/// The length of a run, in multiples of the usual numbers of photons and paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Length {
     pub photons: u64,
@@ -29,35 +31,39 @@ impl Length {
     }
 }
 
-/// Why a value is left out. All reasons but the last know nothing of the difference.
+/// Why a value is left out. No reason but the last depends on the difference between photons and
+/// paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LeftOut {
-    /// Fewer than 100 photons found it, about.
+    /// Fewer than about 100 photons found it.
     FewPhotons,
-    /// The paths call it uncertain themselves (`few_paths`): few of them found most of it ...
+    /// The paths call it uncertain (`few_paths`), because few of them found most of the light.
     FewPaths,
-    /// ... or they know of more light that they find by chance alone than their error does.
+    /// The paths call it uncertain, because it has more light that they find by chance only than
+    /// their error accounts for.
     ByChance,
-    /// It is beyond the limit, and left out in the repeat: of no use to tell wrong from chance.
+    /// It is beyond the limit and was left out in the repeat, so it cannot be told whether it is
+    /// wrong or chance.
     InRepeat,
 }
 
-/// One value of a scene as both estimators find it.
+/// One value of a scene, with the difference between both estimators.
 pub struct Compared {
     /// The captor's name.
     pub captor: String,
-    /// What of it.
+    /// The captor, the face or `absorbed`, and the band.
     pub what: String,
-    /// Errors between them.
+    /// The difference in standard errors, or why the value is left out.
     pub z: Result<f64, LeftOut>,
 }
 
-/// Whether a value so many errors off is beyond the limit.
+/// Returns whether a difference of this many errors is beyond the limit.
 pub fn beyond(z: f64) -> bool {
     z.abs() > LIMIT
 }
 
-/// All values that are not zero to both: of photons in a scene, and of paths in another, which is the same.
+/// Compares all values that are not zero in both estimates. Photons are traced in `scene` and paths
+/// in `of_paths`; the two are the same unless a test wants to see a fault found.
 pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Vec<Compared> {
     let photons = phylux::found_and_unseen(scene, BATCHES, length.photons * PHOTONS, seed);
     let found = &photons.parts()[0];
@@ -86,7 +92,7 @@ pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Ve
         for (c, name) in ["front", "back", "absorbed"][..captor.kind.channels()].iter().enumerate()
         {
             let channel = captor.first_channel + c;
-            // what is absorbed comes to all faces
+            // the power absorbed comes from all faces
             let uncertain = faces.get(c).copied().unwrap_or(faces.iter().copied().flatten().next());
             for (b, band) in scene.bands.iter().enumerate() {
                 let [x, y] = [found, &run.totals].map(|totals| totals.running(channel)[b]);
@@ -101,9 +107,11 @@ pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Ve
     all
 }
 
-/// Errors between two estimates that are not both zero, if photons are enough. Their square roots are
-/// compared, as counts have errors that grow with them: those of the square roots do not, and are nearly
-/// normal from 100 counts on (Bartlett 1936).
+/// Returns the difference between two estimates in standard errors; `None` if both are zero. The
+/// square roots are compared, because the errors of counts grow with the counts, while those of
+/// their square roots do not, and are nearly normal from 100 counts on (Bartlett 1936).
+///
+/// Error: photons are too few.
 pub fn z(photons: &Running, paths: &Running) -> Option<Result<f64, LeftOut>> {
     let [x, y] = [photons, paths].map(|running| running.estimate(BATCHES));
     if x.mean == 0.0 && y.mean == 0.0 {
@@ -117,7 +125,7 @@ pub fn z(photons: &Running, paths: &Running) -> Option<Result<f64, LeftOut>> {
         true => 0.5 * error(e) / e.mean.sqrt(),
         false => 0.0,
     };
-    // single precision and the offset of rays move values by some 1e-5
+    // single precision and the offset of rays move values by about 1e-5
     let rounding = 1e-4 * x.mean.max(y.mean).sqrt();
     let apart = (y.mean.sqrt() - x.mean.sqrt()).abs() - rounding;
     let errors = apart.max(0.0) / of_root(&x).hypot(of_root(&y)).max(f64::MIN_POSITIVE);

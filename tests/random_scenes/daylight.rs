@@ -4,17 +4,17 @@ use serde_json::{Value, json};
 
 use super::room::Room;
 
-/// Rows and columns of a map.
+/// Rows and columns of an environment map.
 const TEXELS: [usize; 2] = [4, 8];
 
 impl Room {
-    /// The sky or an environment map, with the sun as often as not, from everywhere or through openings alone;
-    /// a scene has one of each at most.
+    /// Adds the sky or an environment map, and in half of the cases the sun, either from everywhere
+    /// or through openings only. A scene has at most one of each.
     pub(super) fn daylight(&mut self) {
         if std::mem::replace(&mut self.by_day, true) {
             return;
         }
-        // the three colours of a picture are one band or three
+        // the three colours of a picture are one band or three bands
         let may_be_map = matches!(self.bands, 1 | 3);
         let around = match may_be_map && self.dice.chance(0.6) {
             true => self.map(),
@@ -43,8 +43,9 @@ impl Room {
         sky
     }
 
-    /// A map whose colours have each their own texels, some of them black. With smooth things in the room its
-    /// texels are more alike: bright ones paths see in mirrors by chance alone.
+    /// Returns an environment map with different texels in each colour, some of them black. If
+    /// there are smooth objects in the room, the texels differ less, because paths find bright
+    /// texels in mirrors by chance only.
     fn map(&mut self) -> Value {
         let [rows, columns] = TEXELS;
         let darkest = if self.smooth { 125 } else { 118 };
@@ -54,7 +55,7 @@ impl Room {
                 let black = texel > 0 && self.dice.chance(0.2);
                 texels.push(if black { '\0' } else { char::from(64 + self.dice.below(64) as u8) });
             }
-            // an exponent: the file is text, too, as all of its bytes are below 128
+            // the exponent; as all bytes are below 128, the file is valid text
             texels.push(char::from(darkest + self.dice.below(128 - usize::from(darkest)) as u8));
         }
         let map = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {rows} +X {columns}\n{texels}");
@@ -64,7 +65,7 @@ impl Room {
                 "heading_deg": self.dice.between(-180.0, 180.0) })
     }
 
-    /// A light that is infinitely far away.
+    /// Adds a light that is infinitely far away.
     fn infinite_light(&mut self, mut light: Value) {
         if self.dice.chance(0.4) {
             light["name"] = json!(format!("{} through", light["type"].as_str().expect("a type")));
@@ -73,7 +74,8 @@ impl Room {
         self.world = self.world.clone().light(light);
     }
 
-    /// A polygon before one or more of the sides without a wall, smaller or larger than the side.
+    /// Returns polygons in front of one or more of the sides without a wall, each smaller or larger
+    /// than the side.
     fn openings(&mut self) -> Value {
         let all = (0..6).map(|face| (face / 2, face % 2 == 1));
         let mut sides: Vec<_> = all.filter(|side| !self.walls.contains(side)).collect();

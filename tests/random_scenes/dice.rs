@@ -1,10 +1,11 @@
-//! Random choices of the rooms.
+//! Random choices with which the rooms are built.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// SplitMix64 (Steele et al. 2014): scenes must not depend on the streams that are tested.
+/// A generator of random numbers, SplitMix64 (Steele et al. 2014). The scenes must not depend on
+/// phylux's own random streams, which are under test.
 pub struct Dice(pub u64);
 
 impl Dice {
@@ -19,7 +20,7 @@ impl Dice {
         low + (high - low) * self.uniform()
     }
 
-    /// Spread evenly over orders of magnitude.
+    /// Returns a number whose logarithm is uniform.
     pub fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
@@ -42,7 +43,7 @@ impl Dice {
         DVec3::new(across * turn.cos(), across * turn.sin(), z)
     }
 
-    /// Within so many degrees of `axis`.
+    /// Returns a random direction within this number of degrees of `axis`.
     pub fn near(&mut self, axis: DVec3, degrees: f64) -> DVec3 {
         (axis + degrees.to_radians().tan() * self.uniform() * self.direction()).normalize()
     }

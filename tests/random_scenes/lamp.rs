@@ -48,7 +48,7 @@ const ALL: [Kind; 13] = [
 const WITHOUT_SURFACE: [Kind; 6] =
     [Kind::Point, Kind::Led, Kind::Measured, Kind::Spot, Kind::Line, Kind::IsotropicLine];
 
-/// What may lie in the plane of a wall: anything that is no body.
+/// Lights that may lie in the plane of a wall: all except tubes and surfaces with a material.
 const FLAT: [Kind; 9] = [
     Kind::Point,
     Kind::Led,
@@ -61,17 +61,18 @@ const FLAT: [Kind; 9] = [
     Kind::MeasuredArea,
 ];
 
-/// Of these, what does not light the wall itself.
+/// Of these, the lights that do not light the wall itself.
 const RECESSED: [Kind; 5] = [Kind::Led, Kind::Measured, Kind::Spot, Kind::Area, Kind::MeasuredArea];
 
-/// Intensities of a lamp that is twice as bright across as along.
+/// Intensities of a lamp that is twice as bright in one plane as in the plane across it.
 const INTENSITIES: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 4 2 1 2 0.1 1.2 0\n1 1 320\n\
     0 30 60 90\n0 90\n100 90 40 0\n100 180 80 0\n";
 
 impl Room {
-    /// Daylight, or a lamp that stands free, in a housing, or in or close to a wall. With smooth things in the
-    /// room lamps are large or have no surface, and none lights a spot close by, nine times in ten: others
-    /// paths see in mirrors by chance alone, which is too seldom to compare.
+    /// Adds daylight, or a lamp that stands free, in a housing, or in or close to a wall. If there
+    /// are smooth objects in the room, then nine times in ten the lamps are large or have no
+    /// surface, and none lights a spot close by: paths find the others in mirrors by chance only,
+    /// too seldom to be compared.
     pub(super) fn lamp(&mut self) {
         let least = self.size.min_element();
         let wall = self.dice.one_of(&self.walls);
@@ -117,7 +118,8 @@ impl Room {
         }
     }
 
-    /// A light of one of these kinds, of about so many metres, across `axis` or, as a spot, about it.
+    /// Adds a light of one of these kinds with a size of about `radius` (m). It lies across `axis`
+    /// or, if it has a direction, shines along it.
     fn light(&mut self, place: &str, middle: DVec3, axis: DVec3, radius: f64, kinds: &[Kind]) {
         let power: Vec<f64> = (0..self.bands)
             .map(|_| if self.dice.chance(0.15) { 0.0 } else { self.dice.magnitude(1.0, 100.0) })
@@ -138,7 +140,7 @@ impl Room {
         self.world = self.world.clone().light(light);
     }
 
-    /// A light of a kind, without its power.
+    /// Returns a light of this kind, without its power.
     fn shape(&mut self, kind: Kind, middle: DVec3, axis: DVec3, radius: f64) -> Value {
         let u = axis.any_orthonormal_vector();
         let v = axis.cross(u);
@@ -159,7 +161,7 @@ impl Room {
             Kind::Spot => {
                 let tilt = if self.smooth { 0.0 } else { 30.0 };
                 let axis = self.turn * self.dice.near(axis, tilt);
-                // one of more than 90 degrees lights the very wall that it lies in
+                // a spot of more than 90 degrees lights the wall in which it lies
                 let [narrowest, widest] = match self.smooth && self.dice.chance(0.95) {
                     true => [60.0, 88.0],
                     false => [10.0, 100.0],

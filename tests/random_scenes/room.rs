@@ -8,32 +8,32 @@ use serde_json::{Value, json};
 use super::dice::Dice;
 use crate::world::{Mesh, World};
 
-/// A room under construction, in its own coordinates: from 0 to `size`.
+/// A room under construction, in its own coordinates from 0 to `size`.
 pub struct Room {
     pub(super) dice: Dice,
     pub(super) world: World,
     pub(super) size: DVec3,
     pub(super) bands: usize,
-    /// Where it stands, and how it is turned.
+    /// How the room is turned in the scene; `shift` says where it stands.
     pub(super) turn: DMat3,
     shift: DVec3,
-    /// Eighths of the room in which nothing stands yet: corners of the low end.
+    /// Eighths of the room in which nothing stands yet, each given by its low corner.
     free: Vec<DVec3>,
-    /// Walls that are there: axis, and which end.
+    /// The walls that exist: the axis across the wall, and whether it is at the high end.
     pub(super) walls: Vec<(usize, bool)>,
     things: usize,
-    /// Whether daylight comes in.
+    /// Whether daylight enters.
     pub(super) by_day: bool,
-    /// Whether something in it shines, mirrors or refracts.
+    /// Whether an object in the room is glossy, mirrors or refracts.
     pub(super) smooth: bool,
 }
 
 const DULL: [&str; 3] = ["paint", "leaf", "weave"];
-/// What sheets and bodies may be of that shine, mirror or refract.
+/// Materials of sheets and of bodies that are glossy, mirror or refract.
 const SMOOTH_SHEETS: [&str; 6] = ["waxy leaf", "gloss", "coat", "mirror", "pane", "cover"];
 const SMOOTH_BODIES: [&str; 5] = ["gloss", "coat", "mirror", "glass", "jelly"];
 
-/// The scene of a number.
+/// Returns the scene with this number.
 pub fn room(number: u64) -> World {
     let mut dice = Dice(number.wrapping_mul(0x2545_f491_4f6c_dd1d));
     let bands = 1 + dice.below(5);
@@ -120,13 +120,14 @@ impl Room {
         self.world = self.world.clone().with_file("weave.csv", &weave);
     }
 
-    /// Three numbers, the largest of them between these.
+    /// Returns three falling numbers, the first between `low` and `high`.
     fn falling(&mut self, low: f64, high: f64) -> [f64; 3] {
         let first = self.dice.between(low, high);
         [first, first * self.dice.between(0.8, 1.0), first * self.dice.between(0.5, 0.8)]
     }
 
-    /// A scattering function as it is measured, of a sheet that scatters forward and backward.
+    /// Returns a table of a measured scattering function, of a sheet that scatters forwards and
+    /// backwards.
     fn weave(&mut self) -> String {
         let names: Vec<String> = (0..self.bands).map(|b| format!(",b{b}")).collect();
         let mut table = format!("theta_i,phi_i,theta_o,phi_o{}\n", names.concat());
@@ -135,7 +136,8 @@ impl Room {
                 .into_iter()
                 .flat_map(|o| [0, 90, 180, 270].map(|a| (o, a)))
             {
-                // at most 0.3 / sr, of light that goes into 2 pi of projected solid angle
+                // at most 0.14 / sr over 2 pi of projected solid angle (both sides): at most 0.88
+                // of the light goes on
                 let f: Vec<String> = (0..self.bands)
                     .map(|_| format!(",{:.4}", self.dice.between(0.0, 0.14)))
                     .collect();
@@ -145,10 +147,10 @@ impl Room {
         table
     }
 
-    /// One of the smooth materials, or a dull one.
+    /// Returns one of the given smooth materials, or a dull one.
     fn material(&mut self, smooth: &[&'static str]) -> &'static str {
         if self.dice.chance(0.65) {
-            // inside bodies of leaf it is dark
+            // it is dark inside bodies made of leaf, so they are painted
             return if smooth == SMOOTH_BODIES { "paint" } else { self.dice.one_of(&DULL) };
         }
         self.smooth = true;
@@ -170,7 +172,7 @@ impl Room {
         format!("{what} {}", self.things)
     }
 
-    /// A surface that counts as often as not.
+    /// Adds a surface, which is a captor in half of the cases.
     pub(super) fn surface(&mut self, what: &str, material: &str, mesh: &Mesh) {
         let (name, mesh) = (self.name(&format!("{what} of {material}")), self.placed(mesh));
         let world = self.world.clone();
@@ -180,7 +182,8 @@ impl Room {
         };
     }
 
-    /// The point of a side of the room at fractions of it, and its normal into the room.
+    /// Returns the point at fractions `s` and `t` of a side of the room, and its normal into the
+    /// room.
     pub(super) fn on_wall(&self, (axis, high): (usize, bool), s: f64, t: f64) -> (DVec3, DVec3) {
         let mut at = self.size * DVec3::splat(s);
         at[(axis + 1) % 3] = self.size[(axis + 1) % 3] * t;
@@ -190,7 +193,7 @@ impl Room {
         (at, normal)
     }
 
-    /// Six walls, or fewer; most of the paint of the walls.
+    /// Adds six walls, or fewer; most are of the material `wall`.
     fn build_walls(&mut self) {
         let faces = crate::world::room([0.0; 3], self.size.to_array());
         let open = if self.dice.chance(0.6) { 0 } else { 1 + self.dice.below(3) };
@@ -204,7 +207,8 @@ impl Room {
         }
     }
 
-    /// Middle of an eighth of the room that is then no longer free, and the radius of what may stand there.
+    /// Takes a free eighth of the room, and returns its middle and the radius (m) of the largest
+    /// object for it.
     pub(super) fn take(&mut self) -> (DVec3, f64) {
         let eighth = self.free.swap_remove(self.dice.below(self.free.len()));
         (eighth + 0.25 * self.size, 0.22 * self.size.min_element())
@@ -232,7 +236,8 @@ impl Room {
         }
     }
 
-    /// A sensor that lies in a wall, or floats: tilted, or as a wall faces. Some weigh light by its angle.
+    /// Adds a virtual captor that lies in a wall or floats in the room, tilted or parallel to a
+    /// wall. Some weigh light by its angle.
     fn captor(&mut self) {
         let size = self.size.min_element() * self.dice.between(0.4, 0.8);
         let at: [f64; 3] = [(); 3].map(|()| self.dice.between(0.25, 0.75));
@@ -258,7 +263,7 @@ impl Room {
         };
     }
 
-    /// What a sensor makes of light by its angle: between 1 and 4 factors.
+    /// Returns a response by angle, of 1 to 4 factors.
     fn response(&mut self) -> Value {
         let angles = [15.0, 40.0, 65.0, 90.0].into_iter().take(1 + self.dice.below(4));
         angles

@@ -1,4 +1,4 @@
-//! What was compared in some rooms.
+//! The outcome of the comparisons in some rooms, and how it is printed.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -6,7 +6,7 @@ use phylux::Scene;
 
 use super::compare::{Compared, LeftOut, beyond};
 
-/// Values of one kind.
+/// How many values of one kind were compared, or left out for each reason.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     compared: usize,
@@ -44,25 +44,27 @@ impl Counts {
     }
 }
 
-/// What was compared in some rooms.
+/// The outcome of the comparisons in some rooms.
 #[derive(Default)]
 pub struct Tried {
     all: Counts,
-    /// By what they are of, and by what is in the room.
+    /// Counts for each kind of captor that a value belongs to, and for each kind of material or
+    /// light in its room.
     kinds: BTreeMap<String, Counts>,
     squares: f64,
-    /// Values beyond 2, 3 and 4 errors.
+    /// Number of values that differ by more than 2, 3 and 4 errors.
     beyond: [usize; 3],
-    /// What is wrong.
+    /// Values that are wrong.
     pub wrong: Vec<String>,
-    /// What is beyond the limit, and left out in its repeat: neither wrong nor right.
+    /// Values beyond the limit that were left out in the repeat, so that they are neither wrong nor
+    /// right.
     pub open: Vec<String>,
-    /// What is beyond the limit once, but not in its repeat.
+    /// Values that were beyond the limit once, but not in the repeat.
     pub chance: Vec<String>,
 }
 
 impl Tried {
-    /// Values of one room.
+    /// Adds the values of one room.
     pub fn add(&mut self, scene: &Scene, values: &[Compared]) {
         let mut inside: Vec<String> = scene
             .materials
@@ -86,12 +88,13 @@ impl Tried {
         }
     }
 
-    /// Judges the values of a room beyond the limit by its second run: those that are beyond it there, too, the
-    /// same way, are wrong; those that it leaves out are open, and left out of the first as well.
+    /// Judges the values of a room that are beyond the limit by the room's second run. Those that
+    /// are beyond it there too, in the same direction, are wrong. Those that the second run leaves
+    /// out are open, and become left out in `first` as well.
     pub fn repeated(&mut self, name: &str, first: &mut [Compared], again: &[Compared]) {
         for value in first {
             let Some(z) = value.z.ok().filter(|&z| beyond(z)) else { continue };
-            // what is not there is zero to both
+            // a value that is missing is zero in both estimates
             let after = again.iter().find(|c| c.what == value.what).map_or(Ok(0.0), |c| c.z);
             let then = after.map_or_else(|why| format!("{why:?}"), |z| format!("{z:.1}"));
             let list = match after {
@@ -122,13 +125,14 @@ impl Tried {
         self.all.compared
     }
 
-    /// The share of values that are left out.
+    /// Returns the fraction of values that are left out.
     pub fn share_left_out(&self) -> f64 {
         self.all.share()
     }
 }
 
-/// What a thing is, of its name: `ball` of `ball of glass 7`, `flush Spot` of `flush Spot 9`.
+/// Returns the kind of an object from its name: `ball` for `ball of glass 7`, `flush Spot` for
+/// `flush Spot 9`.
 fn kind(name: &str) -> &str {
     let name = name.split('/').next().unwrap_or(name);
     let name = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ');

@@ -1,4 +1,5 @@
-//! What a sweep may touch in its folder: what it has made, and only while that is as it was made.
+//! The files that a sweep may replace or remove in its folder: only those that it has written
+//! itself, and only if they are unchanged.
 
 #![cfg(unix)]
 
@@ -11,7 +12,7 @@ const SWEEP: &str =
     r#"{"scene": "scene.json", "vary": {"/materials/wall/reflectance": [0.1, 0.2, 0.3]}}"#;
 const WIDER: &str =
     r#"{"scene": "scene.json", "vary": {"/materials/wall/reflectance": [0.1, 0.2, 0.3, 0.4]}}"#;
-/// The name of the plot.
+/// The file name of the plot.
 const PLOT: &str = "materials_wall_reflectance.svg";
 
 fn write(folder: &TestScene, name: &str, content: &str) {
@@ -22,7 +23,7 @@ fn read(folder: &TestScene, name: &str) -> String {
     fs::read_to_string(folder.path(name)).expect("a file")
 }
 
-/// That the sweep is refused with these words, and its folder stays as it is.
+/// Asserts that the sweep is refused with these words and that its folder does not change.
 fn refused(folder: &TestScene, words: &str) {
     let before = content(&folder.path("out"));
     let output = any(folder, "sweep sweep.json -o out");
@@ -31,7 +32,8 @@ fn refused(folder: &TestScene, words: &str) {
     assert!(content(&folder.path("out")) == before, "{words}");
 }
 
-/// Started again, a sweep removes and replaces its own tables and plots; files of others stay, in `plots/` too.
+/// A sweep that is started again removes and replaces its own tables and plots. All other files
+/// stay, also those in `plots/`.
 #[test]
 fn files_of_others_stay() {
     let folder = folder(SWEEP);
@@ -50,7 +52,7 @@ fn files_of_others_stay() {
     }
     assert_eq!(read(&folder, "out/runs.csv").lines().count(), 5);
 
-    // the same files as of a folder in which nobody else has written
+    // the files are those of a folder in which nobody else has written
     ok(&folder, "sweep sweep.json -o clean");
     fs::remove_file(folder.path("out/notes.txt")).expect("removed");
     for name in ["mine.svg", "thesis.svg"] {
@@ -59,8 +61,8 @@ fn files_of_others_stay() {
     assert!(differences(&folder.path("out"), &folder.path("clean")).is_empty());
 }
 
-/// A user's own file, a changed one or a link at the place of a table or plot is neither removed nor replaced: it
-/// is to be moved away, and then the sweep goes on.
+/// If a user's file, a changed file or a link is in the place of a table or plot, it is neither
+/// removed nor replaced. The sweep is refused until the user has moved it away.
 #[test]
 fn a_strange_file_in_the_way_is_refused() {
     let folder = folder(SWEEP);
@@ -77,7 +79,7 @@ fn a_strange_file_in_the_way_is_refused() {
         write(&folder, &format!("out/plots/{PLOT}"), "my own");
         refused(&folder, &not_own(&format!("plots/{PLOT}")));
         write(&folder, &format!("out/plots/{PLOT}"), &plot);
-        // a table that is the same by way of a link is not its own
+        // a link to an identical table is not the sweep's own table
         fs::rename(folder.path("out/groups.csv"), folder.path("away.csv")).expect("moved");
         symlink("../away.csv", folder.path("out/groups.csv")).expect("a link");
         refused(&folder, "out/groups.csv: is not ");
@@ -98,7 +100,7 @@ fn a_strange_file_in_the_way_is_refused() {
     symlink("../far", folder.path("out/plots")).expect("a link");
     refused(&folder, "out/plots: is a link, which no sweep has made; move it away");
     assert_eq!(listing(&folder.path("far")), [PLOT]);
-    // a written record leads to nothing outside
+    // a changed record cannot lead the sweep to files outside its folder
     fs::remove_file(folder.path("out/plots")).expect("removed");
     let record = read(&folder, "out/written.json");
     let far = record.replace(&format!("plots/{PLOT}"), &format!("../far/{PLOT}"));
@@ -108,7 +110,7 @@ fn a_strange_file_in_the_way_is_refused() {
     assert_eq!(listing(&folder.path("far")), [PLOT]);
 }
 
-/// What another process writes in the folder for a moment is not what a dead sweep has left.
+/// Temporary files of other processes stay; those that an interrupted sweep has left are removed.
 #[test]
 fn temporary_files_of_others_stay() {
     let folder = folder(SWEEP);
@@ -123,19 +125,19 @@ fn temporary_files_of_others_stay() {
     assert!(!folder.path("out/runs/.phylux-sweep-abcdef").exists());
 }
 
-/// The names of the files of runs.
+/// Returns the paths of the files of runs.
 fn runs(folder: &TestScene) -> Vec<String> {
     listing(&folder.path("out/runs")).iter().map(|name| format!("out/runs/{name}")).collect()
 }
 
-/// A file of a run as it was written before there were checksums.
+/// Returns the file of a run as older versions wrote it, without a checksum.
 fn unsealed(text: &str) -> String {
     let (body, seal) = text.rsplit_once(",\n  \"sha256\": ").expect("a checksum");
     assert_eq!(seal.len(), 64 + 2 + 3);
     format!("{body}\n}}\n")
 }
 
-/// Whatever happens to the file of a run, the run is done again, and all is as it was.
+/// If the file of a run is damaged in any way, the run is done again, and the folder is as before.
 #[test]
 fn a_damaged_run_is_done_again() {
     let folder = folder(
@@ -185,8 +187,9 @@ fn a_damaged_run_is_done_again() {
     }
 }
 
-/// In folders of before, files of runs have no checksum and no tables are known: runs that are whole count, tables
-/// that would be the same stay, and others are to be moved away.
+/// In folders of older versions, the files of runs have no checksum and there is no record of
+/// tables. Complete runs are reused. Tables that would be the same stay; others must be moved away
+/// by the user.
 #[test]
 fn folders_of_before_go_on() {
     let folder = folder(SWEEP);
@@ -229,7 +232,8 @@ fn folders_of_before_go_on() {
     assert_eq!(said, "4 of 4 runs are done, 3 of them from before; wrote out\n");
 }
 
-/// Parts are not written into, and one that is damaged is named; a part of before has the same results.
+/// The folders of shards are not written into when they are merged, and a damaged one is named. A
+/// shard of an older version has the same results.
 #[test]
 fn parts_stay_as_they_are() {
     let folder = folder(SWEEP);

@@ -1,9 +1,9 @@
-//! Every bad sweep file gets its sentence, and nothing is written.
+//! Every wrong sweep file is refused with a message, and nothing is written.
 
 use super::*;
 use crate::bad_input::listing;
 
-/// That the sweep is refused with words after `error: sweep.json: `.
+/// Asserts that the sweep is refused with these words after `error: sweep.json: `.
 fn bad(sweep: &str, words: &str) {
     let folder = folder(sweep);
     let before = listing(&folder.path(""));
@@ -172,7 +172,7 @@ fn bad_scenes_and_folders() {
     fs::write(folder.path("scene.json"), "{").expect("a scene");
     refused("sweep sweep.json -o out", 2, "error: scene.json: line 1");
     fs::write(folder.path("scene.json"), SCENE).expect("a scene");
-    // a folder of something else keeps all that it holds
+    // a folder that is not a sweep's keeps all its files
     let before = listing(&folder.path(""));
     refused("sweep sweep.json -o .", 2, "error: .: holds ");
     refused("sweep sweep.json -o a.obj", 2, "error: a.obj: is a file, not a folder");

@@ -1,4 +1,5 @@
-//! Sweeps that are stopped, killed or cut into parts end with the same bytes as one that ran through.
+//! Sweeps that are stopped, killed or divided into shards give the same bytes as one that ran
+//! through.
 
 #![cfg(unix)]
 
@@ -13,7 +14,8 @@ use phylux::Stream;
 use super::*;
 use crate::{bad_input::listing, common::binary};
 
-/// Twelve powers and three seeds; one run in four fails.
+/// Three powers, four reflectances and three seeds; one run in four fails because of its
+/// reflectance.
 const SWEEP: &str = r#"{"scene": "scene.json", "seeds": 3, "vary": {
     "/lights/0/power": {"from": 1, "to": 3, "steps": 3}, "/materials/wall/reflectance": [0.1, 0.2, 0.3, 1.5]}}"#;
 
@@ -27,9 +29,9 @@ fn start(folder: &TestScene, arguments: &str) -> Child {
         .expect("phylux starts")
 }
 
-/// Killed at any moment and started again, until 60 kills have come before the end: while it reads,
-/// looks, runs and writes tables. Moments by the stream of seed 5, up to 40 ms after the start; what is
-/// compared does not depend on them.
+/// A sweep is killed at random moments and started again, until 60 kills have come before its end:
+/// while it reads, compares, runs or writes tables. The moments come from the stream of seed 5 and
+/// are up to 40 ms after the start. The comparison does not depend on them.
 #[test]
 fn a_killed_sweep_ends_like_any_other() {
     let folder = folder(SWEEP);
@@ -54,7 +56,8 @@ fn a_killed_sweep_ends_like_any_other() {
     }
 }
 
-/// Ctrl-C ends a sweep in order: what is finished stays, no half file, and it goes on from there.
+/// Ctrl-C ends a sweep in order: finished runs stay, no incomplete file is left, and the sweep can
+/// be continued.
 #[test]
 fn an_interrupted_sweep_goes_on() {
     let folder = folder(r#"{"scene": "scene.json", "vary": {"/settings/photons": [1000, 1e13]}}"#);
@@ -65,7 +68,7 @@ fn an_interrupted_sweep_goes_on() {
         assert!(started.elapsed() < Duration::from_secs(120), "no results");
         sleep(Duration::from_millis(5));
     }
-    // no second one at the same time
+    // a second sweep cannot work in the same folder at the same time
     let output = any(&folder, "sweep sweep.json -o out");
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).starts_with("error: out: another phylux is at work in this folder"));
@@ -85,8 +88,8 @@ fn an_interrupted_sweep_goes_on() {
     assert_eq!(said, "2 of 2 runs are done, 1 of them from before; wrote out\n");
 }
 
-/// Shards, joined in any order, are what one machine writes; parts that do not belong together are
-/// refused.
+/// Shards that are merged in any order give the bytes of a sweep on one machine. Shards that do not
+/// belong together are refused.
 #[test]
 fn shards_merge_to_the_same_bytes() {
     let folder = folder(SWEEP);

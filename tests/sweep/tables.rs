@@ -1,11 +1,11 @@
-//! What a sweep runs, and what its tables say.
+//! The runs of a sweep, and the contents of its tables.
 
 use std::{collections::HashMap, fs};
 
 use super::*;
 use crate::{bad_input::listing, common::run_file};
 
-/// The rows of a table: column -> cell.
+/// Returns the rows of a table, each as a map from column to cell.
 fn rows(folder: &TestScene, name: &str) -> Vec<HashMap<String, String>> {
     let mut table = csv::Reader::from_path(folder.path(name)).expect("a table");
     table.deserialize().map(|row| row.expect("a row")).collect()
@@ -15,7 +15,7 @@ fn column(folder: &TestScene, name: &str, column: &str) -> Vec<String> {
     rows(folder, name).iter().map(|row| row[column].clone()).collect()
 }
 
-/// That a Parquet file says what the CSV file of the same name says.
+/// Asserts that a Parquet file holds the same as the CSV file of the same name.
 fn check_parquet(folder: &TestScene, name: &str) {
     use parquet::{file::reader::FileReader, record::Field};
     let file = fs::File::open(folder.path(&format!("{name}.parquet"))).expect("a Parquet file");
@@ -26,7 +26,7 @@ fn check_parquet(folder: &TestScene, name: &str) {
     for record in csv.records().map(|record| record.expect("a row")) {
         let row = rows.next().expect("as many rows").expect("a row");
         for ((column, field), (name, cell)) in row.get_column_iter().zip(head.iter().zip(&record)) {
-            // only in a CSV file a text may need an apostrophe
+            // in a CSV file a text may need an apostrophe, in Parquet it does not
             assert_eq!(column, name.trim_start_matches('\''));
             match field {
                 Field::Null => assert_eq!(cell, ""),
@@ -99,7 +99,7 @@ fn a_grid_runs_every_pair() {
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
         assert!(svg.contains("irradiance, W/m2") && !svg.contains("NaN"), "{name}");
     }
-    // what takes another time each time stands apart
+    // times differ each time, so they are in a file of their own
     assert_eq!(column(&folder, "out/times.csv", "file"), column(&folder, "out/runs.csv", "file"));
 }
 
@@ -123,7 +123,7 @@ fn zip_and_samples() {
         ok(&folder, &format!("sweep sweep.json -o {out}"));
         let table = format!("{out}/runs.csv");
         let powers = column(&folder, &table, "/lights/0/power");
-        // one in each eighth
+        // one value in each eighth
         let mut parts: Vec<usize> = powers
             .iter()
             .map(|power| ((power.parse::<f64>().expect("a number") - 10.0) / 10.0) as usize)
@@ -135,7 +135,8 @@ fn zip_and_samples() {
     }
 }
 
-/// A run that fails stops no other, and says why in the table; corrected, it alone runs again.
+/// A run that fails does not stop the others, and its error is in the table. After a correction
+/// only this run is done again.
 #[test]
 fn a_failed_run_is_recorded() {
     let sweep = |value| {
@@ -165,7 +166,7 @@ fn a_failed_run_is_recorded() {
     assert_eq!(column(&folder, "out/runs.csv", "error"), ["", "", ""]);
 }
 
-/// A change of the scene or of its files runs again what it affects, and nothing else.
+/// If the scene or its files change, the affected runs are done again, and no others.
 #[test]
 fn a_change_is_noticed() {
     let folder = folder(
@@ -181,14 +182,14 @@ fn a_change_is_noticed() {
     assert_eq!(again(), "4 of 4 runs are done, 4 of them from before; wrote out\n");
     fs::write(folder.path("b.obj"), OBJ.replace("v 0 1 0", "v 0 2 0")).expect("an OBJ file");
     assert_eq!(again(), "4 of 4 runs are done, 2 of them from before; wrote out\n");
-    // a value that the sweep sets in every run
+    // a change of a value that the sweep sets in every run affects nothing
     fs::write(folder.path("scene.json"), SCENE.replacen("\"power\": 1", "\"power\": 9", 1))
         .expect("a scene");
     assert_eq!(again(), "4 of 4 runs are done, 4 of them from before; wrote out\n");
     fs::write(folder.path("scene.json"), SCENE.replace("2000", "3000")).expect("a scene");
     assert_eq!(again(), "4 of 4 runs are done; wrote out\n");
     assert_eq!(column(&folder, "out/runs.csv", "photons"), ["3000"; 4]);
-    // a result that was spoiled counts for nothing
+    // a damaged result file is not reused
     let file = format!("out/runs/{}", column(&folder, "out/runs.csv", "file")[1]);
     let text = fs::read_to_string(folder.path(&file)).expect("results");
     fs::write(folder.path(&file), &text[..text.len() / 2]).expect("half of it");
@@ -196,7 +197,7 @@ fn a_change_is_noticed() {
     assert_eq!(fs::read_to_string(folder.path(&file)).expect("results"), text);
 }
 
-/// A group says which of its captors has least and most.
+/// A group names the lowest and the highest value of its captors.
 #[test]
 fn groups_have_a_least_and_a_greatest_captor() {
     let folder =
@@ -219,11 +220,11 @@ fn groups_have_a_least_and_a_greatest_captor() {
     let ends: Vec<f64> = ["min", "max"].map(|end| both[end].parse().expect("a number")).to_vec();
     assert_eq!(values, ends);
     assert!(ends[0] < ends[1], "{ends:?}");
-    // texts have no axis
+    // values that are texts have no axis, so nothing is plotted
     assert!(!folder.path("out/plots").exists());
 }
 
-/// The shipped example is sound.
+/// The shipped example of a sweep is valid.
 #[test]
 fn the_shipped_sweep_is_sound() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -233,8 +234,8 @@ fn the_shipped_sweep_is_sound() {
     phylux::load_base(&sweep).unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// The end of a sweep says how many runs have which warnings, also of those from before; what rests on few
-/// paths has a column.
+/// At its end a sweep says how many runs have which warnings, including runs from before. Values
+/// that rest on few paths have a column for that.
 #[test]
 fn warnings_are_counted() {
     let folder =
@@ -269,8 +270,8 @@ fn a_dry_run_lists_and_writes_nothing() {
     assert_eq!(said.matches(": done\n").count(), 4);
 }
 
-/// Texts that a spreadsheet would run have an apostrophe before them in the CSV files, names of columns too, and
-/// numbers have none.
+/// In CSV files, texts that a spreadsheet would run as formulas begin with an apostrophe, column
+/// names too. Numbers have none.
 #[test]
 fn no_value_is_a_formula() {
     let folder = folder(

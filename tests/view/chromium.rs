@@ -1,4 +1,5 @@
-//! A page in headless Chromium, driven through its DevTools protocol over a pipe.
+//! A page in a Chromium browser without a window, controlled through the DevTools protocol over a
+//! pipe.
 
 use std::{
     cell::{Cell, RefCell},
@@ -19,21 +20,21 @@ pub struct Page {
     from: RefCell<BufReader<ChildStdout>>,
     session: String,
     calls: Cell<u64>,
-    /// Errors and warnings of the page.
+    /// Errors and warnings that the page has written to the console.
     complaints: RefCell<Vec<String>>,
     mouse: Cell<(f64, f64)>,
     _profile: tempfile::TempDir,
 }
 
-/// Longer than anything takes on a busy machine without a graphics card.
+/// A time that no step exceeds, even on a busy machine without a graphics card.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 impl Page {
-    /// Opens a file.
+    /// Opens a file in a new browser.
     pub fn open(path: &Path) -> Self {
         let program = chromium().expect("install Chromium: none is on the PATH");
         let profile = tempfile::tempdir().expect("a folder");
-        // the protocol wants file descriptors 3 and 4
+        // the protocol uses the file descriptors 3 and 4
         let script = r#"exec "$0" "$@" 3<&0 4>&1 0</dev/null 1>/dev/null 2>/dev/null"#;
         let mut browser = Command::new("sh")
             .args(["-c", script])
@@ -80,7 +81,7 @@ impl Page {
         }
     }
 
-    /// The value of an expression in the page; null where it fails.
+    /// Returns the value of an expression in the page, or null if it fails.
     pub fn evaluate(&self, expression: &str) -> Value {
         let arguments =
             json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
@@ -94,7 +95,7 @@ impl Page {
         );
     }
 
-    /// An event of the mouse at a place of the page.
+    /// Sends an event of the mouse at this place of the page, in pixels.
     pub fn mouse(&self, kind: &str, x: f64, y: f64) {
         self.mouse.set((x, y));
         let pressed = if kind == "mouseMoved" { "none" } else { "left" };
@@ -110,7 +111,7 @@ impl Page {
         self.settle();
     }
 
-    /// That the console is empty.
+    /// Asserts that the console holds no errors or warnings.
     pub fn no_complaints(&self) {
         let complaints = self.complaints.borrow();
         assert!(complaints.is_empty(), "{complaints:#?}");
@@ -148,7 +149,7 @@ impl Page {
             "Log.entryAdded" => {
                 let entry = &message["params"]["entry"];
                 let text = entry["text"].as_str().unwrap_or_default();
-                // of the driver: reading a pixel waits for it
+                // a warning of the graphics driver: reading a pixel waits for the picture
                 let about_driver = text.contains("GPU stall due to ReadPixels");
                 ["error", "warning"].contains(&entry["level"].as_str().unwrap_or_default())
                     && !about_driver

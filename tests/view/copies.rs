@@ -1,11 +1,11 @@
-//! Plants that stand in copies are in the page once.
+//! Plants that stand in several copies are stored in the page only once.
 
 use super::{hover, number, open};
 use crate::{common::TestScene, rendered::done};
 use serde_json::Value;
 use std::{f64::consts::PI, fmt::Write, fs};
 
-/// Copies of a plant of 120 triangles: a waving band of 60 squares in two leaves.
+/// Number of copies of a plant of 120 triangles, which is a wavy band of 60 squares in two leaves.
 const COPIES: usize = 40;
 
 fn place(copy: usize) -> ([f64; 3], f64, f64) {
@@ -13,7 +13,7 @@ fn place(copy: usize) -> ([f64; 3], f64, f64) {
     ([0.5 * x, 0.5 * y, 0.0], 37.0 * copy as f64, 0.5 + 0.02 * copy as f64)
 }
 
-/// A corner of the band, as the OBJ file has it.
+/// Returns a corner of the band as it is in the OBJ file.
 fn corner(i: usize, right: usize) -> [f64; 3] {
     [0.03 * right as f64, 0.005 * i as f64, 0.2 + 0.01 * (0.2 * i as f64).sin()]
 }
@@ -54,7 +54,7 @@ fn field() -> TestScene {
     TestScene::new(&scene, &[("plant.obj", &obj), ("floor.obj", floor)])
 }
 
-/// The facts of the page have one shape with all the copies between the floor and the sensor.
+/// Between the floor and the sensor, the page's data holds a single shape with all the copies.
 #[test]
 fn copies_are_stored_once() {
     let scene = field();
@@ -75,14 +75,14 @@ fn copies_are_stored_once() {
     assert_eq!(facts["tiles"], floor + 120 * 40 + sensor);
 }
 
-/// Each corner of each copy is where the scene has it, within a step of 1/65,535 of the plant's size; and the mouse
-/// finds the copy that it is on.
+/// Each corner of each copy is where the scene has it, to a step of 1/65,535 of the plant's size.
+/// The mouse finds the copy that it points at.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_copies_stand_where_the_scene_has_them() {
     let page = open(&field(), &[]);
     let first = number(&page, "shapes[1].first");
-    // the page's metres are from the centre of the scene
+    // the page measures from the centre of the scene
     let shown = |tile: usize| {
         let place = page.evaluate(&format!("cornersOf({})[0]", first as usize + tile));
         [0, 1, 2].map(|axis| place[axis].as_f64().expect("a number"))

@@ -1,17 +1,18 @@
-//! Sliders for the hours of a year.
+//! Sliders that choose an hour of the year in the page of `phylux view`.
 
 use super::{number, open, text};
 use crate::{bad_input::refused, common::TestScene, rendered::done, year::two_days};
 use std::{collections::HashMap, fs};
 
-/// Two days in June by the hour, as CSV.
+/// Computes the hours of two days in June, written as CSV.
 fn computed() -> TestScene {
     let scene = two_days();
     done(&scene.path(""), &["year", "scene.json", "-o", "year", "--csv", "--photons", "100000"]);
     scene
 }
 
-/// The page shows the values of the table and their errors, whatever the hour, and its sliders reach all of them.
+/// For every chosen hour the page shows the values of the table and their errors. Its sliders reach
+/// all hours.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_hours_and_days_are_chosen_by_sliders() {
@@ -59,7 +60,7 @@ fn needs_chromium_hours_and_days_are_chosen_by_sliders() {
         ));
     }
     assert!(colours[0] > colours[1] && colours[2] > 0.0 && colours[3] == 0.0, "{colours:?}");
-    // the link keeps the hour; without it the mean over all hours is shown again
+    // the link restores the hour; without an hour the page shows the mean over all of them again
     let link = text(&page, "linkText()");
     assert!(link.contains("time=2025-06-21+00%3A00"), "{link}");
     page.evaluate("element('byHour').click(); 0");
@@ -70,7 +71,8 @@ fn needs_chromium_hours_and_days_are_chosen_by_sliders() {
     page.no_complaints();
 }
 
-/// Parquet says the same as CSV: the pages are the same, but for how errors of the last digit round.
+/// Hours that are read from Parquet give the same page, byte for byte, as hours that are read from
+/// CSV.
 #[test]
 fn hours_of_parquet_and_of_csv_make_the_same_page() {
     let scene = computed();

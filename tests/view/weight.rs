@@ -1,13 +1,14 @@
-//! What a page of 3 million triangles weighs, and how soon it opens.
+//! The size of a page of 3 million triangles, and the time that it takes to open.
 
 use super::{chromium::Page, number};
 use crate::{common::TestScene, rendered::done};
 use std::{fmt::Write, fs};
 
-/// Copies of a plant of 50 leaves of 200 triangles each: 3,000,000 triangles.
+/// Number of copies of a plant, which has 50 leaves of 200 triangles each: 3,000,000 triangles in
+/// all.
 const PLANTS: usize = 300;
 
-/// A plant of curved leaves in a spiral around its stem.
+/// Returns the OBJ text of a plant with curved leaves in a spiral around its stem.
 fn plant() -> String {
     const SIDE: usize = 10;
     let mut obj = String::new();
@@ -32,8 +33,8 @@ fn plant() -> String {
     obj
 }
 
-/// A field of them under lamps. From 10 million arrivals read 50 by 50 the light varies from triangle to triangle,
-/// with a noise of 14 %.
+/// Returns a field of these plants under lamps. The light is read from 10 million arrivals with the
+/// 50 nearest of them, so it differs from triangle to triangle, with a noise of 14 %.
 fn field(bands: usize, lamps: usize) -> TestScene {
     let names = (0..bands).map(|b| format!(r#"{{"name": "b{b}"}}"#)).collect::<Vec<_>>().join(", ");
     let of_bands = |values: [f64; 2]| format!("{:?}", &values[..bands]);
@@ -78,7 +79,8 @@ fn field(bands: usize, lamps: usize) -> TestScene {
     TestScene::new(&scene, &[("plant.obj", &plant()), ("soil.obj", soil)])
 }
 
-/// One band under one lamp: under 15 MB, and drawn within 5 s of its address. A further band or lamp: at most 4 MB.
+/// The page for one band and one lamp is smaller than 15 MB and drawn within 5 s of opening its
+/// address. A further band or lamp adds at most 4 MB.
 #[test]
 #[ignore = "takes minutes, and needs Chromium"]
 fn nightly_a_page_of_three_million_triangles_is_light() {
