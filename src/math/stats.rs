@@ -92,9 +92,9 @@ impl Running {
 
 /// Returns the rate of events per batch that is exceeded with a confidence of 5 %, if `hit` of
 /// `batches` batches had any event. With the exact bound p of a binomial proportion (Clopper and
-/// Pearson, "The use of confidence or fiducial limits", Biometrika 26, 1934), it is the rate -ln(1
-/// - p) at which such a proportion of the batches has an event. Without any hit it is the rule of
-/// three, 3 / batches; it is infinite if every batch was hit.
+/// Pearson, "The use of confidence or fiducial limits", Biometrika 26, 1934), it is the rate
+/// -ln(1 - p) at which such a proportion of the batches has an event. Without any hit it is the
+/// rule of three, 3 / batches; it is infinite if every batch was hit.
 pub fn rate_bound(hit: u64, batches: u64) -> f64 {
     const CONFIDENCE: f64 = 0.05;
     if hit >= batches {

@@ -105,8 +105,8 @@ fn four_angles_are_read() {
     assert_eq!(table.warnings.len(), 4, "{:?}", table.warnings);
 }
 
-/// Writes a small file of WINDOW with 3 patches; the value of a pair is 0.01 (3 leaving + incident
-/// + 1).
+/// Writes a small file of WINDOW with 3 patches; the value of a pair is
+/// 0.01 (3 leaving + incident + 1).
 fn xml(direction: &str) -> String {
     let block = "<AngleBasisBlock><Theta>0</Theta><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>\
         <UpperTheta>30</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock><Theta>60</Theta><nPhis>2</nPhis>\

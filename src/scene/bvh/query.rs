@@ -69,8 +69,8 @@ pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
     query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
 }
 
-/// Runs a search with code compiled for AVX2. It gives the same bits, as Rust never contracts a * b
-/// + c.
+/// Runs a search with code compiled for AVX2. It gives the same bits, as Rust never
+/// contracts a * b + c.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
 fn ask_avx2<Q: Query>(query: Q) -> Q::Answer {

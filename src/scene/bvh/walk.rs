@@ -265,9 +265,9 @@ impl Probe {
 /// Let u = 2^-24; r the reach of the scene along an axis, o that of the ray's origin, and k one
 /// over the direction's component; R, O and K the same along the main axis (that of the largest
 /// component). The sums below err by less than 6 u (r + o) k. The triangle test shears corners with
-/// errors of 2 u (r + o) and of 5 u (R + O) times the slope, as if the distance were off by 2 u (r
-/// + o) k + 5 u (R + O) K. A pad of 16 u of both terms, with the largest r + o for R + O, covers
-/// both errors: no box is left out in which a triangle would be hit.
+/// errors of 2 u (r + o) and of 5 u (R + O) times the slope, as if the distance were off by
+/// 2 u (r + o) k + 5 u (R + O) K. A pad of 16 u of both terms, with the largest r + o for R + O,
+/// covers both errors: no box is left out in which a triangle would be hit.
 struct Slabs {
     inverse: Vec3A,
     near: Vec3A,

@@ -2,9 +2,9 @@
 //!
 //! A photon of power w arrives at a place of importance J. On average m = w J / R photons leave it,
 //! each with 1 / m of the power that the surface scatters. The product of power and importance
-//! therefore stays near R, its usual value where photons first meet a diffuse surface. Splitting (m
-//! > 1) and roulette (m < 1) are one game (weight windows: Booth, "Monte Carlo variance reduction
-//! approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the roulette of
+//! therefore stays near R, its usual value where photons first meet a diffuse surface. Splitting
+//! (m > 1) and roulette (m < 1) are one game (weight windows: Booth, "Monte Carlo variance
+//! reduction approaches for non-Boltzmann tallies", LA-12433, 1992), which replaces the roulette of
 //! absorption. Where both would let nearly the same number of photons go on, the roulette of
 //! absorption is kept: splitting that gains nothing only costs time.
 
