@@ -74,7 +74,10 @@ mod tests {
             result_file::write_json,
             spoil::{check_error, check_finite, small_run, spoiled},
         },
-        results::compare::Comparison,
+        results::{
+            compare::Comparison,
+            result::{Factor, ToleranceResult},
+        },
         transport::settings::{Estimator, Settings},
     };
 
@@ -91,6 +94,37 @@ mod tests {
         let mut bytes = Vec::new();
         write_json(result, &mut bytes).expect("memory");
         String::from_utf8(bytes).expect("UTF-8").leak()
+    }
+
+    /// Factors of a mix, shares of unseen light and a tolerance that no run can have are refused.
+    #[test]
+    fn every_entry_of_the_head_is_checked() {
+        let accuracy = |asked| ToleranceResult { asked, met: true, worst: None, dark: Vec::new() };
+        let read = |change: &dyn Fn(&mut RunResult)| {
+            let mut result = small_run(Settings { by_light: true, ..Settings::default() });
+            change(&mut result);
+            parse_json(text(&result).as_bytes()).map_err(|error| error.to_string())
+        };
+        let lamp = |factor: Factor| Some([("lamp".to_string(), factor)].into());
+        let bands = read(&|_| ()).expect("results").bands;
+        // a sum has a share of its own, but no factor
+        let own = bands.iter().filter(|band| band.sum_of.is_none()).count();
+        assert!(own < bands.len());
+        for entries in 0..=bands.len() + 1 {
+            let factors = read(&|result| result.mixed = lamp(Factor::Bands(vec![2.0; entries])));
+            let shares = read(&|result| result.unseen = Some(vec![0.1; entries]));
+            for (found, of) in [(factors, own), (shares, bands.len())] {
+                assert_eq!(found.is_ok(), entries == of, "{entries} of {of}");
+                let refused =
+                    |said: String| said.contains("a list has not one entry for each band");
+                assert!(found.is_ok() || found.is_err_and(refused));
+            }
+        }
+        for (number, is_sound) in [(0.01, true), (1e200, false)] {
+            let factor = read(&|result| result.mixed = lamp(Factor::All(number)));
+            let asked = read(&|result| result.tolerance = Some(accuracy(number)));
+            assert_eq!((factor.is_ok(), asked.is_ok()), (is_sound, is_sound), "{number}");
+        }
     }
 
     /// A folder with a valid results file; the tests write damaged files beside it.

@@ -2,7 +2,7 @@
 
 use super::{
     Absorbed, ByLight, CaptorResult, Energy, FaceResult, Factor, GroupResult, NearestResult,
-    RunResult,
+    RunResult, ToleranceResult,
 };
 use crate::math::stats::is_possible;
 
@@ -24,12 +24,34 @@ impl RunResult {
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
         };
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
-        let factors = self.mixed.iter().flat_map(ByLight::values).flat_map(Factor::values);
+        let own = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
+        let mut factors = self.mixed.iter().flat_map(ByLight::values);
         parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
-            && factors.chain(&self.cut_off).all(|number| is_possible(*number))
-            && self.unseen.iter().flatten().all(|share| is_possible(*share))
+            && factors.all(|factor| factor.is_valid(own))
+            && self.unseen.iter().all(|shares| are_values(shares, bands))
+            && self.cut_off.is_none_or(is_possible)
+            && self.tolerance.iter().all(ToleranceResult::is_valid)
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)
+    }
+}
+
+impl Factor {
+    /// `bands` is the number of bands without the sums, which have no factors of their own.
+    fn is_valid(&self, bands: usize) -> bool {
+        match self {
+            Self::All(factor) => is_possible(*factor),
+            Self::Bands(factors) => are_values(factors, bands),
+        }
+    }
+}
+
+impl ToleranceResult {
+    fn is_valid(&self) -> bool {
+        let Self { asked, worst, dark, .. } = self;
+        let error = worst.as_ref().and_then(|worst| worst.relative_error);
+        let mut numbers = dark.iter().map(|dark| dark.below).chain(error).chain([*asked]);
+        numbers.all(is_possible)
     }
 }
 
