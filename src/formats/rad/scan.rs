@@ -45,7 +45,7 @@ pub struct Scan<'a> {
     load: &'a Load<'a>,
     file: RadFile,
     /// Index of the material that each name stands for.
-    named: HashMap<String, Option<usize>>,
+    named: HashMap<String, usize>,
     /// Corners of the polygons that were read, sorted, by material, with the normal of each
     /// polygon.
     polygons: HashMap<(usize, Vec<[u64; 3]>), DVec3>,
@@ -112,13 +112,13 @@ impl<'a> Scan<'a> {
         let mut lexer = Lexer::new(text.trim_start_matches('\u{feff}'));
         self.open.push(path.to_path_buf());
         loop {
-            if let Some(command) = lexer.command() {
-                let place = format!("{}:{}", path.display(), lexer.line);
+            let command = lexer.command();
+            let place = format!("{}:{}", path.display(), lexer.line);
+            if let Some(command) = command {
                 self.command(&command, path, &place, placement)?;
                 continue;
             }
-            let Some(modifier) = lexer.word() else { break };
-            let place = format!("{}:{}", path.display(), lexer.line);
+            let Some(modifier) = self.word(&mut lexer, &place)? else { break };
             if self.dialect == Dialect::Sec2 && modifier == SEC2_SCALE {
                 self.number(&mut lexer, &place, modifier)?;
                 continue;
@@ -127,8 +127,8 @@ impl<'a> Scan<'a> {
                 Error::input(&place, format!("{} without its {what}", quoted(modifier)))
                     .remedy("a primitive is `modifier type identifier`, then its arguments")
             };
-            let kind = lexer.word().ok_or_else(|| missing("type"))?;
-            let identifier = lexer.word().ok_or_else(|| missing("identifier"))?;
+            let kind = self.word(&mut lexer, &place)?.ok_or_else(|| missing("type"))?;
+            let identifier = self.word(&mut lexer, &place)?.ok_or_else(|| missing("identifier"))?;
             let primitive = Primitive { modifier, kind, identifier, place };
             self.primitive(&mut lexer, &primitive, placement)?;
         }
@@ -136,20 +136,23 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    fn number(&mut self, lexer: &mut Lexer, place: &str, of: &str) -> Result<f64> {
+    /// Reads and counts the next word, if there is one.
+    fn word<'t>(&mut self, lexer: &mut Lexer<'t>, place: &str) -> Result<Option<&'t str>> {
         self.words += 1;
-        let word = lexer.word().unwrap_or_default();
-        let number = word.parse().ok().filter(|x: &f64| x.is_finite());
-        match number {
-            Some(number) if self.words <= MOST_WORDS => Ok(number),
-            Some(_) => Err(Error::input(place, format!("more than {MOST_WORDS} numbers"))
-                .remedy("use fewer copies or a coarser mesh")),
-            None => {
-                let problem = format!("{} where {} has a number", quoted(word), quoted(of));
-                Err(Error::input(place, problem)
-                    .remedy("after the identifier stand three counts, each before its arguments"))
-            }
+        if self.words > MOST_WORDS {
+            return Err(Error::input(place, format!("more than {MOST_WORDS} words"))
+                .remedy("use fewer copies or a coarser mesh"));
         }
+        Ok(lexer.word())
+    }
+
+    fn number(&mut self, lexer: &mut Lexer, place: &str, of: &str) -> Result<f64> {
+        let word = self.word(lexer, place)?.unwrap_or_default();
+        word.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+            let problem = format!("{} where {} has a number", quoted(word), quoted(of));
+            Error::input(place, problem)
+                .remedy("after the identifier stand three counts, each before its arguments")
+        })
     }
 
     /// Reads the counts and arguments of a primitive and returns its real arguments; texts and
@@ -165,7 +168,7 @@ impl<'a> Scan<'a> {
                 .remedy("after the identifier stand three counts, each before its arguments"))
         };
         for _ in 0..count(self, lexer)? {
-            if lexer.word().is_none() {
+            if self.word(lexer, place)?.is_none() {
                 return Err(
                     Error::input(place, "the file ends within it").remedy("the file is broken")
                 );
@@ -199,7 +202,7 @@ impl<'a> Scan<'a> {
         let error = |problem: String| Error::input(place, problem);
         match *kind {
             "alias" => {
-                let known = lexer.word().unwrap_or_default();
+                let known = self.word(lexer, place)?.unwrap_or_default();
                 let Some(&material) = self.named.get(known) else {
                     return Err(error(format!(
                         "the alias of {}, which is not defined",
@@ -293,13 +296,11 @@ impl<'a> Scan<'a> {
             place: place.clone(),
         };
         // a file that is included again repeats the same definitions
-        let known = self.named.get(*identifier).copied().flatten();
-        let same = known.filter(|&index| self.file.materials[index] == material);
-        let index = same.unwrap_or(self.file.materials.len());
-        if same.is_none() {
+        let known = self.named.get(*identifier).copied();
+        if known.is_none_or(|index| self.file.materials[index] != material) {
+            self.named.insert(identifier.to_string(), self.file.materials.len());
             self.file.materials.push(material);
         }
-        self.named.insert(identifier.to_string(), Some(index));
         Ok(())
     }
 
@@ -310,7 +311,7 @@ impl<'a> Scan<'a> {
             return Err(Error::input(place, "a surface without material")
                 .remedy("write the name of its material in the place of `void`"));
         }
-        if let Some(&Some(index)) = self.named.get(name) {
+        if let Some(&index) = self.named.get(name) {
             return Ok(index);
         }
         self.file.materials.push(RadMaterial {
@@ -320,7 +321,7 @@ impl<'a> Scan<'a> {
             place: place.to_string(),
         });
         let index = self.file.materials.len() - 1;
-        self.named.insert(name.to_string(), Some(index));
+        self.named.insert(name.to_string(), index);
         Ok(index)
     }
 
@@ -502,5 +503,26 @@ impl<'a> Scan<'a> {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every word counts towards the limit: heads, text arguments and numbers.
+    #[test]
+    fn words_of_every_kind_are_counted() {
+        let text = b"void plastic wall 2 some text 0 5 1 1 1 0 0\nvoid alias w wall\n\
+            w polygon floor 0 0 9 0 0 0 1 0 0 0 1 0";
+        let words = text.split(|b| b.is_ascii_whitespace()).filter(|word| !word.is_empty()).count();
+        for (room, is_read) in [(words + 1, true), (words - 1, false)] {
+            let mut scan = Scan::new(Dialect::Radiance, &|_| Err("no other file".into()));
+            scan.words = MOST_WORDS - room;
+            let read = scan.whole(text, Path::new("a.rad"));
+            assert_eq!(read.is_ok(), is_read, "{room}");
+            let refused = |error: Error| error.to_string().contains("more than 50000000 words");
+            assert!(is_read || read.is_err_and(refused));
+        }
     }
 }
