@@ -71,12 +71,11 @@ impl HeatMaps {
             let short: String = line.chars().take(18).collect();
             area.draw(&Text::new(short, (6, 20 + 18 * i as i32), font(13)))?;
         }
-        let (top, bottom, height) = (90, MAP.1 as i32 - ROOM.3, 1);
-        let rows = (bottom - top) / height;
-        for row in 0..rows {
-            let value = self.at(1.0 - f64::from(row) / f64::from(rows - 1));
-            let (from, to) = ((6, top + row * height), (26, top + (row + 1) * height));
-            area.draw(&Rectangle::new([from, to], colour(&self.scale, value).filled()))?;
+        let (top, bottom) = (90, MAP.1 as i32 - ROOM.3);
+        for y in top..bottom {
+            let value = self.at(1.0 - f64::from(y - top) / f64::from(bottom - top - 1));
+            let row = [(6, y), (26, y + 1)];
+            area.draw(&Rectangle::new(row, colour(&self.scale, value).filled()))?;
         }
         for value in self.scale.ticks(8) {
             let y = bottom - (self.scale.place(value) * f64::from(bottom - top)).round() as i32;
