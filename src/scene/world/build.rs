@@ -199,8 +199,9 @@ impl Scene {
     }
 }
 
-/// Returns the copies with their triangles. The triangles of a copy's parts are contiguous, as
-/// captors are numbered copy by copy.
+/// Returns the copies with their triangles. Triangles are sorted by captor, and a scene file numbers
+/// captors copy by copy, so the triangles of each of its copies are contiguous. A program may number
+/// them otherwise; a copy that is scattered is left out, and is displayed like any other surface.
 fn copies(
     parts: Vec<CopyPart>,
     triangles: &[Range<usize>],
