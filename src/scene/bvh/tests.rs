@@ -1,5 +1,4 @@
-//! Tests of the ray kernel. Every random test is deterministic: its seed is written in it. "Missed"
-//! means a ray that starts inside a closed mesh and gets no hit.
+//! Tests of the ray kernel. Every random test is deterministic: its seed is written in it.
 
 use std::f32::consts::TAU;
 
