@@ -76,9 +76,9 @@ impl Strata {
         let counts = match powers.is_empty() {
             true => vec![histories],
             false => {
-                let largest = |power: &&[f64]| power.iter().copied().fold(0.0, f64::max);
-                let powers: Vec<f64> = powers.iter().map(largest).collect();
-                apportion(shares.unwrap_or(&powers), histories)
+                let largest = powers.iter().map(|power| power.iter().copied().fold(0.0, f64::max));
+                let largest: Vec<f64> = largest.collect();
+                apportion(shares.unwrap_or(&largest), histories)
             }
         };
         let mut first = vec![0];
