@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    basis::Polar,
+    basis::{Polar, Sectors},
     part::{PairValues, Part, View},
 };
 use crate::{
@@ -107,16 +107,18 @@ impl BsdfFaces {
 
 /// Visits every pair with its index, its two directions and the product of their measures.
 fn each_pair(values: &PairValues, mut visit: impl FnMut(usize, Polar, Polar, f64)) {
-    let turns = values.turns.as_deref().unwrap_or(&[0.0]);
+    let sectors = values.turns.as_deref().map_or(Sectors::full(), Sectors::between);
     let mut pair = 0;
     for row in 0..values.rows.len() {
         let (from, of_row) = (values.rows.middle(row), values.rows.measure(row));
         for column in 0..values.columns.len() {
             let (to, of_column) = (values.columns.middle(column), values.columns.measure(column));
-            for turn in turns {
-                let to =
-                    if values.turns.is_some() { Polar { phi: from.phi + turn, ..to } } else { to };
-                visit(pair, from, to, of_row * of_column / turns.len() as f64);
+            for sector in 0..sectors.len() {
+                let to = match values.turns {
+                    Some(_) => Polar { phi: from.phi + sectors.middle(sector), ..to },
+                    None => to,
+                };
+                visit(pair, from, to, of_row * of_column * sectors.share(sector));
                 pair += 1;
             }
         }

@@ -363,6 +363,24 @@ fn tables_can_be_made_reciprocal() {
     assert!(BsdfFaces { front, back: None, bands: BANDS }.reciprocity().error < 1e-6);
 }
 
+/// The error of reciprocity is a mean over the circle: each azimuth counts by the width of its
+/// sector. Here f is 1.2 at +60 and 0.8 at -60 degrees, whose sectors are 45 degrees wide each, and
+/// 1 elsewhere. The mean difference is 0.4 x 90 / 360.
+#[test]
+fn narrow_sectors_count_little() {
+    let around = [-90.0, -60.0, 0.0, 60.0, 90.0];
+    let part = || {
+        pairs([&[40.0], &[0.0]], [&[40.0], &around], |[_, _, _, phi], _| match phi.to_degrees() {
+            50.0..70.0 => 0.12,
+            -70.0..-50.0 => 0.08,
+            _ => 0.1,
+        })
+    };
+    let front = FaceValues { reflected: part(), transmitted: part() };
+    let error = BsdfFaces { front, back: None, bands: BANDS }.reciprocity().error;
+    assert!((error - 0.1).abs() < 1e-6, "{error}");
+}
+
 /// A table that sends on more light than it receives is refused; the message names the face and the
 /// angle.
 #[test]
