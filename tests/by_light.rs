@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     bad_input::phylux,
-    common::{TestScene, run_file},
+    common::{TestScene, binary, run_file},
     world::{Mesh, World, room_with_leaf},
 };
 
@@ -306,11 +306,10 @@ fn what_the_machine_has_no_memory_for_is_refused() {
     });
     let lamp = json!({ "type": "point", "position": [0, 0, 2], "power": 1 });
     let scene = World::new().bands(4096).captors("tiles", captors).light(lamp).write();
-    let program = env!("CARGO_BIN_EXE_phylux");
-    let script =
-        format!("ulimit -v 8000000; exec {program} run scene.json --photons 1e4 --by-light");
+    let script = "ulimit -v 8000000; exec \"$0\" run scene.json --photons 1e4 --by-light";
     let mut command = std::process::Command::new("sh");
-    let output = command.args(["-c", &script]).current_dir(scene.path("")).output().expect("sh");
+    command.args(["-c", script]).arg(binary()).current_dir(scene.path(""));
+    let output = command.output().expect("sh");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use assert_cmd::Command;
 use phylux::SceneSummary;
 
-use crate::common::TestScene;
+use crate::{bad_input::phylux, common::TestScene};
 
 /// Returns a scene with a floor of 4 m, a lamp and a sensor above it, and the given additions.
 fn scene(materials: &str, objects: &str, captors: &str, files: &[(&str, &str)]) -> TestScene {
@@ -320,10 +319,7 @@ fn the_shipped_scenes_are_clean() {
 
 #[test]
 fn the_command_describes_the_scene_and_warns() {
-    let check = |scene: &TestScene| {
-        let mut command = Command::cargo_bin("phylux").expect("the program");
-        command.arg("check").arg(scene.path("scene.json")).output().expect("a run of it")
-    };
+    let check = |scene: &TestScene| phylux(&scene.path(""), &["check", "scene.json"]);
     let output = check(&glass(&turned(&cube())));
     let text = String::from_utf8(output.stdout).expect("text");
     for line in [

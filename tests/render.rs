@@ -6,12 +6,12 @@ use assert_cmd::Command;
 use serde_json::json;
 
 use crate::{
-    common::TestScene,
+    common::{TestScene, binary},
     world::{Mesh, World, room},
 };
 
 fn phylux(scene: &TestScene, arguments: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("phylux").expect("the program");
+    let mut command = Command::new(binary());
     command.arg("render").arg(scene.path("scene.json"));
     command.current_dir(scene.path(".")).args(arguments);
     command
@@ -122,7 +122,7 @@ fn numbers_are_in_exr() {
 #[test]
 fn results_are_drawn_without_tracing() {
     let scene = small_room().write();
-    let mut run = Command::cargo_bin("phylux").expect("the program");
+    let mut run = Command::new(binary());
     run.args(["run", "scene.json"]).current_dir(scene.path(".")).assert().success();
     phylux(&scene, &["--show", "captors", "-o", "a.png"]).args(SMALL).assert().success();
     let from_file = ["--show", "captors", "--results", "results.json", "-o", "b.png"];
@@ -212,7 +212,7 @@ fn scenes_that_do_not_fit_are_refused() {
     refused(&floor, &["--show", "captors"], "the scene has no captor");
 
     let scene = small_room().write();
-    let mut run = Command::cargo_bin("phylux").expect("the program");
+    let mut run = Command::new(binary());
     run.args(["run", "scene.json"]).current_dir(scene.path(".")).assert().success();
     let results = fs::read_to_string(scene.path("results.json")).expect("results");
     for (from, to, sentence) in [
