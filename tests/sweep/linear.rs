@@ -17,7 +17,7 @@ fn scene() -> Value {
             {"name": "left", "type": "point", "position": [0.2, 0.2, 0.1], "power": [1, 1]},
             {"type": "point", "position": [0.3, 0.3, 0.2], "power": 1},
             {"name": "below", "type": "point", "position": [0.3, 0.3, -0.1], "power": [1, 0]},
-            {"name": "fixed", "type": "point", "position": [0.1, 0.4, 0.1], "power": [0.5, 0.25]}
+            {"name": "corner", "type": "point", "position": [0.1, 0.4, 0.1], "power": [0.5, 0.25]}
         ],
         "settings": {"photons": 20000, "seed": 7}
     })
