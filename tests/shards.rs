@@ -44,7 +44,7 @@ fn shuffled(mut names: Vec<String>) -> String {
 /// flights (also if a trial chooses them), paths, and fewer photons than batches. The test does not
 /// depend on chance.
 #[test]
-fn parts_join_to_the_same_bytes() {
+fn shards_join_to_the_same_bytes() {
     let folder = scene();
     for (case, shards) in [
         ("--photons 300003", 3),
@@ -61,7 +61,7 @@ fn parts_join_to_the_same_bytes() {
         ("--photons 20000", 1),
     ] {
         ok(&folder, &format!("run scene.json {case} -o whole.json"));
-        let names: Vec<String> = (1..=shards).map(|i| format!("part{i}.json")).collect();
+        let names: Vec<String> = (1..=shards).map(|i| format!("shard{i}.json")).collect();
         for (name, i) in names.iter().zip(1..) {
             ok(&folder, &format!("run scene.json {case} --shard {i}/{shards} -o {name}"));
         }
@@ -81,17 +81,17 @@ fn what_does_not_belong_together_is_refused() {
     }
     ok(&folder, "run scene.json --photons 5000 --shard 1/8 -o eighth.json");
     ok(&folder, "run scene.json --photons 5000 --seed 2 --shard 2/3 -o seed.json");
-    let part = fs::read_to_string(folder.path("p2.json")).expect("a part");
-    fs::write(folder.path("cut.json"), &part[..part.len() - 100]).expect("a file");
-    fs::write(folder.path("old.json"), part.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
+    let shard = fs::read_to_string(folder.path("p2.json")).expect("a shard");
+    fs::write(folder.path("cut.json"), &shard[..shard.len() - 100]).expect("a file");
+    fs::write(folder.path("old.json"), shard.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
         .expect("a file");
-    let before = part.replacen("\"format\":5,", "", 1);
-    assert_ne!(before, part);
+    let before = shard.replacen("\"format\":5,", "", 1);
+    assert_ne!(before, shard);
     fs::write(folder.path("before.json"), before).expect("a file");
-    let spoiled = part.replacen("\"segments\":", "\"segments\":1", 1);
+    let spoiled = shard.replacen("\"segments\":", "\"segments\":1", 1);
     fs::write(folder.path("spoiled.json"), spoiled).expect("a file");
-    for (name, more) in [("more.json", "x"), ("blank.json", "\n"), ("twice.json", &*part)] {
-        fs::write(folder.path(name), part.clone() + more).expect("a file");
+    for (name, more) in [("more.json", "x"), ("blank.json", "\n"), ("twice.json", &*shard)] {
+        fs::write(folder.path(name), shard.clone() + more).expect("a file");
     }
     let text = fs::read_to_string(folder.path("scene.json")).expect("the scene");
     fs::create_dir(folder.path("other")).expect("a folder");
@@ -107,14 +107,14 @@ fn what_does_not_belong_together_is_refused() {
     fs::create_dir(folder.path("folder")).expect("a folder");
     let before = listing(&folder.path(""));
     let rows = [
-        ("merge p1.json p3.json -o m.json", "merge: part is missing: 2/3; name the files"),
+        ("merge p1.json p3.json -o m.json", "merge: shard is missing: 2/3; name the files"),
         (
             "merge eighth.json -o m.json",
-            "merge: parts are missing: 2/8, 3/8, 4/8, 5/8, 6/8, 7/8 and 1 more",
+            "merge: shards are missing: 2/8, 3/8, 4/8, 5/8, 6/8, 7/8 and 1 more",
         ),
         (
             "merge p1.json p2.json p3.json p1.json -o m.json",
-            "p1.json: is part 1/3, and so is p1.json; name",
+            "p1.json: is shard 1/3, and so is p1.json; name",
         ),
         (
             "merge p1.json seed.json p3.json -o m.json",
@@ -126,7 +126,7 @@ fn what_does_not_belong_together_is_refused() {
         ),
         (
             "merge p1.json p2.json eighth.json -o m.json",
-            "eighth.json: is of another number of parts than",
+            "eighth.json: is of another number of shards than",
         ),
         (
             "merge old.json -o m.json",
@@ -155,10 +155,10 @@ fn what_does_not_belong_together_is_refused() {
         ),
         (
             "merge p1.json p2.json p3.json -o m.json --scene none.json",
-            "none.json: the scene of the parts is not there; say where it is with --scene",
+            "none.json: the scene of the shards is not there; say where it is with --scene",
         ),
-        ("merge scene.json -o m.json", "scene.json: is no part of a run: "),
-        ("merge p1.json folder -o m.json", "folder: is no part of a run: it is not a file"),
+        ("merge scene.json -o m.json", "scene.json: is no shard of a run: "),
+        ("merge p1.json folder -o m.json", "folder: is no shard of a run: it is not a file"),
         ("merge p1.json p2.json p3.json -o p1.json", "is a file that is read"),
         (
             "merge folder -o m.json --scene scene.json",
@@ -197,23 +197,23 @@ fn what_does_not_belong_together_is_refused() {
 /// A shard file in which any one byte is changed gives an error, and no panic (300 changes from the
 /// stream of seed 11).
 #[test]
-fn no_spoiled_part_is_believed() {
+fn no_spoiled_shard_is_believed() {
     let folder = scene();
     for i in 1..=2 {
         ok(&folder, &format!("run scene.json --photons 300 --k 2 --shard {i}/2 -o p{i}.json"));
     }
-    let part = fs::read(folder.path("p2.json")).expect("a part");
+    let shard = fs::read(folder.path("p2.json")).expect("a shard");
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     let join = |name: &str| {
-        let parts: Vec<PathBuf> = vec![folder.path("p1.json"), folder.path(name)];
-        phylux::join(&parts, Some(&folder.path("scene.json")), &control)
+        let shards: Vec<PathBuf> = vec![folder.path("p1.json"), folder.path(name)];
+        phylux::join(&shards, Some(&folder.path("scene.json")), &control)
     };
     join("p2.json").unwrap_or_else(|e| panic!("{e}"));
     let mut stream = Stream::new(11, 0, 0);
     let mut number = |below: usize| (stream.uniform_fine() * below as f64) as usize;
     for _ in 0..300 {
-        let mut spoiled = part.clone();
-        let place = number(part.len());
+        let mut spoiled = shard.clone();
+        let place = number(shard.len());
         spoiled[place] = spoiled[place].wrapping_add(1 + number(255) as u8);
         fs::write(folder.path("spoiled.json"), &spoiled).expect("a file");
         assert!(join("spoiled.json").is_err(), "byte {place}");

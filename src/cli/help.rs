@@ -31,8 +31,8 @@ pub const GROUPS: &[(&str, &[Examples])] = &[
             (
                 "merge",
                 &[
-                    "phylux merge part1.json part2.json part3.json -o results.json",
-                    "phylux merge shard1 shard2 -o lamps",
+                    "phylux merge shard1.json shard2.json shard3.json -o results.json",
+                    "phylux merge lamps1 lamps2 -o lamps",
                 ],
             ),
             (

@@ -73,7 +73,7 @@ impl Outputs {
     }
 
     /// Writes something other than results into the results file, and leaves out the other files.
-    pub(super) fn write_part(
+    pub(super) fn write_shard(
         self,
         read: &FilesRead,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,

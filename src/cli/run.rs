@@ -41,7 +41,7 @@ use crate::{
 
 /// Headings of groups of options in the help.
 const ENDS: &str = "When the run ends";
-const PARTS: &str = "Long runs";
+const LONG_RUNS: &str = "Long runs";
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -88,15 +88,15 @@ pub(super) struct Arguments {
     #[arg(long)]
     by_light: bool,
     /// Trace the I-th of N shards of the run; `phylux merge` joins their files to the results
-    #[arg(long, help_heading = PARTS, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
+    #[arg(long, help_heading = LONG_RUNS, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
     shard: Option<Shard>,
     /// Keep what is done in this file, and go on from there if the file exists: the same command,
     /// after a kill or the end of a job's time, finds the same results. The file is removed once
     /// the results are written
-    #[arg(long, help_heading = PARTS, value_name = "FILE", conflicts_with = "shard")]
+    #[arg(long, help_heading = LONG_RUNS, value_name = "FILE", conflicts_with = "shard")]
     checkpoint: Option<PathBuf>,
     /// With --checkpoint: least time between two writings of the file
-    #[arg(long, help_heading = PARTS, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
+    #[arg(long, help_heading = LONG_RUNS, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
     checkpoint_every: Duration,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
@@ -261,7 +261,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         };
         let write = |shard_sums| {
             interrupt.writing();
-            outputs.write_part(&read, |writer| write_shard(&head, shard_sums, writer))
+            outputs.write_shard(&read, |writer| write_shard(&head, shard_sums, writer))
         };
         run_shard(&scene, &plan, shard, &interrupt, write)?;
         return Ok(0);
@@ -378,7 +378,7 @@ fn run_shard(
     let shard_sums = interrupt.listening(|| simulate_shard(scene, plan, shard, &control));
     bar.finish_and_clear();
     let shard_sums = shard_sums?;
-    let text = format!("part {shard} of {}: {} batches\n", scene.name, shard_sums.batches.len());
+    let text = format!("shard {shard} of {}: {} batches\n", scene.name, shard_sums.batches.len());
     write(shard_sums)?;
     super::terminal::print(&text)
 }

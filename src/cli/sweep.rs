@@ -22,7 +22,7 @@ use crate::{
     formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep},
     studies::{
         check::check_meshes,
-        join::Parts,
+        join::Shards,
         sweep::{
             Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
             load_base, merge, sweep,
@@ -69,7 +69,7 @@ pub(super) struct MergeArguments {
     /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has
     /// written
     #[arg(required = true)]
-    parts: Vec<PathBuf>,
+    shards: Vec<PathBuf>,
     /// Folder for the whole sweep, made if it does not exist; or results file (JSON) of the run
     #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,
@@ -99,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
-    if arguments.parts.iter().any(|part| part.is_file()) {
+    if arguments.shards.iter().any(|shard| shard.is_file()) {
         return run_join(arguments);
     }
     if arguments.scene.is_some() {
@@ -109,7 +109,7 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
     check_folder(&arguments.output)?;
     let interrupt = Interrupt::install()?;
     let outcome =
-        watched(&interrupt, |control| merge(&arguments.parts, &arguments.output, control))?;
+        watched(&interrupt, |control| merge(&arguments.shards, &arguments.output, control))?;
     finish(&outcome, &arguments.output)
 }
 
@@ -120,23 +120,23 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     let place = output.place().map(Path::to_path_buf);
     // checked before the shards are read: this says more than the errors of a shard that the output
     // would replace
-    check_places(place.as_slice(), &FilesRead::new(&arguments.parts))?;
+    check_places(place.as_slice(), &FilesRead::new(&arguments.shards))?;
     let bar = terminal_bar("{elapsed} adding up, {pos} batches");
     bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress: Progress| bar.set_position(progress.photons);
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let scene = arguments.scene.as_deref();
-    let parts = Parts::open(&arguments.parts, scene)?;
-    let read = FilesRead::new(&parts.files);
+    let shards = Shards::open(&arguments.shards, scene)?;
+    let read = FilesRead::new(&shards.files);
     check_places(place.as_slice(), &read)?;
-    let joined = interrupt.listening(|| parts.join(&control));
+    let joined = interrupt.listening(|| shards.join(&control));
     bar.finish_and_clear();
     let result = joined?;
     interrupt.writing();
     output.write(&read, |writer| write_json(&result, writer))?;
     let summary = summary(&result, "");
     super::terminal::warn(&summary.warnings);
-    let from = format!("\nfrom {} parts; ", arguments.parts.len());
+    let from = format!("\nfrom {} shards; ", arguments.shards.len());
     super::terminal::print(
         &(summary.text + &from + &format!("wrote {}\n", place_of(&arguments.output))),
     )

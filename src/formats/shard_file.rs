@@ -192,7 +192,7 @@ impl ShardReader {
     pub fn open(path: &Path) -> Result<Self> {
         let fail = |why: &dyn Display| Error::input(path.display(), why);
         let none = |why: &dyn Display| {
-            fail(&format!("is no part of a run: {why}"))
+            fail(&format!("is no shard of a run: {why}"))
                 .remedy("name files that `phylux run --shard` has written")
         };
         let unreadable = |e: io::Error| fail(&format!("cannot be read: {}", e.kind()));
@@ -217,7 +217,7 @@ impl ShardReader {
     pub fn next(&mut self) -> Result<Line> {
         let spoiled = || {
             Error::input(self.path.display(), "was cut short or changed since it was written")
-                .remedy("trace this part again")
+                .remedy("trace this shard again")
         };
         let before = self.hash.clone();
         let bytes = line(&mut self.reader, &mut self.hash).map_err(|_| spoiled())?;
@@ -236,7 +236,7 @@ impl ShardReader {
     /// scene and settings of the run.
     pub fn does_not_fit(&self) -> Error {
         Error::input(self.path.display(), "does not fit its own scene and settings")
-            .remedy("trace this part again")
+            .remedy("trace this shard again")
     }
 }
 

@@ -1,4 +1,4 @@
-//! Joins the parts of one run that were traced on several machines. The result is the same as that
+//! Joins the shards of one run that were traced on several machines. The result is the same as that
 //! of a single run.
 
 use std::{
@@ -20,57 +20,57 @@ use crate::{
     },
 };
 
-/// Joins the files `parts` to one result. `scene` is the path of the scene, if it is not where the
-/// parts say. Errors: the parts are of different runs, some are missing or given twice, the scene
+/// Joins the files `shards` to one result. `scene` is the path of the scene, if it is not where the
+/// shards say. Errors: the shards are of different runs, some are missing or given twice, the scene
 /// has changed, stopped by `control`.
-pub fn join(parts: &[PathBuf], scene: Option<&Path>, control: &Control) -> Result<RunResult> {
-    Parts::open(parts, scene)?.join(control)
+pub fn join(shards: &[PathBuf], scene: Option<&Path>, control: &Control) -> Result<RunResult> {
+    Shards::open(shards, scene)?.join(control)
 }
 
-/// All parts of one run, with its scene.
-pub struct Parts {
-    /// Readers of the parts, in the order of the shards.
+/// All shards of one run, with its scene.
+pub struct Shards {
+    /// Readers of the shards, in order.
     readers: Vec<ShardReader>,
     scene: Scene,
     settings: Settings,
     choice: Option<Choice>,
-    /// All files that are read: the parts, the scene and the files that it names.
+    /// All files that are read: the shards, the scene and the files that it names.
     pub files: Vec<PathBuf>,
 }
 
-impl Parts {
-    /// Opens the files `parts`, and loads the scene from `scene` or, without one, from where the
-    /// parts say.
-    pub fn open(parts: &[PathBuf], scene: Option<&Path>) -> Result<Self> {
+impl Shards {
+    /// Opens the files `shards`, and loads the scene from `scene` or, without one, from where the
+    /// shards say.
+    pub fn open(shards: &[PathBuf], scene: Option<&Path>) -> Result<Self> {
         let mut readers =
-            parts.iter().map(|path| ShardReader::open(path)).collect::<Result<Vec<_>>>()?;
+            shards.iter().map(|path| ShardReader::open(path)).collect::<Result<Vec<_>>>()?;
         let Some(first) = readers.first() else {
-            return Err(Error::input("merge", "no files").remedy("name those of all parts"));
+            return Err(Error::input("merge", "no files").remedy("name those of all shards"));
         };
         check_version(first)?;
-        readers[1..].iter().try_for_each(|part| check_same(first, part))?;
+        readers[1..].iter().try_for_each(|reader| check_same(first, reader))?;
         readers[1..].iter().try_for_each(check_version)?;
         let (head, of, place) = (first.head.clone(), first.shard.of(), first.path().to_path_buf());
-        readers.sort_by_key(|part| part.shard.index());
+        readers.sort_by_key(|reader| reader.shard.index());
         check_complete(&readers, of)?;
         let choice = head.settings.choice();
         let (loaded, settings) = scene_of(&head, &place, scene)?;
-        let files = parts.iter().chain(&loaded.files).cloned().collect();
+        let files = shards.iter().chain(&loaded.files).cloned().collect();
         Ok(Self { readers, scene: loaded.scene, settings, choice, files })
     }
 
-    /// Adds up the parts.
+    /// Adds up the shards.
     pub fn join(self, control: &Control) -> Result<RunResult> {
         let Self { mut readers, scene, settings, choice, .. } = self;
         let mut joined = Joined::new(&scene, &settings, choice, control)?;
         let mut batches = 0;
-        for part in &mut readers {
-            let mut left = joined.range(part.shard);
+        for reader in &mut readers {
+            let mut left = joined.range(reader.shard);
             loop {
                 if control.stop.load(Ordering::Relaxed) {
                     return Err(Error::interrupted("merge", NOTHING_WRITTEN));
                 }
-                let fits = match part.next()? {
+                let fits = match reader.next()? {
                     Line::Batch { index, sums } => {
                         batches += 1;
                         (control.progress)(Progress { photons: batches, of: None, worst: None });
@@ -85,54 +85,54 @@ impl Parts {
                     }
                     Line::End { .. } => {
                         if left.next().is_some() {
-                            return Err(part.does_not_fit());
+                            return Err(reader.does_not_fit());
                         }
                         break;
                     }
                 };
-                fits.ok_or_else(|| part.does_not_fit())?;
+                fits.ok_or_else(|| reader.does_not_fit())?;
             }
         }
         Ok(RunResult::new(&scene, &settings, &joined.finish()?))
     }
 }
 
-fn check_version(part: &ShardReader) -> Result<()> {
-    let ShardHead { phylux, format, .. } = &part.head;
+fn check_version(reader: &ShardReader) -> Result<()> {
+    let ShardHead { phylux, format, .. } = &reader.head;
     if phylux == VERSION {
         if *format == FORMAT {
             return Ok(());
         }
         let problem = "was written by a phylux with other random numbers and counts";
-        return Err(Error::input(part.path().display(), problem).remedy("trace this part again"));
+        return Err(Error::input(reader.path().display(), problem).remedy("trace this shard again"));
     }
     let problem = format!("is of phylux {phylux}, this is {VERSION}");
-    Err(Error::input(part.path().display(), problem).remedy("merge with the version that ran"))
+    Err(Error::input(reader.path().display(), problem).remedy("merge with the version that ran"))
 }
 
-fn check_same(first: &ShardReader, part: &ShardReader) -> Result<()> {
-    let (a, b) = (&first.head, &part.head);
+fn check_same(first: &ShardReader, reader: &ShardReader) -> Result<()> {
+    let (a, b) = (&first.head, &reader.head);
     let what = match () {
         () if a.phylux != b.phylux => "another version of phylux",
         () if a.inputs != b.inputs => "another scene, or of other contents of its files,",
         () if a.settings != b.settings => "other settings",
-        () if first.shard.of() != part.shard.of() => "another number of parts",
+        () if first.shard.of() != reader.shard.of() => "another number of shards",
         () => return Ok(()),
     };
     let problem = format!("is of {what} than {}", first.path().display());
-    Err(Error::input(part.path().display(), problem).remedy("merge the parts of one run"))
+    Err(Error::input(reader.path().display(), problem).remedy("merge the shards of one run"))
 }
 
 /// Checks that the sorted shards are complete and that each is there once.
-fn check_complete(parts: &[ShardReader], of: usize) -> Result<()> {
-    for pair in parts.windows(2) {
+fn check_complete(readers: &[ShardReader], of: usize) -> Result<()> {
+    for pair in readers.windows(2) {
         if pair[0].shard == pair[1].shard {
             let problem =
-                format!("is part {}, and so is {}", pair[1].shard, pair[0].path().display());
+                format!("is shard {}, and so is {}", pair[1].shard, pair[0].path().display());
             return Err(Error::input(pair[1].path().display(), problem).remedy("name each once"));
         }
     }
-    let there: Vec<usize> = parts.iter().map(|part| part.shard.index()).collect();
+    let there: Vec<usize> = readers.iter().map(|reader| reader.shard.index()).collect();
     let missing = (0..of)
         .filter(|index| there.binary_search(index).is_err())
         .map(|index| format!("{}/{of}", index + 1));
@@ -140,14 +140,14 @@ fn check_complete(parts: &[ShardReader], of: usize) -> Result<()> {
         0 => Ok(()),
         more => {
             let s = if more == 1 { " is" } else { "s are" };
-            let problem = format!("part{s} missing: {}", some(missing, 6));
-            Err(Error::input("merge", problem).remedy("name the files of all parts"))
+            let problem = format!("shard{s} missing: {}", some(missing, 6));
+            Err(Error::input("merge", problem).remedy("name the files of all shards"))
         }
     }
 }
 
-/// Loads the scene of the parts, and returns it with the settings of the run, as the part at
-/// `place` says. The scene is at `path` or, without one, where the part says.
+/// Loads the scene of the shards, and returns it with the settings of the run, as the shard at
+/// `place` says. The scene is at `path` or, without one, where the shard says.
 fn scene_of(
     head: &ShardHead,
     place: &Path,
@@ -155,14 +155,14 @@ fn scene_of(
 ) -> Result<(LoadedScene, Settings)> {
     let path = path.unwrap_or(Path::new(&head.scene));
     if !path.is_file() {
-        let problem = "the scene of the parts is not there";
+        let problem = "the scene of the shards is not there";
         return Err(Error::input(path.display(), problem).remedy("say where it is with --scene"));
     }
     let (loaded, digest) = load_with_digest(path)?;
     if digest != head.inputs {
-        let problem = "it, or a file that it names, is not what the parts were traced in";
+        let problem = "it, or a file that it names, is not what the shards were traced in";
         return Err(Error::input(path.display(), problem)
-            .remedy("merge with the files that the parts were traced with"));
+            .remedy("merge with the files that the shards were traced with"));
     }
     let settings = head.settings.settings(loaded.settings.threads);
     let settings = settings.ok_or_else(|| {
@@ -207,7 +207,7 @@ mod tests {
         folder
     });
 
-    /// The text of the only part of a run.
+    /// The text of the only shard of a run.
     static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let scene = FOLDER.path().join("scene.json");
         let (loaded, inputs) = load_with_digest(&scene).unwrap_or_else(|e| panic!("{e}"));
@@ -248,10 +248,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Any text leads to an error that names the file, or to finite numbers. A part that was
+        /// Any text leads to an error that names the file, or to finite numbers. A shard that was
         /// changed is accepted only if it also has a new checksum.
         #[test]
-        fn no_spoiled_part_panics(bytes in spoiled(FILES.as_slice(), WORDS), seal: bool) {
+        fn no_spoiled_shard_panics(bytes in spoiled(FILES.as_slice(), WORDS), seal: bool) {
             let (scene, path) = (FOLDER.path().join("scene.json"), FOLDER.path().join("p.json"));
             let bytes = if seal { sealed(bytes) } else { bytes };
             fs::write(&path, &bytes).expect("a file");
@@ -261,7 +261,7 @@ mod tests {
                     assert!(seal || bytes == FILES[0].as_bytes());
                     check_finite(&result);
                 }
-                Err(error) if error.to_string().starts_with("merge: part") => {}
+                Err(error) if error.to_string().starts_with("merge: shard") => {}
                 Err(error) if error.to_string().starts_with("merge: not all batches") => {}
                 Err(error) => check_error(&error, FOLDER.path()),
             }
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sound_part_is_read() {
+    fn the_sound_shard_is_read() {
         assert_eq!(sealed(FILES[0].into()), FILES[0].as_bytes());
     }
 }

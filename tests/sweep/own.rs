@@ -245,7 +245,7 @@ fn parts_stay_as_they_are() {
     let output = any(&folder, "merge part1 part2 -o ./part1");
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        stderr(&output).starts_with("error: part1: is a part, and so must stay as it is; name")
+        stderr(&output).starts_with("error: part1: is a shard, and so must stay as it is; name")
     );
     assert!(parts() == before);
 
@@ -254,7 +254,7 @@ fn parts_stay_as_they_are() {
     write(&folder, &name, &text.replacen("\"photons\": 2", "\"photons\": 3", 1));
     let output = any(&folder, "merge part1 part2 -o all");
     assert_eq!(output.status.code(), Some(2));
-    let words = "error: part2: its file of run 2 is damaged; do this part again";
+    let words = "error: part2: its file of run 2 is damaged; do this shard again";
     assert!(stderr(&output).starts_with(words), "{}", stderr(&output));
     assert!(!folder.path("all").exists());
     ok(&folder, "sweep sweep.json -o part2 --shard 2/2");

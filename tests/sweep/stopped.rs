@@ -139,7 +139,7 @@ fn shards_merge_to_the_same_bytes() {
     shard("scene");
     refused(
         "part1 part2 scene",
-        "error: scene: is of another scene than part1; merge parts of one",
+        "error: scene: is of another scene than part1; merge shards of one",
     );
     fs::write(folder.path("scene.json"), SCENE).expect("a scene");
     fs::write(folder.path("sweep.json"), SWEEP.replace("\"seeds\": 3", "\"seeds\": 2"))

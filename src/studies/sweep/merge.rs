@@ -1,4 +1,4 @@
-//! Joins the parts of one sweep that were run apart to what one machine would have written.
+//! Joins the shards of one sweep that were run apart to what one machine would have written.
 
 use std::{
     collections::HashMap,
@@ -24,28 +24,28 @@ use crate::{
 
 /// The file of a run, and the folder that holds it.
 struct Found<'a> {
-    part: &'a Path,
+    shard: &'a Path,
     file: RunFile,
 }
 
-/// Joins the folders `parts` in the folder at `path`. Errors: the parts are of different sweeps,
+/// Joins the folders `shards` in the folder at `path`. Errors: the shards are of different sweeps,
 /// scenes or versions; a run is in none of them; they read different contents of a file; two of
 /// them have different results of one run; those of [`sweep`](super::sweep).
-pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<Outcome> {
-    let Some(first) = parts.first() else {
+pub fn merge(shards: &[PathBuf], path: &Path, control: &SweepControl) -> Result<Outcome> {
+    let Some(first) = shards.first() else {
         return Err(Error::input("merge", "no folders").remedy("name those of all shards"));
     };
-    let same = |part: &&PathBuf| {
-        fs::canonicalize(part)
-            .is_ok_and(|part| fs::canonicalize(path).is_ok_and(|path| part == path))
+    let same = |shard: &&PathBuf| {
+        fs::canonicalize(shard)
+            .is_ok_and(|shard| fs::canonicalize(path).is_ok_and(|path| shard == path))
     };
-    if let Some(part) = parts.iter().find(same) {
-        let problem = "is a part, and so must stay as it is";
-        return Err(Error::input(part.display(), problem).remedy("name another folder for all"));
+    if let Some(shard) = shards.iter().find(same) {
+        let problem = "is a shard, and so must stay as it is";
+        return Err(Error::input(shard.display(), problem).remedy("name another folder for all"));
     }
     let manifest = Manifest::read(first)?;
-    for part in &parts[1..] {
-        check_same(&manifest, first, &Manifest::read(part)?, part)?;
+    for shard in &shards[1..] {
+        check_same(&manifest, first, &Manifest::read(shard)?, shard)?;
     }
     if manifest.phylux != env!("CARGO_PKG_VERSION") {
         let problem =
@@ -57,7 +57,7 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     let name = first.join("sweep.json").display().to_string();
     let sweep = Sweep::new(&name, manifest.sweep, manifest.scene, first.clone())?;
     let jobs = Jobs::new(&sweep);
-    let found = collect(&sweep, &jobs, parts, control)?;
+    let found = collect(&sweep, &jobs, shards, control)?;
 
     let folder = SweepFolder::open(path)?;
     folder.written().clear(&tables::names(), true)?;
@@ -70,8 +70,8 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
         folder.copy(&found.file.path)?;
     }
     let mut times = HashMap::new();
-    for part in parts {
-        times.extend(Times::read(part));
+    for shard in shards {
+        times.extend(Times::read(shard));
     }
     Times::tidy(&folder, &sweep, &times)?;
     let states: Vec<State> = found.into_iter().map(|found| found.file.state).collect();
@@ -81,7 +81,7 @@ pub fn merge(parts: &[PathBuf], path: &Path, control: &SweepControl) -> Result<O
     Ok(Outcome { runs: states.len(), kept: 0, damaged: 0, simulations, failed, missing: 0, warned })
 }
 
-fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<()> {
+fn check_same(a: &Manifest, first: &Path, b: &Manifest, shard: &Path) -> Result<()> {
     let what = match () {
         () if a.phylux != b.phylux => "another version of phylux",
         () if a.sweep != b.sweep => "another sweep file",
@@ -89,38 +89,38 @@ fn check_same(a: &Manifest, first: &Path, b: &Manifest, part: &Path) -> Result<(
         () => return Ok(()),
     };
     let problem = format!("is of {what} than {}", first.display());
-    Err(Error::input(part.display(), problem).remedy("merge parts of one sweep"))
+    Err(Error::input(shard.display(), problem).remedy("merge shards of one sweep"))
 }
 
 /// Returns the file of each run, in order.
 fn collect<'a>(
     sweep: &Sweep,
     jobs: &Jobs,
-    parts: &'a [PathBuf],
+    shards: &'a [PathBuf],
     control: &SweepControl,
 ) -> Result<Vec<Found<'a>>> {
     let of = sweep.runs().len();
     let mut found = Vec::with_capacity(of);
     let (mut missing, mut first_missing) = (0, None);
-    // the hash of each file of the scene, and the part that read it
+    // the hash of each file of the scene, and the shard that read it
     let mut contents: HashMap<String, (Option<String>, &Path)> = HashMap::new();
     for run in sweep.runs() {
         if control.stopped() {
             return Err(Error::interrupted("merge", NOTHING_WRITTEN));
         }
         (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
-        let Some(file) = find(sweep, &run, jobs.base(&run), parts)? else {
+        let Some(file) = find(sweep, &run, jobs.base(&run), shards)? else {
             missing += 1;
             first_missing.get_or_insert(format!("run {} ({run})", run.number));
             continue;
         };
         for (name, digest) in &file.file.origin.files {
-            let (known, part) =
-                contents.entry(name.clone()).or_insert_with(|| (digest.clone(), file.part));
+            let (known, shard) =
+                contents.entry(name.clone()).or_insert_with(|| (digest.clone(), file.shard));
             if known != digest {
-                let problem = format!("read another content of {name} than {}", part.display());
-                return Err(Error::input(file.part.display(), problem)
-                    .remedy("run the older part again with the same files"));
+                let problem = format!("read another content of {name} than {}", shard.display());
+                return Err(Error::input(file.shard.display(), problem)
+                    .remedy("run the older shard again with the same files"));
             }
         }
         found.push(file);
@@ -139,16 +139,16 @@ fn find<'a>(
     sweep: &Sweep,
     run: &Run,
     base: Option<&str>,
-    parts: &'a [PathBuf],
+    shards: &'a [PathBuf],
 ) -> Result<Option<Found<'a>>> {
     let mut best: Option<Found> = None;
     let mut damaged = None;
-    for part in parts {
-        let file = match run_file(part, sweep, run, base) {
+    for shard in shards {
+        let file = match run_file(shard, sweep, run, base) {
             Ok(Some(file)) => file,
             Ok(None) => continue,
             Err(Damaged) => {
-                damaged.get_or_insert(part);
+                damaged.get_or_insert(shard);
                 continue;
             }
         };
@@ -159,21 +159,21 @@ fn find<'a>(
                     let problem = format!(
                         "has other results of run {} than {}",
                         run.number,
-                        best.part.display()
+                        best.shard.display()
                     );
-                    return Err(Error::input(part.display(), problem)
-                        .remedy("run the older part again with the same files"));
+                    return Err(Error::input(shard.display(), problem)
+                        .remedy("run the older shard again with the same files"));
                 }
             }
             Some(_) if !done => {}
-            _ => best = Some(Found { part, file }),
+            _ => best = Some(Found { shard, file }),
         }
     }
     match (best, damaged) {
-        (None, Some(part)) => {
+        (None, Some(shard)) => {
             let problem = format!("its file of run {} is damaged", run.number);
-            Err(Error::input(part.display(), problem)
-                .remedy("do this part again: only what is damaged is run"))
+            Err(Error::input(shard.display(), problem)
+                .remedy("do this shard again: only what is damaged is run"))
         }
         (best, _) => Ok(best),
     }

@@ -167,7 +167,9 @@ impl<'a> Joined<'a> {
     pub fn finish(self) -> Result<Simulation> {
         let Self { run, schedule, totals, next, map, choice, .. } = self;
         if next != schedule.batches {
-            return Err(Error::input("merge", "not all batches are there").remedy("name all parts"));
+            return Err(
+                Error::input("merge", "not all batches are there").remedy("name all shards")
+            );
         }
         let map = map.map(Mutex::new);
         let found = run.finish(totals, map, &schedule, End::Photons)?;
