@@ -126,6 +126,15 @@ macro_rules! with_lanes {
 }
 pub(crate) use with_lanes;
 
+/// Returns the largest number; 0 if none is above 0. The bits of numbers above 0, read as integers,
+/// have the same order as the numbers, and those of numbers below 0 are below 0: integers, unlike
+/// numbers, are compared lane by lane at once, because their order leaves nothing open.
+#[inline]
+fn largest(values: impl Iterator<Item = f32>) -> f32 {
+    let bits = values.fold(0, |most, value| most.max(value.to_bits().cast_signed()));
+    f32::from_bits(bits.cast_unsigned())
+}
+
 impl<L: Lanes> Spectrum<L> {
     /// Makes a spectrum with the value of `f` in each of `lanes` lanes.
     #[inline]
@@ -166,14 +175,14 @@ impl<L: Lanes> Spectrum<L> {
     /// Returns the largest number; 0 if none is above 0.
     #[inline]
     pub fn largest(&self) -> f32 {
-        self.values().iter().copied().fold(0.0, f32::max)
+        largest(self.values().iter().copied())
     }
 
     /// Returns the largest number among the bands in which `other` is above 0; 0 if there is none.
     #[inline]
     pub fn largest_within(&self, other: &Self) -> f32 {
         let both = self.values().iter().zip(other.values());
-        both.fold(0.0, |most, (&v, &o)| f32::max(most, if o > 0.0 { v } else { 0.0 }))
+        largest(both.map(|(&v, &o)| if o > 0.0 { v } else { 0.0 }))
     }
 
     /// Applies `f` to each number.

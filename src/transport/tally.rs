@@ -223,10 +223,11 @@ impl Tally {
             }
             Event::Arrival { surface, interaction, power, scattered, .. } => {
                 self.segments += 1;
-                let absorbed = &mut self.ledger.absorbed[surface.material as usize * self.bands..];
-                let (came, left) = (power.values(), scattered.values());
-                for b in 0..self.bands {
-                    absorbed[b] += (f64::from(came[b]) - f64::from(left[b])) * weights[b];
+                let first = surface.material as usize * self.bands;
+                let absorbed = self.ledger.absorbed[first..][..self.bands].iter_mut();
+                let powers = power.values().iter().zip(scattered.values()).zip(weights);
+                for (absorbed, ((came, left), weight)) in absorbed.zip(powers) {
+                    *absorbed += (f64::from(*came) - f64::from(*left)) * weight;
                 }
                 if let Some(Counted { captor, .. }) = counted {
                     let absorbed = match scene.material(surface).absorptance::<L>(interaction) {
