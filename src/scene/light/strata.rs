@@ -129,7 +129,10 @@ impl Strata {
     ) -> Emission<'_, L> {
         let (light, face) = self.sources[source];
         let weights = self.weights(source);
-        let power = Spectrum::from_fn(self.lanes, |b| f32::from(weights[b] > 0.0));
+        let mut power = Spectrum::<L>::splat(self.lanes, 0.0);
+        for (power, weight) in power.0.values_mut().iter_mut().zip(weights) {
+            *power = f32::from(*weight > 0.0);
+        }
         let (start, ray, power) = match lights[light].entrance() {
             Some(entrance) if entrance.faces() > 0 => {
                 let (ray, factor) = entrance.enter(face, rng);

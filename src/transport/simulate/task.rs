@@ -139,14 +139,15 @@ impl Run<'_> {
                 None => (self.scene.emit::<L>(strata, index, &mut rng), 1.0),
                 Some(lamps) => lamps.emit(self.scene, strata, index, &mut rng),
             };
-            let Emission { light, source, weights, ray, start, .. } = photon;
+            // taken apart, so that only the power is kept in memory where nothing guides photons
+            let Emission { light, source, weights, ray, start, face, power } = photon;
             let part = self.part_of.get(light).copied();
             // the density of light from infinitely far away may depend on where the light comes
             // from
             if density == 1.0 || start.is_some() {
-                tally.emitted(part, weights, &photon.power);
+                tally.emitted(part, weights, &power);
             } else {
-                tally.emitted(part, weights, &photon.power.clone().scaled(1.0 / density));
+                tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
             }
             let mut way = Way::default();
             let of_sun = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
@@ -180,13 +181,12 @@ impl Run<'_> {
             };
             let Some(guidance) = guidance else {
                 match self.keep {
-                    Keep::Focused(_) => {
-                        trace(self.scene, ray, photon.power, UntilDiffused, &mut rng, on)
-                    }
-                    _ => trace(self.scene, ray, photon.power, (), &mut rng, on),
+                    Keep::Focused(_) => trace(self.scene, ray, power, UntilDiffused, &mut rng, on),
+                    _ => trace(self.scene, ray, power, (), &mut rng, on),
                 }
                 continue;
             };
+            let photon = Emission { light, source, weights, ray, start, face, power };
             let power = photon.power.clone().scaled(1.0 / density);
             if start.is_some() && density != 1.0 {
                 on(Event::Chance { before: &photon.power, after: &power });
