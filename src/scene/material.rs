@@ -20,7 +20,7 @@ pub use leaf::{Leaf, LeafFace};
 pub use phong::{MAX_EXPONENT, Phong, PhongFractions};
 pub use table::{Basis, Bsdf, BsdfFaces, Cover, CoverRow, FaceValues, PairValues, Table};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::{
     error::{Problem, check_length, check_range},
@@ -536,9 +536,21 @@ impl Lambert {
 
     #[inline]
     fn sample<L: Lanes>(&self, at: &Interaction, rng: &mut Stream) -> Option<BsdfSample<L>> {
-        let reflected =
-            || BsdfSample::diffuse(diffuse(at.normal, rng), self.lobe.fraction(), false);
-        (self.lobe.largest > 0.0).then(reflected)
+        let (weight, numbers) = self.draw(rng)?;
+        Some(BsdfSample::diffuse(Self::direction(at, numbers), weight, false))
+    }
+
+    /// Draws what a [sample](Material::sample) has to draw: returns its weight, and the numbers of
+    /// its [direction](Self::direction). Returns `None` where nothing goes on.
+    #[inline]
+    pub fn draw<L: Lanes>(&self, rng: &mut Stream) -> Option<(Spectrum<L>, Vec2)> {
+        (self.lobe.largest > 0.0).then(|| (self.lobe.fraction(), rng.square()))
+    }
+
+    /// Returns the direction of a sample. The lobe is a diffuse reflection.
+    #[inline]
+    pub fn direction(at: &Interaction, numbers: Vec2) -> Vec3 {
+        Frame::new(at.normal).to_world(cosine_hemisphere(numbers))
     }
 
     #[inline]

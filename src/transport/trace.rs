@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod tests;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::{
     math::{
@@ -13,7 +13,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, Channel},
-        material::{BsdfSample, Interaction, LobeKind, Material, Transport},
+        material::{BsdfSample, Interaction, Lambert, LobeKind, Material, Transport},
         world::{Crossing, Scene, Surface, SurfaceHit},
     },
 };
@@ -147,7 +147,7 @@ pub trait Guide<'s, L: Lanes> {
         power: &Spectrum<L>,
         scattered: &mut Spectrum<L>,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<L>> {
+    ) -> Option<Onward> {
         scatter(arrived.material, arrived.interaction, power, scattered, rng)
     }
 
@@ -158,7 +158,7 @@ pub trait Guide<'s, L: Lanes> {
         &mut self,
         _arrived: &Arrived<'_, 's>,
         _power: &Spectrum<L>,
-        _onward: (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
+        _onward: (&mut Option<Onward>, &mut Spectrum<L>),
         _rng: &mut Stream,
         _on: &mut impl FnMut(Event<'_, L>),
     ) {
@@ -184,9 +184,9 @@ impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
         power: &Spectrum<L>,
         scattered: &mut Spectrum<L>,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<L>> {
+    ) -> Option<Onward> {
         scatter(arrived.material, arrived.interaction, power, scattered, rng)
-            .filter(|sample| !sample.lobe.is_diffuse() || arrived.material.glossy() > 0.0)
+            .filter(|onward| !onward.lobe.is_diffuse() || arrived.material.glossy() > 0.0)
     }
 }
 
@@ -198,6 +198,15 @@ pub struct Flight<L> {
     pub power: Spectrum<L>,
     /// Number of its interactions so far.
     pub interactions: u32,
+}
+
+/// How a photon leaves a surface.
+#[derive(Clone, Copy)]
+pub struct Onward {
+    /// The new direction, unit vector.
+    pub direction: Vec3,
+    /// The lobe of the surface by which it goes on.
+    pub lobe: LobeKind,
 }
 
 /// A place at which a photon has arrived.
@@ -249,17 +258,16 @@ fn follow<'s, L: Lanes>(
     for interactions in before..MAX_INTERACTIONS {
         let direction = ray.direction;
         let hit = scene.meet(&ray, |crossing| guide.cross(crossing, direction, &power, &mut on));
-        let Some(hit) = hit else {
+        let Some(hit) = &hit else {
             return on(Event::Escaped { power: &power, missed: interactions == 0 });
         };
         let surface = scene.surface(hit.triangle);
         let material = scene.material(surface);
-        let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
-        let (hit, interaction) = (&hit, &interaction);
+        let interaction = &Interaction::new(direction, surface.normal).on(hit.triangle);
         let arrived = Arrived { hit, surface, material, interaction, interactions };
         let mut scattered = power.zero();
         let mut onward = guide.scatter(&arrived, &power, &mut scattered, rng);
-        let lobe = onward.as_ref().map(|sample| sample.lobe);
+        let lobe = onward.map(|onward| onward.lobe);
         on(Event::Arrival {
             hit,
             surface,
@@ -270,14 +278,14 @@ fn follow<'s, L: Lanes>(
         });
 
         guide.arrive(&arrived, &power, (&mut onward, &mut scattered), rng, &mut on);
-        let Some(sample) = onward else { return };
+        let Some(onward) = onward else { return };
         power = scattered;
-        let total = sample.lobe == LobeKind::TotalReflection;
+        let total = onward.lobe == LobeKind::TotalReflection;
         total_reflections = if total { total_reflections + 1 } else { 0 };
         if total_reflections == MAX_TOTAL_REFLECTIONS {
             break;
         }
-        ray = leave(scene, hit, interaction, &sample);
+        ray = leave(scene, hit, interaction, onward);
     }
     on(Event::Lost(&power));
 }
@@ -293,16 +301,33 @@ pub fn scatter<L: Lanes>(
     power: &Spectrum<L>,
     scattered: &mut Spectrum<L>,
     rng: &mut Stream,
-) -> Option<BsdfSample<L>> {
-    let mut onward = material.sample::<L>(interaction, Transport::Light, rng);
-    if let Some(sample) = &onward {
-        let survival = sample.weight.largest_within(power);
-        match roulette(sample.weight.clone() * power, survival, rng) {
-            Some(carried) => *scattered = carried,
-            None => onward = None,
+) -> Option<Onward> {
+    let (weight, direction, lobe) = match material {
+        Material::Lambert(wall) => {
+            let (weight, numbers) = wall.draw::<L>(rng)?;
+            (weight, Direction::Numbers(numbers), LobeKind::DiffuseReflection)
         }
-    }
-    onward
+        _ => {
+            let BsdfSample { direction, weight, lobe } =
+                material.sample::<L>(interaction, Transport::Light, rng)?;
+            (weight, Direction::Known(direction), lobe)
+        }
+    };
+    let survival = weight.largest_within(power);
+    *scattered = roulette(weight * power, survival, rng)?;
+    let direction = match direction {
+        Direction::Known(direction) => direction,
+        Direction::Numbers(numbers) => Lambert::direction(interaction, numbers),
+    };
+    Some(Onward { direction, lobe })
+}
+
+/// The direction of a photon of which it is not yet known whether it goes on.
+enum Direction {
+    Known(Vec3),
+    /// The numbers that determine how a Lambertian wall reflects. Such walls end most photons, and
+    /// the directions of these are never computed.
+    Numbers(Vec2),
 }
 
 /// Plays Russian roulette (Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990).
@@ -322,12 +347,7 @@ pub fn roulette<L: Lanes>(
 
 /// Returns the ray along which a photon goes on from a surface.
 #[inline]
-pub fn leave<L: Lanes>(
-    scene: &Scene,
-    hit: &SurfaceHit,
-    interaction: &Interaction,
-    sample: &BsdfSample<L>,
-) -> Ray {
-    let side = if sample.lobe.crosses() { -interaction.normal } else { interaction.normal };
-    scene.leave(hit.point, side, sample.direction)
+pub fn leave(scene: &Scene, hit: &SurfaceHit, interaction: &Interaction, onward: Onward) -> Ray {
+    let side = if onward.lobe.crosses() { -interaction.normal } else { interaction.normal };
+    scene.leave(hit.point, side, onward.direction)
 }

@@ -24,10 +24,12 @@ use crate::{
     },
     scene::{
         light::{Emission, EntryFace, Light, Start},
-        material::{BsdfSample, Interaction, LobeKind, Material},
+        material::{Interaction, LobeKind, Material},
         world::{Crossing, Scene},
     },
-    transport::trace::{Arrived, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, leave, scatter},
+    transport::trace::{
+        Arrived, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, Onward, leave, scatter,
+    },
 };
 
 /// Sends the aimed flights that accompany one photon.
@@ -216,15 +218,15 @@ impl<'a> Aimed<'a> {
             }
             let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
             let mut scattered = power.zero();
-            let sample = scatter(material, &interaction, &power, &mut scattered, rng);
-            let Some(sample) = sample else { return };
+            let onward = scatter(material, &interaction, &power, &mut scattered, rng);
+            let Some(onward) = onward else { return };
             power = scattered;
             total_reflections =
-                if sample.lobe == LobeKind::TotalReflection { total_reflections + 1 } else { 0 };
+                if onward.lobe == LobeKind::TotalReflection { total_reflections + 1 } else { 0 };
             if total_reflections == MAX_TOTAL_REFLECTIONS {
                 return;
             }
-            ray = leave(scene, &hit, &interaction, &sample);
+            ray = leave(scene, &hit, &interaction, onward);
         }
     }
 
@@ -269,19 +271,14 @@ impl<'a> Aimed<'a> {
         self.send(&Origin::surface(arrived), power, rng, on)
     }
 
-    /// Takes in that the photon leaves the surface as `sample` says; `None`: the photon ends there.
+    /// Takes in how the photon leaves the surface; `None`: the photon ends there.
     #[inline]
-    pub fn leave<L: Lanes>(
-        &mut self,
-        arrived: &Arrived<'_, 'a>,
-        seen: Seen,
-        sample: Option<&BsdfSample<L>>,
-    ) {
+    pub fn leave(&mut self, arrived: &Arrived<'_, 'a>, seen: Seen, onward: Option<Onward>) {
         self.share = None;
         // no aimed flight is sent in a mirrored direction
-        let drawn = sample.filter(|sample| sample.lobe.is_diffuse());
+        let drawn = onward.filter(|onward| onward.lobe.is_diffuse());
         let from = Origin::surface(arrived);
         let ray = |direction: Vec3| Ray { origin: arrived.hit.point, direction };
-        self.leg = drawn.map(|sample| Leg { from, seen, ray: ray(sample.direction) });
+        self.leg = drawn.map(|onward| Leg { from, seen, ray: ray(onward.direction) });
     }
 }

@@ -24,7 +24,7 @@ use crate::{
     },
     transport::{
         settings::Guiding,
-        trace::{Arrived, Event, Flight, Guide, leave, scatter},
+        trace::{Arrived, Event, Flight, Guide, Onward, leave, scatter},
     },
 };
 
@@ -168,14 +168,15 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         power: &Spectrum<L>,
         scattered: &mut Spectrum<L>,
         rng: &mut Stream,
-    ) -> Option<BsdfSample<L>> {
+    ) -> Option<Onward> {
         self.game = self.game(arrived, power);
         if self.game.is_none() {
             return scatter(arrived.material, arrived.interaction, power, scattered, rng);
         }
-        let sample = arrived.material.sample::<L>(arrived.interaction, Transport::Light, rng)?;
-        *scattered = sample.weight.clone() * power;
-        Some(sample)
+        let BsdfSample { direction, weight, lobe } =
+            arrived.material.sample::<L>(arrived.interaction, Transport::Light, rng)?;
+        *scattered = weight * power;
+        Some(Onward { direction, lobe })
     }
 
     #[inline]
@@ -183,7 +184,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         &mut self,
         arrived: &Arrived<'_, 'a>,
         power: &Spectrum<L>,
-        (onward, scattered): (&mut Option<BsdfSample<L>>, &mut Spectrum<L>),
+        (onward, scattered): (&mut Option<Onward>, &mut Spectrum<L>),
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
     ) {
@@ -197,7 +198,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             for _ in 0..flights as u32 {
                 seen = aimed.arrive(arrived, &each, rng, on);
             }
-            aimed.leave(arrived, seen, onward.as_ref());
+            aimed.leave(arrived, seen, *onward);
         }
         let Some(game) = self.game else { return };
         let number = (game.mean + rng.uniform()) as u32;
@@ -224,20 +225,22 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             let copies = self.copies.last_mut()?;
             let Copies { hit, material, interaction, interactions, seen, .. } = *copies;
             let sample = material.sample::<L>(&interaction, Transport::Light, rng);
-            let onward = sample.map(|sample| (sample.weight.clone() * &copies.power, sample));
+            let onward = sample.map(|BsdfSample { direction, weight, lobe }| {
+                (weight * &copies.power, Onward { direction, lobe })
+            });
             copies.left -= 1;
             if copies.left == 0 {
                 self.copies.pop();
             }
-            let Some((power, sample)) = onward else { continue };
+            let Some((power, onward)) = onward else { continue };
             on(Event::Chance { before: &power.zero(), after: &power });
             if let Some(aimed) = &mut self.aimed {
                 let surface = self.scene.surface(hit.triangle);
                 let (hit, interaction) = (&hit, &interaction);
                 let arrived = Arrived { hit, surface, material, interaction, interactions };
-                aimed.leave(&arrived, seen, Some(&sample));
+                aimed.leave(&arrived, seen, Some(onward));
             }
-            let ray = leave(self.scene, &hit, &interaction, &sample);
+            let ray = leave(self.scene, &hit, &interaction, onward);
             return Some(Flight { ray, power, interactions: interactions + 1 });
         }
     }

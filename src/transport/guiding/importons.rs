@@ -19,7 +19,7 @@ use crate::{
         material::{BsdfSample, Interaction, Transport},
         world::Scene,
     },
-    transport::trace::{leave, roulette},
+    transport::trace::{Onward, leave, roulette},
 };
 
 /// Importons are traced in blocks of this many.
@@ -207,12 +207,11 @@ impl<L: Lanes> Walk<'_, '_, L> {
             _ => (copies + rng.uniform()) as u32,
         };
         let mut onward = || {
-            let sample: BsdfSample<L> =
-                material.sample(&interaction, Transport::Importance, rng)?;
-            let scattered = sample.weight.clone() * &carried;
-            let survival = sample.weight.largest_within(&carried);
-            let scattered = roulette(scattered, survival, rng)?.scaled(1.0 / copies);
-            Some((leave(scene, &hit, &interaction, &sample), scattered))
+            let BsdfSample { direction, weight, lobe } =
+                material.sample::<L>(&interaction, Transport::Importance, rng)?;
+            let survival = weight.largest_within(&carried);
+            let scattered = roulette(weight * &carried, survival, rng)?.scaled(1.0 / copies);
+            Some((leave(scene, &hit, &interaction, Onward { direction, lobe }), scattered))
         };
         self.waiting.extend((1..number).filter_map(|_| onward()));
         if number > 0 { onward() } else { None }

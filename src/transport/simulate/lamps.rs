@@ -138,10 +138,10 @@ fn matters<L: Lanes>(
             return largest * f64::from(power.largest() * importance.at(&hit, interaction.front));
         }
         let mut scattered = power.zero();
-        let sample = scatter(material, &interaction, &power, &mut scattered, rng);
-        let Some(sample) = sample else { break };
+        let onward = scatter(material, &interaction, &power, &mut scattered, rng);
+        let Some(onward) = onward else { break };
         power = scattered;
-        ray = leave(scene, &hit, &interaction, &sample);
+        ray = leave(scene, &hit, &interaction, onward);
     }
     0.0
 }
