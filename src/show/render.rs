@@ -38,8 +38,8 @@ use crate::{
 };
 
 pub use dots::{Dot, path_dots, photon_dots};
-use fragments::Guide;
 pub use fragments::{Fragments, Pixels};
+use fragments::{Guide, Sums};
 pub use gather::Gather;
 use radiance::Whitted;
 use shared::Shared;
@@ -136,9 +136,10 @@ pub fn render(
                         vec![error.unwrap_or(0.0)]
                     });
                     let sum = |of: &Spectrum<L>| together.iter().map(|&b| of.values()[b]).sum::<f32>();
-                    let [value, gathered] = [sum(&found.value), sum(&found.gathered)];
-                    let deviation = (value - gathered) * error[0] as f32;
-                    row.add(guide, std::iter::once([value, deviation, gathered]));
+                    let told = sum(&found.told);
+                    let deviation = told * error[0] as f32;
+                    let [lamps, surfaces] = [&found.lamps, &found.surfaces].map(|part| sum(part).into());
+                    row.add(guide, std::iter::once(Sums { told, deviation, lamps, surfaces }));
                 }
                 row.close();
             }
@@ -213,7 +214,8 @@ fn each_row<T: Send>(
     let done = AtomicU64::new(0);
     let stopped = || control.stop.load(Ordering::Relaxed);
     let all = || {
-        rows.enumerate().for_each(|(y, row)| {
+        // one by one, because some rows take far longer than others
+        rows.with_max_len(1).enumerate().for_each(|(y, row)| {
             if !stopped() {
                 work(Samples { viewpoint, sampling, y }, row);
             }
@@ -274,9 +276,9 @@ fn along_z(x: usize, y: usize) -> u64 {
 /// too large.
 pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
-    // per band four sums, a value and two variances for each of two surfaces, and colours; 65536^2
-    // x 4096 x 64 is below 2^64
-    let bytes = width * height * (2 * 7 * bands + 32) * size_of::<f32>();
+    // per band six sums, a value and two variances for each of two surfaces, and colours; 65536^2
+    // x 4096 x 80 is below 2^64
+    let bytes = width * height * (2 * 9 * bands + 32) * size_of::<f32>();
     if bytes <= MAX_BYTES {
         return Ok(());
     }

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
 
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
 
 mod builder;
 mod direction;
@@ -95,8 +96,9 @@ pub struct Neighbour {
 const SMALL_SHELF: usize = 1024;
 
 impl PhotonMap {
-    /// Makes a map of all arrivals of `histories` histories. `power` holds the powers of the first
-    /// arrival per band, then those of the second, and so on, each multiplied by `histories`.
+    /// Makes a map of all arrivals of `histories` histories, on the threads of the current pool.
+    /// `power` holds the powers of the first arrival per band, then those of the second, and so on,
+    /// each multiplied by `histories`.
     ///
     /// # Panics
     ///
@@ -114,17 +116,24 @@ impl PhotonMap {
     ) -> Self {
         assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
         let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
-        let mut order: Vec<u32> = (0..count).collect();
-        order.sort_by_key(|&i| arrivals[i as usize].bin);
+        // by bin, and within it in the order of arrival: both in one number, which sorts quickly
+        let key = |(i, arrival): (u32, &Arrival)| u64::from(arrival.bin) << 32 | u64::from(i);
+        let mut keys: Vec<u64> = (0..count).zip(&arrivals).map(key).collect();
+        keys.par_sort_unstable();
+        let order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
         let arrival = |&i: &u32| &arrivals[i as usize];
-        let mut bins = BTreeMap::new();
         let mut first = 0;
-        for bin in order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin) {
+        let ranges = order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin).map(|bin| {
             let range = first..first + bin.len();
             first = range.end;
-            let places = Places::of(bin.iter().map(|i| arrival(i).position));
-            bins.insert(arrival(&bin[0]).bin, Bin { range, places });
-        }
+            range
+        });
+        let ranges: Vec<Range<usize>> = ranges.collect();
+        let bins = ranges.into_par_iter().map(|range| {
+            let places = Places::of(order[range.clone()].iter().map(|i| arrival(i).position));
+            (arrival(&order[range.start]).bin, Bin { range, places })
+        });
+        let bins: BTreeMap<u32, Bin> = bins.collect();
         let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());

@@ -394,10 +394,13 @@ impl<'a> Run<'a> {
         schedule: &Schedule,
         end: End,
     ) -> Result<Simulation> {
-        let map = map.map(|map| {
+        let build = |map: Mutex<MapBuilder>| {
             let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
-            builder.build(totals.histories, |key| schedule.histories_before(key))
-        });
+            let pool = machine::pool(self.settings.threads)?;
+            let histories = totals.histories;
+            Ok(pool.install(|| builder.build(histories, |key| schedule.histories_before(key))))
+        };
+        let map = map.map(build).transpose()?;
         let paths = totals.histories;
         totals.histories *= self.unit();
         let (unseen, too_small) = match &self.work {

@@ -180,11 +180,14 @@ impl<'a> SurfaceLight<'a> {
         })
     }
 
-    /// Returns the light of those photons alone that came by a wanted way, with `k` of them for an
-    /// estimate.
-    pub fn part(&self, k: usize, wanted: impl Fn(Way) -> bool) -> SurfaceLight<'a> {
-        let Self { scene, ref patches, ref map, .. } = *self;
-        SurfaceLight { scene, patches: patches.clone(), map: map.part(wanted), k }
+    /// Returns the light of those photons alone that came by a wanted way.
+    pub fn part(&self, wanted: impl Fn(Way) -> bool) -> SurfaceLight<'a> {
+        SurfaceLight { map: self.map.part(wanted), patches: self.patches.clone(), ..*self }
+    }
+
+    /// Returns the number of photons in an estimate of a `divisor`-th of the usual ones.
+    pub fn coarse(&self, divisor: usize) -> usize {
+        self.k.div_ceil(divisor).max(2)
     }
 
     /// Returns the radius, m, over which the photons of an estimate on a face near `point` are

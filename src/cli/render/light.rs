@@ -15,8 +15,9 @@ impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
         let fragments = self.fragments(&light, Show::Radiance)?;
-        let (pixels, shown) = (fragments.pixels(), self.shown(&fragments)?);
         let colours = self.colours();
+        let shown = self.shown(&fragments, &colours.visible())?;
+        let pixels = fragments.pixels();
         let count = pixels.covered.len();
         let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
         let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
@@ -39,7 +40,7 @@ impl Task<'_> {
     pub fn false_colour(&self, show: Show) -> Result<Made> {
         let light = self.light()?;
         let fragments = self.fragments(&light, show)?;
-        let (pixels, shown) = (fragments.pixels(), self.shown(&fragments)?);
+        let (pixels, shown) = (fragments.pixels(), self.shown(&fragments, &self.band.bands)?);
         let value = |i: usize| {
             let values = shown.pixel(i);
             self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>()

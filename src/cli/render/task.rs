@@ -169,11 +169,11 @@ impl<'a> Task<'a> {
         Ok(all)
     }
 
-    /// Returns the pixels that the picture shows: with noise smoothed out, unless the user turns
-    /// this off.
-    pub fn shown(&self, fragments: &Fragments) -> Result<Pixels> {
+    /// Returns the pixels that the picture shows: with noise smoothed out in the `bands` that are
+    /// seen, unless the user turns this off.
+    pub fn shown(&self, fragments: &Fragments, bands: &[usize]) -> Result<Pixels> {
         match self.denoises() {
-            true => fragments.denoised(self.sampling.threads),
+            true => fragments.denoised(bands, self.sampling.threads),
             false => Ok(fragments.pixels()),
         }
     }

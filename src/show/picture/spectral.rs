@@ -42,6 +42,11 @@ impl BandColours {
         Self { weights: (0..bands).map(weight).collect(), coloured: false }
     }
 
+    /// Returns the indices of the bands that have any weight.
+    pub fn visible(&self) -> Vec<usize> {
+        (0..self.weights.len()).filter(|&band| self.weights[band] != Vec3::ZERO).collect()
+    }
+
     /// Returns linear sRGB for values per band; a colour that no screen can show loses its negative
     /// components.
     pub fn linear(&self, values: &[f32]) -> Vec3 {

@@ -1,6 +1,8 @@
 //! The values that the rays of every pixel have found, kept apart by the surface that each ray met
 //! first.
 
+use std::ops::AddAssign;
+
 use glam::Vec3;
 
 /// The number of surfaces that are kept apart in a pixel; rays that meet further ones are summed
@@ -40,15 +42,53 @@ pub(super) struct Fragment {
 /// Sums over the rays of a fragment, in one band.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sums {
-    /// Sum of the whole values.
-    pub found: f32,
-    /// Sum of the standard errors of the parts that the nearest photons estimate: neighbouring
-    /// pixels have this noise in common.
+    /// Sum of the parts that the nearest photons estimate, and of lamps that are seen.
+    pub told: f32,
+    /// Sum of the standard errors of what the nearest photons estimate: neighbouring pixels have
+    /// this noise in common.
     pub deviation: f32,
-    /// Sum of the parts that were gathered: each ray has its own, independent noise.
-    pub gathered: f32,
-    /// Sum of the squares of the gathered parts.
+    /// The light that came straight from lamps: each ray has its own, independent noise.
+    pub lamps: Gathered,
+    /// The light that gathering rays found on other surfaces, with independent noise as well.
+    pub surfaces: Gathered,
+}
+
+/// Sums over the rays of a fragment of a part of the light that was gathered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Gathered {
+    pub sum: f32,
+    /// Sum of the squares.
     pub squares: f32,
+}
+
+impl Sums {
+    /// Returns the sum of the whole values.
+    fn found(&self) -> f32 {
+        self.told + self.lamps.sum + self.surfaces.sum
+    }
+}
+
+impl AddAssign for Sums {
+    fn add_assign(&mut self, other: Self) {
+        self.told += other.told;
+        self.deviation += other.deviation;
+        self.lamps += other.lamps;
+        self.surfaces += other.surfaces;
+    }
+}
+
+impl AddAssign for Gathered {
+    fn add_assign(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.squares += other.squares;
+    }
+}
+
+impl From<f32> for Gathered {
+    /// Takes what one ray has gathered.
+    fn from(found: f32) -> Self {
+        Self { sum: found, squares: found * found }
+    }
 }
 
 /// A value per pixel and band; pixels are in rows from the upper left.
@@ -109,17 +149,11 @@ impl Fragments {
         self.starts[pixel]..self.starts[pixel + 1]
     }
 
-    /// Adds a ray to the pixel that is not yet closed: the surface that it met, and in each band
-    /// the whole value, the standard error of the part that the nearest photons estimate, and the
-    /// gathered part.
-    pub(super) fn add(&mut self, guide: Option<Guide>, found: impl Iterator<Item = [f32; 3]>) {
+    /// Adds a ray to the pixel that is not yet closed: the surface that it met, and what it found
+    /// in each band.
+    pub(super) fn add(&mut self, guide: Option<Guide>, found: impl Iterator<Item = Sums>) {
         let sums = self.fragment(guide, 1);
-        for (sums, [found, deviation, gathered]) in self.sums[sums..].iter_mut().zip(found) {
-            sums.found += found;
-            sums.deviation += deviation;
-            sums.gathered += gathered;
-            sums.squares += gathered * gathered;
-        }
+        self.sums[sums..].iter_mut().zip(found).for_each(|(sums, found)| *sums += found);
     }
 
     /// Counts `rays` more rays of the pixel that is not yet closed, and returns where the sums of
@@ -167,12 +201,10 @@ impl Fragments {
                 let Fragment { guide, rays } = of.all[fragment];
                 let sums = both.fragment(guide, rays);
                 let theirs = &of.sums[fragment * of.bands..][..of.bands];
-                for (sums, theirs) in both.sums[sums..].iter_mut().zip(theirs) {
-                    sums.found += theirs.found;
-                    sums.deviation += theirs.deviation;
-                    sums.gathered += theirs.gathered;
-                    sums.squares += theirs.squares;
-                }
+                both.sums[sums..]
+                    .iter_mut()
+                    .zip(theirs)
+                    .for_each(|(sums, theirs)| *sums += *theirs);
             }
             both.close();
         }
@@ -181,9 +213,12 @@ impl Fragments {
 
     /// Returns the means over the rays of each pixel.
     pub fn pixels(&self) -> Pixels {
-        self.mixed(|fragment, band| {
-            self.sums[fragment * self.bands + band].found / self.all[fragment].rays as f32
-        })
+        self.mixed(|fragment, band| self.found(fragment, band))
+    }
+
+    /// Returns the mean over the rays of a fragment in a band.
+    pub(super) fn found(&self, fragment: usize, band: usize) -> f32 {
+        self.sums[fragment * self.bands + band].found() / self.all[fragment].rays as f32
     }
 
     /// Returns the means over the fragments of each pixel, weighted by their rays; `value` gives

@@ -45,13 +45,21 @@ const SMALL_GATHERED: f32 = 0.25;
 /// photons of the estimate there would reach back to its start.
 const NEAR: u32 = 3;
 
-/// Number of photons in an estimate of focused light, as a multiple of those in other estimates.
-/// Focused light is estimated at the visible place itself, where the blotches of the estimate are
-/// seen; but still more photons would add more blur than they take away noise.
-const FOCUSED: usize = 2;
-/// Divisor for the number of photons where a glossy surface is seen faintly, or is one of the many
-/// ends of gathering rays: the mean over these takes out the noise of each.
+/// Number of photons in an estimate of focused light at a visible place, as a multiple of those in
+/// other estimates: there its blotches are seen. But still more photons would add more blur than
+/// they take away noise.
+const FOCUSED: usize = 3;
+/// Number of the nearest points at which radiance was estimated beforehand, over which it is
+/// averaged at a visible place. Together they rest on as many photons.
+const NEAREST: usize = 6;
+/// Number of shadow rays to the lamps for each gathering ray. They cost little, and most of the
+/// noise is theirs.
+const SHADOW_RAYS: u32 = 2;
+/// Divisor for the number of photons where a glossy surface is seen faintly.
 const COARSE: usize = 4;
+/// The same where a glossy surface is one of the many ends of gathering rays: the mean over these
+/// takes out the noise of each.
+const COARSE_END: usize = 8;
 
 /// The photon estimates from which light is gathered.
 pub struct Gather<'a> {
@@ -80,8 +88,9 @@ impl<'a> Gather<'a> {
         control: &Control,
     ) -> Result<Self> {
         let cache = RadianceCache::new(light, settings.threads)?;
-        let focused = focused_light(light, FOCUSED * light.k, settings, control)?;
+        let focused = focused_light(light, settings, control)?;
         let focused_cache = RadianceCache::new(&focused, settings.threads)?;
+        let focused = SurfaceLight { k: FOCUSED * focused.k, ..focused };
         let white = Material::Lambert(Lambert::new(&vec![1.0; light.scene.lanes()]));
         Ok(Self { directions, cache, focused, focused_cache, white })
     }
@@ -94,16 +103,17 @@ impl<'a> Gather<'a> {
 }
 
 /// Returns the radiance of a place per band, as its photons estimate it. Where the material relates
-/// the radiance in any direction to that along the normal, the estimate made beforehand is used;
-/// otherwise the nearest `k` photons.
+/// the radiance in any direction to that along the normal, the estimates made beforehand are
+/// used; otherwise the nearest `k` photons.
 fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) -> Vec<f64> {
     let Place { hit, material, interaction, .. } = place;
     let Some(relative) = material.relative_radiance(interaction.cos) else {
         return light.radiance_of(hit.triangle, hit.point, -interaction.direction, k, |_| true);
     };
-    let cached = cache.near(light.patches.bin(hit.triangle, interaction.front), hit.point);
-    let sent = cached.map_or_else(Default::default, |cached| cached.along_normal);
-    sent.iter().map(|v| f64::from(v * relative)).collect()
+    let bin = light.patches.bin(hit.triangle, interaction.front);
+    let mut sent = cache.mean_along_normal(bin, hit.point, NEAREST);
+    sent.iter_mut().for_each(|v| *v *= f64::from(relative));
+    sent
 }
 
 /// Returns the relative standard error of an estimate that [`told`] returned, for photons of one
@@ -112,11 +122,6 @@ fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) ->
 fn error_of_told(beforehand: usize, k: usize, place: &Place) -> f32 {
     let known = place.material.relative_radiance(place.interaction.cos).is_some();
     SurfaceLight::error_of(if known { beforehand } else { k })
-}
-
-/// Returns the number of photons in an estimate that is averaged with many others.
-fn coarse(light: &SurfaceLight) -> usize {
-    light.k.div_ceil(COARSE).max(2)
 }
 
 impl Whitted<'_> {
@@ -146,7 +151,7 @@ impl Whitted<'_> {
                     Found::told(told, self.light.error_of_alike())
                 }
                 Some(gather) if place.share < FAINT => {
-                    let k = coarse(self.light);
+                    let k = self.light.coarse(COARSE);
                     let told = near(shared, &|| told(self.light, &gather.cache, k, place));
                     Found::told(told, error_of_told(self.light.k, k, place))
                 }
@@ -180,7 +185,7 @@ impl Whitted<'_> {
         let Some(gather) = gather else { return told };
         let (material, length, share) = (&gather.white, hit.t, 1.0);
         let place = Place { hit: *hit, surface, material, interaction, length, share };
-        told.with(self.gathered::<L>(gather, &place, rng).scaled(PI))
+        told.with(self.gathered::<L>(gather, &place, rng).map(|found| found.scaled(PI)))
     }
 
     /// Returns the power per area that a surface absorbs, from both sides together, where a ray
@@ -228,31 +233,41 @@ impl Whitted<'_> {
     }
 
     /// Returns the radiance that a place sends towards the camera by diffuse scattering, without
-    /// the focused light that arrives there.
-    fn gathered<L: Lanes>(&self, gather: &Gather, place: &Place, rng: &mut Stream) -> Spectrum<L> {
-        let mut sum = self.gather(gather, place, NEAR, rng);
+    /// the focused light that arrives there: of light that comes straight from lamps, and of light
+    /// that other surfaces send.
+    fn gathered<L: Lanes>(
+        &self,
+        gather: &Gather,
+        place: &Place,
+        rng: &mut Stream,
+    ) -> [Spectrum<L>; 2] {
+        let [mut lamps, mut surfaces] = self.gather::<L>(gather, place, NEAR, rng);
         for _ in 1..gather.directions {
-            sum += self.gather(gather, place, NEAR, rng);
+            let [more_of_lamps, more_of_surfaces] = self.gather::<L>(gather, place, NEAR, rng);
+            lamps += more_of_lamps;
+            surfaces += more_of_surfaces;
         }
-        sum.scaled(1.0 / gather.directions as f32)
+        [lamps, surfaces].map(|sum| sum.scaled(1.0 / gather.directions as f32))
     }
 
-    /// Returns one estimate of that radiance: the light of one lamp, and the light that one
-    /// gathering ray finds.
+    /// Returns one estimate of both: by shadow rays to lamps, and by what one gathering ray finds.
     fn gather<L: Lanes>(
         &self,
         gather: &Gather,
         place: &Place,
         near: u32,
         rng: &mut Stream,
-    ) -> Spectrum<L> {
+    ) -> [Spectrum<L>; 2] {
         let scene = self.light.scene;
         let Place { hit, surface, material, interaction, .. } = place;
         let joined = Joined::new(scene, surface.normal, material, *interaction, hit.point);
-        let from_lamp = joined.radiance(rng);
+        // the first shadow ray and the gathering ray have the numbers that are spread evenly
+        let mut from_lamps: Spectrum<L> = joined.radiance(rng);
         let scatter = material.sample::<L>(interaction, Transport::Importance, rng);
+        (1..SHADOW_RAYS).for_each(|_| from_lamps += joined.radiance(rng));
+        let from_lamps = from_lamps.scaled(1.0 / SHADOW_RAYS as f32);
         let Some(scatter) = scatter.filter(|s| s.lobe.is_diffuse()) else {
-            return from_lamp;
+            return [from_lamps.clone(), from_lamps.zero()];
         };
         let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
         let ray = scene.leave(hit.point, side, scatter.direction);
@@ -262,9 +277,9 @@ impl Whitted<'_> {
             if way.straight { joined.weight(&way.ray, hit) } else { 0.0 }
         };
         let found = self.follow(start, rng, share, |end, rng| {
-            Found::told(self.sent(gather, end, near, rng), 0.0)
+            Found::of_surfaces(self.sent(gather, end, near, rng))
         });
-        from_lamp + scatter.weight * found.value
+        [from_lamps + found.told * &scatter.weight, found.surfaces * &scatter.weight]
     }
 
     /// Returns the radiance that the place `end`, where a gathering ray ends, sends back along the
@@ -283,7 +298,13 @@ impl Whitted<'_> {
             // where it goes on to, and photons estimate it there: it is left out here
             let is_glossy = material.glossy() > 0.0;
             let wanted = |came: Came| came.diffused || !is_glossy;
-            return load(&light.radiance_of(triangle, hit.point, outgoing, coarse(light), wanted));
+            return load(&light.radiance_of(
+                triangle,
+                hit.point,
+                outgoing,
+                light.coarse(COARSE_END),
+                wanted,
+            ));
         };
         let bin = light.patches.bin(triangle, interaction.front);
         let Some(cached) = gather.cache.near(bin, hit.point) else {
@@ -291,7 +312,8 @@ impl Whitted<'_> {
         };
         if near > 0 && end.length < cached.reach {
             let focused = load::<L>(&gather.focused(end));
-            return focused + self.gather(gather, end, near - 1, rng);
+            let [lamps, surfaces] = self.gather(gather, end, near - 1, rng);
+            return focused + lamps + surfaces;
         }
         let sent = cached.along_normal;
         Spectrum::from_fn(sent.len(), |b| sent.get(b).map_or(0.0, |v| v * relative))

@@ -5,7 +5,7 @@
 
 use std::ops::{AddAssign, Mul};
 
-use super::viewpoint::Viewpoint;
+use super::{fragments::Sums, viewpoint::Viewpoint};
 use crate::{
     math::{
         geometry::Ray,
@@ -31,31 +31,47 @@ pub(super) struct Whitted<'a> {
 /// What is found along a ray, per band: radiance (W/m2/sr or umol/m2/s/sr), or irradiance or
 /// absorbed power per area (W/m2 or umol/m2/s).
 pub(super) struct Found<L> {
-    /// The whole value.
-    pub value: Spectrum<L>,
-    /// Standard error of the part that the nearest photons estimate: neighbouring pixels have this
-    /// noise in common.
+    /// The part that the nearest photons estimate, and lamps that are seen.
+    pub told: Spectrum<L>,
+    /// Standard error of what the nearest photons estimate: neighbouring pixels have this noise in
+    /// common.
     pub deviation: Spectrum<L>,
-    /// The part that was gathered: each ray has its own, independent noise.
-    pub gathered: Spectrum<L>,
+    /// The part that came straight from lamps to a place where light was gathered.
+    pub lamps: Spectrum<L>,
+    /// The part that gathering rays found on other surfaces.
+    pub surfaces: Spectrum<L>,
 }
 
 impl<L: Lanes> Found<L> {
     /// Makes a value that the nearest photons estimate alone, with the relative standard error
     /// `error`.
     pub fn told(told: Spectrum<L>, error: f32) -> Self {
-        Self { deviation: told.clone().scaled(error), gathered: told.zero(), value: told }
+        let deviation = told.clone().scaled(error);
+        Self { deviation, lamps: told.zero(), surfaces: told.zero(), told }
     }
 
-    /// Adds the gathered part.
-    pub fn with(self, gathered: Spectrum<L>) -> Self {
-        Self { value: self.value + &gathered, gathered, ..self }
+    /// Makes light that other surfaces send.
+    pub fn of_surfaces(surfaces: Spectrum<L>) -> Self {
+        let zero = || surfaces.zero();
+        Self { told: zero(), deviation: zero(), lamps: zero(), surfaces }
     }
 
-    /// Returns for one band the whole value, the standard error of the photons' part, and the
-    /// gathered part.
-    pub fn in_band(&self, band: usize) -> [f32; 3] {
-        [&self.value, &self.deviation, &self.gathered].map(|found| found.values()[band])
+    /// Returns this with the light that was gathered in its place: what came straight from lamps,
+    /// and what other surfaces send.
+    pub fn with(self, [lamps, surfaces]: [Spectrum<L>; 2]) -> Self {
+        Self { lamps, surfaces, ..self }
+    }
+
+    /// Returns what was found in one band.
+    pub fn in_band(&self, band: usize) -> Sums {
+        let of = |part: &Spectrum<L>| part.values()[band];
+        let Self { told, deviation, lamps, surfaces } = self;
+        Sums {
+            told: of(told),
+            deviation: of(deviation),
+            lamps: of(lamps).into(),
+            surfaces: of(surfaces).into(),
+        }
     }
 }
 
@@ -63,16 +79,19 @@ impl<L: Lanes> Mul<&Spectrum<L>> for Found<L> {
     type Output = Self;
 
     fn mul(self, share: &Spectrum<L>) -> Self {
-        let Self { value, deviation, gathered } = self;
-        Self { value: value * share, deviation: deviation * share, gathered: gathered * share }
+        let Self { told, deviation, lamps, surfaces } = self;
+        let [told, deviation] = [told, deviation].map(|part| part * share);
+        let [lamps, surfaces] = [lamps, surfaces].map(|part| part * share);
+        Self { told, deviation, lamps, surfaces }
     }
 }
 
 impl<L: Lanes> AddAssign for Found<L> {
     fn add_assign(&mut self, other: Self) {
-        self.value += other.value;
+        self.told += other.told;
         self.deviation += other.deviation;
-        self.gathered += other.gathered;
+        self.lamps += other.lamps;
+        self.surfaces += other.surfaces;
     }
 }
 
@@ -126,7 +145,7 @@ impl Whitted<'_> {
     ) -> Found<L> {
         let scene = self.light.scene;
         let zero = || start.throughput.zero();
-        let mut sum = Found { value: zero(), deviation: zero(), gathered: zero() };
+        let mut sum = Found { told: zero(), deviation: zero(), lamps: zero(), surfaces: zero() };
         let mut ways = vec![start];
         while let Some(way) = ways.pop() {
             let Way { ray, ref throughput, surfaces, length, from_eye, straight, small } = way;
@@ -139,7 +158,7 @@ impl Whitted<'_> {
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
             scene.lights_met(&ray, t_max, |hit| {
                 let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
-                sum.value += met.scaled(share(&way, &hit)) * throughput;
+                sum.told += met.scaled(share(&way, &hit)) * throughput;
             });
             let Some(hit) = hit else { continue };
             let surface = scene.surface(hit.triangle);

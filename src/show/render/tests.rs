@@ -265,7 +265,7 @@ fn a_box_looks_as_paths_see_it() {
     {
         let found = found(&loaded, &light, Show::Radiance, gather, 0);
         let pixels = match denoised {
-            true => found.denoised(0).unwrap_or_else(|e| panic!("{e}")),
+            true => found.denoised(&[0], 0).unwrap_or_else(|e| panic!("{e}")),
             false => found.pixels(),
         };
         let found = blocks(&pixels, SIDE);

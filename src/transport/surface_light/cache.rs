@@ -15,7 +15,7 @@ use crate::{
 
 /// Number of cached points per k photons, k being those of one estimate; neighbouring points share
 /// most of their photons.
-const POINTS: usize = 12;
+const POINTS: usize = 3;
 
 /// The radiance that surfaces send out along their normals, at many points.
 pub struct RadianceCache {
@@ -74,8 +74,8 @@ impl RadianceCache {
             let reach = light.reach(triangle as usize, front, position);
             radiance.into_iter().map(|r| r as f32).chain([reach]).collect::<Vec<f32>>()
         };
-        let found =
-            machine::pool(threads)?.install(|| points.par_iter().flat_map_iter(find).collect());
+        let pool = machine::pool(threads)?;
+        let found = pool.install(|| points.par_iter().flat_map_iter(find).collect());
         let arrival = |&Point { position, triangle, front }: &Point| Arrival {
             position,
             bin: patches.bin(triangle as usize, front),
@@ -87,7 +87,21 @@ impl RadianceCache {
             },
         };
         let arrivals = points.iter().map(arrival).collect();
-        Ok(Self { points: PhotonMap::new(arrivals, found, bands + 1, 1) })
+        Ok(Self { points: pool.install(|| PhotonMap::new(arrivals, found, bands + 1, 1)) })
+    }
+
+    /// Returns the mean radiance along the normal, per band, over the `count` cached points nearest
+    /// to `point` on the face of a piece (`bin`); empty if there is no cached point on it.
+    pub fn mean_along_normal(&self, bin: u32, point: Vec3, count: usize) -> Vec<f64> {
+        let nearest = self.points.nearest(bin, point, count);
+        let mut mean = Vec::new();
+        for near in &nearest {
+            let [along_normal @ .., _] = self.points.power(near.index) else { continue };
+            mean.resize(along_normal.len(), 0.0);
+            let share = 1.0 / nearest.len() as f64;
+            mean.iter_mut().zip(along_normal).for_each(|(sum, v)| *sum += share * f64::from(*v));
+        }
+        mean
     }
 
     /// Returns the radiance at the cached point nearest to `point` on the face of a piece (`bin`).
