@@ -308,7 +308,7 @@ fn what_cannot_be_calibrated_is_refused() {
 /// and 3 the 95 % intervals hold 96.7 and 86.1 % of the readings without a prior, and with 8e7
 /// photons 92.5 %.
 #[test]
-#[ignore]
+#[ignore = "needs PHYLUX_SHARED"]
 fn needs_shared_chamber_is_calibrated() {
     let data = shared().join("data/sec2-chamber");
     let folder = TestScene::new("", &[]);

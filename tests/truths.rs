@@ -11,7 +11,7 @@ use crate::{
     world::check_ledger,
 };
 
-const PHOTONS: u64 = 1_000_000;
+const PHOTONS: u64 = 2_000_000;
 const PATHS: u64 = 500_000;
 
 /// Runs the scene of a truth, with captors that count on both sides.
@@ -121,7 +121,7 @@ fn compare(estimator: Estimator, name: &str, comparisons: usize) {
     assert_eq!(compared, comparisons);
 }
 
-/// Defines one test for each scene and estimator. Seed 1, 1e6 photons or 5e5 paths; odds of a false
+/// Defines one test for each scene and estimator. Seed 1, 2e6 photons or 5e5 paths; odds of a false
 /// alarm at most 1.1e-4 for each comparison (Student's t, 127 degrees of freedom).
 macro_rules! truths {
     ($($test:ident: $estimator:ident, $name:literal, $comparisons:literal;)*) => {

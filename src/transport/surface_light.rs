@@ -180,12 +180,13 @@ impl<'a> SurfaceLight<'a> {
         })
     }
 
-    /// Returns the light of those photons alone that came by a wanted way.
+    /// Returns the light of those photons alone that came by a wanted way. Their map is made on the
+    /// threads of the current pool.
     pub fn part(&self, wanted: impl Fn(Way) -> bool) -> SurfaceLight<'a> {
         SurfaceLight { map: self.map.part(wanted), patches: self.patches.clone(), ..*self }
     }
 
-    /// Returns the number of photons in an estimate of a `divisor`-th of the usual ones.
+    /// Returns the number of photons of an estimate over `divisor`, rounded up, and at least 2.
     pub fn coarse(&self, divisor: usize) -> usize {
         self.k.div_ceil(divisor).max(2)
     }

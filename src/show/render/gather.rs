@@ -298,13 +298,8 @@ impl Whitted<'_> {
             // where it goes on to, and photons estimate it there: it is left out here
             let is_glossy = material.glossy() > 0.0;
             let wanted = |came: Came| came.diffused || !is_glossy;
-            return load(&light.radiance_of(
-                triangle,
-                hit.point,
-                outgoing,
-                light.coarse(COARSE_END),
-                wanted,
-            ));
+            let k = light.coarse(COARSE_END);
+            return load(&light.radiance_of(triangle, hit.point, outgoing, k, wanted));
         };
         let bin = light.patches.bin(triangle, interaction.front);
         let Some(cached) = gather.cache.near(bin, hit.point) else {

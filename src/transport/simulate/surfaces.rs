@@ -4,7 +4,7 @@
 use super::{Control, Keep, Run, Simulation, tried::RAYS};
 use crate::{
     error::{Result, catch_panic},
-    math::rng::Purpose,
+    math::{machine, rng::Purpose},
     scene::{patches::Patches, world::Scene},
     transport::{
         photon_map::Way,
@@ -79,7 +79,7 @@ pub fn focused_light<'a>(
     let own = light.map.ways().iter().filter(|way| way.is_focused()).count();
     // where most of the light is focused, it has been found
     if own == 0 || 2 * own > settings.map_photons {
-        return Ok(light.part(Way::is_focused));
+        return Ok(machine::pool(settings.threads)?.install(|| light.part(Way::is_focused)));
     }
     let keep = Keep::Focused(&light.patches);
     let photons = FOCUSED * light.map.histories;
