@@ -21,6 +21,7 @@ mod coverage;
 mod daylight;
 mod exact;
 mod examples;
+mod figures;
 mod grazing;
 mod guiding;
 mod hard_to_reach;
