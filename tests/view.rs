@@ -308,14 +308,26 @@ fn needs_chromium_tables_are_sorted_and_copied() {
     page.no_complaints();
 }
 
-/// The range that the page chooses spreads the sensors over the colours, although the walls and one
-/// of the sensors are close to a lamp.
+/// The range that the page chooses begins at 0 and ends where 98 % of the lit area is below, so that
+/// walls and leaves have colours of their own however the sensors differ. One button spreads the
+/// sensors over the colours.
 #[test]
 #[ignore = "needs Chromium"]
-fn needs_chromium_sensors_do_not_share_a_colour() {
+fn needs_chromium_surfaces_and_sensors_have_colours_of_their_own() {
     let page = open(&bay(), &["--results", "results.json", "--no-trace"]);
+    let ends = || (number(&page, "state.low"), number(&page, "state.high"));
     for band in 0..3 {
         page.evaluate(&format!("state.band = {band}; repaint(true); 0"));
+        let above = number(
+            &page,
+            "(() => { const d = valueTexture.image.data; let above = 0, lit = 0;
+               for (let t = 0; t < facts.tiles; t++) for (const f of [0, 1]) if (!(d[4 * t + 3] & 1) && d[4 * t + f] > 0) {
+                 lit += areaOf(t); if (d[4 * t + f] > state.high) above += areaOf(t); }
+               return above / lit; })()",
+        );
+        assert_eq!(ends().0, 0.0);
+        assert!(above <= 0.02, "{above} of the lit area is above the range");
+        page.evaluate("element('sensors').click(); 0");
         let middle = number(
             &page,
             "(() => { const s = sensorValues(), at = (q) => s[Math.round(q * (s.length - 1))];
@@ -323,13 +335,16 @@ fn needs_chromium_sensors_do_not_share_a_colour() {
         );
         assert!(middle >= 0.19, "half of the sensors in {middle} of the colours");
     }
-    // sensors that receive nearly the same are told apart too, because the scale need not begin at
-    // 0
-    page.evaluate("captorValues.forEach((v, i) => { if (!(i % 2)) captorValues[i] = 100 + i % 97 / 97; }); repaint(true); 0");
-    let (low, high) = (number(&page, "state.low"), number(&page, "state.high"));
+    // sensors that receive nearly the same are told apart too, because that bar need not begin at 0
+    page.evaluate("captorValues.forEach((v, i) => { if (!(i % 2)) captorValues[i] = 100 + i % 97 / 97; }); repaint(true); element('sensors').click(); 0");
+    let (low, high) = ends();
     assert!(low > 95.0 && high < 106.0, "{low} to {high}");
     // the scale ends at round numbers
-    assert!(low.to_string().len() <= 5 && high.to_string().len() <= 6, "{low} to {high}");
+    assert!(low.to_string().len() <= 6 && high.to_string().len() <= 6, "{low} to {high}");
+    // a logarithmic bar begins above 0
+    page.evaluate("state.log = true; repaint(true); 0");
+    let (low, high) = ends();
+    assert!(0.0 < low && low >= high / 1.1e4, "{low} to {high}");
     page.no_complaints();
 }
 

@@ -98,6 +98,13 @@ function cornersOf(tile) {
   });
 }
 
+/** Returns the area of a tile, m2. */
+function areaOf(tile) {
+  const [a, b, c] = cornersOf(tile);
+  const [p, q] = [b, c].map((end) => end.map((x, i) => x - a[i]));
+  return Math.hypot(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]) / 2;
+}
+
 /** Reads the parts: runs of tiles of one object, material and captor; -1 stands for none. */
 function readParts(numbers) {
   const parts = [];

@@ -334,42 +334,48 @@ function sensorValues() {
   return sensors.length >= 4 ? sensors : of(shown);
 }
 
-/** Chooses a range for the values shown: all but 1 % of them lie below its upper end. If half of the sensors
- *  would then share a fifth of the colours, the range is that of the sensors. */
+/** Chooses a range for what is shown, so that each surface has a colour of its own: from 0 to what 98 % of the lit area
+ *  lies below; with a logarithmic scale from what 2 % of it lies below, at most four decades. */
 function chooseRange() {
   const data = valueTexture.image.data;
-  const values = [];
+  const lit = [];
   const step = Math.max(1, Math.floor(facts.tiles / 100000));
   for (let tile = 0; tile < facts.tiles; tile += step) {
-    if (data[4 * tile + 3] & 1) continue;
-    for (const face of [FRONT, BACK]) if (data[4 * tile + face] > 0) values.push(data[4 * tile + face]);
+    const values = data.slice(4 * tile, 4 * tile + 2);
+    if (data[4 * tile + 3] & 1 || !values.some((value) => value > 0)) continue;
+    const area = areaOf(tile);
+    for (const value of values) if (value > 0) lit.push({ value, area });
   }
-  values.sort((a, b) => a - b);
-  const at = (sorted, share) => sorted[Math.round(share * (sorted.length - 1))];
-  let high = values.length ? round(at(values, 0.99)) : 1;
-  let low = state.log ? round(high / 1000) : 0;
-  const sensors = state.quantity === "none" ? [] : sensorValues();
-  if (sensors.length >= 4 && !state.log) {
-    const [quarter, most] = [at(sensors, 0.25), at(sensors, 0.75)];
-    const tight = () => most > quarter && most - quarter < 0.2 * (high - low);
-    if (tight()) high = roundUp(at(sensors, 0.98), at(sensors, 0.98));
-    if (tight()) low = Math.max(0, -roundUp(-at(sensors, 0.02), high - at(sensors, 0.02)));
-    if (tight()) {
-      const reach = 1.7 * (most - quarter);
-      [low, high] = [Math.max(0, -roundUp(reach - quarter, reach)), roundUp(most + reach, reach)];
-    }
-  }
-  [state.low, state.high] = [low, high];
+  lit.sort((a, b) => a.value - b.value);
+  const all = lit.reduce((sum, { area }) => sum + area, 0);
+  const at = (share) => {
+    let rest = share * all;
+    return lit.find(({ area }) => (rest -= area) <= 0)?.value ?? lit.at(-1)?.value ?? 1;
+  };
+  const high = roundUp(at(0.98), at(0.98));
+  const low = Math.max(at(0.02), high / 1e4);
+  [state.low, state.high] = [state.log ? -roundUp(-low, low) : 0, high];
+}
+
+/** Chooses the range that most sensors are in: all but the lowest and the highest 2 %, and none that lies further from the
+ *  middle half than 1.7 times its width, as a sensor close to a lamp does. */
+function chooseRangeOfSensors() {
+  const sensors = sensorValues();
+  if (!sensors.length) return;
+  const at = (share) => sensors[Math.round(share * (sensors.length - 1))];
+  const reach = 1.7 * (at(0.75) - at(0.25));
+  let [low, high] = [Math.max(at(0.02), at(0.25) - reach), Math.min(at(0.98), at(0.75) + reach)];
+  // a single value lies in the middle
+  if (low >= high) [low, high] = [0.9 * low, 1.1 * high];
+  // in steps that tell sensors with nearly the same light apart
+  [state.low, state.high] = [-roundUp(-low, high - low), roundUp(high, high - low)];
+  if (state.log && state.low <= 0) state.low = low;
 }
 
 /** Returns the next number from `value` upwards in steps of the second digit of `size`. */
 function roundUp(value, size) {
   const step = 10 ** (Math.floor(Math.log10(size)) - 1);
   return Number((Math.ceil(value / step - 1e-9) * step).toPrecision(8));
-}
-
-function round(value) {
-  return Number(value.toPrecision(2));
 }
 
 let waiting = false;

@@ -304,6 +304,10 @@ function makePanel() {
   on("band", "change", (e) => { state.band = Number(e.target.value); repaint(true); });
   on("values", "change", (e) => { state.values = e.target.value; repaint(true); });
   on("auto", "click", () => repaint(true));
+  on("sensors", "click", () => {
+    chooseRangeOfSensors();
+    repaint(false);
+  });
   on("log", "change", (e) => { state.log = e.target.checked; repaint(true); });
   for (const end of ["low", "high"]) {
     on(end, "change", (e) => {
