@@ -110,11 +110,13 @@ fn the_ground_sends_light_back() {
     check.finish(8);
 }
 
-/// Returns the text of a map of 4 x 2 texels. A texel `@@@\x7f` has the radiance 64 x 2^(127 - 136)
-/// = 1 / 8.
+/// Returns the text of a map of 4 x 2 texels. A texel `@@@\x7f` has the radiance 64.5 x 2^(127 -
+/// 136), which is 1 over [`SCALE`].
 fn map(texels: &str) -> String {
     format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n{texels}")
 }
+
+const SCALE: f64 = 512.0 / 64.5;
 
 /// First a black box in a map of uniform radiance L: every face receives pi L, and all the light
 /// that enters is absorbed. Then a map with a single bright texel, which the captor that faces it
@@ -127,7 +129,7 @@ fn a_map_shines_from_all_sides() {
     let furnace = World::new()
         .lambert("black", 0.0)
         .counted("box", "black", &Mesh::cuboid([0.0; 3], [1.0, 2.0, 3.0]))
-        .light(json!({ "type": "environment", "file": "map.hdr", "scale": 8 }));
+        .light(json!({ "type": "environment", "file": "map.hdr", "scale": SCALE }));
     let with = |world: &World, texels: &str| {
         let scene = world.write();
         std::fs::write(scene.path("map.hdr"), map(texels)).expect("a map");
@@ -146,10 +148,9 @@ fn a_map_shines_from_all_sides() {
     texels[2] = "@@@\x7f";
     let wall = Mesh::square([0.0; 3], [1.0, 0.0, 0.0], 1.0);
     let away = Mesh::square([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], 1.0);
-    let world = World::new()
-        .captor("east", &wall)
-        .captor("west", &away)
-        .light(json!({ "type": "environment", "file": "map.hdr", "scale": 8, "heading_deg": 90 }));
+    let world = World::new().captor("east", &wall).captor("west", &away).light(
+        json!({ "type": "environment", "file": "map.hdr", "scale": SCALE, "heading_deg": 90 }),
+    );
     let scene = with(&world, &texels.concat());
     for run in [scene.run(500_000, 1), scene.run_paths(1_000_000, 1)] {
         // the integral of the squared cosine of the elevation, times the integral of the azimuth's

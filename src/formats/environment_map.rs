@@ -1,5 +1,5 @@
 //! Environment maps: pictures of the radiance from all directions, by latitude and longitude, in
-//! OpenEXR or Radiance HDR files.
+//! OpenEXR or Radiance HDR files. They are twice as wide as high; other projections are refused.
 //!
 //! The top row is at the zenith and the middle column is at the heading, with the directions east
 //! of the heading to its right, as in a panorama seen from inside. Radiance is constant within a
@@ -19,7 +19,7 @@ pub use panorama::Panorama;
 
 use super::input::quoted;
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, some},
     scene::daylight::RadianceMap,
 };
 
@@ -28,7 +28,8 @@ impl Panorama {
     /// first bytes decide which of the two it is.
     ///
     /// # Errors
-    /// At the file: it is neither of these, is damaged, or holds more than 2^27 numbers.
+    /// At the file: it is neither of these, is damaged, holds more than 2^27 numbers, or is not a
+    /// picture by latitude and longitude: a cube, or not twice as wide as high.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         let found = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             exr_file::read(bytes)
@@ -38,7 +39,33 @@ impl Panorama {
             Err("is neither OpenEXR nor Radiance HDR".into())
         };
         found.map_err(|problem| {
-            Error::input(path.display(), problem).remedy("save the map as .exr or .hdr")
+            Error::input(path.display(), problem)
+                .remedy("save the map by latitude and longitude, 2:1, as .exr or .hdr")
+        })
+    }
+
+    /// Returns what the file holds that is not used for these bands, one sentence each.
+    pub fn notes(&self, bands: &[&str]) -> Vec<String> {
+        let chosen = self.chosen(bands).unwrap_or_default();
+        let unused = self.channels.iter().enumerate().filter(|(c, _)| !chosen.contains(c));
+        let unused =
+            some(unused.filter(|(_, (name, _))| name != "A").map(|(_, (n, _))| quoted(n)), 8);
+        let mut notes = self.notes.clone();
+        if !unused.is_empty() {
+            let used = some(chosen.iter().map(|&c| quoted(&self.channels[c].0)), 8);
+            notes.push(format!("its channels {unused} are not used: the bands have {used}"));
+        }
+        notes
+    }
+
+    /// Returns the indices of the channels for these bands: those of their names, or red, green and
+    /// blue for three bands or one, which takes their mean. `None` where there are neither.
+    fn chosen(&self, bands: &[&str]) -> Option<Vec<usize>> {
+        let find = |name: &&str| self.channels.iter().position(|(known, _)| known == name);
+        let by_name: Option<Vec<usize>> = bands.iter().map(find).collect();
+        by_name.or_else(|| {
+            let colours = ["R", "G", "B"];
+            matches!(bands.len(), 1 | 3).then(|| colours.iter().map(find).collect()).flatten()
         })
     }
 
@@ -66,24 +93,16 @@ impl Panorama {
                 format!("{} x {} texels in {} bands", self.width, self.height, bands.len());
             return Err(error(problem).remedy("make the picture smaller: 2048 x 1024 is plenty"));
         }
-        let named = |name: &str| self.channels.iter().find(|(n, _)| n == name).map(|(_, v)| v);
-        let by_name: Option<Vec<&Vec<f32>>> = bands.iter().map(|band| named(band)).collect();
-        let colours: Option<Vec<&Vec<f32>>> = ["R", "G", "B"].into_iter().map(named).collect();
-        let mean = bands.len() == 1 && by_name.is_none();
-        let channels = match (by_name, colours) {
-            (Some(channels), _) => channels,
-            (None, Some(colours)) if matches!(bands.len(), 1 | 3) => colours,
-            _ => {
-                let names: Vec<String> =
-                    self.channels.iter().map(|(name, _)| quoted(name)).collect();
-                let names = names.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
-                let problem =
-                    format!("its channels {names} are not those of the {} bands", bands.len());
-                return Err(error(problem).remedy(
-                    "name the channels of an OpenEXR like the bands; R, G, B serve one band or three",
-                ));
-            }
+        let Some(chosen) = self.chosen(bands) else {
+            let names = some(self.channels.iter().map(|(name, _)| quoted(name)), 8);
+            let problem =
+                format!("its channels {names} are not those of the {} bands", bands.len());
+            return Err(error(problem).remedy(
+                "name the channels of an OpenEXR like the bands; R, G, B serve one band or three",
+            ));
         };
+        let mean = bands.len() < chosen.len();
+        let channels: Vec<&[f32]> = chosen.iter().map(|&c| &self.channels[c].1[..]).collect();
         let mut values = Vec::with_capacity(texels * bands.len());
         for texel in 0..texels {
             for &channel in &channels {

@@ -457,7 +457,12 @@ impl Loader<'_> {
         };
         let names: Vec<&str> = self.parts.bands.iter().map(|band| band.name.as_str()).collect();
         let heading = sky.north + heading.to_radians();
-        let map = Panorama::parse(&bytes, &path)?.map(&path, &names, heading, &scale)?;
+        let picture = Panorama::parse(&bytes, &path)?;
+        drop(bytes);
+        let map = picture.map(&path, &names, heading, &scale)?;
+        let notes = picture.notes(&names);
+        drop(picture);
+        notes.into_iter().for_each(|note| self.warn(path.display(), note));
         let mut strength = vec![1.0; self.bands];
         if let Some(irradiance) = &light.irradiance {
             if light.scale.is_some() {
