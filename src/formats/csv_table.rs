@@ -1,4 +1,4 @@
-//! Reads CSV files as records, each with its line number.
+//! Reads CSV files as records, each with its line number, and tells how their numbers are written.
 
 use std::{fmt::Display, path::Path};
 
@@ -20,17 +20,58 @@ impl Place<'_> {
     }
 }
 
-/// Returns the records of the CSV file at `path`, with the blanks around each cell removed. Rows
-/// without content, which spreadsheets leave below a table, are skipped, but never the first
-/// record. Error: a record is not UTF-8 text.
+/// What to do about a row with more cells than the head has names; the remedy of an error.
+pub const DECIMAL_COMMAS: &str =
+    "numbers take a decimal point, or, where semicolons separate the columns, a comma";
+
+/// Columns whose cells are names, which may begin with `#`, if they are the first of a table.
+const NAMES: [&str; 2] = ["id", "captor"];
+
+/// Returns what separates the columns of a table by one of its lines: a semicolon, a tab or a
+/// comma, the first of these that occurs; `None` means blanks.
+pub fn separator(line: &str) -> Option<char> {
+    [';', '\t', ','].into_iter().find(|&c| line.contains(c))
+}
+
+/// Reads a cell as a finite number. Where something else than commas separates the columns,
+/// decimals may have a comma.
+pub fn number(cell: &str, separator: Option<char>) -> Option<f64> {
+    let parsed = match separator {
+        Some(',') => cell.parse(),
+        _ => cell.replace(',', ".").parse(),
+    };
+    parsed.ok().filter(|x: &f64| x.is_finite())
+}
+
+/// Returns whether a line is a comment: its first character is `#`.
+pub fn is_comment(line: &str) -> bool {
+    line.trim_start().starts_with('#')
+}
+
+/// Returns the records of the CSV file at `path`, like [`separated`] by commas.
 pub fn records<'a>(
     bytes: &'a [u8],
     path: &'a Path,
 ) -> impl Iterator<Item = Result<(Place<'a>, StringRecord)>> {
+    separated(bytes, path, ',')
+}
+
+/// Returns the records of the CSV file at `path`, with the blanks around each cell removed. Rows
+/// without content, which spreadsheets leave below a table, are skipped, but never the first
+/// record. Comments are skipped too, except rows of a full length where the first column holds
+/// names. Error: a record is not UTF-8 text.
+pub fn separated<'a>(
+    bytes: &'a [u8],
+    path: &'a Path,
+    separator: char,
+) -> impl Iterator<Item = Result<(Place<'a>, StringRecord)>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut csv = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
+    let mut csv = ReaderBuilder::new();
+    csv.delimiter(separator as u8).has_headers(false).flexible(true);
+    let mut csv = csv.from_reader(bytes);
     let mut lines = LineCounter { bytes, at: 0, line: 1 };
     let mut first = true;
+    let mut names = None;
     std::iter::from_fn(move || {
         let mut raw = ByteRecord::new();
         // reading from memory cannot fail, and the reader checks neither UTF-8 nor the number of
@@ -43,6 +84,12 @@ pub fn records<'a>(
                 return Some(Err(error.remedy("save the file as CSV in UTF-8")));
             };
             record.trim();
+            if record.get(0).is_some_and(is_comment) && names != Some(record.len()) {
+                continue;
+            }
+            if first && record.get(0).is_some_and(|name| NAMES.contains(&name)) {
+                names = Some(record.len());
+            }
             if !std::mem::take(&mut first) && record.iter().all(str::is_empty) {
                 continue;
             }
@@ -73,5 +120,33 @@ impl LineCounter<'_> {
             self.at += 1;
         }
         self.line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Comments are skipped, but no captor whose id begins with `#`.
+    #[test]
+    fn comments_are_skipped() {
+        let cells = |text: &'static str| -> Vec<(u64, String)> {
+            let records = records(text.as_bytes(), Path::new("a.csv"));
+            let lines = records.map(|record| record.map(|(p, r)| (p.line, r.iter().collect())));
+            lines.collect::<Result<_>>().unwrap()
+        };
+        let text = "# a, b\n #c\n\nx,y\n#1,2\n3,4\n# end";
+        assert_eq!(cells(text), [(4, "xy".into()), (6, "34".into())]);
+        let text = "id,x\n#1,2\n# a comment\nb,3\n";
+        assert_eq!(cells(text), [(1, "idx".into()), (2, "#12".into()), (4, "b3".into())]);
+    }
+
+    #[test]
+    fn decimals_may_have_a_comma_where_no_comma_separates() {
+        assert_eq!(number("0,5", Some(';')), Some(0.5));
+        assert_eq!(number("-1,5e1", None), Some(-15.0));
+        assert_eq!(number("0,5", Some(',')), None);
+        assert_eq!(number("1,000.5", Some('\t')), None);
+        assert_eq!(number("inf", None), None);
     }
 }

@@ -1,15 +1,20 @@
 //! Tables of spectra: wavelengths, nm, in the first column, and values in the others.
 //!
-//! Columns are separated by semicolons (decimals may then have a comma), tabs, commas or blanks:
-//! the first of these that occurs in the first line. Text may be in quotes. A first line that does
-//! not begin with a number is the header.
+//! Columns are separated by semicolons, tabs, commas or blanks: the first of these that occurs in
+//! the first line. Decimals may have a comma, except where commas separate. Text may be in quotes.
+//! Lines that begin with `#` are comments. A first line that does not begin with a number is the
+//! header; where there is none, a comment just before the numbers names the columns, if it has one
+//! word for each.
 
 #[cfg(test)]
 mod tests;
 
 use std::path::Path;
 
-use super::input::quoted;
+use super::{
+    csv_table::{DECIMAL_COMMAS, is_comment, number, separator},
+    input::quoted,
+};
 use crate::{
     error::{Error, Result, nearest},
     math::curve::Curve,
@@ -32,16 +37,30 @@ pub enum Column<'a> {
 pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = String::from_utf8_lossy(bytes);
-    let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty()).peekable();
     let error =
         |line: u64, problem: String| Error::input(format!("{}:{line}", path.display()), problem);
+    let lines = text.lines().zip(1u64..).filter(|(line, _)| !line.trim().is_empty());
+    let comment = lines.clone().take_while(|(line, _)| is_comment(line)).last();
+    let mut lines = lines.filter(|(line, _)| !is_comment(line)).peekable();
     let Some(&(first, line)) = lines.peek() else {
         let remedy = "a table has wavelengths, nm, and values in columns";
         return Err(Error::input(path.display(), "is empty").remedy(remedy));
     };
-    let separator = [';', '\t', ','].into_iter().find(|&c| first.contains(c));
-    let header = cells(first, separator);
-    let has_header = value(&header[0], separator).is_none();
+    let separator = separator(first);
+    let first = cells(first, separator);
+    let has_header = number(&first[0], separator).is_none();
+    let names =
+        comment.map(|(comment, _)| cells(comment.trim().trim_start_matches('#'), separator));
+    let names = names.filter(|names| !has_header && names.len() == first.len());
+    let named = has_header || names.is_some();
+    let header = names.unwrap_or(first);
+    let mut rows = lines.skip(usize::from(has_header));
+    if !has_header && separator == Some(',') && header.len() > 2 && !named {
+        check_commas(rows.clone().map(|(text, _)| cells(text, separator))).map_err(|problem| {
+            error(line, problem)
+                .remedy("name the columns in a first line, or separate them by semicolons")
+        })?;
+    }
     let index = match column {
         Column::Number(number) => match usize::try_from(number) {
             Ok(number) if (2..=header.len()).contains(&number) => number - 1,
@@ -54,8 +73,8 @@ pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
         Column::Name(name) => {
             let known = || header.iter().skip(1).take(20).map(String::as_str);
             match header.iter().skip(1).position(|other| other == name) {
-                Some(position) if has_header => position + 1,
-                _ if !has_header => {
+                Some(position) if named => position + 1,
+                _ if !named => {
                     let problem = format!("no header that names a column {}", quoted(name));
                     return Err(error(line, problem).remedy("give its number: 2 is the second"));
                 }
@@ -71,13 +90,23 @@ pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
         }
     };
     let mut points: Vec<[f64; 2]> = Vec::new();
-    for (text, line) in lines.skip(usize::from(has_header)) {
+    // cells below an empty name, which spreadsheets leave at the end of a line, are empty too
+    let columns = header.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1);
+    for (text, line) in &mut rows {
         let cells = cells(text, separator);
+        if let Some(more) = cells.iter().skip(columns).find(|cell| !cell.is_empty()) {
+            let problem = format!(
+                "{} cells, with {} in the last, but {columns} columns",
+                cells.len(),
+                quoted(more)
+            );
+            return Err(error(line, problem).remedy(DECIMAL_COMMAS));
+        }
         let number = |i: usize, what: &str| {
             let cell = cells.get(i).map_or("", String::as_str);
-            value(cell, separator).ok_or_else(|| {
+            number(cell, separator).ok_or_else(|| {
                 error(line, format!("{what} is {}, not a finite number", quoted(cell)))
-                    .remedy("decimals take a point or, between semicolons, a comma")
+                    .remedy(DECIMAL_COMMAS)
             })
         };
         let (nm, value) = (number(0, "the wavelength")?, number(index, "the value")?);
@@ -114,11 +143,14 @@ fn cells(line: &str, separator: Option<char>) -> Vec<String> {
     cells.into_iter().map(|cell| cell.trim().to_string()).collect()
 }
 
-/// Reads a cell as a finite number.
-fn value(cell: &str, separator: Option<char>) -> Option<f64> {
-    let parsed = match separator {
-        Some(';') => cell.replace(',', ".").parse(),
-        _ => cell.parse(),
-    };
-    parsed.ok().filter(|x: &f64| x.is_finite())
+/// Refuses rows without a head and without any decimal point, of which nobody can tell whether
+/// their commas separate columns or decimals.
+fn check_commas(mut rows: impl Iterator<Item = Vec<String>>) -> std::result::Result<(), String> {
+    let whole = |cell: &String| cell.chars().all(|c| c.is_ascii_digit() || c == '-');
+    match rows.all(|row| row.iter().skip(1).all(whole)) {
+        true => Err("rows of whole numbers between commas, without names of their columns: \
+            `400,0,05` may be two numbers or three"
+            .into()),
+        false => Ok(()),
+    }
 }

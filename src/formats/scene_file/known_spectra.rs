@@ -29,6 +29,8 @@ pub(super) struct Spectra {
     /// Means per band of spectra that were averaged, by the text of their entry in the scene file.
     pub(super) means: RefCell<BTreeMap<String, Vec<f64>>>,
     pub(super) averages: RefCell<Vec<SpectrumAverage>>,
+    /// What is odd about the tables: their places and problems.
+    pub(super) warnings: RefCell<Vec<(String, String)>>,
 }
 
 /// One source of the light that averages are weighted with, per nm in the scene's quantity.

@@ -10,13 +10,19 @@ use super::{
 };
 use crate::{
     error::Result,
-    formats::spectrum_file::{self, Column},
+    formats::{
+        input::quoted,
+        spectrum_file::{self, Column},
+    },
     math::{
         curve::{Curve, integral},
         units::{Quantity, UMOL_PER_J_NM},
     },
     scene::daylight::{DaylightSource, WAVELENGTHS, band_share},
 };
+
+/// Noise scatters a few values below 0; a larger share of them leads to a warning.
+const NOISE: f64 = 0.05;
 
 /// Converts a value per nm of a table, in photons (umol) or energy (J), to `quantity`.
 fn density(value: f64, nm: f64, unit: SpectralUnitFile, quantity: Quantity) -> f64 {
@@ -78,9 +84,12 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Returns all averages that were made, and warns of lights without a spectrum if there are any
-    /// averages.
+    /// Returns all averages that were made, and warns of odd tables, and of lights without a spectrum
+    /// if there are any averages.
     pub(super) fn take_averages(&mut self) -> Vec<SpectrumAverage> {
+        for (place, problem) in self.spectra.warnings.take() {
+            self.warn(place, problem);
+        }
         let averages = self.spectra.averages.take();
         if !averages.is_empty() && !self.spectra.flat.is_empty() {
             let flat = self.spectra.flat.join("`, `");
@@ -172,6 +181,7 @@ impl Loader<'_> {
                 false => weighted(power) / weighted(0),
             };
             let (first, second) = (mean(1), mean(2));
+            self.tell_negative(&spectrum.spectrum, band, &curve, [from, to], first);
             // a mean below zero comes from noise
             let value = (first * factor).max(0.0);
             self.in_range(pointer, value, 0.0, high)?;
@@ -185,6 +195,35 @@ impl Loader<'_> {
             averages.push(SpectrumAverage { pointer, means: means.clone(), spreads });
         }
         Ok(means)
+    }
+
+    /// Warns of a table with more values below 0 in a band than noise explains, or with a mean below
+    /// 0.
+    fn tell_negative(&self, file: &str, band: usize, curve: &Curve, limits: [f64; 2], mean: f64) {
+        let [from, to] = limits;
+        let rows = curve.places().iter().filter(|&&nm| from <= nm && nm <= to);
+        let (rows, below) = rows
+            .fold((0, 0), |(rows, below), &nm| (rows + 1, below + usize::from(curve.at(nm) < 0.0)));
+        if mean >= 0.0 && f64::from(below as u32) <= NOISE * f64::from(rows as u32) {
+            return;
+        }
+        let name = &self.parts.bands[band].name;
+        let taken = if mean < 0.0 { ", below 0 too, and counts as 0" } else { "" };
+        let problem = format!(
+            "{below} of its {rows} values in band {} are below 0, which no surface has, and their \
+             mean is {mean:.4}{taken}: look at the measurement",
+            quoted(name)
+        );
+        self.tell(file, problem);
+    }
+
+    /// Keeps what is odd about a table, once, until the warnings are collected.
+    fn tell(&self, file: &str, problem: String) {
+        let warning = (self.sibling(file).display().to_string(), problem);
+        let mut warnings = self.spectra.warnings.borrow_mut();
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
     }
 
     /// Returns the means of a spectrum that has been averaged before.
@@ -237,6 +276,16 @@ impl Loader<'_> {
         }
         let of_total = lamp.quantity.unwrap_or(self.parts.quantity);
         let whole = self.flux(&curve, lamp.unit, of_total, [from, to]);
+        let dark = integral(from, to, curve.places(), |nm| (-curve.at(nm)).max(0.0));
+        let bright = integral(from, to, curve.places(), |nm| curve.at(nm).max(0.0));
+        if bright > 0.0 && dark > NOISE * bright {
+            let problem = format!(
+                "its values below 0 from {from} to {to} nm, which count as 0, come to {:.0} % of those \
+                 above: look at the measurement",
+                100.0 * dark / bright
+            );
+            self.tell(&lamp.spectrum, problem);
+        }
         if !(whole > 0.0 && whole.is_finite()) {
             let problem = format!("{} has no light from {from} to {to} nm", lamp.spectrum);
             return Err(self.error(pointer, problem).remedy("name another column or range"));

@@ -5,24 +5,32 @@ use proptest::prelude::*;
 use super::*;
 use crate::formats::spoil::{check_error, spoiled};
 
-const FILES: [&str; 6] = [
+const FILES: [&str; 10] = [
     "\"lambda\";\"moy\"\n400;0,5\n401;0,25\n403;-0,125\n",
     "nm,R,T\n400,0,0.5\n401,0,0.25\n403,0,-0.125\n",
     "nm\tR\n400\t0.5\n401\t0.25\n\n403\t-0.125\n",
     "\"wavelength nm\" \"a b\"\n400 0.5\n 401   0.25 \n403 -1.25e-1\n",
     "400 0.5\r\n401 0.25\r\n403 -0.125\r\n",
     "400;0.5\n401;0.25\n403;-0.125",
+    "# spectrometer 7\n# wavelength (nm), reflectance\n400 0.5\n401 0.25\n# lamp changed\n403 -0.125\n",
+    "#made, by; hand\n\n # nm,R\n\"nm\",\"R\",\n400,0.5,\n401,0.25,\n403,-0.125,,\n",
+    "# nm\tT\tR\n400\t1\t0,5\n401\t1\t0,25\n403\t1\t-0,125\n",
+    "nm R\n400 0,5\n401 0,25\n403 -0,125\n",
 ];
 
 #[test]
 fn the_same_table_in_all_dresses() {
     let curve = Curve::new([[400.0, 0.5], [401.0, 0.25], [403.0, -0.125]]).unwrap();
-    let columns: [Column; 6] = [
+    let columns: [Column; 10] = [
         Column::Name("moy"),
         Column::Name("T"),
         Column::Number(2),
         Column::Name("a b"),
         Column::Number(2),
+        Column::Number(2),
+        Column::Number(2),
+        Column::Name("R"),
+        Column::Name("R"),
         Column::Number(2),
     ];
     for (text, column) in FILES.iter().zip(columns) {
@@ -43,6 +51,27 @@ fn bad_tables_are_told() {
         ("nm,R\n400,1\n401,x", Column::Number(2), "a.csv:3: the value is `x`, not a finite"),
         ("nm,R\n400,1\n401", Column::Number(2), "a.csv:3: the value is ``"),
         ("nm,R\n400,1\n390,1", Column::Number(2), "a.csv:3: the wavelength 390 nm comes after 400"),
+        (
+            "nm,R\n400,0,05\n500,0,06",
+            Column::Number(2),
+            "a.csv:2: 3 cells, with `05` in the last, but 2",
+        ),
+        ("nm,R,\n400,0,05", Column::Number(2), "a.csv:2: 3 cells, with `05` in the last, but 2"),
+        (
+            "nm,R,T\n400,0,05,0,1",
+            Column::Number(2),
+            "a.csv:2: 5 cells, with `0` in the last, but 3",
+        ),
+        (
+            "nm,R\n400,1\n401,0,5",
+            Column::Number(2),
+            "where semicolons separate the columns, a comma",
+        ),
+        ("nm R\n400 1\n401 2 3", Column::Number(2), "a.csv:3: 3 cells"),
+        ("400,0,05\n500,0,06", Column::Number(2), "a.csv:1: rows of whole numbers between commas"),
+        ("400,0,05\n500,0", Column::Number(2), "a.csv:1: rows of whole numbers between commas"),
+        ("# a\n400,1\n401,0,5", Column::Number(2), "a.csv:3: 3 cells"),
+        ("# a\n# b\n", Column::Number(2), "a.csv: is empty"),
         ("nm,R\n-400,1\n390,1", Column::Number(2), "a.csv:2: the wavelength -400 nm"),
     ] {
         let path = Path::new("a.csv");
