@@ -6,7 +6,10 @@ use std::path::Path;
 use super::file::{MOST, ScatterTable, Wanted};
 use crate::{
     error::{Error, Result, nearest, some},
-    formats::{csv_table::records, input::quoted},
+    formats::{
+        csv_table::{DECIMAL_COMMAS, is_comment, number, separated, separator},
+        input::quoted,
+    },
     scene::material::{Basis, BsdfFaces, FaceValues, PairValues},
 };
 
@@ -58,7 +61,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
     let front = face(front, above, below)?;
     let back = (!back.theta.is_empty()).then(|| face(back, below, above)).transpose()?;
     let faces = BsdfFaces { front, back, bands: grid.bands };
-    Ok(ScatterTable { faces, warnings })
+    Ok(ScatterTable { faces, warnings, tolerated: 1.0 })
 }
 
 /// Returns a warning where the largest angle is more than half of the last step away from 90
@@ -76,7 +79,10 @@ fn ends_early(side: &Side, which: &str, name: &str) -> Option<String> {
 
 /// Reads the rows of a table into a grid.
 fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
-    let mut rows = records(bytes, path);
+    let text = String::from_utf8_lossy(bytes);
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !is_comment(line));
+    let separator = lines.next().and_then(separator).unwrap_or(',');
+    let mut rows = separated(bytes, path, separator);
     let header = "a table begins with `theta_i,phi_i,theta_o,phi_o` and the names of the bands";
     let Some(first) = rows.next() else {
         return Err(Error::input(path.display(), "is empty").remedy(header));
@@ -116,11 +122,20 @@ fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
             let problem = format!("more than {MOST} values");
             return Err(place.error(problem).remedy("use fewer angles or bands"));
         }
+        if let Some(more) = row.iter().skip(names.len()).find(|cell| !cell.is_empty()) {
+            let problem = format!(
+                "{} cells, with {} in the last, but {} columns",
+                row.len(),
+                quoted(more),
+                names.len()
+            );
+            return Err(place.error(problem).remedy(DECIMAL_COMMAS));
+        }
         let mut angles = [0.0; 4];
         for (i, &column) in columns.iter().enumerate() {
             let cell = row.get(column).unwrap_or_default();
             let what = names.get(column).unwrap_or_default();
-            let number = cell.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+            let number = number(cell, Some(separator)).ok_or_else(|| {
                 place
                     .error(format!("{} is {}, not a finite number", quoted(what), quoted(cell)))
                     .remedy("every row has four angles, degrees, and a value for each band, 1/sr")

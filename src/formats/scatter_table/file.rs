@@ -10,8 +10,11 @@ pub(super) const MOST: usize = 20_000_000;
 pub struct ScatterTable {
     /// The scattering function.
     pub faces: BsdfFaces,
-    /// Messages for the user: ranges of angles that the file does not cover.
+    /// Messages for the user: ranges of angles that the file does not cover, and what it says that
+    /// is not used.
     pub warnings: Vec<String>,
+    /// The largest share of light that may go on; above 1, all values are then scaled down.
+    pub tolerated: f64,
 }
 
 /// The bands that a file is read for.
@@ -19,6 +22,8 @@ pub struct ScatterTable {
 pub struct Wanted<'a> {
     /// Names of the bands.
     pub bands: &'a [&'a str],
+    /// Wavelengths of the bands, nm, where they are known.
+    pub limits: &'a [Option<[f64; 2]>],
     /// Whether the user has named them. If not, a table with a single column of values is used
     /// whatever the name of that column.
     pub named: bool,

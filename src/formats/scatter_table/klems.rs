@@ -24,18 +24,37 @@ const DEEPEST: usize = 64;
 /// Rings of patches: the angle where each ends, degrees, and its number of patches.
 type Rings = Vec<(f64, usize)>;
 
-/// The rings of "LBNL/Klems Full", which a file may use without defining them.
-const FULL: [(f64, usize); 9] = [
-    (5.0, 1),
-    (15.0, 8),
-    (25.0, 16),
-    (35.0, 20),
-    (45.0, 24),
-    (55.0, 24),
-    (65.0, 24),
-    (75.0, 16),
-    (90.0, 12),
+/// The rings of the bases that a file may use without defining them (Radiance, bsdf_m.c).
+const KNOWN: [(&str, &[(f64, usize)]); 3] = [
+    (
+        "Klems Full",
+        &[
+            (5.0, 1),
+            (15.0, 8),
+            (25.0, 16),
+            (35.0, 20),
+            (45.0, 24),
+            (55.0, 24),
+            (65.0, 24),
+            (75.0, 16),
+            (90.0, 12),
+        ],
+    ),
+    (
+        "Klems Half",
+        &[(6.5, 1), (19.5, 8), (32.5, 12), (46.5, 16), (61.5, 20), (76.5, 12), (90.0, 4)],
+    ),
+    ("Klems Quarter", &[(9.0, 1), (27.0, 8), (46.0, 12), (66.0, 12), (90.0, 8)]),
 ];
+
+/// What the values of a matrix may be: f, of transmission or reflection. Some files do not say.
+const KINDS: [&str; 4] = ["", "BTDF", "BRDF", "BSDF"];
+
+/// How much light may go on for the file to be taken for noisy, and scaled down, and not for wrong.
+const TOLERATED: f64 = 1.05;
+
+/// Wavelengths, nm, within which the integral `Visible` has its weight.
+const VISIBLE: [f64; 2] = [380.0, 780.0];
 
 /// The content of a file, as it is written.
 #[derive(Default)]
@@ -49,17 +68,21 @@ struct Content {
 #[derive(Clone, Default)]
 struct Block {
     wavelength: String,
+    /// `System` for the whole sheet, or the number of one of its layers.
+    layer: String,
     /// Transmission or Reflection, Front or Back.
     direction: String,
     incident: String,
     leaving: String,
+    kind: String,
     values: String,
 }
 
 /// Reads a file of WINDOW for the `wanted` bands. A band takes the block of its own name, otherwise
-/// the block `Visible`, otherwise the only block.
+/// the block `Visible`, otherwise the only block. Where matrices of one face are missing, reflection
+/// is that of the other face, and transmission that of the other face the other way around.
 pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<ScatterTable> {
-    let content = read(bytes, path)?;
+    let mut content = read(bytes, path)?;
     let error = |problem: String| Error::input(path.display(), problem);
     match content.structure.trim() {
         "" | "Columns" => {}
@@ -68,35 +91,55 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
                 .remedy("export it with Klems' patches"));
         }
     }
-    let mut wavelengths: Vec<&str> = Vec::new();
-    for block in &content.blocks {
-        if !wavelengths.contains(&block.wavelength.as_str()) {
-            wavelengths.push(&block.wavelength);
+    let mut warnings = content.keep_system();
+    let of_band = content.wavelengths(path, wanted, &mut warnings)?;
+    let is_black = |direction: &str| -> Result<bool> {
+        let values = content.matrix(direction, false, &of_band, path)?;
+        Ok(values.is_some_and(|values| values.values.iter().all(|&f| f == 0.0)))
+    };
+    let [front, back] =
+        [["Reflection Front", "Transmission Front"], ["Reflection Back", "Transmission Back"]];
+    let mut has = |direction: &str| content.has(direction, &of_band);
+    let mut known = [front, back].map(|face| face.map(&mut has));
+    // some programs write zeros for the face that they did not trace light from
+    for (face, name, other) in [(1, back[1], front[1]), (0, front[1], back[1])] {
+        if known[face][1] && known[1 - face][1] && is_black(name)? && !is_black(other)? {
+            known[face] = [false; 2];
+            warnings.push(format!(
+                "`{name}` is all zeros: light from there is taken from the other face"
+            ));
         }
     }
-    let of_band = wanted.bands.iter().map(|&band| {
-        let named = |name: &str| wavelengths.iter().find(|known| known.eq_ignore_ascii_case(name));
-        match (named(band).or(named("Visible")), wavelengths.as_slice()) {
-            (Some(found), _) | (None, [found]) => Ok(*found),
-            (None, []) => Err(error("no matrix in it".into())
-                .remedy("a file of WINDOW has WavelengthDataBlock with ScatteringData")),
-            (None, known) => {
-                let known = some(known.iter().map(|name| quoted(name)), 20);
-                Err(error(format!("neither {} nor `Visible` among its wavelengths", quoted(band)))
-                    .remedy(format!("there are {known}: give the band one of these names")))
-            }
-        }
-    });
-    let of_band: Vec<&str> = of_band.collect::<Result<_>>()?;
-    let matrix = |direction: &str| content.matrix(direction, &of_band, path);
-    let front = [matrix("Reflection Front")?, matrix("Transmission Front")?];
-    let back = [matrix("Reflection Back")?, matrix("Transmission Back")?];
-    let face = |[reflected, transmitted]: [Option<PairValues>; 2]| {
+    if known == [[false; 2]; 2] {
+        return Err(error("no matrix of light in it".into())
+            .remedy("it needs `Transmission Front`, `Reflection Front` or those of `Back`"));
+    }
+    let mut face = |own: [&str; 2],
+                    [reflects, transmits]: [bool; 2],
+                    other: [&str; 2],
+                    [mirrors, lets]: [bool; 2]| {
+        // all rows of a face have to be the same patches: those of the file, or, where one matrix
+        // is turned around, those in which light leaves
+        let turned = !transmits && lets;
+        let mut part = |own: &str, is_known: bool, other: &str, other_known: bool, turned: bool| {
+            let name = match (is_known, other_known) {
+                (true, _) => own,
+                (false, true) => {
+                    let way = if own.starts_with('T') { ", the other way around" } else { "" };
+                    warnings.push(format!("it has no `{own}`: that is taken from `{other}`{way}"));
+                    other
+                }
+                (false, false) => return Ok(None),
+            };
+            content.matrix(name, turned, &of_band, path)
+        };
+        let reflected = part(own[0], reflects, other[0], mirrors, turned)?;
+        let transmitted = part(own[1], transmits, other[1], lets, turned)?;
         let like = |values: &PairValues| PairValues {
             values: vec![0.0; values.values.len()],
             ..values.clone()
         };
-        match (reflected, transmitted) {
+        Ok(match (reflected, transmitted) {
             (None, None) => None,
             (Some(reflected), None) => {
                 Some(FaceValues { transmitted: like(&reflected), reflected })
@@ -105,16 +148,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
                 Some(FaceValues { reflected: like(&transmitted), transmitted })
             }
             (Some(reflected), Some(transmitted)) => Some(FaceValues { reflected, transmitted }),
-        }
+        })
     };
-    let Some(front) = face(front) else {
-        return Err(error("no matrix of light on the front".into())
-            .remedy("it needs `Transmission Front` or `Reflection Front`"));
-    };
-    // some programs write zeros for the back if they did not trace light from there
-    let is_black = |values: &PairValues| values.values.iter().all(|&f| f == 0.0);
-    let dummy = |back: &FaceValues| is_black(&back.transmitted) && !is_black(&front.transmitted);
-    let back = face(back).filter(|back| !dummy(back));
+    // a sheet without values for the back takes them from the front by itself
+    let no_back = known[1] == [false; 2];
+    let found = face(front, known[0], back, known[1])?;
+    let back = if no_back { None } else { face(back, known[1], front, known[0])? };
+    let Some(front) = found else { return Err(error("no matrix of light in it".into())) };
     for face in [Some(&front), back.as_ref()].into_iter().flatten() {
         if face.reflected.rows.len() != face.transmitted.rows.len() {
             return Err(error(
@@ -124,7 +164,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
         }
     }
     let faces = BsdfFaces { front, back, bands: wanted.bands.len() };
-    Ok(ScatterTable { faces, warnings: Vec::new() })
+    Ok(ScatterTable { faces, warnings, tolerated: TOLERATED })
 }
 
 /// Reads the XML of a file of WINDOW.
@@ -164,17 +204,20 @@ fn read(bytes: &[u8], path: &Path) -> Result<Content> {
                     "nPhis" => ring.1 = trimmed.parse().unwrap_or(0),
                     "AngleBasisBlock" => basis.1.push(std::mem::replace(&mut ring, (f64::NAN, 0))),
                     "AngleBasis" => content.bases.push(std::mem::take(&mut basis)),
+                    "LayerNumber" => block.layer = trimmed.into(),
                     "Wavelength" => block.wavelength = trimmed.into(),
                     "WavelengthDataDirection" => block.direction = trimmed.into(),
                     "ColumnAngleBasis" => block.incident = trimmed.into(),
                     "RowAngleBasis" => block.leaving = trimmed.into(),
+                    "ScatteringDataType" => block.kind = trimmed.into(),
                     "ScatteringData" => block.values = trimmed.into(),
                     "WavelengthDataBlock" => {
                         // a wavelength may have several blocks
-                        let wavelength = block.wavelength.clone();
-                        let next = Block { wavelength, ..Block::default() };
+                        let (wavelength, layer) = (block.wavelength.clone(), block.layer.clone());
+                        let next = Block { wavelength, layer, ..Block::default() };
                         content.blocks.push(std::mem::replace(&mut block, next));
                     }
+                    "WavelengthData" => block = Block::default(),
                     _ => {}
                 }
                 words.clear();
@@ -189,23 +232,125 @@ fn read(bytes: &[u8], path: &Path) -> Result<Content> {
     }
 }
 
+impl Block {
+    fn is(&self, wavelength: &str, direction: &str) -> bool {
+        let words = |text: &str| text.split_whitespace().map(str::to_lowercase).collect::<Vec<_>>();
+        self.wavelength == wavelength && words(&self.direction) == words(direction)
+    }
+}
+
 impl Content {
+    /// Drops the blocks of single layers where there are some of the whole sheet, and of equal
+    /// blocks all but the first. Returns what is not used.
+    fn keep_system(&mut self) -> Vec<String> {
+        let whole =
+            |block: &Block| block.layer.is_empty() || block.layer.eq_ignore_ascii_case("System");
+        let mut notes = Vec::new();
+        if self.blocks.iter().any(whole) && !self.blocks.iter().all(whole) {
+            notes
+                .push("its blocks of single layers are not used: those of the `System` are".into());
+            self.blocks.retain(whole);
+        }
+        let mut kept: Vec<Block> = Vec::new();
+        for block in std::mem::take(&mut self.blocks) {
+            match kept.iter().any(|known| known.is(&block.wavelength, &block.direction)) {
+                true => notes.push(format!(
+                    "a second block of {} for {} is not used",
+                    quoted(&block.direction),
+                    quoted(&block.wavelength)
+                )),
+                false => kept.push(block),
+            }
+        }
+        notes.truncate(10);
+        self.blocks = kept;
+        notes
+    }
+
+    /// Returns the wavelength that each band takes. A band that takes one which is not its own is
+    /// told.
+    fn wavelengths(
+        &self,
+        path: &Path,
+        wanted: Wanted,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<&str>> {
+        let error = |problem: String| Error::input(path.display(), problem);
+        let mut known: Vec<&str> = Vec::new();
+        for block in &self.blocks {
+            if !known.contains(&block.wavelength.as_str()) {
+                known.push(&block.wavelength);
+            }
+        }
+        let mut of_bands = Vec::new();
+        for (i, &band) in wanted.bands.iter().enumerate() {
+            let named = |name: &str| known.iter().find(|known| known.eq_ignore_ascii_case(name));
+            let found = match (named(band).or(named("Visible")), known.as_slice()) {
+                (Some(found), _) | (None, [found]) => *found,
+                (None, []) => {
+                    return Err(error("no matrix in it".into())
+                        .remedy("a file of WINDOW has WavelengthDataBlock with ScatteringData"));
+                }
+                (None, known) => {
+                    let known = some(known.iter().map(|name| quoted(name)), 20);
+                    let problem =
+                        format!("neither {} nor `Visible` among its wavelengths", quoted(band));
+                    return Err(error(problem)
+                        .remedy(format!("there are {known}: give the band one of these names")));
+                }
+            };
+            let visible = found.eq_ignore_ascii_case("Visible");
+            let other = match wanted.limits.get(i).copied().flatten() {
+                Some([from, to]) => !visible || from < VISIBLE[0] || to > VISIBLE[1],
+                None => wanted.named && (!visible || band.to_lowercase().contains("nir")),
+            };
+            if other && !found.eq_ignore_ascii_case(band) {
+                let others = known.iter().filter(|&&name| name != found).map(|name| quoted(name));
+                let others = some(others, 5);
+                let have = match others.is_empty() {
+                    true => "and the file has no other".into(),
+                    false => format!("the file also has {others}: name the band so to use it"),
+                };
+                notes.push(format!(
+                    "band {} takes the wavelengths {}, which are not its own; {have}",
+                    quoted(band),
+                    quoted(found)
+                ));
+            }
+            of_bands.push(found);
+        }
+        Ok(of_bands)
+    }
+
+    /// Returns whether there is a block for a direction of light, at the wavelengths of the bands.
+    fn has(&self, direction: &str, of_band: &[&str]) -> bool {
+        let of =
+            |wavelength: &&str| self.blocks.iter().any(|block| block.is(wavelength, direction));
+        of_band.iter().any(of)
+    }
+
     /// Returns the matrix for a direction of light, with the blocks of the wavelengths that the
-    /// bands use; `None` where the file has no such matrix.
-    fn matrix(&self, direction: &str, of_band: &[&str], path: &Path) -> Result<Option<PairValues>> {
+    /// bands use; `None` where the file has no such matrix. If it is `turned`, light comes from
+    /// where it leaves in the file.
+    fn matrix(
+        &self,
+        direction: &str,
+        turned: bool,
+        of_band: &[&str],
+        path: &Path,
+    ) -> Result<Option<PairValues>> {
         let error =
             |problem: String| Error::input(path.display(), format!("{direction}: {problem}"));
         let fetch = "the file is broken: export it anew";
-        let words = |text: &str| text.split_whitespace().map(str::to_lowercase).collect::<Vec<_>>();
-        let mut blocks: Vec<&Block> = Vec::new();
-        for wavelength in of_band {
-            let found = self.blocks.iter().find(|block| {
-                block.wavelength == *wavelength && words(&block.direction) == words(direction)
-            });
-            blocks.extend(found);
-        }
+        let find =
+            |wavelength: &&str| self.blocks.iter().find(|block| block.is(wavelength, direction));
+        let blocks: Vec<&Block> = of_band.iter().filter_map(find).collect();
         if blocks.is_empty() {
             return Ok(None);
+        }
+        if let Some(block) = blocks.iter().find(|block| !KINDS.contains(&block.kind.as_str())) {
+            let problem = format!("its values are {}, not BTDF or BRDF", quoted(&block.kind));
+            return Err(error(problem).remedy("export f in 1/sr"));
         }
         if blocks.len() < of_band.len() {
             return Err(error("for some wavelengths only".into()).remedy(fetch));
@@ -233,7 +378,8 @@ impl Content {
                 // the values come row by row, with one row for each patch in which light leaves
                 let (row, column) = (count / columns, count % columns);
                 if row < rows {
-                    let pair = seen_in[column] * rows + seen_out[row];
+                    let (from, to) = (seen_in[column], seen_out[row]);
+                    let pair = if turned { to * columns + from } else { from * rows + to };
                     values[pair * bands + band] = value as f32;
                 }
                 count += 1;
@@ -250,7 +396,11 @@ impl Content {
         };
         // azimuth 0 of the file points right as seen from the inside, so it points left as seen
         // from the front, which is half a turn from u
-        let (rows, columns) = (patches(&incident, 0.0), patches(&leaving, PI));
+        let mut ends = [patches(&incident, 0.0), patches(&leaving, PI)];
+        if turned {
+            ends.reverse();
+        }
+        let [rows, columns] = ends;
         Ok(Some(PairValues { rows, columns, turns: None, values }))
     }
 
@@ -260,8 +410,10 @@ impl Content {
         let defined = self.bases.iter().find(|(known, _)| known == name);
         let rings = match defined {
             Some((_, rings)) => rings.clone(),
-            None if name.contains("Klems Full") => FULL.to_vec(),
-            None => return Err(format!("no angle basis {}", quoted(name))),
+            None => match KNOWN.iter().find(|(known, _)| name.contains(known)) {
+                Some((_, rings)) => rings.to_vec(),
+                None => return Err(format!("no angle basis {}", quoted(name))),
+            },
         };
         let mut last = 0.0;
         for &(end, cells) in &rings {

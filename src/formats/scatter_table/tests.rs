@@ -12,7 +12,7 @@ use crate::{
 };
 
 fn read(text: &str, name: &str, bands: &[&str]) -> Result<ScatterTable> {
-    parse(text.as_bytes(), Path::new(name), Wanted { bands, named: bands != ["all"] })
+    parse(text.as_bytes(), Path::new(name), Wanted { bands, limits: &[], named: bands != ["all"] })
 }
 
 fn material(faces: &BsdfFaces) -> Material {
@@ -175,6 +175,150 @@ fn azimuths_of_klems_patches_are_seen_from_the_inside() {
     }
 }
 
+/// A matrix that is missing is made from that of the other face, and what is made or left out is
+/// told.
+#[test]
+fn missing_faces_follow_from_the_other() {
+    let back = read(&xml("Transmission Back"), "a.xml", &["all"]).unwrap();
+    for (from, to, expected) in [
+        // column 1: the light travels towards azimuth 0 of the file, which is 180 here
+        ([120.0, 0.0], [60.0, 180.0], 0.05),
+        ([120.0, 0.0], [5.0, 180.0], 0.02),
+        ([175.0, 0.0], [60.0, 180.0], 0.04),
+        ([120.0, 180.0], [60.0, 180.0], 0.06),
+        // the same the other way around
+        ([60.0, 180.0], [120.0, 0.0], 0.05),
+        ([5.0, 180.0], [120.0, 0.0], 0.02),
+        ([60.0, 180.0], [175.0, 0.0], 0.04),
+        ([60.0, 180.0], [120.0, 180.0], 0.06),
+    ] {
+        let found = f(&back, from, to);
+        assert!((found - expected).abs() < 1e-6, "{from:?} {to:?}: {found}");
+    }
+    let told = "it has no `Transmission Front`: that is taken from `Transmission Back`, the other way around";
+    assert_eq!(back.warnings, [told]);
+    let front = read(&xml("Transmission Front"), "a.xml", &["all"]).unwrap();
+    assert_eq!(front.warnings, [""; 0]);
+
+    // three of four matrices, and a second one of the same kind
+    let with = |text: &str, direction: &str, factor: &str| {
+        let block = text.split_once("<WavelengthDataBlock>").unwrap().1;
+        let block = block.split_once("</WavelengthDataBlock>").unwrap().0;
+        let (_, rest) = block.split_once("</WavelengthDataDirection>").unwrap();
+        let more = format!(
+            "</WavelengthDataBlock><WavelengthDataBlock><WavelengthDataDirection>{direction}</WavelengthDataDirection>{}",
+            rest.replace("0.0", factor)
+        );
+        text.replacen("</WavelengthDataBlock>", &(more + "</WavelengthDataBlock>"), 1)
+    };
+    let three = with(&xml("Transmission Front"), "Reflection Back", "0.1");
+    let table = read(&three, "a.xml", &["all"]).unwrap();
+    assert!((f(&table, [120.0, 180.0], [60.0, 0.0]) - 0.05).abs() < 1e-6);
+    // the other way around in both, as the rows of a face have to be alike
+    assert!((f(&table, [120.0, 0.0], [120.0, 180.0]) - 0.19).abs() < 1e-6);
+    // light on the front is mirrored as on the back
+    assert!((f(&table, [60.0, 0.0], [60.0, 180.0]) - 0.15).abs() < 1e-6);
+    assert_eq!(table.warnings.len(), 2, "{:?}", table.warnings);
+    let zeros = with(&xml("Transmission Back"), "Transmission Front", "0 ");
+    let zeros = zeros.replacen("0 1, 0 2, 0 3,\n 0 4,0 5,0 6\n0 7 0 8 0 9,", &"0 ".repeat(9), 1);
+    let table = read(&zeros, "a.xml", &["all"]).unwrap();
+    assert!((f(&table, [60.0, 180.0], [175.0, 0.0]) - 0.04).abs() < 1e-6);
+    assert!(
+        table.warnings[0].starts_with("`Transmission Front` is all zeros"),
+        "{:?}",
+        table.warnings
+    );
+    let twice = with(&xml("Transmission Front"), "transmission front", "0.1");
+    let table = read(&twice, "a.xml", &["all"]).unwrap();
+    assert_eq!(
+        table.warnings,
+        ["a second block of `transmission front` for `Visible` is not used"]
+    );
+    assert!((f(&table, [10.0, 77.0], [170.0, 3.0]) - 0.01).abs() < 1e-6);
+    let layers = twice
+        .replacen("<Wavelength ", "<LayerNumber>System</LayerNumber><Wavelength ", 1)
+        .replace("</Layer>", "<WavelengthData><LayerNumber>1</LayerNumber><Wavelength>Visible</Wavelength><WavelengthDataBlock>\
+            <WavelengthDataDirection>Reflection Front</WavelengthDataDirection></WavelengthDataBlock></WavelengthData></Layer>");
+    let table = read(&layers, "a.xml", &["all"]).unwrap();
+    assert_eq!(table.warnings.len(), 2, "{:?}", table.warnings);
+    assert!(table.warnings[0].starts_with("its blocks of single layers are not used"));
+}
+
+/// A band that takes the wavelengths of others is told so, whether there are better ones or not.
+#[test]
+fn bands_beyond_the_visible_are_told() {
+    let text = xml("Transmission Front");
+    let (head, data) = text.split_once("<WavelengthData>").unwrap();
+    let data = data.split_once("</Layer>").unwrap().0;
+    let solar = data.replace("Visible", "Solar").replace("0.0", "0.1");
+    let both = format!(
+        "{head}<WavelengthData>{solar}<WavelengthData>{data}</Layer></Optical></WindowElement>"
+    );
+    let look = |text: &str, band: &str, limits| {
+        let wanted = Wanted { bands: &[band], limits: &[limits], named: true };
+        let table = parse(text.as_bytes(), Path::new("a.xml"), wanted).unwrap();
+        (f(&table, [60.0, 0.0], [120.0, 180.0]), table.warnings.join("; "))
+    };
+    let nir = Some([700.0, 1100.0]);
+    for (text, band, limits, value, words) in [
+        (&both, "PAR", Some([400.0, 700.0]), 0.05, ""),
+        (&both, "red", None, 0.05, ""),
+        (&both, "solar", nir, 0.15, ""),
+        (
+            &both,
+            "NIR",
+            nir,
+            0.05,
+            "band `NIR` takes the wavelengths `Visible`, which are not its own; the file also has `Solar`",
+        ),
+        (&both, "NIR", None, 0.05, "the file also has `Solar`: name the band so"),
+        (&text, "far", nir, 0.05, "which are not its own; and the file has no other"),
+        (&text.replace("Visible", "NIR"), "nir", nir, 0.05, ""),
+        (
+            &text.replace("Visible", "Solar"),
+            "PAR",
+            Some([400.0, 700.0]),
+            0.05,
+            "band `PAR` takes the wavelengths `Solar`",
+        ),
+    ] {
+        let (found, told) = look(text, band, limits);
+        assert!((found - value).abs() < 1e-6, "{band}: {found}");
+        assert!(told.contains(words) && told.is_empty() == words.is_empty(), "{band}: {told}");
+    }
+}
+
+/// Klems' smaller bases are known by name.
+#[test]
+fn known_bases_need_no_definition() {
+    for (name, patches) in
+        [("LBNL/Klems Full", 145), ("LBNL/Klems Half", 73), ("LBNL/Klems Quarter", 41)]
+    {
+        let text = xml("Transmission Front")
+            .replace("AngleBasis>mine &amp; yours", &format!("AngleBasis>{name}"));
+        let (head, rest) = text.split_once("0.01, ").unwrap();
+        let tail = rest.split_once("</ScatteringData>").unwrap().1;
+        let values = "0.2 ".repeat(patches * patches);
+        let table = read(&format!("{head}{values}</ScatteringData>{tail}"), "a.xml", &["all"]);
+        let table = table.unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!((f(&table, [70.0, 3.0], [99.0, 88.0]) - 0.2).abs() < 1e-6);
+    }
+}
+
+/// Semicolons, decimal commas and comments.
+#[test]
+fn a_grid_in_other_dresses() {
+    let plain = csv([&[0, 40, 80], &[0], &[10, 50], &[0]], |[a, _, c, _]| 1e-3 * f64::from(a + c));
+    let table = read(&plain, "a.csv", &["all"]).unwrap();
+    let commas = plain.replace(',', ";").replace('.', ",");
+    let tabs = plain.replace(',', "\t");
+    let comments = plain.replace("\n40,0,10", "\n# a lamp, changed\n 40,0,10");
+    for text in [commas.clone(), tabs, format!("# one\n#two; three\n\n{commas}"), comments] {
+        let found = read(&text, "a.csv", &["all"]).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert_eq!(found.faces, table.faces, "{text}");
+    }
+}
+
 #[test]
 fn errors_say_where_and_what() {
     let good = "theta_i,phi_i,theta_o,phi_o,red\n0,0,0,0,0.1\n";
@@ -186,6 +330,10 @@ fn errors_say_where_and_what() {
         (&good.replace("0.1", "-1"), "a.csv:2: `red` is -1, must be at least 0; noise below 0"),
         (&good.replace("\n0,", "\n200,"), "a.csv:2: theta_i = 200, must be from 0 to 180"),
         ("theta_i,phi_i,theta_o,phi_o,red\n", "a.csv: has no values; below the header"),
+        (
+            &good.replace("0.1", "0,1"),
+            "a.csv:2: 6 cells, with `1` in the last, but 5 columns; numbers take a decimal point, or",
+        ),
         (&good.replace("\n0,0", "\n100,0"), "a.csv: no light on the front: every theta_i is"),
         (&format!("{good}0,0,0,0,0.2\n"), "a.csv:3: a second row for 0, 0, 0, 0; delete one"),
         (
@@ -214,7 +362,14 @@ fn errors_say_where_and_what() {
             "a.xml: Transmission Front: 8 values for 3 x 3 patches; the file",
         ),
         (good.replace("0.09", "-1"), "a.xml: Transmission Front: `-1` is no finite number of at"),
-        (good.replace("Front", "Back"), "a.xml: no matrix of light on the front; it needs"),
+        (good.replace("Front", "Side"), "a.xml: no matrix of light in it; it needs"),
+        (
+            good.replace(
+                "<ScatteringData>",
+                "<ScatteringDataType>dB</ScatteringDataType><ScatteringData>",
+            ),
+            "a.xml: Transmission Front: its values are `dB`, not BTDF or BRDF",
+        ),
         (
             good.replace("<RowAngleBasis>mine", "<RowAngleBasis>ours"),
             "a.xml: Transmission Front: no angle basis `ours & yours`",
@@ -274,7 +429,7 @@ const WORDS: &[&str] = &[
 
 fn check(bytes: &[u8], name: &str) {
     let path = Path::new(name);
-    match parse(bytes, path, Wanted { bands: &["red", "blue"], named: true }) {
+    match parse(bytes, path, Wanted { bands: &["red", "blue"], limits: &[], named: true }) {
         Err(error) => check_error(&error, path),
         Ok(mut table) => {
             let error = table.faces.reciprocity().error;

@@ -42,14 +42,29 @@ impl Loader<'_> {
         let path = self.sibling(name);
         let bytes = self.bytes(&format!("{pointer}/file"), &path)?;
         let names = self.band_names();
-        let wanted = Wanted { bands: &names, named: self.bands_named };
-        let ScatterTable { mut faces, warnings } = scatter_table::parse(&bytes, &path, wanted)?;
+        let limits = self.parts.bands.iter().map(|band| Some([band.from_nm?, band.to_nm?]));
+        let limits: Vec<Option<[f64; 2]>> = limits.collect();
+        let wanted = Wanted { bands: &names, limits: &limits, named: self.bands_named };
+        let ScatterTable { mut faces, mut warnings, tolerated } =
+            scatter_table::parse(&bytes, &path, wanted)?;
         let found = faces.reciprocity();
         let reciprocal = file.reciprocal == Some(true);
         if reciprocal {
             faces.make_reciprocal();
         }
-        let material = Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(&faces)))));
+        let mut bsdf = Bsdf::new(&faces);
+        let most = bsdf.largest_share();
+        if most > Bsdf::ROUNDED && most <= tolerated {
+            let problem = format!(
+                "of the light from one direction {most:.4} goes on, more than comes: all values are \
+                 scaled by {:.4}",
+                1.0 / most
+            );
+            warnings.push(problem);
+            faces.scale(1.0 / most);
+            bsdf = Bsdf::new(&faces);
+        }
+        let material = Material::Table(Box::new(Table::Bsdf(Box::new(bsdf))));
         material.check(&names).map_err(|problem| problem.at(path.display()))?;
         for warning in warnings {
             self.warn(path.display(), warning);

@@ -92,6 +92,15 @@ impl BsdfFaces {
         }
     }
 
+    /// Multiplies all values by a factor.
+    pub fn scale(&mut self, by: f64) {
+        for face in [Some(&mut self.front), self.back.as_mut()].into_iter().flatten() {
+            for part in [&mut face.reflected, &mut face.transmitted] {
+                part.values.iter_mut().for_each(|f| *f = (f64::from(*f) * by) as f32);
+            }
+        }
+    }
+
     /// Returns how far the values are from reciprocity.
     pub fn reciprocity(&self) -> Reciprocity {
         let part = |values: &PairValues| Part::new(values, self.bands);
@@ -155,6 +164,9 @@ fn difference(values: &PairValues, opposite: &Part, bands: usize) -> f64 {
 }
 
 impl Bsdf {
+    /// The largest share of light that goes on which is taken for 1.
+    pub const ROUNDED: f64 = 1.0 + TOLERATED;
+
     /// Makes the material from its values. They must be at least 0, one for each pair and band;
     /// `check` reports those that are not. Where slightly more light would go on than came, all
     /// values are scaled down.
@@ -163,7 +175,7 @@ impl Bsdf {
         let mut scale = 1.0;
         loop {
             let bsdf = Self::scaled(faces, scale, isotropic);
-            let most = bsdf.most();
+            let most = bsdf.largest_share();
             // once scaled, the largest fraction is 1, up to rounding
             if scale < 1.0 || most <= 1.0 || most > 1.0 + TOLERATED || bsdf.wrong.is_some() {
                 return bsdf;
@@ -213,7 +225,7 @@ impl Bsdf {
 
     /// Returns the largest fraction of light that goes on, over all directions of incidence and
     /// bands.
-    fn most(&self) -> f64 {
+    pub fn largest_share(&self) -> f64 {
         self.sums().map(|sum| sum.share).fold(0.0, f64::max)
     }
 
