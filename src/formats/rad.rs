@@ -12,7 +12,7 @@ mod xform;
 
 use std::path::Path;
 
-pub use content::{Dialect, RadFile, RadMaterial};
+pub use content::{Dialect, RadBsdf, RadFile, RadMaterial};
 
 use crate::error::Result;
 use scan::Scan;
@@ -22,9 +22,9 @@ impl RadFile {
     /// commands name, by their paths.
     ///
     /// # Errors
-    /// At the line of a file: a primitive is unknown or its arguments are missing or wrong, a
-    /// material is modified by another, an alias names something undefined, a command is not
-    /// supported, or a file includes itself; at the file, that it has no surface.
+    /// At the line of a file: a primitive is unknown or its arguments are missing or wrong, an alias
+    /// names something undefined, a command is not supported, or a file includes itself; at the
+    /// file, that it has no surface. What is wrong with a material stands in its `problem`.
     pub fn parse(
         bytes: &[u8],
         path: &Path,

@@ -12,7 +12,7 @@ mod tests;
 
 use std::path::Path;
 
-pub use file::{ScatterTable, Wanted};
+pub use file::{ScatterTable, Side, Wanted};
 
 use crate::error::Result;
 

@@ -28,6 +28,8 @@ mod radiance;
 mod rooms;
 mod spectra;
 mod tables;
+#[cfg(test)]
+mod tests;
 
 use std::{
     cell::RefCell,

@@ -1,6 +1,10 @@
 //! The content of a Radiance file.
 
+use std::path::PathBuf;
+
 use glam::DVec3;
+
+use crate::error::Error;
 
 /// The program that defines the meaning of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,13 +49,30 @@ pub struct RadPart {
 pub struct RadMaterial {
     /// Name of the material.
     pub name: String,
-    /// Type of the material: plastic, metal, trans, glass, dielectric, mirror, light or glow; empty
-    /// where the file uses the material but does not define it.
+    /// Type of the material: plastic, metal, trans, glass, dielectric, mirror, BSDF, light or glow;
+    /// empty where the file uses the material but does not define it.
     pub kind: String,
     /// The real arguments of the material.
     pub numbers: Vec<f64>,
     /// File and line of the material.
     pub place: String,
+    /// What a BSDF names besides.
+    pub bsdf: Option<RadBsdf>,
+    /// Why the material is not read: an error only where a surface has it and the scene has no
+    /// material of its name.
+    pub problem: Option<Error>,
+}
+
+/// A measured material in a file of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RadBsdf {
+    /// Where the file may be, in this order.
+    pub files: Vec<PathBuf>,
+    /// The direction that the azimuth of 90 degrees lies nearest to.
+    pub up: DVec3,
+    /// Whether the values reach through a device of some thickness, or hold a part that goes straight
+    /// through.
+    pub through: bool,
 }
 
 impl RadMaterial {

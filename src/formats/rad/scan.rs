@@ -8,7 +8,7 @@ use std::{
 use glam::{DAffine3, DVec3};
 
 use super::{
-    content::{Dialect, RadFile, RadLamp, RadMaterial, RadPart},
+    content::{Dialect, RadBsdf, RadFile, RadLamp, RadMaterial, RadPart},
     lexer::Lexer,
     shapes,
     xform::{MOST_COPIES, xform},
@@ -22,9 +22,48 @@ const SURFACES: [&str; 8] =
     ["polygon", "sphere", "bubble", "cylinder", "tube", "cone", "cup", "ring"];
 const MATERIALS: [&str; 8] =
     ["plastic", "metal", "trans", "glass", "dielectric", "mirror", "light", "glow"];
-/// Types of Radiance whose names are similar to supported ones but mean something else.
-const UNSUPPORTED: [&str; 7] =
-    ["source", "illum", "spotlight", "plastic2", "metal2", "trans2", "mist"];
+/// Measured materials; the second has a part that goes straight through.
+const MEASURED: [&str; 2] = ["BSDF", "aBSDF"];
+/// Types of Radiance that are known and not read: materials, and what modifies them. An object of
+/// such a type is an error only where a surface has it.
+const UNREAD: [&str; 34] = [
+    "plastic2",
+    "metal2",
+    "trans2",
+    "ashik2",
+    "interface",
+    "plasfunc",
+    "metfunc",
+    "transfunc",
+    "BRTDfunc",
+    "WGMDfunc",
+    "plasdata",
+    "metdata",
+    "transdata",
+    "antimatter",
+    "illum",
+    "spotlight",
+    "mist",
+    "prism1",
+    "prism2",
+    "texfunc",
+    "texdata",
+    "colorfunc",
+    "brightfunc",
+    "colordata",
+    "brightdata",
+    "colorpict",
+    "colortext",
+    "brighttext",
+    "mixfunc",
+    "mixdata",
+    "mixpict",
+    "mixtext",
+    "spectrum",
+    "specfile",
+];
+/// Surfaces that stand for other files, which are not read.
+const OTHER_FILES: [&str; 2] = ["instance", "mesh"];
 /// The word at the beginning of a file of SEC2, before a number.
 const SEC2_SCALE: &str = "scale_factor";
 /// Lights of SEC2 that are lines of numbers, without counts of arguments.
@@ -46,6 +85,8 @@ pub struct Scan<'a> {
     file: RadFile,
     /// Index of the material that each name stands for.
     named: HashMap<String, usize>,
+    /// Indices of materials of unknown types, with what is wrong: no materials, perhaps.
+    unknown: Vec<(usize, Error)>,
     /// Corners of the polygons that were read, sorted, by material, with the normal of each
     /// polygon.
     polygons: HashMap<(usize, Vec<[u64; 3]>), DVec3>,
@@ -79,6 +120,7 @@ impl<'a> Scan<'a> {
             load,
             file: RadFile::default(),
             named: HashMap::new(),
+            unknown: Vec::new(),
             polygons: HashMap::new(),
             open: Vec::new(),
             words: 0,
@@ -95,6 +137,11 @@ impl<'a> Scan<'a> {
             inverted: false,
         };
         self.read(bytes, path, &placement)?;
+        // what no surface has may be a surface itself, whose type is misspelt
+        let used = |index| self.file.parts.iter().any(|part| part.material == index);
+        if let Some((_, error)) = self.unknown.iter().find(|(index, _)| !used(*index)) {
+            return Err(error.clone());
+        }
         if self.file.parts.is_empty() && self.file.lamps.is_empty() {
             return Err(Error::input(path.display(), "holds no surface")
                 .remedy("a surface is `material polygon name`, with counts and coordinates"));
@@ -130,7 +177,7 @@ impl<'a> Scan<'a> {
             let kind = self.word(&mut lexer, &place)?.ok_or_else(|| missing("type"))?;
             let identifier = self.word(&mut lexer, &place)?.ok_or_else(|| missing("identifier"))?;
             let primitive = Primitive { modifier, kind, identifier, place };
-            self.primitive(&mut lexer, &primitive, placement)?;
+            self.primitive(&mut lexer, &primitive, path, placement)?;
         }
         self.open.pop();
         Ok(())
@@ -158,6 +205,16 @@ impl<'a> Scan<'a> {
     /// Reads the counts and arguments of a primitive and returns its real arguments; texts and
     /// whole numbers are skipped.
     fn numbers(&mut self, lexer: &mut Lexer, primitive: &Primitive) -> Result<Vec<f64>> {
+        Ok(self.arguments(lexer, primitive)?.1)
+    }
+
+    /// Reads the counts and arguments of a primitive and returns its texts and its real arguments;
+    /// whole numbers are skipped.
+    fn arguments<'t>(
+        &mut self,
+        lexer: &mut Lexer<'t>,
+        primitive: &Primitive,
+    ) -> Result<(Vec<&'t str>, Vec<f64>)> {
         let Primitive { kind, place, .. } = primitive;
         let count = |scan: &mut Self, lexer: &mut Lexer| {
             let count = scan.number(lexer, place, kind)?;
@@ -167,12 +224,11 @@ impl<'a> Scan<'a> {
             Err(Error::input(place, format!("{count} is no count of arguments"))
                 .remedy("after the identifier stand three counts, each before its arguments"))
         };
+        let mut texts = Vec::new();
         for _ in 0..count(self, lexer)? {
-            if self.word(lexer, place)?.is_none() {
-                return Err(
-                    Error::input(place, "the file ends within it").remedy("the file is broken")
-                );
-            }
+            let ends =
+                || Error::input(place, "the file ends within it").remedy("the file is broken");
+            texts.push(self.word(lexer, place)?.ok_or_else(ends)?);
         }
         for _ in 0..count(self, lexer)? {
             self.number(lexer, place, kind)?;
@@ -189,13 +245,14 @@ impl<'a> Scan<'a> {
                 reals += 1;
             }
         }
-        Ok(numbers)
+        Ok((texts, numbers))
     }
 
     fn primitive(
         &mut self,
         lexer: &mut Lexer,
         primitive: &Primitive,
+        path: &Path,
         placement: &Placement,
     ) -> Result<()> {
         let Primitive { modifier, kind, identifier, place } = primitive;
@@ -210,6 +267,9 @@ impl<'a> Scan<'a> {
                     ))
                     .remedy("define it before"));
                 };
+                if *modifier != "void" {
+                    return self.unread(primitive, modified(modifier, place));
+                }
                 self.named.insert(identifier.to_string(), material);
                 Ok(())
             }
@@ -219,7 +279,34 @@ impl<'a> Scan<'a> {
             }
             _ if MATERIALS.contains(kind) => {
                 let numbers = self.numbers(lexer, primitive)?;
-                self.material(primitive, numbers)
+                self.material(primitive, numbers, None)
+            }
+            _ if MEASURED.contains(kind) => {
+                let (texts, numbers) = self.arguments(lexer, primitive)?;
+                match measured(primitive, &texts, &numbers, path, placement) {
+                    Ok(bsdf) => self.material(primitive, numbers, Some(bsdf)),
+                    Err(error) => self.unread(primitive, error),
+                }
+            }
+            _ if UNREAD.contains(kind) => {
+                self.numbers(lexer, primitive)?;
+                let problem =
+                    format!("{modifier} {kind} {identifier}: {} is not read", quoted(kind));
+                self.unread(primitive, error(problem).remedy(OWN))
+            }
+            "source" => {
+                self.numbers(lexer, primitive)?;
+                self.file.warnings.push(format!(
+                    "{place}: source {identifier} is not read: give the scene a sun, a sky or an \
+                     environment"
+                ));
+                Ok(())
+            }
+            _ if OTHER_FILES.contains(kind) => {
+                let problem =
+                    format!("{modifier} {kind} {identifier}: {} is not supported", quoted(kind));
+                Err(error(problem)
+                    .remedy("write its surfaces as polygons, or as an OBJ of the scene"))
             }
             _ if self.dialect == Dialect::Sec2 && SEC2_LINES.contains(kind) => {
                 while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
@@ -238,9 +325,17 @@ impl<'a> Scan<'a> {
                 while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
                     numbers.push(self.number(lexer, place, kind)?);
                 }
+                // some files have the counts of Radiance before the colour
+                if let &[texts, integers, reals, ref colour @ ..] = numbers.as_slice()
+                    && [texts, integers] == [0.0; 2]
+                    && reals == colour.len() as f64
+                {
+                    numbers = colour.to_vec();
+                }
                 self.material(
                     &Primitive { kind: "light", place: place.clone(), ..*primitive },
                     numbers,
+                    None,
                 )
             }
             _ if *modifier == SEC2_SCALE || SEC2_LINES.contains(kind) => {
@@ -250,29 +345,49 @@ impl<'a> Scan<'a> {
             }
             _ => {
                 let all = SURFACES.iter().chain(&MATERIALS).copied();
-                let near = nearest(kind, all).filter(|_| !UNSUPPORTED.contains(kind));
-                let remedy = match near {
+                let remedy = match nearest(kind, all.clone()) {
                     Some(near) => format!("did you mean {}?", quoted(near)),
                     None => format!(
                         "there are {}: take it out, or give the scene what it stands for",
-                        SURFACES.iter().chain(&MATERIALS).copied().collect::<Vec<_>>().join(", ")
+                        all.collect::<Vec<_>>().join(", ")
                     ),
                 };
-                Err(error(format!(
-                    "{modifier} {kind} {identifier}: {} is not supported",
-                    quoted(kind)
-                ))
-                .remedy(remedy))
+                let problem =
+                    format!("{modifier} {kind} {identifier}: {} is not supported", quoted(kind));
+                let error = error(problem).remedy(remedy);
+                if self.numbers(lexer, primitive).is_err() {
+                    return Err(error);
+                }
+                self.unread(primitive, error.clone())?;
+                self.unknown.push((self.file.materials.len() - 1, error));
+                Ok(())
             }
         }
     }
 
-    fn material(&mut self, primitive: &Primitive, numbers: Vec<f64>) -> Result<()> {
+    /// Keeps what may be a material, with what is wrong with it.
+    fn unread(&mut self, primitive: &Primitive, problem: Error) -> Result<()> {
+        self.named.insert(primitive.identifier.to_string(), self.file.materials.len());
+        self.file.materials.push(RadMaterial {
+            name: primitive.identifier.to_string(),
+            kind: primitive.kind.to_string(),
+            numbers: Vec::new(),
+            place: primitive.place.clone(),
+            bsdf: None,
+            problem: Some(problem),
+        });
+        Ok(())
+    }
+
+    fn material(
+        &mut self,
+        primitive: &Primitive,
+        numbers: Vec<f64>,
+        bsdf: Option<RadBsdf>,
+    ) -> Result<()> {
         let Primitive { modifier, kind, identifier, place } = primitive;
         if *modifier != "void" {
-            let problem = format!("a material that is modified by {}", quoted(modifier));
-            return Err(Error::input(place, problem)
-                .remedy("patterns, textures and mixtures are not supported: write `void` there"));
+            return self.unread(primitive, modified(modifier, place));
         }
         let counts: &[usize] = match *kind {
             "plastic" | "metal" | "dielectric" => &[5],
@@ -280,6 +395,7 @@ impl<'a> Scan<'a> {
             "glass" => &[3, 4],
             "glow" => &[4],
             "light" if self.dialect == Dialect::Sec2 => &[0, 1, 2, 3],
+            "BSDF" | "aBSDF" => &[0, 3, 6, 9],
             _ => &[3],
         };
         if !counts.contains(&numbers.len()) {
@@ -294,6 +410,8 @@ impl<'a> Scan<'a> {
             kind: kind.to_string(),
             numbers,
             place: place.clone(),
+            bsdf,
+            problem: None,
         };
         // a file that is included again repeats the same definitions
         let known = self.named.get(*identifier).copied();
@@ -319,6 +437,8 @@ impl<'a> Scan<'a> {
             kind: String::new(),
             numbers: Vec::new(),
             place: place.to_string(),
+            bsdf: None,
+            problem: None,
         });
         let index = self.file.materials.len() - 1;
         self.named.insert(name.to_string(), index);
@@ -391,6 +511,9 @@ impl<'a> Scan<'a> {
         }
         let identifier = format!("{}{identifier}", placement.prefix);
         if self.file.materials[material].is_lamp() {
+            if let Some(problem) = &self.file.materials[material].problem {
+                return Err(problem.clone());
+            }
             let scale = transform.matrix3.determinant().abs().cbrt();
             let tube = tube.map(|(from, to, radius)| {
                 let [from, to] = [from, to].map(|p| transform.transform_point3(p));
@@ -462,19 +585,24 @@ impl<'a> Scan<'a> {
             return Err(error(format!("`!{name}` without a file")).remedy(followed));
         }
         for file in &asked.files {
-            let relative = Path::new(file);
-            let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-            if !relative.components().all(inside) {
-                return Err(error(format!("{} leads out of the folder", quoted(file)))
-                    .remedy("put the file beside this one, and name it relative to it"));
+            let places = places(file, path).ok_or_else(|| {
+                error(format!("{} leads out of the folder", quoted(file)))
+                    .remedy("put the file beside this one, and name it relative to it")
+            })?;
+            let mut found = Err(String::new());
+            for there in &places {
+                if self.open.contains(there) || self.open.len() == DEEPEST {
+                    return Err(error(format!("{} names itself, or too deep", quoted(file)))
+                        .remedy("take one of the commands out"));
+                }
+                found = (self.load)(there).map(|bytes| (bytes, there));
+                if found.is_ok() {
+                    break;
+                }
             }
-            let there = path.parent().unwrap_or(Path::new("")).join(relative);
-            if self.open.contains(&there) || self.open.len() == DEEPEST {
-                return Err(error(format!("{} names itself, or too deep", quoted(file)))
-                    .remedy("take one of the commands out"));
-            }
-            let bytes = (self.load)(&there).map_err(|why| {
-                error(format!("{}: {why}", there.display())).remedy("name a file beside this one")
+            let (bytes, there) = found.map_err(|why| {
+                error(format!("{}: {why}", places[0].display()))
+                    .remedy("name a file beside this one, or in the working directory")
             })?;
             for (i, copy) in asked.copies.iter().enumerate() {
                 self.copies += 1;
@@ -499,11 +627,69 @@ impl<'a> Scan<'a> {
                     return Err(error("copies of more numbers than memory holds".into())
                         .remedy("use fewer copies"));
                 }
-                self.read(&bytes, &there, &placement)?;
+                self.read(&bytes, there, &placement)?;
             }
         }
         Ok(())
     }
+}
+
+/// What a user can do about a material that is not read; the remedy of errors.
+const OWN: &str = "give the scene a material of this name";
+
+/// Returns the error for a material that a pattern, a texture or a mixture changes.
+fn modified(modifier: &str, place: &str) -> Error {
+    let problem = format!("a material that is modified by {}", quoted(modifier));
+    Error::input(place, problem).remedy(format!(
+        "patterns, textures and mixtures are not read: write `void` there, or {OWN}"
+    ))
+}
+
+/// Returns where a file may be that the file at `path` names: beside that one, or in the working
+/// directory, from which Radiance looks. `None` where the name leads out of these folders.
+fn places(file: &str, path: &Path) -> Option<Vec<PathBuf>> {
+    let relative = Path::new(file);
+    let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+    relative.components().all(inside).then(|| {
+        let beside = path.parent().unwrap_or(Path::new("")).join(relative);
+        let mut places = vec![beside, relative.to_path_buf()];
+        places.dedup();
+        places
+    })
+}
+
+/// Reads the arguments of a measured material: `thick file ux uy uz funcfile transform` of a BSDF,
+/// the same without the thickness of an aBSDF, and diffuse parts that are added.
+fn measured(
+    primitive: &Primitive,
+    texts: &[&str],
+    numbers: &[f64],
+    path: &Path,
+    placement: &Placement,
+) -> Result<RadBsdf> {
+    let Primitive { kind, identifier, place, .. } = primitive;
+    let wrong = |problem: &str| {
+        Error::input(place, format!("{kind} {}: {problem}", quoted(identifier))).remedy(OWN)
+    };
+    let thin = if *kind == "BSDF" { 1 } else { 0 };
+    let (thick, texts) = texts.split_at_checked(thin).unwrap_or((&[], &[]));
+    let [file, ux, uy, uz, _, transform @ ..] = texts else {
+        return Err(wrong("too few texts for its file and its direction up"));
+    };
+    let number = |text: &&str| text.parse().ok().filter(|x: &f64| x.is_finite());
+    let [Some(x), Some(y), Some(z)] = [ux, uy, uz].map(|text| number(&text)) else {
+        return Err(wrong("a direction up that is not three numbers"));
+    };
+    let thickness = thick.first().map_or(Some(0.0), |text| number(text));
+    let thickness = thickness.ok_or_else(|| wrong("a thickness that is no number"))?;
+    if numbers.iter().any(|&part| part != 0.0) {
+        return Err(wrong("diffuse parts added to its file"));
+    }
+    let asked = xform(transform).map_err(|problem| wrong(&problem))?;
+    let [turn] = asked.copies[..] else { return Err(wrong("a transform of several copies")) };
+    let up = placement.transform.transform_vector3(turn.transform_vector3(DVec3::new(x, y, z)));
+    let files = places(file, path).ok_or_else(|| wrong("a file that leads out of the folder"))?;
+    Ok(RadBsdf { files, up, through: *kind == "aBSDF" || thickness != 0.0 })
 }
 
 #[cfg(test)]

@@ -6,11 +6,15 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::{content::RadPart, *};
-use crate::formats::spoil::{check_error, spoiled};
+use crate::{
+    error::Error,
+    formats::spoil::{check_error, spoiled},
+};
 
 fn parse(text: &str, dialect: Dialect) -> Result<RadFile> {
     let load = |path: &Path| match path.to_str() {
         Some("dir/wall.rad") => Ok(b"white polygon wall 0 0 9 0 0 0 1 0 0 1 1 0".to_vec()),
+        Some("parts/leg.rad") => Ok(b"white polygon leg 0 0 9 0 0 0 1 0 0 1 1 0".to_vec()),
         Some("dir/again.rad") => Ok(b"!xform again.rad".to_vec()),
         _ => Err("there is no such file".into()),
     };
@@ -115,7 +119,74 @@ fn the_dialect_of_sec2_is_read() {
         lum400 cylinder n1 0 0 7 0 0 1 1 0 1 .1\n";
     let file = parse(text, Dialect::Sec2).unwrap();
     assert_eq!((file.parts.len(), file.lamps.len(), file.warnings.len()), (1, 1, 1));
+    // an unused lamp changes nothing, with or without counts, and with a colour or without
+    for (x, numbers) in [
+        ("void x lumB", 0),
+        ("void x lumB 0 0 0", 0),
+        ("void x lumB 0 0 3 .5 .5 .5", 3),
+        ("void x lumB .5 .5 .5", 3),
+        ("void x lumB 0 0 1 .5", 1),
+    ] {
+        let other = parse(&text.replace("void x lumB", x), Dialect::Sec2).unwrap();
+        assert!((&other.parts, &other.lamps) == (&file.parts, &file.lamps), "{x}");
+        assert_eq!(other.materials[1].numbers.len(), numbers, "{x}");
+    }
     assert!(parse(text, Dialect::Radiance).is_err());
+}
+
+/// What is wrong with a material stands in it, for a scene that gives it another.
+#[test]
+fn materials_that_are_not_read_do_not_stop_the_reading() {
+    for (definition, start) in [
+        (
+            "void trans2 m 4 a b c d 0 1 1",
+            "dir/a.rad:1: void trans2 m: `trans2` is not read; give the scene",
+        ),
+        ("void velvet m 0 0 2 1 1", "dir/a.rad:1: void velvet m: `velvet` is not supported; there"),
+        ("void colorpict m 7 r g b p.hdr . u v 0 0", "dir/a.rad:1: void colorpict m: `colorpict`"),
+        (
+            "p plastic m 0 0 5 1 1 1 0 0",
+            "dir/a.rad:1: a material that is modified by `p`; patterns",
+        ),
+        (
+            "void plastic w 0 0 5 1 1 1 0 0\np alias m w",
+            "dir/a.rad:2: a material that is modified by `p`",
+        ),
+        ("void BSDF m 6 0 ../a.xml 0 1 0 . 0 0", "dir/a.rad:1: BSDF `m`: a file that leads out"),
+        ("void BSDF m 6 0 a.xml 0 u 0 . 0 0", "dir/a.rad:1: BSDF `m`: a direction up that is not"),
+        ("void BSDF m 2 0 a.xml 0 0", "dir/a.rad:1: BSDF `m`: too few texts"),
+        ("void BSDF m 6 0 a.xml 0 1 0 . 0 3 .1 .1 .1", "dir/a.rad:1: BSDF `m`: diffuse parts"),
+    ] {
+        let file = parse(&format!("{definition}\nm sphere s 0 0 4 0 0 0 1"), Dialect::Radiance);
+        let file = file.unwrap_or_else(|e| panic!("{definition}: {e}"));
+        let material = &file.materials[file.parts[0].material];
+        let problem = material.problem.as_ref().map_or(String::new(), Error::to_string);
+        assert!(material.name == "m" && problem.starts_with(start), "{problem}\n{start}");
+    }
+}
+
+/// A measured material names its file, beside the room or in the working directory, and turns with
+/// the copy of its file.
+#[test]
+fn measured_materials_name_their_file() {
+    for (definition, up, through) in [
+        ("void BSDF m 6 0 a.xml 0 0 2 . 0 0", [0.0, 0.0, 2.0], false),
+        ("void BSDF m 8 0.1 a.xml 0 1 0 . -rx 90 0 3 0 0 0", [0.0, 0.0, 1.0], true),
+        ("void aBSDF m 5 a.xml 1 0 0 . 0 0", [1.0, 0.0, 0.0], true),
+    ] {
+        let text = format!("{definition}\nm sphere s 0 0 4 0 0 0 1");
+        let file = parse(&text, Dialect::Radiance).unwrap();
+        let bsdf = file.materials[0].bsdf.clone().unwrap();
+        assert_eq!(bsdf.files, [Path::new("dir/a.xml"), Path::new("a.xml")]);
+        assert!(bsdf.up.distance(DVec3::from(up)) < 1e-12 && bsdf.through == through);
+    }
+    // files of commands are looked for in the same places
+    let room = parse(&format!("{WHITE}!xform -t 1 0 0 parts/leg.rad"), Dialect::Radiance).unwrap();
+    assert_eq!(room.parts[0].identifier, "leg");
+    let text =
+        format!("{WHITE}void light sun 0 0 3 1 1 1\nsun source s 0 0 4 0 0 1 .5\n!cat wall.rad");
+    let warnings = parse(&text, Dialect::Radiance).unwrap().warnings;
+    assert!(warnings[0].starts_with("dir/a.rad:3: source s is not read: give the scene a sun"));
 }
 
 #[test]
@@ -132,18 +203,24 @@ fn errors_say_where_and_what() {
             "void plastik a 0 0 3 1 1 1",
             "dir/a.rad:1: void plastik a: `plastik` is not supported; did you mean `plastic`?",
         ),
-        (
-            "void colorpict a 7 1 2",
-            "dir/a.rad:1: void colorpict a: `colorpict` is not supported; there are",
-        ),
+        ("void colorpict a 7 1 2", "dir/a.rad:1: the file ends within it; the file is broken"),
         ("void mesh a 1 a.rtm 0 0", "dir/a.rad:1: void mesh a: `mesh` is not supported"),
-        ("void trans2 t 0 0 0", "dir/a.rad:1: void trans2 t: `trans2` is not supported; there are"),
+        ("void trans2 t 0 0 0", "dir/a.rad: holds no surface"),
+        (
+            "m polygno a 0 0 9 0 0 0 1 0 0 1 1 0",
+            "dir/a.rad:1: m polygno a: `polygno` is not supported; did",
+        ),
+        ("void velvet v 1 2", "dir/a.rad:1: void velvet v: `velvet` is not supported; there are"),
+        (
+            "m instance a 1 a.oct 0 0",
+            "dir/a.rad:1: m instance a: `instance` is not supported; write",
+        ),
+        (
+            "d brightdata p 0 0 0\np light a 0 0 3 1 1 1\na sphere s 0 0 4 0 0 0 1",
+            "dir/a.rad:2: a material that is modified by `p`; patterns",
+        ),
         ("scale_factor 100\nvoid x l", "dir/a.rad:1: `scale_factor` is a word of SEC2; give the"),
         ("void point_light p 1 2 3", "dir/a.rad:1: `point_light` is a word of SEC2; give the"),
-        (
-            "p plastic a 0 0 5 1 1 1 0 0",
-            "dir/a.rad:1: a material that is modified by `p`; patterns",
-        ),
         ("void alias a b", "dir/a.rad:1: the alias of `b`, which is not defined"),
         ("void sphere a 0 0 4 0 0 0 1", "dir/a.rad:1: a surface without material; write"),
         ("m sphere a 0 0 4 0 0 0 0", "dir/a.rad:1: sphere `a`: a radius that is not above 0"),
@@ -187,6 +264,11 @@ const WORDS: &[&str] = &[
     "alias",
     "light",
     "glow",
+    "BSDF",
+    "void BSDF white 6 0 a.xml 0 1 0 . 0 0",
+    "illum",
+    "source",
+    "velvet",
     "12",
     "!xform",
     "!cat wall.rad",

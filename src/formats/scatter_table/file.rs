@@ -27,4 +27,16 @@ pub struct Wanted<'a> {
     /// Whether the user has named them. If not, a table with a single column of values is used
     /// whatever the name of that column.
     pub named: bool,
+    /// The side of a device that is the front here; files of four angles name their front.
+    pub front: Side,
+}
+
+/// A side of a device that WINDOW describes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// The side that its files call the front.
+    #[default]
+    Outside,
+    /// The side that its files call the back.
+    Inside,
 }

@@ -11,7 +11,7 @@ use std::{f32::consts::PI, path::Path};
 
 use quick_xml::{Reader, escape::resolve_predefined_entity, events::Event};
 
-use super::file::{MOST, ScatterTable, Wanted};
+use super::file::{MOST, ScatterTable, Side, Wanted};
 use crate::{
     error::{Error, Result, some},
     formats::input::quoted,
@@ -59,6 +59,8 @@ const VISIBLE: [f64; 2] = [380.0, 780.0];
 /// The content of a file, as it is written.
 #[derive(Default)]
 struct Content {
+    /// The side whose normal the azimuths of patches are to be counted about.
+    front: Side,
     bases: Vec<(String, Rings)>,
     structure: String,
     blocks: Vec<Block>,
@@ -91,14 +93,19 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
                 .remedy("export it with Klems' patches"));
         }
     }
+    content.front = wanted.front;
     let mut warnings = content.keep_system();
     let of_band = content.wavelengths(path, wanted, &mut warnings)?;
     let is_black = |direction: &str| -> Result<bool> {
         let values = content.matrix(direction, false, &of_band, path)?;
         Ok(values.is_some_and(|values| values.values.iter().all(|&f| f == 0.0)))
     };
-    let [front, back] =
+    let mut sides =
         [["Reflection Front", "Transmission Front"], ["Reflection Back", "Transmission Back"]];
+    if wanted.front == Side::Inside {
+        sides.reverse();
+    }
+    let [front, back] = sides;
     let mut has = |direction: &str| content.has(direction, &of_band);
     let mut known = [front, back].map(|face| face.map(&mut has));
     // some programs write zeros for the face that they did not trace light from
@@ -364,7 +371,11 @@ impl Content {
             return Err(error(format!("more than {MOST} values")).remedy("use fewer bands"));
         }
         let mut values = vec![0.0; columns * rows * bands];
-        let (seen_in, seen_out) = (from_front(&incident), from_front(&leaving));
+        let order = |rings: &Rings| match self.front {
+            Side::Outside => from_front(rings),
+            Side::Inside => (0..cells(rings)).collect(),
+        };
+        let (seen_in, seen_out) = (order(&incident), order(&leaving));
         for (band, block) in blocks.iter().enumerate() {
             let same = block.incident == blocks[0].incident && block.leaving == blocks[0].leaving;
             let numbers = block.values.split(|c: char| c == ',' || c.is_whitespace());
@@ -396,7 +407,8 @@ impl Content {
         };
         // azimuth 0 of the file points right as seen from the inside, so it points left as seen
         // from the front, which is half a turn from u
-        let mut ends = [patches(&incident, 0.0), patches(&leaving, PI)];
+        let turns = if self.front == Side::Outside { [0.0, PI] } else { [PI, 0.0] };
+        let mut ends = [patches(&incident, turns[0]), patches(&leaving, turns[1])];
         if turned {
             ends.reverse();
         }

@@ -12,7 +12,11 @@ use crate::{
 };
 
 fn read(text: &str, name: &str, bands: &[&str]) -> Result<ScatterTable> {
-    parse(text.as_bytes(), Path::new(name), Wanted { bands, limits: &[], named: bands != ["all"] })
+    parse(
+        text.as_bytes(),
+        Path::new(name),
+        Wanted { bands, limits: &[], named: bands != ["all"], front: Side::Outside },
+    )
 }
 
 fn material(faces: &BsdfFaces) -> Material {
@@ -255,7 +259,8 @@ fn bands_beyond_the_visible_are_told() {
         "{head}<WavelengthData>{solar}<WavelengthData>{data}</Layer></Optical></WindowElement>"
     );
     let look = |text: &str, band: &str, limits| {
-        let wanted = Wanted { bands: &[band], limits: &[limits], named: true };
+        let wanted =
+            Wanted { bands: &[band], limits: &[limits], named: true, front: Side::Outside };
         let table = parse(text.as_bytes(), Path::new("a.xml"), wanted).unwrap();
         (f(&table, [60.0, 0.0], [120.0, 180.0]), table.warnings.join("; "))
     };
@@ -429,7 +434,11 @@ const WORDS: &[&str] = &[
 
 fn check(bytes: &[u8], name: &str) {
     let path = Path::new(name);
-    match parse(bytes, path, Wanted { bands: &["red", "blue"], limits: &[], named: true }) {
+    match parse(
+        bytes,
+        path,
+        Wanted { bands: &["red", "blue"], limits: &[], named: true, front: Side::Inside },
+    ) {
         Err(error) => check_error(&error, path),
         Ok(mut table) => {
             let error = table.faces.reciprocity().error;

@@ -76,6 +76,9 @@ impl Loader<'_> {
         if object.materials.iter().any(|&material| self.materials.needs_tangents(material)) {
             let name = file.obj.as_deref();
             object.tangents = self.tangents(&format!("{pointer}/obj"), name, &object.obj)?;
+            if let Some(rad) = &rad {
+                object.tangents = Self::rad_tangents(rad, &object.tangents);
+            }
         }
 
         if file.captor != SurfaceCaptorFile::Off {

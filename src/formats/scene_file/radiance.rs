@@ -17,7 +17,8 @@ use crate::{
     formats::{
         input::quoted,
         obj::{ObjFile, ObjGroup, ObjPart},
-        rad::{Dialect, RadFile, RadMaterial},
+        rad::{Dialect, RadBsdf, RadFile, RadMaterial},
+        scatter_table::Side,
     },
     math::geometry::Transform,
     scene::{
@@ -85,16 +86,63 @@ impl Loader<'_> {
             let scene = self.materials.by_name.keys().map(String::as_str);
             return Err(unknown(error, &file.name, scene));
         }
+        if let Some(problem) = &file.problem {
+            return Err(problem.clone());
+        }
         if let Some(&index) = self.materials.by_mtl_place.get(&file.place) {
             return self.materials.use_entry(index);
         }
-        let material = self.made_of(file, dialect)?;
+        let material = match &file.bsdf {
+            Some(bsdf) => self.rad_bsdf(file, bsdf)?,
+            None => self.made_of(file, dialect)?,
+        };
         let taken = self.materials.names.contains(&file.name);
         let shown =
             if taken { format!("{} ({})", file.name, file.place) } else { file.name.clone() };
         let index = self.materials.add(shown, Ok(material), true);
         self.materials.by_mtl_place.insert(file.place.clone(), index);
         self.materials.use_entry(index)
+    }
+
+    /// Reads the file of a measured material. In Radiance the front of a surface is the side of the
+    /// room, which WINDOW calls the back.
+    fn rad_bsdf(&mut self, file: &RadMaterial, bsdf: &RadBsdf) -> Result<Material> {
+        let refused = |problem: String| {
+            Error::input(&file.place, format!("{}: {problem}", quoted(&file.name))).remedy(OWN)
+        };
+        let mut found = Err(String::new());
+        for path in &bsdf.files {
+            found = self.fetch(path).map(|bytes| (bytes, path));
+            if found.is_ok() {
+                break;
+            }
+        }
+        let (bytes, path) =
+            found.map_err(|why| refused(format!("{}: {why}", bsdf.files[0].display())))?;
+        if bsdf.through {
+            let problem = format!(
+                "{}: the surface lies where it stands, without thickness, and light that goes \
+                 straight through is spread over a patch",
+                quoted(&file.name)
+            );
+            self.warn(&file.place, problem);
+        }
+        self.table_file(&file.place, path, &bytes, false, Side::Inside)
+    }
+
+    /// Returns the direction of azimuth 0 on the triangles of a room whose material is measured,
+    /// as it follows from the direction up; otherwise that of their longest edges, `along`.
+    pub(super) fn rad_tangents(rad: &RadFile, along: &[DVec3]) -> Vec<DVec3> {
+        let triangles = rad.parts.iter().flat_map(|part| {
+            let up = rad.materials[part.material].bsdf.as_ref().map(|bsdf| bsdf.up);
+            part.triangles.iter().map(move |triangle| (triangle, up))
+        });
+        let turned = triangles.zip(along).map(|(([a, b, c], up), &along)| {
+            let normal = (*b - *a).cross(*c - *a).normalize_or_zero();
+            let right = up.and_then(|up| up.normalize_or_zero().cross(normal).try_normalize());
+            right.unwrap_or(along)
+        });
+        turned.collect()
     }
 
     /// Returns the values of a colour per band: red, green and blue in this order for three bands,

@@ -1,11 +1,13 @@
 //! Loads measured materials: files of a scattering function, and covers by the angle of incidence.
 
+use std::path::Path;
+
 use super::{format::*, loader::Loader, notes::TableNote, numbers::single};
 use crate::{
     error::Result,
     formats::{
         json,
-        scatter_table::{self, ScatterTable, Wanted},
+        scatter_table::{self, ScatterTable, Side, Wanted},
     },
     scene::material::{Bsdf, Cover, CoverRow, Material, Table},
 };
@@ -41,14 +43,26 @@ impl Loader<'_> {
         }
         let path = self.sibling(name);
         let bytes = self.bytes(&format!("{pointer}/file"), &path)?;
+        self.table_file(pointer, &path, &bytes, file.reciprocal == Some(true), Side::Outside)
+    }
+
+    /// Loads a scattering function from the `bytes` of the file at `path`, for a material at
+    /// `place`. In a file of WINDOW, `front` says which side of the device is the front here.
+    pub(super) fn table_file(
+        &mut self,
+        place: &str,
+        path: &Path,
+        bytes: &[u8],
+        reciprocal: bool,
+        front: Side,
+    ) -> Result<Material> {
         let names = self.band_names();
         let limits = self.parts.bands.iter().map(|band| Some([band.from_nm?, band.to_nm?]));
         let limits: Vec<Option<[f64; 2]>> = limits.collect();
-        let wanted = Wanted { bands: &names, limits: &limits, named: self.bands_named };
+        let wanted = Wanted { bands: &names, limits: &limits, named: self.bands_named, front };
         let ScatterTable { mut faces, mut warnings, tolerated } =
-            scatter_table::parse(&bytes, &path, wanted)?;
+            scatter_table::parse(bytes, path, wanted)?;
         let found = faces.reciprocity();
-        let reciprocal = file.reciprocal == Some(true);
         if reciprocal {
             faces.make_reciprocal();
         }
@@ -77,7 +91,7 @@ impl Loader<'_> {
             );
             self.warn(path.display(), problem);
         }
-        self.tables.push(TableNote { pointer: pointer.into(), reciprocity: found.error });
+        self.tables.push(TableNote { pointer: place.into(), reciprocity: found.error });
         Ok(material)
     }
 
