@@ -103,28 +103,27 @@ impl Panorama {
         };
         let mean = bands.len() < chosen.len();
         let channels: Vec<&[f32]> = chosen.iter().map(|&c| &self.channels[c].1[..]).collect();
-        let mut values = Vec::with_capacity(texels * bands.len());
-        for texel in 0..texels {
-            for &channel in &channels {
-                let value = channel[texel];
-                if !(value.is_finite() && value >= 0.0) {
-                    let (row, column) = (texel / self.width, texel % self.width);
-                    let problem =
-                        format!("the texel in row {row}, column {column} (both from 0) is {value}");
-                    return Err(
-                        error(problem).remedy("radiance must be a finite number, at least 0")
-                    );
-                }
+        let is_bad = |value: &f32| !(value.is_finite() && *value >= 0.0);
+        let bad =
+            channels.iter().filter_map(|texels| Some((texels.iter().position(is_bad)?, texels)));
+        if let Some((texel, channel)) = bad.min_by_key(|(texel, _)| *texel) {
+            let (row, column, value) = (texel / self.width, texel % self.width, channel[texel]);
+            let problem =
+                format!("the texel in row {row}, column {column} (both from 0) is {value}");
+            return Err(error(problem).remedy("radiance must be a finite number, at least 0"));
+        }
+        let mut values = vec![0.0; texels * bands.len()];
+        if mean {
+            for (texel, value) in values.iter_mut().enumerate() {
+                let sum: f64 = channels.iter().map(|c| f64::from(c[texel])).sum();
+                *value = (sum / 3.0 * scale[0]) as f32;
             }
-            match mean {
-                true => {
-                    let sum: f64 = channels.iter().map(|c| f64::from(c[texel])).sum();
-                    values.push((sum / 3.0 * scale[0]) as f32);
-                }
-                false => {
-                    let scaled = channels.iter().zip(scale).map(|(c, s)| f64::from(c[texel]) * s);
-                    values.extend(scaled.map(|value| value as f32));
-                }
+        } else {
+            for (b, (channel, scale)) in channels.iter().zip(scale).enumerate() {
+                let of_band = values.iter_mut().skip(b).step_by(bands.len());
+                of_band
+                    .zip(*channel)
+                    .for_each(|(v, texel)| *v = (f64::from(*texel) * scale) as f32);
             }
         }
         if values.iter().any(|value| !value.is_finite()) {

@@ -186,12 +186,14 @@ fn read_row(rest: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), Problem> {
             if count == 0 || count > width - at {
                 return Err("has a run that is longer than its row".into());
             }
-            let [mut value] = if repeats { take(rest)? } else { [0] };
-            for texel in &mut row[at..at + count] {
-                if !repeats {
-                    [value] = take(rest)?;
-                }
-                texel[byte] = value;
+            let texels = &mut row[at..at + count];
+            if repeats {
+                let [value] = take(rest)?;
+                texels.iter_mut().for_each(|texel| texel[byte] = value);
+            } else {
+                let (bytes, after) = rest.split_at_checked(count).ok_or("is cut off")?;
+                *rest = after;
+                texels.iter_mut().zip(bytes).for_each(|(texel, &value)| texel[byte] = value);
             }
             at += count;
         }

@@ -183,7 +183,7 @@ impl InfinitePart {
                 (self.scaled(&[suns.irradiance(normal)]), EntryShape::Suns(suns.clone(), entry))
             }
             InfiniteShape::Map(map) => {
-                let (entry, relative) = (map.entry(normal)?, map.irradiance(normal));
+                let (entry, relative) = map.entry(normal)?;
                 let factors = map.bands().map(|_| {
                     let of = |&e: &f64| if e > 0.0 { (entry.total() / e) as f32 } else { 0.0 };
                     relative.iter().map(of).collect()

@@ -5,10 +5,14 @@
 //! exactly. Directions point towards the light. Row 0 is at the zenith, and columns run clockwise
 //! seen from above.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::{
+    f64::consts::{FRAC_PI_2, PI, TAU},
+    fmt,
+};
 
 use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
+use sha2::{Digest, Sha256};
 
 use crate::math::{rng::Stream, sampling::weighted_choice};
 
@@ -17,7 +21,7 @@ use crate::math::{rng::Stream, sampling::weighted_choice};
 const MOST_RUNS: usize = 1 << 18;
 
 /// Relative radiance of the sphere, by cells.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct RadianceMap {
     grid: Grid,
     /// Value of each cell in proportion to which directions are sampled, row by row: the radiance,
@@ -27,9 +31,25 @@ pub struct RadianceMap {
     spectral: Option<Spectral>,
     /// Running sums of density x solid angle over runs of cells.
     running: Vec<f64>,
+    /// Hash of the radiances.
+    hash: [u8; 32],
 }
 
-#[derive(Clone, Debug)]
+/// Writes a hash in the place of the radiances, which may be millions: the hash of a scene is one
+/// over the text of its lights, in which a map stands once for each face that it shines through.
+impl fmt::Debug for RadianceMap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Grid { start, rows, columns, .. } = &self.grid;
+        let borders: Vec<f64> = match self.grid.even {
+            true => Vec::new(),
+            false => rows.iter().map(|row| row.from).collect(),
+        };
+        let size = (rows.len(), columns.len(), self.bands());
+        write!(f, "RadianceMap({size:?}, {start:?}, {borders:?}, {:?})", self.hash)
+    }
+}
+
+#[derive(Clone)]
 struct Spectral {
     bands: usize,
     values: Vec<f32>,
@@ -43,10 +63,17 @@ pub struct Cell {
 }
 
 /// The map as a plane sees it, for sampling cells in proportion to density x cosine.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct MapEntry {
     normal: DVec3,
     running: Vec<f64>,
+}
+
+/// Writes only the normal; the rest follows from the map.
+impl fmt::Debug for MapEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MapEntry({:?})", self.normal)
+    }
 }
 
 impl RadianceMap {
@@ -63,9 +90,12 @@ impl RadianceMap {
     pub fn spectral(columns: usize, start: f64, bands: usize, mut values: Vec<f32>) -> Self {
         let grid = Grid::new(columns, values.len() / bands / columns, start);
         let mut totals = vec![0.0; bands];
-        for (cell, radiance) in values.chunks(bands).enumerate() {
-            let solid_angle = grid.rows[cell / columns].solid_angle * grid.width;
-            totals.iter_mut().zip(radiance).for_each(|(t, &l)| *t += solid_angle * f64::from(l));
+        for (row, cells) in grid.rows.iter().zip(values.chunks(bands * columns)) {
+            let solid_angle = row.solid_angle * grid.width;
+            for radiance in cells.chunks(bands) {
+                let each = totals.iter_mut().zip(radiance);
+                each.for_each(|(t, &l)| *t += solid_angle * f64::from(l));
+            }
         }
         let weight = |b: usize| if totals[b] > 0.0 { 1.0 / totals[b] } else { 0.0 };
         let weights: Vec<f64> = (0..bands).map(weight).collect();
@@ -96,7 +126,14 @@ impl RadianceMap {
     }
 
     fn of_grid(grid: Grid, density: Vec<f32>, spectral: Option<Spectral>) -> Self {
-        let mut map = Self { grid, density, spectral, running: Vec::new() };
+        let mut hash = Sha256::new();
+        // the density follows from the radiances of the bands
+        for numbers in spectral.as_ref().map_or(&density, |s| &s.values).chunks(256) {
+            let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+            hash.update(bytes);
+        }
+        let hash = hash.finalize().into();
+        let mut map = Self { grid, density, spectral, running: Vec::new(), hash };
         map.running = map.running_sums(|cell| map.grid.solid_angle(cell));
         map
     }
@@ -149,31 +186,41 @@ impl RadianceMap {
     /// Returns the irradiance on a plane that faces `normal` (a unit vector), in each band. It is
     /// pi for a map of ones.
     pub fn irradiance(&self, normal: DVec3) -> Vec<f64> {
-        let bands = self.bands().unwrap_or(1);
-        let rows: Vec<Vec<f64>> = (0..self.grid.rows.len())
-            .into_par_iter()
-            .map(|row| {
-                let mut sums = vec![0.0; bands];
-                for column in 0..self.grid.columns.len() {
-                    let cell = Cell { row, column };
-                    if self.density(cell) > 0.0 {
-                        let projected = self.grid.projected(cell, normal);
-                        for (b, sum) in sums.iter_mut().enumerate() {
-                            *sum += projected * f64::from(self.radiance(cell, b));
-                        }
-                    }
-                }
-                sums
-            })
-            .collect();
-        (0..bands).map(|b| rows.iter().map(|sums| sums[b]).sum()).collect()
+        self.seen(normal).1
     }
 
-    /// Returns the map as a plane that faces `normal` sees it, or `None` where the plane sees no
-    /// light.
-    pub fn entry(&self, normal: DVec3) -> Option<MapEntry> {
-        let running = self.running_sums(|cell| self.grid.projected(cell, normal));
-        (!running.is_empty()).then_some(MapEntry { normal, running })
+    /// Returns the map as a plane that faces `normal` sees it, with its irradiance on the plane in
+    /// each band, or `None` where the plane sees no light.
+    pub fn entry(&self, normal: DVec3) -> Option<(MapEntry, Vec<f64>)> {
+        let (sums, irradiance) = self.seen(normal);
+        let running = running(sums);
+        (!running.is_empty()).then_some((MapEntry { normal, running }, irradiance))
+    }
+
+    /// Returns sums of density x cosine to `normal` over runs of cells, and the irradiance in each
+    /// band.
+    fn seen(&self, normal: DVec3) -> (Vec<f64>, Vec<f64>) {
+        let (columns, run) = (self.grid.columns.len(), self.run());
+        let bands = self.bands().unwrap_or(1);
+        let of_row = |row: usize| {
+            let mut sums = vec![0.0; columns.div_ceil(run)];
+            let mut irradiance = vec![0.0; bands];
+            for (column, density) in self.density[row * columns..][..columns].iter().enumerate() {
+                if *density > 0.0 {
+                    let cell = Cell { row, column };
+                    let projected = self.grid.projected(cell, normal);
+                    sums[column / run] += f64::from(*density) * projected;
+                    for (b, sum) in irradiance.iter_mut().enumerate() {
+                        *sum += projected * f64::from(self.radiance(cell, b));
+                    }
+                }
+            }
+            (sums, irradiance)
+        };
+        let rows: Vec<(Vec<f64>, Vec<f64>)> =
+            (0..self.grid.rows.len()).into_par_iter().map(of_row).collect();
+        let irradiance = (0..bands).map(|b| rows.iter().map(|(_, sums)| sums[b]).sum()).collect();
+        (rows.into_iter().flat_map(|(sums, _)| sums).collect(), irradiance)
     }
 
     /// Draws a direction whose density is in proportion to density x cosine to the plane of
@@ -203,19 +250,12 @@ impl RadianceMap {
             let cells = (first..(first + run).min(columns)).map(|column| Cell { row, column });
             cells.map(|cell| self.weight(cell, &measure)).sum::<f64>()
         };
-        let mut sums: Vec<f64> = (0..self.grid.rows.len())
+        let sums: Vec<f64> = (0..self.grid.rows.len())
             .into_par_iter()
             .flat_map_iter(|row| (0..columns).step_by(run).map(move |first| (row, first)))
             .map(|(row, first)| weigh(row, first))
             .collect();
-        let bright = sums.iter().rposition(|&sum| sum > 0.0).map_or(0, |last| last + 1);
-        sums.truncate(bright);
-        let mut total = 0.0;
-        for sum in &mut sums {
-            total += *sum;
-            *sum = total;
-        }
-        sums
+        running(sums)
     }
 
     fn weight(&self, cell: Cell, measure: impl Fn(Cell) -> f64) -> f64 {
@@ -256,6 +296,18 @@ impl MapEntry {
     pub fn total(&self) -> f64 {
         self.running.last().copied().unwrap_or(0.0)
     }
+}
+
+/// Returns running sums, without those of nothing at the end.
+fn running(mut sums: Vec<f64>) -> Vec<f64> {
+    let bright = sums.iter().rposition(|&sum| sum > 0.0).map_or(0, |last| last + 1);
+    sums.truncate(bright);
+    let mut total = 0.0;
+    for sum in &mut sums {
+        total += *sum;
+        *sum = total;
+    }
+    sums
 }
 
 /// Borders of the cells, and integrals over them.

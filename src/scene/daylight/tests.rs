@@ -406,7 +406,7 @@ fn a_large_map_is_sampled_by_its_cells() {
         values[cell] = (i % 5) as f32;
     }
     let map = RadianceMap::new(columns, 0.0, values.clone());
-    let entry = map.entry(DVec3::Z).unwrap();
+    let (entry, _) = map.entry(DVec3::Z).unwrap();
     let mut rng = Stream::new(1, 0, 2);
     let mut counts = [vec![0; 40], vec![0; 40]];
     for _ in 0..SAMPLES {
