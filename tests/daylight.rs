@@ -539,10 +539,11 @@ fn a_period_is_the_mean_of_its_hours() {
         let off = found.irradiance[0] - mean;
         assert!(off.abs() < allowed, "{name}: {} and {mean}", found.irradiance[0]);
         assert!(allowed < 0.02 * mean, "{name}: {allowed}");
-        // the daily light integral: the mean times the seconds of a day
+        // the daily light integral: the mean times the seconds of the period
         let (dli, dli_se) = (found.dli.as_ref().expect("DLI"), found.dli_se.as_ref().expect("DLI"));
-        assert_eq!(dli[..], [Some(0.0864 * found.irradiance[0])]);
-        assert_eq!(dli_se[..], [Some(0.0864 * found.irradiance_se[0].expect("error"))]);
+        let part = 0.0864 * (4.0 / 24.0);
+        assert_eq!(dli[..], [Some(part * found.irradiance[0])]);
+        assert_eq!(dli_se[..], [Some(part * found.irradiance_se[0].expect("error"))]);
     }
     assert_eq!(whole.unit.dli.as_deref(), Some("mol/m2/d"));
     assert!(hours.iter().all(|run| run.unit.dli.is_none() && front(run, "up").dli.is_none()));
@@ -574,7 +575,7 @@ fn a_period_has_its_daily_light_integral() {
         let parts = face.by_light.as_ref().expect("lights").values();
         for face in parts.chain([face]) {
             let dli = face.dli.as_ref().expect("DLI");
-            assert_eq!(dli[..], [Some(0.0864 * face.irradiance[0]), None, None]);
+            assert_eq!(dli[..], [Some(0.0864 * (2.0 / 24.0) * face.irradiance[0]), None, None]);
         }
         let group = run.groups.iter().find(|group| group.id == "up").expect("a group");
         assert_eq!(group.front.dli, face.dli);

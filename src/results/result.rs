@@ -80,6 +80,9 @@ pub struct RunResult {
     pub warnings: Vec<String>,
     /// Names of the units.
     pub unit: UnitNames,
+    /// Length of the period, h, whose mean the daylight is; absent for an instant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_h: Option<f64>,
     /// The bands, then the sums over bands, to which the entries of every array belong.
     pub bands: Vec<BandResult>,
     /// The energy balance.

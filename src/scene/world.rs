@@ -92,8 +92,8 @@ pub struct Scene {
     pub name: String,
     /// The quantity that photons carry: power in W or photon flux in umol/s.
     pub quantity: Quantity,
-    /// Whether the daylight of the scene is the mean over a period, nights included.
-    pub is_period: bool,
+    /// Length of the period, h, whose mean the daylight of the scene is, nights included.
+    pub period_h: Option<f64>,
     /// The wavelength bands.
     pub bands: Vec<Band>,
     /// Sums over bands.

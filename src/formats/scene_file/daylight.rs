@@ -135,7 +135,6 @@ impl Loader<'_> {
             Some(_) => sky.is_period = true,
             None => {}
         }
-        self.parts.is_period = sky.is_period;
         let steady = |light: &&LightFile| !matches!(light, LightFile::Sun(_) | LightFile::Sky(_));
         if sky.is_period
             && self.sources.by_hour.is_none()
@@ -229,12 +228,11 @@ impl Loader<'_> {
         let shift = given.shift_h.unwrap_or(0.0);
         self.in_range("/weather/shift_h", shift, -24.0, 24.0)?;
         let selected = weather.select(when, site, shift)?;
-        for warning in selected.warnings() {
+        let said = weather.notes.iter().cloned().chain(selected.warnings());
+        for warning in said.chain(weather.clock_warnings(site, shift)) {
             self.warn("/weather/file", warning);
         }
-        if let Some(warning) = weather.check_clock(site, shift).and_then(|check| check.warning()) {
-            self.warn("/weather/file", warning);
-        }
+        self.parts.period_h = Some(selected.length).filter(|_| !selected.slots.is_empty());
         self.hourly.slots = selected.slots;
         Ok(selected.hours)
     }

@@ -144,11 +144,12 @@ pub struct WeatherFile {
     /// Diffuse irradiance of a horizontal plane, W/m2.
     #[schemars(range(min = 0, max = 2000))]
     pub diffuse_horizontal: Option<f64>,
-    /// Weather file: EPW, TMY3 or CSV (columns time, ghi, dni, dhi).
+    /// Weather file: EPW, TMY3, TMY2, a table of PVGIS, NSRDB, Open-Meteo or NASA POWER, or CSV
+    /// (columns time, ghi, dni, dhi).
     pub file: Option<String>,
     /// How many hours the clock of the file is put forward (default 0).
     pub shift_h: Option<f64>,
-    /// For a CSV file: which moment of its interval the time of a row is.
+    /// For a CSV file or another table: which moment of its interval the time of a row is.
     pub stamp: Option<StampFile>,
 }
 

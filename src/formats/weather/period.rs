@@ -1,9 +1,13 @@
 //! Selects the hours of a weather file for an instant or a period.
 
-use super::record::{Clock, DAY, HOUR, Record, Site, Weather, YEAR};
+use super::{
+    calendar::Calendar,
+    record::{Clock, DAY, HOUR, Record, Site, Weather, YEAR},
+    split::{OwnSun, Split},
+};
 use crate::{
     error::{Error, Result},
-    scene::daylight::{Date, Hour, SunPosition, Timestamp, eccentricity},
+    scene::daylight::{Hour, SunPosition, Timestamp},
 };
 
 /// The time that a weather file is used for.
@@ -50,6 +54,10 @@ pub struct Selected {
     pub dropped_direct: f64,
     /// Number of records whose direct and diffuse irradiance were estimated from global irradiance.
     pub estimated: usize,
+    /// Number of records whose global irradiance is not that of their direct and diffuse light.
+    pub misfits: usize,
+    /// The worst of them: its line, and its global irradiance as measured and as that sum, W/m2.
+    pub worst_misfit: Option<(u64, [f64; 2])>,
 }
 
 impl Selected {
@@ -70,6 +78,16 @@ impl Selected {
                  Duffie (1982): single hours may be far off"
             ));
         }
+        if let Some((line, [global, sum])) = self.worst_misfit {
+            let records = self.misfits;
+            let plural = if records == 1 { "" } else { "s" };
+            found.push(format!(
+                "the global irradiance of {records} record{plural} is not that of direct and diffuse light, which \
+                 are what is simulated; the worst is in line {line}: {global:.1} W/m2 measured, {sum:.1} by the \
+                 sum dhi + dni sin(elevation). Mend the clock or the wrong column, or leave that out: two of the three \
+                 are enough"
+            ));
+        }
         found
     }
 }
@@ -82,7 +100,11 @@ impl Weather {
     /// the middle of the record, or of the middle of its sunlit part where the sun rises or sets in
     /// it. A record that lies in the period in part counts by that part. Hours in which the sun
     /// does not rise may be missing. The years in the rows of a typical year matter only for the
-    /// position of the sun.
+    /// position of the sun. Its rows of 29 February count where the period meets that day, and in
+    /// `Year`; without such rows the day is left out of periods, and an instant takes 28 February.
+    ///
+    /// Where direct or diffuse light was not measured, it follows from the global and the other one
+    /// with the record's own sun; both are estimated only where the global is all there is.
     ///
     /// # Errors
     /// At the file: needed hours are missing (the error names the first ones and their number); a
@@ -91,18 +113,24 @@ impl Weather {
     pub fn select(&self, period: Period, site: Site, shift_h: f64) -> Result<Selected> {
         let shift = shift_h * HOUR;
         let mut selected = Selected::default();
-        let Some((from, length)) = self.span(period)? else {
+        let calendar = self.calendar(period);
+        let placed: Vec<Record> = self.records.iter().filter_map(|r| calendar.place(r)).collect();
+        let Some((from, length)) = self.span(period, calendar)? else {
             let Period::Instant(time) = period else { return Ok(selected) };
-            let at = self.instant(time) - shift;
-            let at = if self.wraps() { at.rem_euclid(YEAR) } else { at };
-            let record = self.records.iter().find(|r| r.from <= at && at < r.to);
+            let at = calendar.wrapped(calendar.instant(time) - shift);
+            // a record may begin in the year before
+            let holds = |r: &&Record| {
+                let late = calendar.wrapped(at - r.from);
+                0.0 <= late && late < r.length()
+            };
+            let record = placed.iter().find(holds);
             let sun =
                 SunPosition::at(time, site.latitude.to_radians(), site.longitude.to_radians());
             if record.is_none() && sun.elevation > 0.0 {
-                return Err(self.missing(&[at], 1));
+                return Err(self.missing(calendar, &[at], 1));
             }
             if let Some(record) = record
-                && !selected.add(record, sun, time.date(), 1.0, 1.0)
+                && !selected.add(record, site.own_sun(record, shift), sun, 1.0, 1.0)
             {
                 return Err(self.lacking(record.line, 1));
             }
@@ -113,10 +141,11 @@ impl Weather {
         let mut slots: Vec<(f64, Slot)> = Vec::new();
         let mut covered = 0.0;
         // a period may extend beyond the end of a typical year
-        let turns: &[f64] = if self.wraps() { &[-YEAR, 0.0, YEAR] } else { &[0.0] };
+        let turns =
+            if calendar.wraps() { vec![-calendar.year(), 0.0, calendar.year()] } else { vec![0.0] };
         let mut parts: Vec<(f64, f64, &Record)> = Vec::new();
         for turn in turns {
-            for record in &self.records {
+            for record in &placed {
                 let start = (record.from + turn).max(from - shift);
                 let end = (record.to + turn).min(from - shift + length);
                 if end > start {
@@ -133,14 +162,13 @@ impl Weather {
             at = at.max(*end);
             covered += end - start;
             let lit = selected.hours.len();
-            let date = Timestamp { unix: record.start.unix + shift, ..record.start }.date();
-            let sun = site.sunlit(record, shift);
+            let own = site.own_sun(record, shift);
             let weight = (end - start) / length;
-            if !selected.add(record, sun, date, weight, (end - start) / HOUR) {
+            if !selected.add(record, own, own.at, weight, (end - start) / HOUR) {
                 lacking.push(record.line);
             }
             // `late` is right in a typical year that begins anew, too
-            let late = (start - record.from).rem_euclid(YEAR);
+            let late = (start - record.from).rem_euclid(calendar.year());
             let hour = (selected.hours.len() > lit).then_some(lit);
             let global = hour.map_or(0.0, |h| selected.hours[h].global());
             let slot = Slot {
@@ -156,9 +184,9 @@ impl Weather {
             gaps.push((at, end));
         }
         if covered == 0.0 {
-            return Err(self.missing(&[from - shift], (length / HOUR).ceil() as usize));
+            return Err(self.missing(calendar, &[from - shift], (length / HOUR).ceil() as usize));
         }
-        let dark = |at: f64| site.sun(self.timestamp(at + 0.5 * HOUR), shift).elevation < -0.1;
+        let dark = |at: f64| site.sun(calendar.timestamp(at + 0.5 * HOUR), shift).elevation < -0.1;
         let hours = gaps.iter().flat_map(|&(from, to)| {
             (0..).map(move |i| from + f64::from(i) * HOUR).take_while(move |&at| at < to - 1.0)
         });
@@ -166,7 +194,7 @@ impl Weather {
         slots.extend(gaps.iter().flat_map(|&(from, to)| {
             let slot = move |i: i32| {
                 let at = from + f64::from(i) * HOUR;
-                let start = Timestamp { offset, ..self.timestamp(at) };
+                let start = Timestamp { offset, ..calendar.timestamp(at) };
                 (at, Slot { start, length: (to - at).min(HOUR) / HOUR, global: 0.0, hour: None })
             };
             (0..).map(slot).take_while(move |(at, _)| *at < to - 1.0)
@@ -175,7 +203,7 @@ impl Weather {
         selected.slots = slots.into_iter().map(|(_, slot)| slot).collect();
         let hours: Vec<f64> = hours.filter(|&at| !dark(at)).collect();
         if !hours.is_empty() {
-            return Err(self.missing(&hours[..hours.len().min(3)], hours.len()));
+            return Err(self.missing(calendar, &hours[..hours.len().min(3)], hours.len()));
         }
         match lacking.first() {
             Some(&line) => Err(self.lacking(line, lacking.len())),
@@ -184,14 +212,14 @@ impl Weather {
     }
 
     /// Returns start and length of a period on the file's clock, s; `None` for an instant.
-    fn span(&self, period: Period) -> Result<Option<(f64, f64)>> {
+    fn span(&self, period: Period, calendar: Calendar) -> Result<Option<(f64, f64)>> {
         let whole = |problem: &str| {
             Err(Error::input(self.path.display(), problem)
                 .remedy("give a period: \"time\": {\"from\": ..., \"to\": ...}"))
         };
         match (period, self.clock) {
             (Period::Instant(_), _) => Ok(None),
-            (Period::Year, Clock::TypicalYear { .. }) => Ok(Some((0.0, YEAR))),
+            (Period::Year, Clock::TypicalYear { .. }) => Ok(Some((0.0, calendar.year()))),
             (Period::Year, Clock::Unix) => {
                 let from = self.records.first().map_or(0.0, |r| r.from);
                 let to = self.records.last().map_or(0.0, |r| r.to);
@@ -208,11 +236,11 @@ impl Weather {
                 if length > YEAR + 1.5 * DAY {
                     return whole("the period is longer than a year");
                 }
-                let (start, end) = (self.at(from), self.at(to));
-                // a typical year has no leap day
-                let length = match self.wraps() {
-                    true if length >= YEAR => YEAR,
-                    true => (end - start).rem_euclid(YEAR),
+                let (start, end) = (calendar.at(from), calendar.at(to));
+                // a typical year may have no leap day
+                let length = match calendar.wraps() {
+                    true if length >= calendar.year() => calendar.year(),
+                    true => (end - start).rem_euclid(calendar.year()),
                     false => length,
                 };
                 match length > 0.0 {
@@ -225,51 +253,21 @@ impl Weather {
         }
     }
 
-    fn wraps(&self) -> bool {
-        matches!(self.clock, Clock::TypicalYear { .. })
+    /// Returns the file's clock for a period. A typical year has a leap day if the file has rows of
+    /// it and the period meets it.
+    fn calendar(&self, period: Period) -> Calendar {
+        let all = Calendar { clock: self.clock, leap: true };
+        let has = self.records.iter().any(|r| all.is_leap_day(r));
+        let leap = match period {
+            Period::Year => true,
+            Period::Instant(time) => all.meets_leap_day(time, time),
+            Period::Span { from, to } => all.meets_leap_day(from, to),
+        };
+        Calendar { clock: self.clock, leap: has && leap }
     }
 
-    /// Converts a time to the file's clock, s. In a typical year, all of 29 February becomes the
-    /// end of 28 February.
-    fn at(&self, time: Timestamp) -> f64 {
-        match self.clock {
-            Clock::Unix => time.unix,
-            Clock::TypicalYear { zone } => {
-                let (date, clock) = local(time, zone);
-                match (date.month, date.day) {
-                    (2, 29) => day_of_typical_year(Date { month: 3, day: 1, ..date }),
-                    _ => day_of_typical_year(date) + clock,
-                }
-            }
-        }
-    }
-
-    /// Like [`at`](Self::at), for an instant: on 29 February it takes the weather of 28 February in
-    /// a typical year.
-    fn instant(&self, time: Timestamp) -> f64 {
-        match self.clock {
-            Clock::TypicalYear { zone }
-                if matches!(local(time, zone).0, Date { month: 2, day: 29, .. }) =>
-            {
-                self.at(Timestamp { unix: time.unix - DAY, ..time })
-            }
-            _ => self.at(time),
-        }
-    }
-
-    /// Converts a time on the file's clock to a real time, which is in 2001 for a typical year.
-    fn timestamp(&self, at: f64) -> Timestamp {
-        match self.clock {
-            Clock::Unix => Timestamp { unix: at, offset: 0.0 },
-            Clock::TypicalYear { zone } => {
-                let first = Date { year: 2001, month: 1, day: 1 }.days() as f64 * DAY;
-                Timestamp { unix: first + at.rem_euclid(YEAR) - zone, offset: zone }
-            }
-        }
-    }
-
-    fn missing(&self, first: &[f64], count: usize) -> Error {
-        let names: Vec<String> = first.iter().map(|&at| self.name(at)).collect();
+    fn missing(&self, calendar: Calendar, first: &[f64], count: usize) -> Error {
+        let names: Vec<String> = first.iter().map(|&at| calendar.name(at)).collect();
         let more = if count > first.len() { ", ..." } else { "" };
         let hours = if count == 1 { "hour is" } else { "hours are" };
         let problem = format!("{count} needed {hours} missing: {}{more}", names.join(", "));
@@ -282,139 +280,42 @@ impl Weather {
         Error::input(format_args!("{}:{line}", self.path.display()), problem)
             .remedy("choose another time, or mend the file")
     }
-
-    /// Returns a readable name of the hour that starts at a time on the file's clock.
-    fn name(&self, at: f64) -> String {
-        let time = self.timestamp(at);
-        let local = time.unix + time.offset;
-        let date = Date::from_days((local / DAY).floor() as i64);
-        let minutes = (local.rem_euclid(DAY) / 60.0).floor() as u32;
-        let clock = format!("{:02}:{:02}", minutes / 60, minutes % 60);
-        let Date { year, month, day } = date;
-        match self.clock {
-            Clock::Unix => format!("{year}-{month:02}-{day:02}T{clock}Z"),
-            Clock::TypicalYear { .. } => format!("{month:02}-{day:02} {clock}"),
-        }
-    }
-}
-
-/// Returns the day and the seconds since midnight on a clock `zone` seconds ahead of UTC.
-fn local(time: Timestamp, zone: f64) -> (Date, f64) {
-    let local = time.unix + zone;
-    (Date::from_days((local / DAY).floor() as i64), local.rem_euclid(DAY))
-}
-
-/// Returns the start of a day (not 29 February) of a typical year, s.
-fn day_of_typical_year(date: Date) -> f64 {
-    (Date { year: 2001, ..date }.day_of_year() - 1) as f64 * DAY
-}
-
-impl Site {
-    /// Returns the position of the sun in the middle of a record, or in the middle of its sunlit
-    /// part.
-    fn sunlit(self, record: &Record, shift: f64) -> SunPosition {
-        let length = record.to - record.from;
-        let up = |later: f64| self.sun(record.start, shift + later).elevation > 0.0;
-        let middle = match (up(0.0), up(length)) {
-            (false, true) => 0.5 * (crossing(up, length, 0.0) + length),
-            (true, false) => 0.5 * crossing(up, 0.0, length),
-            _ => 0.5 * length,
-        };
-        self.sun(record.start, shift + middle)
-    }
-}
-
-/// Returns the time, s, at which `is` changes between `yes`, where it holds, and `no`, where it
-/// does not, to within a second.
-fn crossing(is: impl Fn(f64) -> bool, mut yes: f64, mut no: f64) -> f64 {
-    while (yes - no).abs() > 1.0 {
-        let middle = 0.5 * (yes + no);
-        *(if is(middle) { &mut yes } else { &mut no }) = middle;
-    }
-    yes
 }
 
 impl Selected {
-    /// Adds a record that counts for this many hours. Returns false if the record lacks a value
-    /// that is needed.
+    /// Adds a record that counts for this many hours, whose sun is `own` and stands at `at`. Returns
+    /// false if the record lacks a value that is needed.
     fn add(
         &mut self,
         record: &Record,
-        sun: SunPosition,
-        date: Date,
+        own: OwnSun,
+        at: SunPosition,
         weight: f64,
         hours: f64,
     ) -> bool {
-        let up = sun.elevation > 0.0;
-        let eccentricity = eccentricity(date);
-        let (mut direct, diffuse) = match (record.direct, record.diffuse, record.global) {
-            (Some(direct), Some(diffuse), _) => (direct, diffuse),
-            (_, _, Some(global)) => {
-                self.estimated += usize::from(global > 0.0);
-                erbs(global, sun.elevation.sin(), eccentricity)
+        let Some(split) = record.split(own) else { return false };
+        let Split { mut direct, diffuse, estimated, misfit } = split;
+        self.estimated += usize::from(estimated);
+        if let Some([global, sum]) = misfit {
+            self.misfits += 1;
+            let off = |[a, b]: [f64; 2]| (a - b).abs();
+            if self.worst_misfit.is_none_or(|(_, worst)| off(worst) < off([global, sum])) {
+                self.worst_misfit = Some((record.line, [global, sum]));
             }
-            // measurements may be missing at night
-            _ if sun.elevation < -0.1 => (0.0, 0.0),
-            _ => return false,
-        };
-        if !up {
+        }
+        if at.elevation <= 0.0 {
             self.dropped_direct += direct * hours;
             direct = 0.0;
         }
         if direct > 0.0 || diffuse > 0.0 {
             self.hours.push(Hour {
                 weight,
-                sun,
-                eccentricity,
+                sun: at,
+                eccentricity: own.eccentricity,
                 direct_normal: direct,
                 diffuse_horizontal: diffuse,
             });
         }
         true
-    }
-}
-
-/// Splits global irradiance into direct normal and diffuse horizontal irradiance, W/m2 (Erbs,
-/// Klein, Duffie, Solar Energy 28:293, 1982). While the sun is less than 3 degrees above the
-/// horizon, all of it is diffuse.
-fn erbs(global: f64, sine: f64, eccentricity: f64) -> (f64, f64) {
-    if sine < 3f64.to_radians().sin() {
-        return (0.0, global);
-    }
-    let outside = 1367.0 * eccentricity;
-    let clearness = global / (outside * sine);
-    let k = clearness;
-    let diffuse = global
-        * match k {
-            ..=0.22 => 1.0 - 0.09 * k,
-            ..=0.8 => {
-                0.9511 - 0.1604 * k + 4.388 * k.powi(2) - 16.638 * k.powi(3) + 12.336 * k.powi(4)
-            }
-            _ => 0.165,
-        };
-    let direct = ((global - diffuse) / sine).min(outside);
-    (direct, global - direct * sine)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn erbs_has_its_published_shape() {
-        // clearness 0.2, 0.5 and 0.9 with the sun at 30 degrees give the diffuse fractions 0.982,
-        // 0.6592 and 0.165
-        for (clearness, fraction) in [(0.2, 0.982), (0.5, 0.659_2), (0.9, 0.165)] {
-            let global = clearness * 1367.0 * 0.5;
-            let (direct, diffuse) = erbs(global, 0.5, 1.0);
-            assert!(
-                (diffuse / global - fraction).abs() < 1e-3,
-                "{clearness}: {}",
-                diffuse / global
-            );
-            assert!((direct * 0.5 + diffuse - global).abs() < 1e-9);
-        }
-        assert_eq!(erbs(20.0, 0.01, 1.0), (0.0, 20.0));
-        assert_eq!(erbs(20.0, -0.5, 1.0), (0.0, 20.0));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::scene::daylight::Timestamp;
+use crate::scene::daylight::{SunPosition, Timestamp};
 
 pub(super) const HOUR: f64 = 3600.0;
 pub(super) const DAY: f64 = 24.0 * HOUR;
@@ -35,6 +35,8 @@ pub struct Weather {
     pub(super) path: PathBuf,
     /// The place where it was measured, if the file says it.
     pub site: Option<Site>,
+    /// Warnings about what stands in the file but could not be used.
+    pub notes: Vec<String>,
     pub(super) clock: Clock,
     pub(super) records: Vec<Record>,
 }
@@ -42,7 +44,7 @@ pub struct Weather {
 /// The instant from which the times of a file's records are counted, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Clock {
-    /// The start of a year of 365 days, in standard time, which is `zone` seconds ahead of UTC.
+    /// The start of a year of 366 days, in standard time, which is `zone` seconds ahead of UTC.
     TypicalYear { zone: f64 },
     /// 1970-01-01T00:00Z.
     Unix,
@@ -61,4 +63,18 @@ pub(super) struct Record {
     pub(super) global: Option<f64>,
     pub(super) direct: Option<f64>,
     pub(super) diffuse: Option<f64>,
+}
+
+impl Record {
+    pub(super) fn length(&self) -> f64 {
+        self.to - self.from
+    }
+}
+
+impl Site {
+    /// Returns the position of the sun `later` seconds after `start`.
+    pub(super) fn sun(self, start: Timestamp, later: f64) -> SunPosition {
+        let time = Timestamp { unix: start.unix + later, ..start };
+        SunPosition::at(time, self.latitude.to_radians(), self.longitude.to_radians())
+    }
 }

@@ -3,7 +3,9 @@
 use super::{BandResult, ByLight, FaceResult, RunResult};
 
 /// Daily light integral of a mean of 1 umol/m2/s, mol/m2/d: the seconds of a day, in mol per umol.
-pub const DLI: f64 = 0.0864;
+const DLI: f64 = 0.0864;
+/// The longest time, h, of which a daily light integral is the sum.
+const DAY: f64 = 24.0;
 
 impl BandResult {
     /// Returns whether this is photosynthetically active radiation or a part of it: a band within
@@ -25,21 +27,26 @@ impl RunResult {
         if self.unit.dli.is_none() {
             return;
         }
+        // a part of a day brings what it brings; of a longer period it is the mean of the days
+        let dli = DLI * (self.period_h.unwrap_or(DAY).min(DAY) / DAY);
         let par: Vec<bool> = self.bands.iter().map(|band| band.is_par(&self.bands)).collect();
         let of_captors =
             self.captors.iter_mut().flat_map(|c| [Some(&mut c.front), c.back.as_mut()]);
         let of_groups = self.groups.iter_mut().flat_map(|g| [Some(&mut g.front), g.back.as_mut()]);
-        of_captors.chain(of_groups).flatten().for_each(|face| face.add_dli(&par));
+        of_captors.chain(of_groups).flatten().for_each(|face| face.add_dli(dli, &par));
     }
 }
 
 impl FaceResult {
-    fn add_dli(&mut self, par: &[bool]) {
+    fn add_dli(&mut self, dli: f64, par: &[bool]) {
         let of = |values: &mut dyn Iterator<Item = Option<f64>>| -> Vec<Option<f64>> {
-            values.zip(par).map(|(value, par)| Some(DLI * value.filter(|_| *par)?)).collect()
+            values.zip(par).map(|(value, par)| Some(dli * value.filter(|_| *par)?)).collect()
         };
         self.dli = Some(of(&mut self.irradiance.iter().copied().map(Some)));
         self.dli_se = Some(of(&mut self.irradiance_se.iter().copied()));
-        self.by_light.iter_mut().flat_map(ByLight::values_mut).for_each(|part| part.add_dli(par));
+        self.by_light
+            .iter_mut()
+            .flat_map(ByLight::values_mut)
+            .for_each(|part| part.add_dli(dli, par));
     }
 }

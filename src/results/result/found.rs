@@ -58,7 +58,7 @@ impl RunResult {
             })
             .collect();
         let bands = band_results(scene);
-        let dli = scene.is_period
+        let dli = scene.period_h.is_some()
             && scene.quantity == Quantity::Micromole
             && bands.iter().any(|band| band.is_par(&bands));
         let mut unit = scene.quantity.unit_names();
@@ -79,6 +79,7 @@ impl RunResult {
             settings: Some(RunSettings::new(settings, simulation)),
             warnings: Vec::new(),
             unit,
+            period_h: scene.period_h,
             bands,
             energy,
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),

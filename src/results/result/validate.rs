@@ -30,6 +30,7 @@ impl RunResult {
             && factors.all(|factor| factor.is_valid(own))
             && self.unseen.iter().all(|shares| are_values(shares, bands))
             && self.cut_off.is_none_or(is_possible)
+            && self.period_h.is_none_or(is_possible)
             && self.tolerance.iter().all(ToleranceResult::is_valid)
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)

@@ -174,7 +174,7 @@ impl Scene {
         Ok(Self {
             name: parts.name,
             quantity: parts.quantity,
-            is_period: parts.is_period,
+            period_h: parts.period_h,
             bands: parts.bands,
             sums: parts.sums,
             materials: parts.materials,

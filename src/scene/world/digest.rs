@@ -29,7 +29,11 @@ impl Scene {
         let (center, radius) = (self.center, self.radius);
         // the error can be ignored: this writer never fails
         let _ = write!(hash, "{:?}", (quantity, bands, sums, materials, lights, captors, groups));
-        let _ = write!(hash, "{center:?} {radius:?} {:?}", self.is_period);
+        let _ = write!(hash, "{center:?} {radius:?} {:?}", self.period_h.is_some());
+        // of periods the daily light integrals know all that is more than a day
+        if let Some(hours) = self.period_h.filter(|hours| *hours < 24.0) {
+            let _ = write!(hash, " {hours:?}");
+        }
         for (triangle, surface) in self.triangles().iter().zip(&self.surfaces) {
             hash.0.update(surface.material.to_le_bytes());
             hash.0.update(surface.captor.to_le_bytes());

@@ -99,9 +99,9 @@ pub struct SceneParts {
     pub name: String,
     /// The quantity that photons carry: power in W or photon flux in umol/s.
     pub quantity: Quantity,
-    /// Whether the daylight of the scene is the mean over a period, nights included, so that sums
-    /// per day follow from a result.
-    pub is_period: bool,
+    /// Length of the period, h, whose mean the daylight of the scene is, nights included, so that
+    /// sums per day follow from a result; `None` for an instant.
+    pub period_h: Option<f64>,
     /// The wavelength bands, at least one.
     pub bands: Vec<Band>,
     /// Sums over bands.
