@@ -76,6 +76,24 @@ fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivisi
     Year::find(&loaded, file, &settings, &watched).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// A period without any light has zeros in all of its hours, in a run and by the hour.
+#[test]
+fn a_dark_period_has_zeros() {
+    let night = json!({ "from": "2025-06-20T00:00+01:00", "to": "2025-06-20T03:00+01:00" });
+    let square = Mesh::square([0.0; 3], UP, 1.0);
+    let scene = written(&world(night).captor("up", &square));
+    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let warnings = loaded.expect("a scene").warnings;
+    let dark = "/lights: no light comes from them in this period: it is dark";
+    assert!(warnings.iter().any(|warning| warning == dark), "{warnings:?}");
+    let year = year(&scene, None, 2000, SkyDivision::Tregenza);
+    assert_eq!(year.slots.len(), 3);
+    let all: Vec<usize> = (0..3).collect();
+    assert!(year.daily(&all).iter().all(|value| value.mean == 0.0 && value.variance == 0.0));
+    let run = run_file(&scene.path("scene.json"), |settings| settings.photons = Some(2000));
+    assert_eq!(front(&run, "up").irradiance, [0.0, 0.0]);
+}
+
 /// In the open, the light of every hour is that of the weather file: dividing the sky into patches
 /// and the sun's path into positions loses nothing, and direct light comes from where the sun
 /// stands.

@@ -162,7 +162,8 @@ impl Year {
             year.lamps.iter().filter(is_lit).map(|l| l.name.clone()).collect();
         let few = |of: &str, wanted: &dyn Fn(usize) -> bool| few_photons(&year.run, of, wanted);
         let warnings = [
-            few("daylight, but for what comes straight from the sun,", &|l| is_daylight[l]),
+            few("daylight, but for what comes straight from the sun,", &|l| is_daylight[l])
+                .filter(|_| hourly.lights.iter().any(|light| !light.factors.is_empty())),
             few("the lamps", &|l| lit.contains(&scene.lights[l].name)).filter(|_| !lit.is_empty()),
         ];
         year.warnings.extend(warnings.into_iter().flatten());

@@ -101,9 +101,21 @@ impl Loader<'_> {
         self.add_light(pointer, LightPart { name, power: vec![0.0; self.bands], shape })
     }
 
-    /// Refuses a scene that is to be loaded by the hour but has neither sun nor sky.
-    pub(super) fn check_hourly(&self) -> Result<()> {
-        if self.sources.by_hour.is_none() || !self.hourly.slots.is_empty() {
+    /// Refuses a scene that is to be loaded by the hour but has neither sun nor sky. Where all of
+    /// its light is dark, as in a polar night, it gets a light without power.
+    pub(super) fn check_hourly(&mut self) -> Result<()> {
+        if self.sources.by_hour.is_none() {
+            return Ok(());
+        }
+        if !self.hourly.slots.is_empty() {
+            if self.parts.lights.is_empty() {
+                self.warn("/lights", "no light comes from them in this period: it is dark");
+                let (name, power) = ("daylight".to_owned(), vec![0.0; self.bands]);
+                let dark = InfiniteLight::new(name.clone(), self.bands, Vec::new());
+                let shape = LightShape::Infinite(dark);
+                self.hourly.lights.push(HourlyLight { light: 0, factors: Vec::new() });
+                self.add_light("/lights", LightPart { name, power, shape })?;
+            }
             return Ok(());
         }
         Err(self
