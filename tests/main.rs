@@ -29,6 +29,7 @@ mod in_memory;
 mod invariance;
 mod layers;
 mod manners;
+mod masks;
 mod meshes_in_memory;
 mod nearest;
 mod nearest_study;

@@ -11,6 +11,7 @@ mod mtl;
 mod part;
 mod scan;
 mod tangents;
+mod texture;
 
 use std::path::Path;
 
@@ -25,6 +26,7 @@ pub use mesh::{Mesh, MeshGroup};
 pub use mtl::{MtlEntry, MtlLibrary};
 pub use part::{ObjGroup, ObjPart};
 pub use tangents::{longest_edge, tangents};
+pub use texture::{TextureMap, textures};
 
 /// The content of an OBJ file and of its MTL files.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -19,6 +19,7 @@ mod library;
 mod lights;
 mod loader;
 mod luminaires;
+mod masks;
 mod materials;
 mod notes;
 mod numbers;

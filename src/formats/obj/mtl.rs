@@ -49,6 +49,8 @@ pub struct MtlEntry {
     /// File name of the texture of the diffuse colour, as written. The texture is not read; the
     /// colour is `kd` alone.
     pub map_kd: Option<String>,
+    /// Options and file name of the texture of the opacity, as written.
+    pub map_d: Option<String>,
 }
 
 /// An MTL file that could not be read, which is an error only where an entry of it is needed.
@@ -167,6 +169,7 @@ fn set(entry: &mut MtlEntry, key: &str, rest: &str) -> std::result::Result<(), S
         "ns" => once(&mut entry.ns, one(rest)?),
         "ni" => once(&mut entry.ni, one(rest)?),
         "map_kd" => once(&mut entry.map_kd, rest.to_owned()),
+        "map_d" => once(&mut entry.map_d, rest.to_owned()),
         "illum" => {
             let value = values(rest).next().unwrap_or_default();
             let model = value.parse().map_err(|_| format!("{} is no whole number", quoted(value)));
@@ -246,6 +249,7 @@ mod tests {
             ns: Some(10.0),
             ni: Some(1.425),
             map_kd: Some("C:\\a leaf.png".into()),
+            map_d: None,
         };
         assert_eq!(library.entry("my leaf").unwrap(), Some(&expected));
         let bare = library.entry("bare").unwrap().unwrap();

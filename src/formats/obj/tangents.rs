@@ -13,9 +13,16 @@ use super::{
 /// [`ObjFile::parse`](super::ObjFile::parse) has accepted, in the order of its parts. The vectors
 /// are not of unit length.
 pub fn tangents(bytes: &[u8]) -> Vec<DVec3> {
+    let mut tangents = Vec::new();
+    each_face(bytes, |polygon, texture| of_face(polygon, texture, &mut tangents));
+    tangents
+}
+
+/// Gives the corners of each face, in file order, with their texture coordinates where they have
+/// any.
+pub(super) fn each_face(bytes: &[u8], mut then: impl FnMut(&[DVec3], &[Option<DVec2>])) {
     let text = decode(bytes).unwrap_or_default();
     let (mut vertices, mut textures) = (Vec::new(), Vec::new());
-    let mut tangents = Vec::new();
     for line in Lines::new(&text) {
         let (word, rest) = line.split();
         let mut numbers = values(rest).map(|word| word.parse::<f64>().unwrap_or(f64::NAN));
@@ -23,11 +30,19 @@ pub fn tangents(bytes: &[u8]) -> Vec<DVec3> {
         match word {
             "v" => vertices.push(DVec3::new(next(), next(), next())),
             "vt" => textures.push(DVec2::new(next(), next())),
-            "f" | "fo" => of_face(rest, &vertices, &textures, &mut tangents),
+            "f" | "fo" => {
+                let corner = |word: &str| {
+                    let mut pieces = word.split('/');
+                    let vertex = named(&vertices, pieces.next()).unwrap_or(DVec3::ZERO);
+                    (vertex, named(&textures, pieces.next()))
+                };
+                let (polygon, texture): (Vec<DVec3>, Vec<Option<DVec2>>) =
+                    values(rest).map(corner).unzip();
+                then(&polygon, &texture);
+            }
             _ => {}
         }
     }
-    tangents
 }
 
 /// Returns the entry of `list` that an index of a corner names; such an index counts from 1, or
@@ -38,16 +53,10 @@ fn named<T: Copy>(list: &[T], index: Option<&str>) -> Option<T> {
     list.get(usize::try_from(place).ok()?).copied()
 }
 
-/// Adds the directions of azimuth 0 on the triangles of a face, whose corners are `rest`.
-fn of_face(rest: &str, vertices: &[DVec3], textures: &[DVec2], tangents: &mut Vec<DVec3>) {
-    let corner = |word: &str| {
-        let mut pieces = word.split('/');
-        let vertex = named(vertices, pieces.next()).unwrap_or(DVec3::ZERO);
-        (vertex, named(textures, pieces.next()))
-    };
-    let (polygon, texture): (Vec<DVec3>, Vec<Option<DVec2>>) = values(rest).map(corner).unzip();
-    let longest = longest_edge(&polygon);
-    for triangle in cut(&polygon) {
+/// Adds the directions of azimuth 0 on the triangles of a face.
+fn of_face(polygon: &[DVec3], texture: &[Option<DVec2>], tangents: &mut Vec<DVec3>) {
+    let longest = longest_edge(polygon);
+    for triangle in cut(polygon) {
         let along_u = || {
             let [a, b, c] = triangle.map(|i| texture[i]);
             along_u(triangle.map(|i| polygon[i]), [a?, b?, c?])

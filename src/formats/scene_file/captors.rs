@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::{
     format::*,
     loader::{Loader, stem},
-    objects::area,
+    placed::area,
 };
 use crate::{
     error::{Error, Result},

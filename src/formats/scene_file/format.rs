@@ -561,6 +561,8 @@ pub struct ObjectFile {
     pub dialect: Option<DialectFile>,
     /// Material of all faces, in place of the materials that the file names.
     pub material: Option<String>,
+    /// Whether the masks of the MTL entries (`map_d`) cut the faces of an OBJ file (default true).
+    pub mask: Option<bool>,
     /// Which axis of the file points up (default z); y turns (x, y, z) to (x, -z, y) before
     /// `transform`.
     #[serde(default)]

@@ -10,7 +10,7 @@ use super::{
     format::*,
     loader::Loader,
     luminaires::{Aim, Measured},
-    objects::area,
+    placed::area,
 };
 use crate::{
     error::Result,

@@ -8,6 +8,8 @@ use glam::DVec3;
 use super::{
     format::*,
     loader::{Loader, stem},
+    masks::Pieces,
+    placed::area,
 };
 use crate::{
     error::{Error, Result},
@@ -36,6 +38,8 @@ struct Object<'a> {
     /// Direction of azimuth 0 on each triangle of the file; empty unless one of the materials needs
     /// it, since it can be turned about the normal.
     tangents: Vec<DVec3>,
+    /// Where the triangles come from, if masks have cut those of the file.
+    pieces: Pieces,
     /// Surfaces that emit light, by the name of their MTL entry.
     glows: BTreeMap<String, Glow>,
 }
@@ -55,10 +59,12 @@ impl Loader<'_> {
 
     fn load_object(&mut self, pointer: &str, file: &ObjectFile) -> Result<()> {
         let (obj, rad) = self.object_file(pointer, file)?;
+        let (obj, pieces) = self.masked(pointer, file, obj)?;
         let stem = stem(&self.sibling(file.obj.as_ref().or(file.rad.as_ref()).map_or("", |f| f)));
         let name = file.name.clone().unwrap_or_else(|| stem.clone());
         let (materials, tangents, glows) = (Vec::new(), Vec::new(), BTreeMap::new());
-        let mut object = Object { pointer, name, file, obj, stem, materials, tangents, glows };
+        let mut object =
+            Object { pointer, name, file, obj, stem, materials, tangents, pieces, glows };
         for (i, part) in object.obj.clone().parts.iter().enumerate() {
             let material = match (&file.material, &rad) {
                 (Some(material), _) => {
@@ -75,7 +81,9 @@ impl Loader<'_> {
         }
         if object.materials.iter().any(|&material| self.materials.needs_tangents(material)) {
             let name = file.obj.as_deref();
-            object.tangents = self.tangents(&format!("{pointer}/obj"), name, &object.obj)?;
+            let sources = &object.pieces.sources;
+            object.tangents =
+                self.tangents(&format!("{pointer}/obj"), name, &object.obj, sources)?;
             if let Some(rad) = &rad {
                 object.tangents = Self::rad_tangents(rad, &object.tangents);
             }
@@ -187,6 +195,7 @@ impl Loader<'_> {
             let turned = of_part.filter(|_| self.materials.needs_tangents(material));
             let tangents = turned.unwrap_or_default().iter();
             let mut tangents = tangents.map(|&tangent| transform.turned(tangent));
+            let numbers = object.pieces.numbers.get(first..first + part.triangles.len());
             first += part.triangles.len();
             let triangles = self.placed(&part.triangles, transform)?;
             if let Some(glow) = part.material.as_ref().and_then(|name| object.glows.get_mut(name)) {
@@ -206,11 +215,17 @@ impl Loader<'_> {
             let id = format!("{}/{group}{copy}", object.name);
             let seen = &mut captors.of_group[part.group];
             if object.file.captor == SurfaceCaptorFile::Triangles {
-                for triangle in triangles {
-                    let tangent = tangents.next();
-                    let id = format!("{id}/{}", seen.triangles);
-                    seen.triangles += 1;
-                    if area(&triangle) == 0.0 {
+                let number = |i| numbers.map_or(seen.triangles + i, |numbers| numbers[i]);
+                let numbers: Vec<usize> = (0..triangles.len()).map(number).collect();
+                seen.triangles += triangles.len();
+                let mut rest = &triangles[..];
+                // the pieces that a mask leaves of one triangle are one captor
+                for pieces in numbers.chunk_by(|a, b| a == b) {
+                    let (triangles, after) = rest.split_at(pieces.len());
+                    rest = after;
+                    let tangents: Vec<DVec3> = tangents.by_ref().take(pieces.len()).collect();
+                    let id = format!("{id}/{}", pieces[0]);
+                    if triangles.iter().all(|triangle| area(triangle) == 0.0) {
                         self.warn(
                             object.pointer,
                             format!("triangle `{id}` has no area: no captor"),
@@ -218,8 +233,8 @@ impl Loader<'_> {
                         continue;
                     }
                     let captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
-                    self.turn_next(tangent);
-                    let triangles = vec![triangle];
+                    self.turn_next(tangents);
+                    let triangles = triangles.to_vec();
                     self.parts.surfaces.push(SurfacePart {
                         object: object_index,
                         material,
@@ -279,9 +294,4 @@ struct SurfaceCaptors {
 struct Seen {
     captor: Option<usize>,
     triangles: usize,
-}
-
-/// Area of a triangle, m2.
-pub(super) fn area([a, b, c]: &[DVec3; 3]) -> f64 {
-    0.5 * (*b - *a).cross(*c - *a).length()
 }

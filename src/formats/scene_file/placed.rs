@@ -64,15 +64,21 @@ impl Loader<'_> {
 
     /// Returns the direction of azimuth 0 on each triangle of an OBJ file or mesh, in the order of
     /// its parts: along the texture coordinate u or, without it, along the triangle's longest edge.
+    /// Where masks have cut the file, `sources` says which of its triangles each piece comes from.
     pub(super) fn tangents(
         &self,
         pointer: &str,
         file: Option<&str>,
         obj: &ObjFile,
+        sources: &[usize],
     ) -> Result<Vec<DVec3>> {
         if let Some(file) = file.filter(|file| !file.starts_with("mesh:")) {
             let tangents = tangents(&self.bytes(pointer, &self.sibling(file))?);
-            if tangents.len() == obj.triangles() {
+            if let Some(&last) = sources.last() {
+                if last < tangents.len() {
+                    return Ok(sources.iter().map(|&source| tangents[source]).collect());
+                }
+            } else if tangents.len() == obj.triangles() {
                 return Ok(tangents);
             }
         }
@@ -148,4 +154,9 @@ impl Loader<'_> {
         let metres = self.metres;
         Ok(triangles.iter().map(|t| t.map(|p| transform.point(p * metres))).collect())
     }
+}
+
+/// Area of a triangle, m2.
+pub(super) fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
 }

@@ -9,7 +9,7 @@ use super::{
     format::*,
     loader::{Loader, unknown},
     numbers::single,
-    objects::area,
+    placed::area,
     rooms::{RoomLamp, RoomLamps},
 };
 use crate::{
