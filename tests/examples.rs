@@ -15,7 +15,7 @@ use crate::common::binary;
 /// from each face of the box.
 const PHOTONS: &str = "2000";
 /// The endings of the files that phylux reads.
-const ENDINGS: [&str; 6] = [".json", ".csv", ".obj", ".mtl", ".ies", ".rad"];
+const ENDINGS: [&str; 7] = [".json", ".csv", ".obj", ".mtl", ".stl", ".ies", ".rad"];
 
 /// A code block of a page, fenced or indented.
 struct Block<'a> {

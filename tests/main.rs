@@ -30,6 +30,7 @@ mod invariance;
 mod layers;
 mod manners;
 mod masks;
+mod mesh_files;
 mod meshes_in_memory;
 mod nearest;
 mod nearest_study;

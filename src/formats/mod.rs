@@ -2,8 +2,9 @@
 //! all input.
 //!
 //! The folders and files named after a format hold one format each: scenes ([`scene_file`]) and the
-//! files that a scene names ([`obj`], [`captor_csv`], [`weather`], [`environment_map`],
-//! [`photometry`], [`scatter_table`], [`spectrum_file`], [`rad`], pictures of [`mask`]), sweeps ([`sweep_file`]), results
+//! files that a scene names ([`mesh_file`], [`obj`], [`captor_csv`], [`weather`], [`environment_map`],
+//! [`photometry`], [`scatter_table`], [`spectrum_file`], [`rad`], pictures of [`mask`]), sweeps
+//! ([`sweep_file`]), results
 //! ([`result_file`]), shards and checkpoints of a run ([`shard_file`], [`checkpoint_file`]), tables
 //! of hours ([`hours_file`]), controls of lamps ([`control_file`]), readings and calibrations
 //! ([`measured_csv`], [`calibration_file`]). [`json`], [`csv_table`], [`csv_text`] and [`iso8601`]
@@ -26,6 +27,7 @@ pub mod iso8601;
 pub mod json;
 pub mod mask;
 pub mod measured_csv;
+pub mod mesh_file;
 pub mod obj;
 pub mod output;
 pub mod photometry;

@@ -1,5 +1,5 @@
 //! Reads OBJ and MTL files as they are written: groups, triangles and material entries, without
-//! unit, transform or meaning.
+//! unit, transform or meaning. Meshes in memory and other files of meshes take the same form.
 //!
 //! The crate tobj reads the geometry. It reports no line numbers, accepts NaN and panics on some
 //! files. Therefore `scan` checks every line first, and tobj is given only valid `v` and `f` lines,
@@ -17,7 +17,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, LISTED, Result, some};
+use crate::formats::input::quoted;
 use crate::math::geometry::{is_bent, is_tangled, triangulate};
 use lines::{Lines, decode};
 use scan::Scan;
@@ -25,6 +26,7 @@ use scan::Scan;
 pub use mesh::{Mesh, MeshGroup};
 pub use mtl::{MtlEntry, MtlLibrary};
 pub use part::{ObjGroup, ObjPart};
+pub use scan::MAX_CORNERS;
 pub use tangents::{longest_edge, tangents};
 pub use texture::{TextureMap, textures};
 
@@ -37,6 +39,14 @@ pub struct ObjFile {
     pub parts: Vec<ObjPart>,
     /// The material entries of the MTL files that the OBJ file names.
     pub mtl: MtlLibrary,
+    /// What a user should know of the file's content that is not used: sentences without a place.
+    pub notes: Vec<String>,
+    /// Groups that became one because they have one name: a sentence without a place, which matters
+    /// where groups count light.
+    pub merged: Option<String>,
+    /// Whether the file is a glTF: its lengths are metres, whatever the scene's unit, and its y axis
+    /// points up, but the triangles here are turned already so that z points up.
+    pub is_gltf: bool,
 }
 
 impl ObjFile {
@@ -70,13 +80,35 @@ impl ObjFile {
         let mut parts = scan.parts;
         load_triangles(&scan.sound, &mut parts)
             .map_err(|e| Error::input(&scan.path, format!("tobj cannot read it: {e}")))?;
-        Ok(Self { groups: scan.groups, parts, mtl })
+        let notes = scan
+            .unused
+            .iter()
+            .map(|(line, word, meaning)| format!("`{word}` at line {line} is not read: {meaning}"));
+        let merged = merged(scan.merged.iter().map(|(name, line)| (name, format!("line {line}"))));
+        let (groups, notes) = (scan.groups, notes.collect());
+        Ok(Self { groups, parts, mtl, notes, merged, is_gltf: false })
     }
 
     /// Returns the number of triangles in all parts.
     pub fn triangles(&self) -> usize {
         self.parts.iter().map(|part| part.triangles.len()).sum()
     }
+}
+
+/// Says that groups became one; `again` holds the name and the place of each that came again.
+pub fn merged<'a>(again: impl ExactSizeIterator<Item = (&'a String, String)>) -> Option<String> {
+    let count = again.len();
+    let names = match count {
+        1 => "the name of a group comes".into(),
+        _ => format!("{count} names of groups come"),
+    };
+    let places = some(again.map(|(name, place)| format!("{} at {place}", quoted(name))), LISTED);
+    (count > 0).then(|| {
+        format!(
+            "{names} again ({places}), and groups of one name are one captor; give each a name \
+            of its own to count its light by itself"
+        )
+    })
 }
 
 /// Lets tobj read the checked text `sound` and fills in the triangles of the parts, one model per
@@ -111,7 +143,7 @@ fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(),
 }
 
 /// Cuts a face into triangles, as indices of its corners.
-fn cut(polygon: &[DVec3]) -> Vec<[usize; 3]> {
+pub fn cut(polygon: &[DVec3]) -> Vec<[usize; 3]> {
     let cut = triangulate(polygon);
     match cut.is_empty() {
         // no ear was found in a tangled outline, but a face must not vanish, so it becomes a fan

@@ -1,6 +1,6 @@
 //! Meshes in memory, which take the place of OBJ files.
 
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 use glam::DVec3;
 
@@ -30,30 +30,14 @@ impl Mesh {
     /// without triangles is left out. Errors: at `mesh, group N`, with N counted from 0, a
     /// coordinate is not a finite number; at `mesh`, there is no triangle at all.
     pub fn new(groups: Vec<MeshGroup>) -> Result<Self> {
-        let mut found = ObjFile::default();
-        for (i, MeshGroup { name, material, triangles }) in groups.into_iter().enumerate() {
-            if triangles.is_empty() {
-                continue;
-            }
+        for (i, MeshGroup { triangles, .. }) in groups.iter().enumerate() {
             if let Some(t) = triangles.iter().position(|t| !t.iter().all(|p| p.is_finite())) {
                 let problem = format!("triangle {t} has a coordinate that is no finite number");
                 return Err(Error::input(format!("mesh, group {i}"), problem)
                     .remedy("leave the triangle out, or mend the vertex"));
             }
-            let known = found.groups.iter().position(|group| group.name == name);
-            let group = known.unwrap_or_else(|| {
-                found.groups.push(ObjGroup { name });
-                found.groups.len() - 1
-            });
-            found.parts.push(ObjPart {
-                group,
-                material,
-                line: i + 1,
-                triangles,
-                tangled: 0,
-                bent: 0,
-            });
         }
+        let found = ObjFile::from(groups);
         if found.parts.is_empty() {
             return Err(Error::input("mesh", "has no triangle")
                 .remedy("give it one, or leave the object out"));
@@ -81,6 +65,27 @@ impl Mesh {
     /// Returns the content of the OBJ file that the mesh takes the place of.
     pub(in crate::formats) fn as_obj(&self) -> Arc<ObjFile> {
         self.0.clone()
+    }
+}
+
+impl From<Vec<MeshGroup>> for ObjFile {
+    /// Puts groups of finite numbers into the form of an OBJ file; the number of a group stands for
+    /// the line. Groups with the same name become one, and those without triangles are left out.
+    fn from(groups: Vec<MeshGroup>) -> Self {
+        let mut found = Self::default();
+        let mut by_name = HashMap::new();
+        for (i, MeshGroup { name, material, triangles }) in groups.into_iter().enumerate() {
+            if triangles.is_empty() {
+                continue;
+            }
+            let group = *by_name.entry(name.clone()).or_insert_with(|| {
+                found.groups.push(ObjGroup { name });
+                found.groups.len() - 1
+            });
+            let (line, tangled, bent) = (i + 1, 0, 0);
+            found.parts.push(ObjPart { group, material, line, triangles, tangled, bent });
+        }
+        found
     }
 }
 

@@ -9,6 +9,9 @@ use super::lines::{Lines, decode, values};
 use crate::error::{Error, Result};
 use crate::formats::input::quoted;
 
+/// The most statements of an entry that are kept to be told.
+const MOST_UNUSED: usize = 10;
+
 /// The entries of all MTL files that an OBJ file names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MtlLibrary {
@@ -51,6 +54,25 @@ pub struct MtlEntry {
     pub map_kd: Option<String>,
     /// Options and file name of the texture of the opacity, as written.
     pub map_d: Option<String>,
+    /// Statements that mean something for light but are not used: key in lower case, and the
+    /// statement in quotes.
+    unused: Vec<(String, String)>,
+}
+
+impl MtlEntry {
+    /// Returns the statements that mean something for light but are not used, in quotes.
+    /// `replaced` says whether a material of the scene takes the place of the entry.
+    pub fn unused(&self, replaced: bool) -> Vec<String> {
+        // a leaf uses its filter as its transmittance
+        let used = |key: &str| key == "tf" && !replaced && self.illum == Some(6);
+        let said = self.unused.iter().filter(|(key, _)| !used(key)).map(|(_, text)| text.clone());
+        // what else lets light through or emits it, as long as nobody says so otherwise
+        let clear = self.illum.filter(|illum| replaced && [4, 9].contains(illum));
+        let clear = clear.map(|illum| format!("`illum {illum}`"));
+        let lit = self.ke.filter(|ke| replaced && ke.iter().any(|&v| v > 0.0));
+        let lit = lit.map(|[r, g, b]| format!("`Ke {r} {g} {b}`"));
+        said.chain(clear).chain(lit).collect()
+    }
 }
 
 /// An MTL file that could not be read, which is an error only where an entry of it is needed.
@@ -74,6 +96,11 @@ impl MtlLibrary {
             Some(Read { broken: Some(error), .. }) => Err(error.clone()),
             found => Ok(found.map(|read| &read.entry)),
         }
+    }
+
+    /// Returns the entry of this name as far as it can be understood.
+    pub fn written(&self, name: &str) -> Option<&MtlEntry> {
+        self.by_name.get(name).map(|&i| &self.entries[i].entry)
     }
 
     /// The names of all entries, in file order.
@@ -120,7 +147,8 @@ impl MtlLibrary {
         };
         let old = &mut self.entries[i];
         // two entries with the same content are no conflict
-        let same = MtlEntry { place: old.entry.place.clone(), ..read.entry.clone() } == old.entry;
+        let (place, unused) = (old.entry.place.clone(), old.entry.unused.clone());
+        let same = MtlEntry { place, unused, ..read.entry.clone() } == old.entry;
         if old.broken.is_none() {
             let name = quoted(&read.entry.name);
             let twice = format!("{name} stands at {} too, otherwise", old.entry.place);
@@ -130,7 +158,23 @@ impl MtlLibrary {
     }
 }
 
-/// Returns the entries of one MTL text. Keys other than the few known ones are skipped.
+/// Whether a statement (its key in lower case) means something for light but is not used. One with
+/// its usual value (opaque, without gloss) means nothing.
+fn is_unused(key: &str, rest: &str) -> bool {
+    let numbers = || values(rest).filter_map(|word| word.parse::<f64>().ok());
+    let all_are = |usual: f64| numbers().next().is_some() && numbers().all(|x| x == usual);
+    match key {
+        "kd" | "ks" | "ke" | "ns" | "ni" | "illum" | "map_kd" | "map_d" => false,
+        // for the ambient light of pictures, the sharpness of reflections, and the roughness of a
+        // gloss that other statements give
+        "ka" | "map_ka" | "sharpness" | "map_aat" | "pr" | "map_pr" | "pcr" => false,
+        "d" | "tf" => !all_are(1.0),
+        "tr" | "pm" | "ps" | "pc" | "aniso" | "anisor" => !all_are(0.0),
+        _ => true,
+    }
+}
+
+/// Returns the entries of one MTL text.
 fn parse_mtl(text: &str, file: &str) -> Vec<Read> {
     let mut entries: Vec<Read> = Vec::new();
     for line in Lines::new(text) {
@@ -140,12 +184,20 @@ fn parse_mtl(text: &str, file: &str) -> Vec<Read> {
             let (name, place) = (rest.to_owned(), place());
             let entry = MtlEntry { name, place, ..MtlEntry::default() };
             entries.push(Read { entry, broken: None });
-        } else if let Some(Read { entry, broken: broken @ None }) = entries.last_mut()
-            && let Err(problem) = set(entry, word, rest)
-        {
-            let name = quoted(&entry.name);
-            let error = Error::input(place(), format!("material {name}: {word} {problem}"));
-            *broken = Some(error.remedy("mend it, or give the scene a material of this name"));
+        } else if let Some(Read { entry, broken }) = entries.last_mut() {
+            let key = word.to_ascii_lowercase();
+            // a file may hold millions of lines
+            if entry.unused.len() < MOST_UNUSED && is_unused(&key, rest) {
+                let statement = format!("{word} {rest}");
+                entry.unused.push((key, quoted(statement.trim_end())));
+            }
+            if broken.is_none()
+                && let Err(problem) = set(entry, word, rest)
+            {
+                let name = quoted(&entry.name);
+                let error = Error::input(place(), format!("material {name}: {word} {problem}"));
+                *broken = Some(error.remedy("mend it, or give the scene a material of this name"));
+            }
         }
     }
     // an entry without a name can never be used
@@ -250,6 +302,9 @@ mod tests {
             ni: Some(1.425),
             map_kd: Some("C:\\a leaf.png".into()),
             map_d: None,
+            unused: [("tf", "`Tf 0.4`"), ("d", "`d -1`"), ("refl", "`refl x`")]
+                .map(|(key, text)| (key.into(), text.into()))
+                .into(),
         };
         assert_eq!(library.entry("my leaf").unwrap(), Some(&expected));
         let bare = library.entry("bare").unwrap().unwrap();

@@ -4,6 +4,8 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
+use indexmap::IndexMap;
+
 use super::lines::{Line, values};
 use super::part::{ObjGroup, ObjPart};
 use crate::error::{Error, Result, nearest};
@@ -17,10 +19,19 @@ pub const MAX_CORNERS: usize = 10_000;
 /// settings, and free-form curves. They are skipped.
 #[rustfmt::skip]
 const IGNORED: &[&str] = &[
-    "vt", "vn", "vp", "p", "l", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "maplib", "usemap",
-    "shadow_obj", "trace_obj", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2",
-    "parm", "trim", "hole", "scrv", "sp", "end", "con", "bsp", "bzp", "cdc", "cdp", "res",
+    "vt", "vn", "vp", "p", "l", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "maplib", "ctech", "stech",
+    "cstype", "deg", "bmat", "step", "curv", "curv2", "parm", "trim", "hole", "scrv", "sp", "end", "con", "cdc",
+    "res",
 ];
+/// Lines that mean something for light but are not used, and what they mean. The first of each is
+/// told to the user.
+const UNUSED: [(&str, &str); 3] = [
+    ("usemap", "a picture on the faces; the material of a face has one colour everywhere"),
+    ("shadow_obj", "another file whose shape casts the shadows; the faces of this file cast them"),
+    ("trace_obj", "another file whose shape is seen in mirrors; the faces of this file are"),
+];
+/// Surfaces that are not made of polygons.
+const FREE_FORM: [&str; 4] = ["surf", "bsp", "bzp", "cdp"];
 /// The first words of lines that are read.
 const READ: [&str; 6] = ["usemtl", "mtllib", "v", "f", "o", "g"];
 
@@ -42,6 +53,12 @@ pub struct Scan {
     material: Option<String>,
     /// Whether group or material may have changed since the last face.
     changed: bool,
+    /// Whether a line has named the group since the last face.
+    named: bool,
+    /// Groups that lines name again after they have had faces, with the line of the next face.
+    pub merged: IndexMap<String, usize>,
+    /// Lines that mean something for light but are not used: line number, first word and meaning.
+    pub unused: Vec<(usize, &'static str, &'static str)>,
     /// File names after `mtllib`, with their lines.
     pub mtllibs: Vec<(usize, String)>,
 }
@@ -59,6 +76,9 @@ impl Scan {
             group: None,
             material: None,
             changed: true,
+            named: false,
+            merged: IndexMap::new(),
+            unused: Vec::new(),
             mtllibs: Vec::new(),
         }
     }
@@ -72,7 +92,7 @@ impl Scan {
             "o" | "g" => {
                 let name = if rest.is_empty() { "default" } else { rest };
                 self.group = Some(self.name(line, name)?);
-                self.changed = true;
+                (self.changed, self.named) = (true, true);
                 Ok(())
             }
             "usemtl" => {
@@ -87,9 +107,19 @@ impl Scan {
                 self.mtllibs.extend(mtl_files(rest).map(|file| (line.number, file.to_owned())));
                 Ok(())
             }
-            "surf" => Err(self
-                .error(line, "free-form surfaces (`surf`) are not supported")
+            _ if FREE_FORM.contains(&word) => Err(self
+                .error(line, format!("free-form surfaces (`{word}`) are not supported"))
                 .remedy("export the surface as polygons")),
+            "call" | "csh" => Err(self
+                .error(line, format!("`{word}` (another file or a command) is not followed"))
+                .remedy("export everything into one file")),
+            _ if UNUSED.iter().any(|(known, _)| *known == word) => {
+                if !self.unused.iter().any(|(_, known, _)| *known == word) {
+                    let own = UNUSED.iter().filter(|(known, _)| *known == word);
+                    self.unused.extend(own.map(|(word, meaning)| (line.number, *word, *meaning)));
+                }
+                Ok(())
+            }
             _ if IGNORED.contains(&word) => Ok(()),
             _ => Err(self.unknown(line, word)),
         }
@@ -195,9 +225,15 @@ impl Scan {
     }
 
     fn begin_part(&mut self, line: &Line) {
+        let named = std::mem::take(&mut self.named);
         self.changed = false;
         let group = match self.by_name.get(&self.group) {
-            Some(&group) => group,
+            Some(&group) => {
+                if let Some(name) = self.group.as_ref().filter(|_| named) {
+                    self.merged.entry(name.clone()).or_insert(line.number);
+                }
+                group
+            }
             None => {
                 self.groups.push(ObjGroup { name: self.group.clone() });
                 self.by_name.insert(self.group.clone(), self.groups.len() - 1);

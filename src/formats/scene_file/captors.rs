@@ -272,11 +272,13 @@ impl Loader<'_> {
 
     fn load_captor_obj(&mut self, entry: &Entry, file: &str) -> Result<()> {
         let obj = self.obj(&format!("{}/obj", entry.pointer), file)?;
+        self.say_merged(file, &obj);
         let path = self.sibling(file);
+        let metres = self.metres_of(&obj);
         let identity = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
         let mut triangles = vec![Vec::new(); obj.groups.len()];
         for part in &obj.parts {
-            triangles[part.group].extend(self.placed(&part.triangles, &identity)?);
+            triangles[part.group].extend(self.placed(&part.triangles, &identity, metres)?);
         }
         for (group, triangles) in obj.groups.iter().zip(triangles) {
             let id = match &group.name {

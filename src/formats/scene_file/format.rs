@@ -553,9 +553,9 @@ pub enum DialectFile {
 pub struct ObjectFile {
     /// Name of the object (default: the file's name without extension).
     pub name: Option<String>,
-    /// OBJ file, relative to the scene file.
+    /// Mesh, relative to the scene file: an OBJ, PLY, STL or glTF file (.gltf, .glb).
     pub obj: Option<String>,
-    /// File in the format of Radiance, in place of an OBJ file.
+    /// File in the format of Radiance, in place of a mesh.
     pub rad: Option<String>,
     /// How the materials of the `rad` file are meant (default radiance).
     pub dialect: Option<DialectFile>,
@@ -563,10 +563,9 @@ pub struct ObjectFile {
     pub material: Option<String>,
     /// Whether the masks of the MTL entries (`map_d`) cut the faces of an OBJ file (default true).
     pub mask: Option<bool>,
-    /// Which axis of the file points up (default z); y turns (x, y, z) to (x, -z, y) before
-    /// `transform`.
-    #[serde(default)]
-    pub up: UpFile,
+    /// Which axis of the file points up (default z, and y in a glTF); y turns (x, y, z) to
+    /// (x, -z, y) before `transform`.
+    pub up: Option<UpFile>,
     /// Where the object stands.
     pub transform: Option<TransformFile>,
     /// Copies of the object, each placed after `transform`.
@@ -580,11 +579,10 @@ pub struct ObjectFile {
 }
 
 /// Which axis of a file points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UpFile {
     /// z, as in the scene.
-    #[default]
     Z,
     /// y, as in many modelling programs.
     Y,
@@ -884,7 +882,7 @@ pub struct AreaFile {
     pub name: Option<String>,
     /// Corners of a polygon, counter-clockwise seen from its front; in place of `obj`.
     pub vertices: Option<Vec<[f64; 3]>>,
-    /// OBJ file of the surface; in place of `vertices`.
+    /// Mesh of the surface (OBJ, PLY, STL or glTF file); in place of `vertices`.
     pub obj: Option<String>,
     /// Where the surface of the OBJ file stands.
     pub transform: Option<TransformFile>,
@@ -919,7 +917,7 @@ pub struct CaptorFile {
     pub name: Option<String>,
     /// CSV file of discs: columns x,y,z,radius,nx,ny,nz and optional id.
     pub csv: Option<String>,
-    /// OBJ file; each of its groups is one captor.
+    /// Mesh (OBJ, PLY, STL or glTF file); each of its groups is one captor.
     pub obj: Option<String>,
     /// Columns of the `csv` file to ignore.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! What the scenes of a sweep have in common: OBJ files and triangles arranged for rays. Each is
+//! What the scenes of a sweep have in common: files of meshes and triangles arranged for rays. Each is
 //! read or arranged once and kept.
 
 use std::{
@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use crate::{
     error::Result,
-    formats::{input::Fetch, obj::ObjFile},
+    formats::{input::Fetch, mesh_file, obj::ObjFile},
     scene::world::KeptShapes,
 };
 
@@ -29,17 +29,17 @@ pub struct Kept {
 
 #[derive(Clone, Debug)]
 struct KeptObj {
-    /// SHA-256 of the OBJ file.
+    /// SHA-256 of the file.
     digest: [u8; 32],
-    /// Paths of the MTL files that the OBJ file names, each with its SHA-256, or `None` for one
+    /// Paths of the files that it names (MTL, buffers of a glTF), each with its SHA-256, or `None` for one
     /// that could not be read.
     mtl: Vec<(PathBuf, Option<[u8; 32]>)>,
     file: Arc<ObjFile>,
 }
 
 impl Kept {
-    /// Returns the OBJ file at `path`, which has these `bytes`, with its MTL files. It is parsed
-    /// only if it or one of its MTL files has changed since it was kept.
+    /// Returns the file of a mesh at `path`, which has these `bytes`, with the files that it names.
+    /// It is parsed only if it or one of these has changed since it was kept.
     pub(super) fn obj(&self, bytes: &[u8], path: &Path, fetch: &Fetch) -> Result<Arc<ObjFile>> {
         let digest = Sha256::digest(bytes).into();
         let digest_of = |path: &Path| fetch(path).ok().map(|bytes| Sha256::digest(bytes).into());
@@ -51,7 +51,7 @@ impl Kept {
             return Ok(known.file);
         }
         let mtl = RefCell::new(Vec::new());
-        let file = Arc::new(ObjFile::parse(bytes, path, |path| {
+        let file = Arc::new(mesh_file::parse(bytes, path, |path| {
             let bytes = fetch(path);
             let digest = bytes.as_ref().ok().map(|bytes| Sha256::digest(bytes).into());
             mtl.borrow_mut().push((path.to_path_buf(), digest));

@@ -10,7 +10,7 @@ use super::{
     format::*,
     loader::Loader,
     luminaires::{Aim, Measured},
-    placed::area,
+    placed::{Turn, area},
 };
 use crate::{
     error::Result,
@@ -338,11 +338,12 @@ impl Loader<'_> {
             }
             (None, Some(file)) => {
                 let obj = self.obj(&format!("{pointer}/obj"), file)?;
+                let metres = self.metres_of(&obj);
                 let mut triangles = Vec::new();
                 let instances = light.instances.as_deref();
-                for transform in self.placements(pointer, light.transform, instances, UpFile::Z)? {
+                for transform in self.placements(pointer, light.transform, instances, Turn::None)? {
                     for part in &obj.parts {
-                        triangles.extend(self.placed(&part.triangles, &transform)?);
+                        triangles.extend(self.placed(&part.triangles, &transform, metres)?);
                     }
                 }
                 Ok(triangles)

@@ -58,6 +58,8 @@ pub(super) struct Loader<'a> {
     pub(super) bands_named: bool,
     pub(super) parts: SceneParts,
     pub(super) obj_files: HashMap<PathBuf, Arc<ObjFile>>,
+    /// What was said already of files that several objects may name, as place and kind.
+    pub(super) said: HashSet<(PathBuf, &'static str)>,
     pub(super) photometries: HashMap<PathBuf, Photometry>,
     pub(super) spectra: Spectra,
     pub(super) materials: Library,
@@ -85,6 +87,7 @@ impl<'a> Loader<'a> {
             bands_named: file.bands.is_some(),
             parts: SceneParts::default(),
             obj_files: HashMap::new(),
+            said: HashSet::new(),
             photometries: HashMap::new(),
             spectra: Spectra::default(),
             materials: Library::default(),

@@ -1,4 +1,4 @@
-//! Loads objects: placed OBJ files (and files in the format of Radiance), with their materials,
+//! Loads objects: placed files of meshes (and files in the format of Radiance), with their materials,
 //! their captors and their surfaces that emit light.
 
 use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
@@ -9,11 +9,12 @@ use super::{
     format::*,
     loader::{Loader, stem},
     masks::Pieces,
-    placed::area,
+    placed::{Turn, area},
 };
 use crate::{
     error::{Error, Result},
     formats::{
+        mesh_file,
         obj::{ObjFile, ObjPart},
         rad::RadFile,
     },
@@ -91,10 +92,17 @@ impl Loader<'_> {
 
         if file.captor != SurfaceCaptorFile::Off {
             self.claim_group(pointer, &object.name)?;
+            self.say_merged(file.obj.as_deref().unwrap_or_default(), &object.obj);
         }
+        self.say_unused(
+            file.obj.as_deref().unwrap_or_default(),
+            &object.obj,
+            file.material.as_deref(),
+        );
         self.parts.objects.push(object.name.clone());
+        let turn = Turn::of(&object.obj, file.up);
         let placements =
-            self.placements(pointer, file.transform, file.instances.as_deref(), file.up)?;
+            self.placements(pointer, file.transform, file.instances.as_deref(), turn)?;
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
             let first = self.parts.surfaces.len();
@@ -144,17 +152,26 @@ impl Loader<'_> {
                 .remedy("give one of them; a second file is a second object")),
             (None, None) => Err(self
                 .error(pointer, "missing key `obj`")
-                .remedy("name an OBJ file, or a file of Radiance as `rad`")),
+                .remedy("name an OBJ, PLY, STL or glTF file, or a file of Radiance as `rad`")),
         }
     }
 
     /// Finds the material of a part, if the object has no material of its own.
     fn part_material(&mut self, object: &mut Object, part: &ObjPart) -> Result<usize> {
         let file = object.file.obj.as_deref().unwrap_or_default();
-        let place = format!("{}:{}", self.sibling(file).display(), part.line);
+        let path = self.sibling(file);
+        let is_obj = mesh_file::is_obj(&path);
+        let place = match is_obj {
+            true => format!("{}:{}", path.display(), part.line),
+            false => path.display().to_string(),
+        };
         let Some(name) = &part.material else {
-            return Err(Error::input(place, "a face without `usemtl`")
-                .remedy("name its material there, or give the object a `material`"));
+            return Err(match is_obj {
+                true => Error::input(place, "a face without `usemtl`")
+                    .remedy("name its material there, or give the object a `material`"),
+                false => Error::input(place, "the file names no material")
+                    .remedy("give the object a `material`"),
+            });
         };
         let (index, radiance) = self.obj_material(&place, name, &object.obj.mtl)?;
         if let Some(radiance) = radiance {
@@ -197,7 +214,8 @@ impl Loader<'_> {
             let mut tangents = tangents.map(|&tangent| transform.turned(tangent));
             let numbers = object.pieces.numbers.get(first..first + part.triangles.len());
             first += part.triangles.len();
-            let triangles = self.placed(&part.triangles, transform)?;
+            let metres = self.metres_of(&object.obj);
+            let triangles = self.placed(&part.triangles, transform, metres)?;
             if let Some(glow) = part.material.as_ref().and_then(|name| object.glows.get_mut(name)) {
                 glow.triangles.extend_from_slice(&triangles);
             }

@@ -1,6 +1,6 @@
-//! Reads OBJ files, and finds where the copies of objects stand.
+//! Reads the files of meshes, and finds where the copies of objects stand.
 
-use std::{path::Path, sync::Arc};
+use std::{collections::BTreeSet, path::Path, sync::Arc};
 
 use glam::DVec3;
 
@@ -9,17 +9,40 @@ use super::{
     loader::{Loader, unknown},
 };
 use crate::{
-    error::Result,
+    error::{LISTED, Result, some},
     formats::{
         input::quoted,
+        mesh_file,
         obj::{ObjFile, longest_edge, tangents},
     },
     math::geometry::Transform,
 };
 
+/// How a file is turned before its `transform`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turn {
+    None,
+    /// From (x, y, z) to (x, -z, y).
+    YToZ,
+    /// From (x, y, z) to (x, z, -y).
+    ZToY,
+}
+
+impl Turn {
+    /// How a file is turned whose axis `up` points up. The triangles of a glTF have been turned
+    /// already, as its definition says.
+    pub(super) fn of(obj: &ObjFile, up: Option<UpFile>) -> Self {
+        match (obj.is_gltf, up) {
+            (false, Some(UpFile::Y)) => Self::YToZ,
+            (true, Some(UpFile::Z)) => Self::ZToY,
+            _ => Self::None,
+        }
+    }
+}
+
 impl Loader<'_> {
-    /// Returns an OBJ file, which is read once, or the mesh in memory that `file` names in place of
-    /// a file.
+    /// Returns a file of a mesh (OBJ, PLY, STL, glTF), which is read once, or the mesh in memory
+    /// that `file` names in place of a file.
     pub(super) fn obj(&mut self, pointer: &str, file: &str) -> Result<Arc<ObjFile>> {
         if let Some(name) = file.strip_prefix("mesh:") {
             return self.mesh(pointer, name);
@@ -29,14 +52,19 @@ impl Loader<'_> {
             return Ok(obj.clone());
         }
         if file.is_empty() {
-            return Err(self.error(pointer, "no file name").remedy("name an OBJ file"));
+            return Err(self
+                .error(pointer, "no file name")
+                .remedy("name an OBJ, PLY, STL or glTF file"));
         }
         let bytes = self.bytes(pointer, &path)?;
         let fetch = |path: &Path| self.fetch(path);
         let obj = match self.sources.kept {
             Some(kept) => kept.obj(&bytes, &path, &fetch)?,
-            None => Arc::new(ObjFile::parse(&bytes, &path, fetch)?),
+            None => Arc::new(mesh_file::parse(&bytes, &path, fetch)?),
         };
+        for note in &obj.notes {
+            self.warn(path.display(), note);
+        }
         for part in obj.parts.iter().filter(|part| part.tangled > 0) {
             self.warn(
                 format!("{}:{}", path.display(), part.line),
@@ -95,9 +123,45 @@ impl Loader<'_> {
         known.sort_unstable();
         let error = self.error(pointer, format!("there is no mesh {} in memory", quoted(name)));
         Err(match known.is_empty() {
-            true => error.remedy("name an OBJ file; meshes can only be handed over by a program"),
+            true => error.remedy("name a file; meshes can only be handed over by a program"),
             false => unknown(error, name, known.into_iter()),
         })
+    }
+
+    /// Says that groups of a file became one, where groups count light.
+    pub(super) fn say_merged(&mut self, file: &str, obj: &ObjFile) {
+        let path = self.sibling(file);
+        if let Some(merged) = &obj.merged
+            && self.said.insert((path.clone(), "merged"))
+        {
+            self.warn(path.display(), merged);
+        }
+    }
+
+    /// Says which statements of the MTL files mean something for light but are not used, of the
+    /// materials that faces have. `material` is the one of the whole object, if there is one.
+    pub(super) fn say_unused(&mut self, file: &str, obj: &ObjFile, material: Option<&str>) {
+        let names: BTreeSet<&String> =
+            obj.parts.iter().filter_map(|part| part.material.as_ref()).collect();
+        let mut unused = Vec::new();
+        for name in names {
+            let replaced = material.is_some() || self.materials.by_name.contains_key(name);
+            let entry = obj.mtl.written(name);
+            let statements = entry.into_iter().flat_map(|entry| entry.unused(replaced));
+            unused.extend(statements.map(|text| format!("{text} of {}", quoted(name))));
+        }
+        let path = self.sibling(file);
+        if !unused.is_empty() && self.said.insert((path.clone(), "unused")) {
+            let list = some(unused, LISTED);
+            self.warn(
+                path.display(),
+                format!(
+                    "its MTL says {list}, which means something for light but is not used: a surface is \
+                     what its material says, opaque unless that is `transparent`, `leaf` or `table`; give \
+                     the scene materials of these names"
+                ),
+            );
+        }
     }
 
     /// Returns where the copies of an object stand: at `transform` alone, or at each of
@@ -107,14 +171,15 @@ impl Loader<'_> {
         pointer: &str,
         transform: Option<TransformFile>,
         instances: Option<&[TransformFile]>,
-        up: UpFile,
+        turn: Turn,
     ) -> Result<Vec<Transform>> {
         let base =
             self.transform(&format!("{pointer}/transform"), transform.unwrap_or_default())?;
-        let base = match up {
-            UpFile::Z => base,
-            // turns (x, y, z) to (x, -z, y)
-            UpFile::Y => base.after(&Transform::new(1.0, DVec3::new(90.0, 0.0, 0.0), DVec3::ZERO)),
+        let turned = |deg| base.after(&Transform::new(1.0, DVec3::new(deg, 0.0, 0.0), DVec3::ZERO));
+        let base = match turn {
+            Turn::None => base,
+            Turn::YToZ => turned(90.0),
+            Turn::ZToY => turned(-90.0),
         };
         let Some(instances) = instances else { return Ok(vec![base]) };
         if instances.is_empty() {
@@ -144,14 +209,19 @@ impl Loader<'_> {
         Ok(Transform::new(scale, rotate, translate))
     }
 
-    /// Converts triangles to metres and places them.
+    /// The length of a file's unit, m: that of the scene, except of a glTF, whose unit is the metre.
+    pub(super) fn metres_of(&self, obj: &ObjFile) -> f64 {
+        if obj.is_gltf { 1.0 } else { self.metres }
+    }
+
+    /// Converts triangles to metres, of which the file's unit has so many, and places them.
     pub(super) fn placed(
         &mut self,
         triangles: &[[DVec3; 3]],
         transform: &Transform,
+        metres: f64,
     ) -> Result<Vec<[DVec3; 3]>> {
         self.count_triangles(triangles.len())?;
-        let metres = self.metres;
         Ok(triangles.iter().map(|t| t.map(|p| transform.point(p * metres))).collect())
     }
 }

@@ -241,7 +241,7 @@ impl Loader<'_> {
         transform: &Transform,
     ) -> Result<()> {
         for lamp in &rad.lamps {
-            let triangles = self.placed(&lamp.triangles, transform)?;
+            let triangles = self.placed(&lamp.triangles, transform, self.metres)?;
             let metres = self.metres;
             let (shape, area) = match lamp.tube {
                 Some((from, to, radius)) => {
