@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
+
 
 class InputError(ValueError):
     """Wrong input. The message says where the problem is, what is wrong there, and what to do.
@@ -30,6 +33,15 @@ class RunError(RuntimeError):
 
 class SceneWarning(UserWarning):
     """Something to know before you trust a result; the command ``phylux`` prints the same sentences."""
+
+
+def say(*sentences: str) -> None:
+    """Issues warnings at the line of the user's code that has called the package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
+        level, frame = level + 1, frame.f_back
+    for sentence in sentences:
+        warnings.warn(sentence, SceneWarning, stacklevel=level)
 
 
 def wrong(place: str, problem: str, remedy: str = "") -> InputError:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import missing, wrong
+from .errors import missing, say, wrong
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -83,18 +83,25 @@ def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 
            [1. , 2. , 3. , 0.1],
            [1. , 2. , 4. , 0.1]])
     """
+    normal = [float(number) for number in normal]
+    if len(normal) != 3:
+        raise wrong("grid", f"a normal of {len(normal)} numbers", "it has three: x, y and z")
     axes = [np.atleast_1d(np.asarray(values, dtype=np.float64)).ravel() for values in (x, y, z)]
     places = np.array(list(itertools.product(*axes)), dtype=np.float64).reshape(-1, 3)
-    rest = np.broadcast_to([float(radius), *map(float, normal)], (len(places), 4))
+    rest = np.broadcast_to([float(radius), *normal], (len(places), 4))
     return np.hstack([places, rest])
 
 
 def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats, Ints]]]:
     """Yields the names of groups with their vertices and faces."""
     if isinstance(geometry, Mapping):
-        for key, value in geometry.items():
-            for _, arrays in _named(value, f"{place}/{key}"):
-                yield str(key), arrays
+        names = [str(key) for key in geometry]
+        twice = first_twice(names)
+        if twice is not None:
+            raise wrong(place, f"two ids that are {twice!r} as text", "give each its own")
+        for name, value in zip(names, geometry.values(), strict=True):
+            for _, arrays in _named(value, f"{place}/{name}"):
+                yield name, arrays
     elif hasattr(geometry, "todict") and not hasattr(geometry, "faces"):
         yield from _plantgl(geometry, place)
     elif hasattr(geometry, "graph") and hasattr(geometry, "geometry"):
@@ -105,7 +112,11 @@ def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats
             if hasattr(part, "faces"):
                 vertices, faces = _arrays(part.vertices, part.faces, place)
                 matrix = np.asarray(matrix, dtype=np.float64)
-                yield str(node), (vertices @ matrix[:3, :3].T + matrix[:3, 3], faces)
+                # a mirrored part keeps its fronts, so its corners run the other way
+                mirrored = np.linalg.det(matrix[:3, :3]) < 0
+                yield str(node), (vertices @ matrix[:3, :3].T + matrix[:3, 3], _turned(faces, mirrored))
+            else:
+                say(f"{place}: the part {str(node)!r} has no faces (it is a {type(part).__name__}), and is left out")
     elif hasattr(geometry, "vertices") and hasattr(geometry, "faces"):
         yield None, _arrays(geometry.vertices, geometry.faces, place)
     elif hasattr(geometry, "points") and hasattr(geometry, "triangulate"):
@@ -114,15 +125,35 @@ def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats
         yield None, _arrays(surface.points, np.asarray(surface.faces).reshape(-1, 4)[:, 1:], place)
     elif hasattr(geometry, "combine") and hasattr(geometry, "keys"):
         # a PyVista MultiBlock
-        for key in geometry.keys():
-            block = geometry[key]
+        # blocks may have no name, or the same one
+        names = [f"block{i}" if key is None else str(key) for i, key in enumerate(geometry.keys())]
+        twice = first_twice(names)
+        if twice is not None:
+            raise wrong(place, f"two blocks named {twice!r}", "give each a name of its own")
+        for i, name in enumerate(names):
+            block = geometry[i]
             if block is not None:
-                for _, arrays in _named(block, f"{place}/{key}"):
-                    yield str(key), arrays
+                for _, arrays in _named(block, f"{place}/{name}"):
+                    yield name, arrays
     elif isinstance(geometry, tuple) and len(geometry) == 2 and np.ndim(geometry[0]) == 2:
         yield None, _arrays(*geometry, place)
     else:
         yield None, _triangles(geometry, place)
+
+
+def first_twice(names: list[str]) -> str | None:
+    """Returns the first name that comes again."""
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return None
+
+
+def _turned(faces: Ints, turn: bool) -> Ints:
+    """Returns the faces with their corners in the opposite order, if they are to be turned."""
+    return np.ascontiguousarray(faces[:, ::-1]) if turn else faces
 
 
 def _arrays(vertices: Any, faces: Any, place: str) -> tuple[Floats, Ints]:
@@ -175,4 +206,21 @@ def _plantgl(scene: Any, place: str) -> Iterable[tuple[str, tuple[Floats, Ints]]
             shape.apply(tesselator)
             found = tesselator.triangulation
             points = [tuple(point) for point in found.pointList]
-            yield str(key), _arrays(points, [tuple(index) for index in found.indexList], f"{place}/{key}")
+            vertices, faces = _arrays(points, [tuple(index) for index in found.indexList], f"{place}/{key}")
+            # corners that run clockwise seen from the front, or a mirrored shape: not both
+            clockwise = not getattr(found, "ccw", True)
+            yield str(key), (vertices, _turned(faces, clockwise != _mirrored(shape)))
+
+
+def _mirrored(shape: Any) -> bool:
+    """Whether the scalings around a shape of PlantGL mirror it: they leave the order of its corners as it is."""
+    mirrored, part = False, getattr(shape, "geometry", None)
+    # each transformation holds what it applies to
+    for _ in range(1000):
+        scale = getattr(part, "scale", None)
+        if scale is not None:
+            mirrored ^= bool(np.prod([float(factor) for factor in scale]) < 0)
+        part = getattr(part, "geometry", None)
+        if part is None:
+            break
+    return mirrored

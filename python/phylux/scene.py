@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _native, geometry
-from .errors import SceneWarning, wrong
+from .errors import say, wrong
 from .result import Result
 from .years import Year, run_year
 
@@ -93,8 +91,8 @@ class Scene:
                 - triangles: (m, 3, 3) numbers;
                 - ``{id: any of these}``: each id is a group with a captor of its own (CARIBU's form);
                 - a mesh or scene of trimesh, PolyData or MultiBlock of PyVista, a scene of PlantGL;
-                - the path of an OBJ file.
-            material: a material of the scene, for all of the shape; an OBJ file may name its own materials.
+                - the path of an OBJ, PLY, STL or glTF file.
+            material: a material of the scene, for all of the shape; OBJ and glTF files may name their own.
             keys: as in a scene file: ``captor`` (True: one per group; ``"triangle"``: one per triangle), ``group``,
                 ``transform``, ``instances``.
         """
@@ -125,7 +123,8 @@ class Scene:
         Args:
             name: the first part of the ids of the captors.
             discs: (n, 7) numbers x, y, z, radius, nx, ny, nz in the scene's unit, as `grid` makes them, or a
-                DataFrame with these columns and, if you like, ``id``. The ids are ``name/0``, ``name/1``, ...
+                DataFrame with these columns and, if you like, ``id``; other columns only if ``ignore`` names them.
+                The ids are ``name/0``, ``name/1``, ...
             shape: surfaces that count light, with one captor per group, in any of the forms of `add`.
             keys: as in a scene file: ``disc``, ``sphere``, ``grid``, ``line``, ``csv``, ``obj``, ``response``, ``sides``
                 (``"front"`` or ``"both"``), ``group``.
@@ -133,7 +132,7 @@ class Scene:
         entry: dict[str, Any] = {"name": name, **_plain(keys)}
         if discs is not None:
             key = _free(name, self._tables)
-            self._tables[key] = _table(discs, name)
+            self._tables[key] = _table(discs, name, keys.get("ignore", ()))
             entry["csv"] = f"table:{key}"
         if shape is not None:
             entry["obj"] = self._shape(name, shape)
@@ -226,7 +225,7 @@ class Scene:
         with _progress(progress) as tell:
             found = loaded.run(_options(given), tell)
         result = Result(found, loaded)
-        _warn(result.warnings)
+        say(*result.warnings)
         return result
 
     def year(
@@ -271,7 +270,7 @@ class Scene:
             given = {"control": control, "patches": patches, "photons": photons, "seed": seed}
             given |= {"guiding": guiding, "csv": csv, "threads": threads}
             year, warned = run_year(scene, Path(output), _options({**given, **options}))
-        _warn(warned)
+        say(*warned)
         return year
 
     def render(self, *, numbers: bool = False, **options: Any) -> Any:
@@ -389,7 +388,7 @@ class Scene:
         meshes = [mesh.parts(key) for key, mesh in self._meshes.items()]
         loaded = _native.load(text, self._path, meshes, self._tables)
         if not quiet:
-            _warn(loaded.warnings)
+            say(*loaded.warnings)
         return loaded
 
 
@@ -406,17 +405,31 @@ class Check(str):
 
 def _bands(bands: Any) -> list[Any]:
     if isinstance(bands, Mapping):
-        return [
-            {"name": name, **({} if ends is None else {"from_nm": float(ends[0]), "to_nm": float(ends[1])})}
-            for name, ends in bands.items()
-        ]
+        return [{"name": name, **_ends(name, ends)} for name, ends in bands.items()]
     return [{"name": band} if isinstance(band, str) else _plain(band) for band in bands]
+
+
+def _ends(name: str, ends: Any) -> dict[str, float]:
+    """Returns the ends of a band as a scene file has them; none where a band has no wavelengths."""
+    if ends is None:
+        return {}
+    try:
+        numbers = [] if isinstance(ends, str) else [float(end) for end in ends]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != 2:
+        raise wrong(f"bands/{name}", f"{ends!r} are no ends of a band", "give two wavelengths: (from_nm, to_nm)")
+    return {"from_nm": numbers[0], "to_nm": numbers[1]}
 
 
 def _plain(value: Any) -> Any:
     """Turns a value into the lists, dictionaries, numbers and texts that JSON has."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
+        plain = {str(key): _plain(entry) for key, entry in value.items()}
+        if len(plain) < len(value):
+            twice = geometry.first_twice([str(key) for key in value])
+            raise wrong("scene", f"two keys that are {twice!r} as text", "give each its own")
+        return plain
     if isinstance(value, (list, tuple)):
         return [_plain(entry) for entry in value]
     if isinstance(value, np.ndarray):
@@ -428,14 +441,18 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _table(discs: Any, name: str) -> bytes:
-    """Returns discs as the bytes of a CSV file."""
+def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
+    """Returns discs as the bytes of a CSV file; columns of a DataFrame that are to be ignored are left out."""
     columns = ["x", "y", "z", "radius", "nx", "ny", "nz"]
     ids: list[str] | None = None
     if hasattr(discs, "columns"):
         lacking = [column for column in columns if column not in discs.columns]
         if lacking:
             raise wrong(name, f"discs without the column {lacking[0]}", f"they need {', '.join(columns)}")
+        other = [str(column) for column in discs.columns if column not in (*columns, "id", *ignore)]
+        if other:
+            remedy = f'leave it out, or give the captor `ignore=["{other[0]}"]`'
+            raise wrong(name, f"discs with the column {other[0]}, which says nothing here", remedy)
         if "id" in discs.columns:
             ids = [str(id) for id in discs["id"]]
         discs = discs[columns]
@@ -522,15 +539,6 @@ def _options(given: Mapping[str, Any]) -> list[str]:
                     value = int(value) if float(value).is_integer() else repr(float(value))
                 options.append(f"{option}={value}")
     return options
-
-
-def _warn(sentences: list[str]) -> None:
-    """Issues warnings at the line of the user's code that has called the package."""
-    level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
-        level, frame = level + 1, frame.f_back
-    for sentence in sentences:
-        warnings.warn(sentence, SceneWarning, stacklevel=level)
 
 
 class _progress:
