@@ -8,17 +8,12 @@
 
 mod gltf;
 mod ply;
+mod shared;
 mod stl;
 
 use std::path::Path;
 
-use crate::{
-    error::{Error, Result},
-    formats::{
-        input::quoted,
-        obj::{MeshGroup, ObjFile},
-    },
-};
+use crate::{error::Result, formats::obj::ObjFile};
 
 /// Reads the `bytes` of the file at `path`. `fetch` gets the bytes of a file that this one names
 /// (MTL, the buffers of a glTF), or says why it cannot.
@@ -44,23 +39,6 @@ pub fn parse(
 pub fn is_obj(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     !["ply", "stl", "gltf", "glb"].iter().any(|known| ending == *known)
-}
-
-/// Returns groups in the form of an OBJ file. Error: there is no triangle; `holds` says what there
-/// is in the file called `name`.
-fn of_groups(groups: Vec<MeshGroup>, name: &str, holds: &str) -> Result<ObjFile> {
-    let found = ObjFile::from(groups);
-    match found.parts.is_empty() {
-        true => Err(Error::input(name, format!("holds no face ({holds})"))
-            .remedy("a scene needs surfaces; mesh the points first")),
-        false => Ok(found),
-    }
-}
-
-/// Reads a text as a finite number; the error is the problem alone, in words.
-fn number(word: &str) -> std::result::Result<f64, String> {
-    let found = word.parse().ok().filter(|x: &f64| x.is_finite());
-    found.ok_or_else(|| format!("{} is not a finite number", quoted(word)))
 }
 
 #[cfg(test)]

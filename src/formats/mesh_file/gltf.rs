@@ -15,7 +15,7 @@ use base64::{
 };
 use glam::{DAffine3, DVec3};
 
-use super::of_groups;
+use super::shared::of_groups;
 use crate::{
     error::{Error, Result},
     formats::{

@@ -5,7 +5,7 @@ mod head;
 
 use glam::DVec3;
 
-use super::of_groups;
+use super::shared::of_groups;
 use crate::{
     error::{Error, LISTED, Result, some},
     formats::{
@@ -15,7 +15,7 @@ use crate::{
     math::geometry::{is_bent, is_tangled},
     scene::world::MAX_TRIANGLES,
 };
-use body::Body;
+use body::{Body, Place};
 use head::{Element, Head};
 
 /// The names of the list of a face's corners.
@@ -101,16 +101,6 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<ObjFile> {
         file.notes.push(format!("{beyond} after its last element: not read"));
     }
     Ok(file)
-}
-
-/// Where a row of the body stands: at a line of a text, or somewhere in a binary file.
-#[derive(Clone, Copy)]
-struct Place(Option<usize>);
-
-impl Place {
-    fn of(self, name: &str) -> String {
-        self.0.map_or(name.to_owned(), |line| format!("{name}:{line}"))
-    }
 }
 
 /// The corners of a face, as they are written.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use indexmap::IndexMap;
 
-use super::{number, of_groups};
+use super::shared::{number, of_groups};
 use crate::{
     error::{Error, Result},
     formats::{

@@ -1,13 +1,20 @@
 //! The body of a PLY file: the rows of its elements, one after the other.
 
-use super::{
-    Place,
-    head::{Element, Encoding, Head, Property, Type},
-};
+use super::head::{Element, Encoding, Head, Property, Type};
 use crate::{
     error::{Error, Result},
-    formats::{input::quoted, mesh_file::number},
+    formats::{input::quoted, mesh_file::shared::number},
 };
+
+/// Where a row of the body stands: at a line of a text, or somewhere in a binary file.
+#[derive(Clone, Copy)]
+pub struct Place(Option<usize>);
+
+impl Place {
+    pub fn of(self, name: &str) -> String {
+        self.0.map_or(name.to_owned(), |line| format!("{name}:{line}"))
+    }
+}
 
 /// What is left of the body.
 pub struct Body<'a> {
