@@ -429,14 +429,16 @@ fn warnings(
         ));
     }
     let loud = (0..bands.names.len()).filter(|&band| {
-        let of_band = fitted.iter().filter(|r| r.point.band == band);
-        let ratios = of_band.map(|r| fit.simulation_error(&r.point) / r.point.value);
-        3.0 * ratios.fold(0.0, f64::max) > fit.spread(band)
+        let mut of_band = fitted.iter().filter(|r| r.point.band == band);
+        // of what is left, the reading's own error explains a part, and the model the rest
+        let left = |r: &Reading| fit.spread(band).hypot(r.point.sensor);
+        of_band.any(|r| 3.0 * fit.simulation_error(&r.point) / r.point.value > left(r))
     });
     let loud: Vec<String> = loud.map(|band| bands.names[band].clone()).collect();
     if !loud.is_empty() {
         warnings.push(format!(
-            "the simulation's own error is more than a third of what the fit leaves, in {}: trace more photons",
+            "the simulation's own error is more than a third of that of the readings and the model, in {}: trace more \
+            photons",
             some(&loud)
         ));
     }
