@@ -19,6 +19,8 @@ use plotters::{
     style::{BLACK, IntoFont, WHITE},
 };
 
+use super::xml::allowed;
+
 /// Width and height of a chart, pixels.
 pub(super) const SIZE: (u32, u32) = (860, 480);
 /// Width of the part to the left of the legend, pixels.
@@ -112,7 +114,7 @@ impl Chart {
         let drawn = area.fill(&WHITE).map_err(Failure::from).and_then(|()| self.draw(&area));
         let done = drawn.and_then(|()| Ok(area.present()?));
         drop(area);
-        done.map(|()| text).map_err(|e| e.to_string())
+        done.map(|()| allowed(&text).into_owned()).map_err(|e| e.to_string())
     }
 
     /// Draws the chart on an area.

@@ -17,3 +17,4 @@ pub mod render;
 pub mod rendered;
 pub mod view;
 pub mod vtk;
+pub mod xml;

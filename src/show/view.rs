@@ -7,7 +7,7 @@ mod shapes;
 
 use std::io::{self, Write};
 
-use base64::{Engine, engine::general_purpose::STANDARD};
+use base64::{Engine, engine::general_purpose::STANDARD, write::EncoderWriter};
 use flate2::{Compression, write::ZlibEncoder};
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ use crate::{
         captor::{CHANNELS, Channel},
         world::Scene,
     },
-    show::{picture::Scale, rendered::RenderedScene},
+    show::{picture::Scale, rendered::RenderedScene, xml::allowed},
     transport::surface_light::SurfaceLight,
 };
 use hours::Hours;
@@ -33,6 +33,8 @@ const MOST_TRIANGLES: usize = 4_000_000;
 const MOST_CAPTORS: usize = 500_000;
 /// Limit on the number of photons, which are those of the first histories.
 const MOST_PHOTONS: usize = 50_000;
+/// Bytes of an array that are deflated at a time.
+const PIECE: usize = 1 << 16;
 /// Limit on the number of lights that are outlined.
 const MOST_LIGHTS: usize = 10_000;
 
@@ -92,7 +94,7 @@ pub fn write_view(
 
 /// Escapes text, so that it contains no markup.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    allowed(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Writes the facts as JSON, and long lists of numbers deflated (zlib) in base64.
@@ -110,48 +112,57 @@ fn write_data(
     let facts = facts(rendered, &shapes, hours.as_ref()).to_string();
     // only `<` could end a script element
     script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
-    let mut array = |name: &str, bytes: &[u8]| {
-        let mut deflated = ZlibEncoder::new(Vec::new(), Compression::default());
-        deflated.write_all(bytes)?;
-        let text = STANDARD.encode(deflated.finish()?);
-        script(writer, name, "application/octet-stream", &text)
+    let mut array = |name: &str, bytes: &mut dyn Iterator<Item = u8>| {
+        write!(writer, "<script type=\"application/octet-stream\" id=\"{name}\">")?;
+        let text = EncoderWriter::new(&mut *writer, &STANDARD);
+        // piece by piece, because an array can be as large as all the light
+        let mut deflated = ZlibEncoder::new(text, Compression::default());
+        let mut piece = Vec::with_capacity(PIECE);
+        loop {
+            piece.extend(bytes.take(PIECE));
+            if piece.is_empty() {
+                break;
+            }
+            deflated.write_all(&piece)?;
+            piece.clear();
+        }
+        deflated.finish()?.finish()?;
+        writeln!(writer, "</script>")
     };
-    let floats =
-        |values: Vec<f32>| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
     let corners = shapes.iter().flat_map(|shape| {
         let corners = rendered.tiles.corners[shape.tiles.clone()].iter();
         corners.flat_map(|t| [t.a, t.b, t.c]).flat_map(move |p| quantised(p, &shape.extent))
     });
-    array("corners", &shorts(corners))?;
+    array("corners", &mut shorts(corners))?;
     let placements = shapes.iter().flat_map(|shape| shape.placements.as_flattened());
-    array("placements", &floats(placements.copied().collect()))?;
+    array("placements", &mut floats(placements.copied()))?;
     let index = |index: Option<usize>| index.map_or(-1, |i| i as i32);
     let parts = rendered.tiles.parts.iter().flat_map(|part| {
         [index(part.object), index(part.material), index(part.captor), part.tiles.start as i32]
     });
-    array("parts", &parts.flat_map(i32::to_le_bytes).collect::<Vec<u8>>())?;
+    array("parts", &mut parts.flat_map(i32::to_le_bytes))?;
     let (arrived, kept) = (levels(rendered, most_arrived(rendered)), levels(rendered, 1.0));
     let local = arriving(rendered).map(|value| arrived.level(value));
     let local = local.chain(kept_shares(rendered).map(|share| kept.level(share)));
     match arrived.is_byte() {
-        true => array("local", &local.map(|level| level as u8).collect::<Vec<u8>>())?,
-        false => array("local", &shorts(local))?,
+        true => array("local", &mut local.map(|level| level as u8))?,
+        false => array("local", &mut shorts(local))?,
     }
     let bands = rendered.scene.band_names().count();
     let groups = rendered.groups.iter().map(|group| &group.values);
-    array("captors", &floats(received(&rendered.captors, bands).collect()))?;
-    array("groups", &floats(received(groups.clone(), bands).collect()))?;
+    array("captors", &mut floats(received(&rendered.captors, bands)))?;
+    array("groups", &mut floats(received(groups.clone(), bands)))?;
     if rendered.is_by_light() {
         let lights = rendered.scene.lights.len();
         let both = rendered.captors.iter().chain(groups);
-        array("byLight", &floats(received_of_lights(both, lights, bands).collect()))?;
+        array("byLight", &mut floats(received_of_lights(both, lights, bands)))?;
     }
-    array("shares", &shares(rendered))?;
+    array("shares", &mut shares(rendered))?;
     if let Some(hours) = &hours {
         let slots = hours.slots.iter().flat_map(|slot| slot.to_le_bytes());
-        array("hourSlots", &slots.collect::<Vec<u8>>())?;
-        array("hourValues", &shorts(hours.value_levels.iter().copied()))?;
-        array("hourErrors", &hours.error_levels)?;
+        array("hourSlots", &mut { slots })?;
+        array("hourValues", &mut shorts(hours.value_levels.iter().copied()))?;
+        array("hourErrors", &mut hours.error_levels.iter().copied())?;
     }
     if let Some(light) = &rendered.light {
         let shown = shown_photons(light);
@@ -159,13 +170,13 @@ fn write_data(
         let levels = Levels::fine(most_power(light, &shown));
         let extent = extent(rendered);
         let places = shown.iter().flat_map(|&i| quantised(positions[i], &extent));
-        array("photonPlaces", &shorts(places))?;
+        array("photonPlaces", &mut shorts(places))?;
         let powers = shown.iter().flat_map(|&i| light.map.power(i));
-        array("photonPowers", &shorts(powers.map(|power| levels.level(*power))))?;
+        array("photonPowers", &mut shorts(powers.map(|power| levels.level(*power))))?;
         let normals = shown.iter().flat_map(|&i| face_normal(light, i));
-        array("photonNormals", &normals.flat_map(i8::to_le_bytes).collect::<Vec<u8>>())?;
+        array("photonNormals", &mut normals.flat_map(i8::to_le_bytes))?;
         let bounce = |i: &usize| light.map.ways().get(*i).map_or(0, |way| way.bounces);
-        array("photonBounces", &shorts(shown.iter().map(bounce)))?;
+        array("photonBounces", &mut shorts(shown.iter().map(bounce)))?;
     }
     Ok(())
 }
@@ -256,8 +267,12 @@ fn levels(rendered: &RenderedScene, most: f32) -> Levels {
     }
 }
 
-fn shorts(values: impl Iterator<Item = u16>) -> Vec<u8> {
-    values.flat_map(u16::to_le_bytes).collect()
+fn shorts(values: impl Iterator<Item = u16>) -> impl Iterator<Item = u8> {
+    values.flat_map(u16::to_le_bytes)
+}
+
+fn floats(values: impl Iterator<Item = f32>) -> impl Iterator<Item = u8> {
+    values.flat_map(f32::to_le_bytes)
 }
 
 /// Returns the irradiance on the tiles of surfaces: face after face, in it band after band, in it
@@ -295,14 +310,15 @@ fn plane<'a>(
 
 /// Returns the shares of lights: light after light, in it face after face, in it band after band,
 /// in it tile after tile.
-fn shares(rendered: &RenderedScene) -> Vec<u8> {
+fn shares<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = u8> + 'a {
     let (lights, bands) = (rendered.scene.lights.len(), rendered.scene.bands.len());
     let of_tile = rendered.shares();
     let each = 2 * lights * bands;
     let order = (0..lights).flat_map(|light| (0..2).map(move |face| (light, face)));
-    let order = order
-        .flat_map(|(light, face)| (0..bands).map(move |b| (face * lights + light) * bands + b));
-    order.flat_map(|place| of_tile.iter().skip(place).step_by(each)).copied().collect()
+    let order = order.flat_map(move |(light, face)| {
+        (0..bands).map(move |b| (face * lights + light) * bands + b)
+    });
+    order.flat_map(move |place| of_tile.iter().skip(place).step_by(each)).copied()
 }
 
 /// Returns the values of captors or groups per area: for each one channel after channel, in it band

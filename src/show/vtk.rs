@@ -14,7 +14,7 @@ use quick_xml::events::{BytesDecl, Event};
 
 use crate::{
     scene::{captor::CHANNELS, tiles::TilePart},
-    show::rendered::RenderedScene,
+    show::{rendered::RenderedScene, xml::allowed},
 };
 
 /// The kinds of VTK file.
@@ -167,8 +167,8 @@ fn array<const N: usize>(
     more: Attributes,
     values: impl ExactSizeIterator<Item = [u8; N]>,
 ) -> io::Result<()> {
-    // XML does not allow control characters
-    let name = name.replace(char::is_control, " ");
+    // not even a line end, which parsers would make a space
+    let name = allowed(name).replace(char::is_control, "\u{fffd}");
     let attributes = [("type", kind), ("Name", &name), ("format", "binary")];
     let element_name = if kind == STRING { "Array" } else { "DataArray" };
     element(xml, element_name, &[&attributes[..], more].concat(), |xml| {

@@ -11,6 +11,7 @@ use crate::{
     show::{
         chart::{self, Area, Backend, Chart, Failure},
         picture::{Canvas, Picture},
+        xml::allowed,
     },
 };
 
@@ -34,7 +35,7 @@ impl Plot {
     pub fn svg(&self) -> Result<String> {
         let mut text = String::new();
         self.draw(SVGBackend::with_string(&mut text, self.size())).map_err(failed)?;
-        Ok(text)
+        Ok(allowed(&text).into_owned())
     }
 
     /// Returns the plot as pixels, two across and down for each pixel of the SVG. Error: it cannot
