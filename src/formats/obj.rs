@@ -19,7 +19,10 @@ use glam::DVec3;
 
 use crate::error::{Error, LISTED, Result, some};
 use crate::formats::input::quoted;
-use crate::math::geometry::{is_bent, is_tangled, triangulate};
+use crate::math::{
+    geometry::{is_bent, is_tangled, triangulate},
+    machine::memory_left,
+};
 use lines::{Lines, decode};
 use scan::Scan;
 
@@ -29,6 +32,11 @@ pub use part::{ObjGroup, ObjPart};
 pub use scan::MAX_CORNERS;
 pub use tangents::{longest_edge, tangents};
 pub use texture::{TextureMap, textures};
+
+/// How many bytes a byte of an OBJ file takes while it is read, with its triangles.
+const PARSING: u64 = 8;
+/// Any machine has so many bytes left.
+const SMALL: u64 = 1 << 24;
 
 /// The content of an OBJ file and of its MTL files.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,6 +70,17 @@ impl ObjFile {
         path: &Path,
         load_mtl: impl FnMut(&Path) -> std::result::Result<Vec<u8>, String>,
     ) -> Result<Self> {
+        let needed = PARSING * bytes.len() as u64;
+        let left = if needed < SMALL { SMALL } else { memory_left() };
+        if needed > left {
+            let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+            let problem = format!(
+                "takes {:.1} GiB of memory to read, of {:.1} that are left",
+                gib(needed),
+                gib(left)
+            );
+            return Err(Error::input(path.display(), problem).remedy("use a coarser mesh"));
+        }
         let text = decode(bytes).map_err(|why| {
             Error::input(path.display(), why).remedy("an OBJ file is plain text in UTF-8")
         })?;

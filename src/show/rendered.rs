@@ -22,7 +22,7 @@ use crate::{
     },
     transport::{
         settings::{Estimator, Settings},
-        simulate::{Control, Progress, light_surfaces, simulate},
+        simulate::{Control, Progress, light_surfaces, map_bytes, simulate},
         surface_light::SurfaceLight,
     },
 };
@@ -77,7 +77,7 @@ pub enum RenderStage {
 
 impl<'a> RenderedScene<'a> {
     /// Traces what `plan` needs. `progress` is called now and then, from any thread. Errors: the
-    /// results are of another scene; more than 2^30 numbers would be needed; those of [`simulate`].
+    /// results are of another scene; it would not fit into memory; those of [`simulate`].
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,
@@ -85,14 +85,9 @@ impl<'a> RenderedScene<'a> {
         control: &Control,
         progress: &(dyn Fn(RenderStage, Progress) + Sync),
     ) -> Result<Self> {
-        let numbers = scene.triangles().len() * CHANNELS.len() * scene.bands.len();
-        if numbers > MOST_NUMBERS {
-            let problem =
-                format!("{numbers} numbers for the light on all surfaces, at most {MOST_NUMBERS}");
-            return Err(Error::input("scene", problem).remedy("take fewer bands or triangles"));
-        }
         let staged = |stage| move |p: Progress| progress(stage, p);
         let tiles = Tiles::new(scene);
+        check_memory(scene, &tiles, settings, &plan)?;
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
         let reads_tiles = !matches!(plan, RenderPlan::Photons);
         let trace = !matches!(plan, RenderPlan::Results { trace, .. } if !(trace && unknown));
@@ -196,6 +191,54 @@ impl<'a> RenderedScene<'a> {
     }
 }
 
+/// Refuses a scene whose light would not fit into memory, before it is found: the light on the tiles
+/// and, where the scene is run, the values of its captors and groups. (The run itself checks what it
+/// needs.)
+fn check_memory(
+    scene: &Scene,
+    tiles: &Tiles,
+    settings: &Settings,
+    plan: &RenderPlan,
+) -> Result<()> {
+    // a value and its error, and beside them those of the run's results that they are taken from
+    const VALUE: usize = size_of::<f64>() + size_of::<Option<f64>>();
+    const COPIES: usize = 3;
+    let (bands, columns) = (scene.bands.len(), scene.band_names().count());
+    let lights = if splits(scene) { scene.lights.len() } else { 0 };
+    let channels = match plan {
+        RenderPlan::Run => scene.channels() + CHANNELS.len() * scene.groups.len(),
+        RenderPlan::Results { .. } | RenderPlan::Photons => 0,
+    };
+    let split = if settings.estimator == Estimator::Photons { lights } else { 0 };
+    let captors = COPIES * VALUE * channels * columns * (split + 1);
+    let surfaces = tiles.parts.iter().filter(|part| part.material.is_some());
+    let surfaces = surfaces.map(|part| part.tiles.len()).sum::<usize>();
+    let each = match plan {
+        RenderPlan::Run | RenderPlan::Results { trace: true, .. } => {
+            bands * (CHANNELS.len() * size_of::<f32>() + 2 * lights)
+        }
+        RenderPlan::Results { .. } | RenderPlan::Photons => 0,
+    };
+    let on_tiles = surfaces as u64 * each as u64;
+    // the photons are stored before the light on the tiles is read from them
+    let [making, photons] = if each > 0 { map_bytes(scene, settings) } else { [0, 0] };
+    let bytes = captors as u64 + making.max(photons + on_tiles);
+    let left = machine::memory_left();
+    if bytes <= left && on_tiles <= MOST_BYTES {
+        return Ok(());
+    }
+    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    let problem = format!(
+        "the light on {surfaces} pieces of surfaces and {} captors, in {bands} bands, takes {:.1} GiB of memory, of \
+        {:.1} that it may",
+        scene.captors.len(),
+        gib(if on_tiles > MOST_BYTES { on_tiles } else { bytes }),
+        gib(if on_tiles > MOST_BYTES { MOST_BYTES } else { left })
+    );
+    let remedy = "take fewer bands, triangles or captors, or store fewer photons (`map_photons` in the settings)";
+    Err(Error::input("scene", problem).remedy(remedy))
+}
+
 fn source(photons: u64, of: impl Display, seed: u64) -> String {
     format!("{photons} {of}, seed {seed}")
 }
@@ -297,8 +340,8 @@ impl ResultsFile {
 /// Number of photons in the estimate for a tile, unless the scene sets it: an error of 6 %, which
 /// looks even to the eye.
 const NEAREST: usize = 300;
-/// Limit on the numbers for the light on surfaces, 4 GiB.
-const MOST_NUMBERS: usize = 1 << 30;
+/// Limit on the memory for the light on surfaces, bytes.
+const MOST_BYTES: u64 = 4 << 30;
 /// Limit on the number of lights that are kept apart.
 const MOST_LIGHTS: usize = 32;
 

@@ -53,6 +53,7 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
+pub use memory::map_bytes;
 pub use plan::Plan;
 pub use schedule::BATCHES;
 use schedule::Schedule;
@@ -221,6 +222,9 @@ struct Run<'a> {
     keeper: Option<&'a Keeper<'a>>,
     /// Whether a thread has panicked, so that the others need not go on.
     broken: AtomicBool,
+    /// The most bytes that the arrivals of the photon map may take, and whether they took more.
+    map_room: u64,
+    map_too_large: AtomicBool,
     /// For paths, per band: the bits of the largest irradiance that one path has found, W/m2 or
     /// umol/m2/s. The bits of floats that are not negative have the same order as the floats.
     brightest: Vec<AtomicU64>,
@@ -291,6 +295,8 @@ impl<'a> Run<'a> {
             without_direct_sun: false,
             done,
             broken,
+            map_room: memory::map_room(),
+            map_too_large: AtomicBool::new(false),
             brightest,
         })
     }
@@ -381,9 +387,8 @@ impl<'a> Run<'a> {
             Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
             Keep::OnSurfaces(_) | Keep::Focused(_) => true,
         };
+        let limit = map_limit(self.scene, self.settings);
         let bands = self.scene.bands.len();
-        let most = MAX_MAP_BYTES / (size_of::<Arrival>() + bands * size_of::<f32>());
-        let limit = self.settings.map_photons.min(most);
         (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
@@ -444,11 +449,20 @@ impl<'a> Run<'a> {
     }
 
     fn check_stopped(&self) -> Result<()> {
+        if self.map_too_large.load(Ordering::Relaxed) {
+            return Err(memory::map_too_large(self.scene));
+        }
         if self.stopped() {
             return Err(Error::interrupted("run", NOTHING_WRITTEN));
         }
         Ok(())
     }
+}
+
+/// Returns the most arrivals that a photon map keeps.
+fn map_limit(scene: &Scene, settings: &Settings) -> usize {
+    let arrival = size_of::<Arrival>() + scene.bands.len() * size_of::<f32>();
+    settings.map_photons.min(MAX_MAP_BYTES / arrival)
 }
 
 /// Returns the faces of all captors.

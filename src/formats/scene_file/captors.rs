@@ -18,6 +18,7 @@ use crate::{
     formats::{captor_csv, input::quoted, json},
     math::{
         geometry::{Transform, unit_vector},
+        machine::memory_left,
         pattern,
     },
     scene::{
@@ -228,6 +229,10 @@ impl Loader<'_> {
                 .error("/groups", problem + " take too long")
                 .remedy("give fewer patterns"));
         }
+        // what the memberships take in a scene and in its results, where each names its group
+        const MEMBERSHIP: u64 = 128;
+        let room = memory_left() / MEMBERSHIP;
+        let mut memberships = 0;
         for (name, patterns) in groups {
             let pointer = format!("/groups/{}", json::escaped(name));
             if self.groups.contains_key(name) {
@@ -245,7 +250,16 @@ impl Loader<'_> {
                 }
                 if fits {
                     captor.groups.push(group);
+                    memberships += 1;
                 }
+            }
+            if memberships > room {
+                let problem = format!(
+                    "up to here captors are in groups {memberships} times, which takes {:.1} GiB of memory, more than \
+                    there are left",
+                    (memberships * MEMBERSHIP) as f64 / f64::from(1 << 30)
+                );
+                return Err(self.error(pointer, problem).remedy("give fewer groups"));
             }
             if found.is_empty() {
                 return Err(self

@@ -28,6 +28,7 @@ use crate::{
         obj::{Mesh, ObjFile},
         photometry::Photometry,
     },
+    math::machine::memory_left,
     scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
 };
 
@@ -145,7 +146,29 @@ impl<'a> Loader<'a> {
     }
 
     pub(super) fn count_triangles(&mut self, more: usize) -> Result<()> {
+        // at the end of loading, measured with meshes of 5e5 to 2e6 triangles and with copies; and what
+        // a triangle takes that has its place already, bytes
+        const EACH: usize = 450;
+        const PLACED: usize = 72;
+        // how many more triangles it takes to ask the system again
+        const STEP: usize = 20_000;
+        let before = self.triangles;
         self.triangles += more;
+        if self.triangles / STEP > before / STEP {
+            let (bytes, left) = (EACH * self.triangles - PLACED * before, memory_left());
+            if bytes as u64 > left {
+                let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+                let problem = format!(
+                    "at least {} triangles take {:.1} GiB of memory, of {:.1} that are left",
+                    self.triangles,
+                    gib(bytes as u64),
+                    gib(left)
+                );
+                return Err(self
+                    .error("", problem)
+                    .remedy("use fewer instances or coarser meshes"));
+            }
+        }
         if self.triangles <= MAX_TRIANGLES {
             return Ok(());
         }

@@ -98,6 +98,16 @@ impl MapBuilder {
         self.limit
     }
 
+    /// Returns the bytes that the arrivals take that are kept so far.
+    pub fn bytes(&self) -> u64 {
+        self.stored as u64 * Self::arrival_bytes(self.bands)
+    }
+
+    /// Returns the bytes that an arrival takes in so many bands.
+    pub fn arrival_bytes(bands: usize) -> u64 {
+        (size_of::<Arrival>() + size_of::<Way>() + bands * size_of::<f32>()) as u64
+    }
+
     /// Returns whether arrivals of this task may still be kept.
     pub fn wants(&self, key: TaskKey) -> bool {
         self.end.is_none_or(|end| key < end)

@@ -1,6 +1,6 @@
 //! The memory that a run may take.
 
-use super::schedule::AHEAD;
+use super::{map_limit, schedule::AHEAD};
 use crate::{
     error::{Error, Result},
     math::machine::memory_left,
@@ -8,7 +8,11 @@ use crate::{
         captor::{CHANNELS, CaptorKind},
         world::Scene,
     },
-    transport::tally::{Tally, Totals},
+    transport::{
+        photon_map::MapBuilder,
+        settings::Settings,
+        tally::{Tally, Totals},
+    },
 };
 
 /// The most memory that a run may take for its sums and results, on any machine, in bytes.
@@ -22,6 +26,39 @@ const MOST_OPEN: u64 = 4 << 30;
 /// Returns the most bytes that sums of open batches may take on this machine, now.
 pub(super) fn most_open() -> u64 {
     MOST_OPEN.min(memory_left())
+}
+
+/// When the photon map is made, the powers of its arrivals stand in memory this often: as the tasks
+/// found them, joined, and in the order of the map.
+const MAP_COPIES: u64 = 3;
+
+/// Returns the most bytes that the arrivals of a photon map may take on this machine, now.
+pub(super) fn map_room() -> u64 {
+    memory_left() / MAP_COPIES
+}
+
+/// Refuses a photon map of so many arrivals that would not fit into memory, before it is begun.
+pub(super) fn check_map(scene: &Scene, arrivals: usize) -> Result<()> {
+    let bytes = arrivals as u64 * MapBuilder::arrival_bytes(scene.bands.len());
+    if bytes <= map_room() { Ok(()) } else { Err(map_too_large(scene)) }
+}
+
+/// Returns the bytes that a full photon map takes: while it is made, and then.
+pub fn map_bytes(scene: &Scene, settings: &Settings) -> [u64; 2] {
+    let arrivals = map_limit(scene, settings) as u64;
+    let bytes = arrivals * MapBuilder::arrival_bytes(scene.bands.len());
+    [MAP_COPIES * bytes, bytes]
+}
+
+/// Returns the error of a photon map that does not fit into memory.
+pub(super) fn map_too_large(scene: &Scene) -> Error {
+    let problem = format!(
+        "the photons that would be stored in {} bands take more than the {:.1} GiB of memory that are left for them",
+        scene.bands.len(),
+        map_room() as f64 / f64::from(1 << 30)
+    );
+    let remedy = "store fewer (`map_photons` in the settings), or ask for fewer bands";
+    Error::input(format!("scene {}", scene.name), problem).remedy(remedy)
 }
 
 /// Refuses a run whose sums and results would not fit into memory, before it begins. The light is
@@ -81,9 +118,14 @@ fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
     let split = (parts + 1) * (faces * face + absorbing * absorbed);
     // the smallest and the largest value among the captors of a group
     let range = group_faces * 2 * VALUE * columns;
+    // for each group of a captor its name and its place in the group's list of faces, which grows
+    let memberships: usize = scene.captors.iter().map(|captor| captor.groups.len()).sum();
+    let longest = scene.groups.iter().map(String::len).max().unwrap_or(0);
+    let name = size_of::<String>() + longest.next_multiple_of(16) + 16;
+    let in_groups = memberships * (name + 3 * 2 * size_of::<(&u8, f64)>());
     let nearest = if nearest { (faces - group_faces) * face } else { 0 };
     let energy = (parts + 1) * (scene.materials.len() + 5) * (VALUE * columns + HEAD / 8);
-    split + range + nearest + energy
+    split + range + in_groups + nearest + energy
 }
 
 #[cfg(test)]

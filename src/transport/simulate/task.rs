@@ -205,7 +205,12 @@ impl Run<'_> {
             trace(self.scene, ray, power, guide, &mut rng, on);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
-            lock(map).add(key, stored);
+            let mut map = lock(map);
+            map.add(key, stored);
+            if map.bytes() > self.map_room {
+                self.map_too_large.store(true, Ordering::Relaxed);
+                self.broken.store(true, Ordering::Relaxed);
+            }
         }
     }
 }
