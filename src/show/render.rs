@@ -17,7 +17,7 @@ mod shared;
 mod tests;
 mod viewpoint;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -217,7 +217,7 @@ fn each_row<T: Send>(
         // one by one, because some rows take far longer than others
         rows.with_max_len(1).enumerate().for_each(|(y, row)| {
             if !stopped() {
-                work(Samples { viewpoint, sampling, y }, row);
+                work(Samples { viewpoint, sampling, y, stop: control.stop }, row);
             }
             let photons = done.fetch_add(width, Ordering::Relaxed) + width;
             (control.progress)(Progress { photons, of: Some(width * height), worst: None });
@@ -236,6 +236,8 @@ struct Samples<'a> {
     viewpoint: &'a Viewpoint<'a>,
     sampling: Sampling,
     y: usize,
+    /// Once it is set there are no more rays: the picture will not be used.
+    stop: &'a AtomicBool,
 }
 
 impl Samples<'_> {
@@ -247,13 +249,14 @@ impl Samples<'_> {
     /// Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
     /// Pixels, SIGGRAPH Asia 2020).
     fn pixel(&mut self, x: usize) -> impl Iterator<Item = (Ray, Stream)> {
-        let Self { viewpoint, sampling: Sampling { rays, before, seed, .. }, y } = *self;
+        let Self { viewpoint, sampling: Sampling { rays, before, seed, .. }, y, stop } = *self;
         let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
         let pixel = (y * width + x) as u64;
         // the sequences of the squares are numbered after those of the pixels
         let square = width * height + y / SQUARE * width.div_ceil(SQUARE) + x / SQUARE;
         let first = along_z(x % SQUARE, y % SQUARE) * u64::from(rays);
-        (before..before + rays).map(move |ray| {
+        let go_on = move |_: &u32| !stop.load(Ordering::Relaxed);
+        (before..before + rays).take_while(go_on).map(move |ray| {
             let streams = |batch: u32| Streams::new(seed, Purpose::Picture, batch.into());
             let stream = streams(ray).history(pixel);
             let own = streams(0).sequence(pixel);

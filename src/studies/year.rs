@@ -17,7 +17,7 @@ use std::collections::HashSet;
 use indexmap::IndexMap;
 
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result},
+    error::{Error, Result},
     formats::{
         control_file::ControlFile,
         scene_file::{HourlyLights, LoadedScene},
@@ -113,10 +113,7 @@ impl Year {
         let (suns, lights) = moving_suns(hourly);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
         let pool = pool.map_err(|e| Error::run("threads", e))?;
-        let mut direct = pool.install(|| direct_sun(scene, &lights, settings.seed));
-        if control.stop.load(std::sync::atomic::Ordering::Relaxed) {
-            return Err(Error::interrupted("run", NOTHING_WRITTEN));
-        }
+        let mut direct = pool.install(|| direct_sun(scene, &lights, settings.seed, control))?;
         for group in 0..scene.groups.len() {
             if ids.contains(&scene.groups[group])
                 && !run.captors.iter().any(|captor| captor.id == scene.groups[group])

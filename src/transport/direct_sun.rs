@@ -1,15 +1,21 @@
 //! Direct sunlight on the fronts of captors, found by shadow rays.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
+    error::{Error, NOTHING_WRITTEN, Result},
     math::{
         rng::{Purpose, Streams},
         spectrum::{Lanes, with_lanes},
     },
     scene::{captor::Channel, daylight::InfiniteLight, world::Scene},
-    transport::paths::Face,
+    transport::{
+        paths::Face,
+        simulate::{Control, Progress},
+    },
 };
 
 /// The points are drawn in this many sets, the spread of which gives the standard error. The
@@ -23,12 +29,29 @@ const NUMBERS: u32 = 8;
 /// captor, straight or through thin panes, and its standard error. There is one list for each
 /// captor; it holds the lights one after the other, and for each of them the bands and then the
 /// sums over bands. Each value is found by 64 shadow rays; a light that shines on no triangle of a
-/// captor gives 0. The same seed gives the same result on any number of threads.
-pub fn direct_sun(scene: &Scene, lights: &[InfiniteLight], seed: u64) -> Vec<Vec<[f32; 2]>> {
-    with_lanes!(scene.lanes(), L => {
+/// captor gives 0. The same seed gives the same result on any number of threads. The progress counts
+/// shadow rays. Error: `control` stopped the work.
+pub fn direct_sun(
+    scene: &Scene,
+    lights: &[InfiniteLight],
+    seed: u64,
+    control: &Control,
+) -> Result<Vec<Vec<[f32; 2]>>> {
+    let of = (scene.captors.len() * lights.len()) as u64 * SETS * POINTS;
+    let done = AtomicU64::new(0);
+    let go_on = || {
+        let photons = done.fetch_add(SETS * POINTS, Ordering::Relaxed);
+        (control.progress)(Progress { photons, of: Some(of), worst: None });
+        !control.stop.load(Ordering::Relaxed)
+    };
+    let found = with_lanes!(scene.lanes(), L => {
         let captors = (0..scene.captors.len()).into_par_iter();
-        captors.map(|captor| of_captor::<L>(scene, captor, lights, seed)).collect()
-    })
+        captors.map(|captor| of_captor::<L>(scene, captor, lights, seed, &go_on)).collect()
+    });
+    match control.stop.load(Ordering::Relaxed) {
+        true => Err(Error::interrupted("run", NOTHING_WRITTEN)),
+        false => Ok(found),
+    }
 }
 
 fn of_captor<L: Lanes>(
@@ -36,6 +59,7 @@ fn of_captor<L: Lanes>(
     captor: usize,
     lights: &[InfiniteLight],
     seed: u64,
+    go_on: &impl Fn() -> bool,
 ) -> Vec<[f32; 2]> {
     let face = Face::new(scene, captor, Channel::Front);
     let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
@@ -44,7 +68,7 @@ fn of_captor<L: Lanes>(
     let normals: Vec<Vec3> = normals.collect();
     let of = |(l, light): (usize, &InfiniteLight)| {
         let mut sums = vec![[0.0; 2]; bands + scene.sums.len()];
-        if normals.iter().any(|normal| light.may_shine_on(*normal)) {
+        if go_on() && normals.iter().any(|normal| light.may_shine_on(*normal)) {
             for set in (0..SETS).map(|set| l as u64 * SETS + set) {
                 let sequence = streams.sequence(set);
                 let mut found = vec![0.0; bands];
