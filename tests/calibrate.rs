@@ -111,7 +111,9 @@ fn known_factors_are_found_again() {
     let done = command(&scene, "calibrate scene.json m.csv --results all.json -o other/c.json");
     assert_eq!(done.0, Some(0), "{}", done.2);
     phylux::load(&scene.path("other/c.json")).expect("a scene whose files are found");
-    assert!(scene.path("other/calibration.json").is_file());
+    // what was found is named after the scene
+    assert!(scene.path("other/c-calibration.json").is_file());
+    assert!(!scene.path("other/calibration.json").exists());
     // a model with fewer factors than the lamps have: the residual shows it
     let done = command(&scene, "calibrate scene.json m.csv --results all.json --model common");
     assert_eq!(done.0, Some(0), "{}", done.2);

@@ -9,7 +9,7 @@ use clap::Args;
 use serde_json::Value;
 
 use super::{
-    interrupt::Interrupt,
+    interrupt::{Interrupt, STANDARD_OUTPUT},
     outputs::check_places,
     run,
     summary::{SHOWN_BANDS, short},
@@ -21,7 +21,7 @@ use crate::{
         input::read_bytes,
         json,
         measured_csv::{self, MeasuredRow},
-        output::{FilesRead, OutputFile, folder_of},
+        output::{FilesRead, folder_of},
         result_file::{read_json, write_lines},
         scene_file::{self, LoadedScene},
     },
@@ -48,7 +48,8 @@ pub(super) struct Arguments {
     /// Table of readings (CSV): captor (or x,y,z), band, value and, if wanted, sd, face, use (fit
     /// or test), block
     measured: PathBuf,
-    /// File for the scene with the calibrated powers; calibration.json goes into the same folder
+    /// File for the scene with the calibrated powers. What was found goes beside it: into
+    /// calibration.json, or beside another NAME.json into NAME-calibration.json
     #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
     output: PathBuf,
     /// Use these results of `phylux run --by-light` of the scene, and trace nothing
@@ -120,7 +121,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let scene_output = interrupt.file(&arguments.output)?;
     let folder = folder_of(&arguments.output);
-    let report_path = folder.join("calibration.json");
+    let report_path = report_beside(&arguments.output);
     let report = interrupt.file(&report_path)?;
     let places = [&scene_output, &report].map(|file| file.place().map(Path::to_path_buf));
     let places: Vec<PathBuf> = places.into_iter().flatten().collect();
@@ -130,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let bytes = read_bytes(path)
         .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
     let document = json::parse(&path.display().to_string(), &bytes)?;
-    let loaded = scene_file::parse(&bytes, path)?;
+    let loaded = super::progress::during("reading the scene", || scene_file::parse(&bytes, path))?;
     loaded.check_captors()?;
     let read = loaded.files.iter().chain([&arguments.measured]).chain(&arguments.results);
     let read = FilesRead::new(read);
@@ -159,18 +160,28 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let calibrated = calibrated_scene(document, path, &loaded, &calibration, &folder)?;
     interrupt.writing();
-    scene_output.write(&read, |writer| {
+    let scene_output = scene_output.complete(&read, |writer| {
         serde_json::to_writer_pretty(&mut *writer, &calibrated)?;
         writer.write_all(b"\n")
     })?;
-    write_report(report, &read, &calibration)?;
+    report.complete(&read, |writer| write_lines(&calibration, writer))?.put()?;
+    scene_output.put()?;
     terminal::warn(&calibration.warnings);
     let wrote = format!("\nwrote {} and {}\n", arguments.output.display(), report_path.display());
     terminal::print(&(describe(&calibration) + &wrote))
 }
 
-fn write_report(file: OutputFile, read: &FilesRead, calibration: &Calibration) -> Result<()> {
-    file.write(read, |writer| write_lines(calibration, writer))
+/// Returns the path of what was found, beside the scene: it is named after the scene, so that a
+/// second calibration into the same folder does not replace the first.
+fn report_beside(scene: &Path) -> PathBuf {
+    let name = match scene.file_stem().map(|stem| stem.to_string_lossy()) {
+        None => "calibration.json".into(),
+        Some(stem) if stem == "calibrated" || scene == Path::new(STANDARD_OUTPUT) => {
+            "calibration.json".into()
+        }
+        Some(stem) => format!("{stem}-calibration.json"),
+    };
+    folder_of(scene).join(name)
 }
 
 /// Reads the results at `path`. Error: they are not of this scene.
@@ -205,12 +216,9 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
     let bar = super::progress::terminal_bar("{elapsed} {human_pos} photons, {speed}");
     let progress = |progress: Progress| super::progress::show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let simulation = interrupt.listening(|| simulate(&loaded.scene, &settings, &control));
+    let simulation = simulate(&loaded.scene, &settings, &control);
     bar.finish_and_clear();
     let simulation = simulation?;
-    if interrupt.stop().load(std::sync::atomic::Ordering::Relaxed) {
-        return Err(Error::interrupted("calibrate", crate::error::NOTHING_WRITTEN));
-    }
     Ok(RunResult::new(&loaded.scene, &settings, &simulation))
 }
 

@@ -12,7 +12,7 @@ use clap::Args;
 use super::{
     interrupt::{Interrupt, check_folder},
     outputs,
-    progress::{show, terminal_bar},
+    progress::{during, show, terminal_bar},
     run,
     tracing::TracingArguments,
 };
@@ -21,6 +21,7 @@ use crate::{
     formats::{
         output::{FilesRead, OutputFile, Temporary},
         scene_file,
+        written::Written,
     },
     studies::convergence::{ConvergencePlan, ConvergenceStudy, Reference, Row, study},
     transport::{
@@ -28,6 +29,27 @@ use crate::{
         simulate::{Control, Progress},
     },
 };
+
+/// The options of [`TracingArguments`], of which the seed promises less.
+#[derive(Args)]
+struct ChartTracing {
+    /// Photons of the largest budget, e.g. 5e6 [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
+    photons: Option<u64>,
+    /// Seed of the random numbers: the same seed gives the same errors. CPU seconds are measured, so
+    /// that they, their charts and the words about them differ each time [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Threads; 0 takes all processors. The errors do not depend on it [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
+    threads: Option<usize>,
+}
+
+/// The tables of the runs: as rows, and all that was found.
+const ROWS: &str = "rows.csv";
+const STUDY: &str = "study.json";
+/// The record of the files in their folder.
+const RECORD: &str = "chart.written.json";
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -41,7 +63,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
-    tracing: TracingArguments,
+    tracing: ChartTracing,
     /// Number of runs for each budget: the first has the seed, the second the number after it, and
     /// so on
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..=1000))]
@@ -72,15 +94,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let folder = &arguments.output;
-    let create = |name: &str| interrupt.file(&folder.join(name));
-    let (csv, json) = (create("rows.csv")?, create("study.json")?);
-    let pictures = ConvergenceStudy::CHARTS.map(|name| Ok((name, create(&format!("{name}.svg"))?)));
-    let mut pictures = pictures.into_iter().collect::<Result<BTreeMap<_, _>>>()?;
+    let charts = ConvergenceStudy::CHARTS.map(|name| format!("{name}.svg"));
+    let names = [&[ROWS.to_string(), STUDY.to_string()][..], &charts].concat();
+    let written = Written::read(folder, RECORD, "move it away, or write into another folder")?;
+    written.check(&names)?;
+    let prepared = names.into_iter().map(|name| {
+        let file = interrupt.file(&folder.join(&name))?;
+        Ok((name, file))
+    });
+    let mut files = prepared.collect::<Result<BTreeMap<_, _>>>()?;
     interrupt.make(|| Ok(()), |()| new.then(|| Temporary::IfEmpty(folder.clone())))?;
 
-    let loaded = scene_file::load(&arguments.scene)?;
-    let places = [&csv, &json].into_iter().chain(pictures.values());
-    let places = places.filter_map(OutputFile::place).map(Path::to_path_buf);
+    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
+    let places = files.values().filter_map(OutputFile::place).map(Path::to_path_buf);
     let read = FilesRead::new(loaded.files.iter().chain(&arguments.truth));
     outputs::check_places(&places.collect::<Vec<_>>(), &read)?;
     let scene = &loaded.scene;
@@ -93,7 +119,9 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
         .remedy("add a captor, or `\"captor\": true` to an object"));
     }
     let truth = arguments.truth.as_ref().map(|path| Reference::read(path, scene)).transpose()?;
-    let Settings { photons, seed, threads, .. } = arguments.tracing.settings(&loaded.settings);
+    let ChartTracing { photons, seed, threads } = arguments.tracing;
+    let tracing = TracingArguments { photons, seed, threads };
+    let Settings { photons, seed, threads, .. } = tracing.settings(&loaded.settings);
     let plan = ConvergencePlan {
         photons: photons.unwrap_or(Settings::DEFAULT_PHOTONS),
         seed,
@@ -105,28 +133,35 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let found = interrupt.listening(|| study(scene, &plan, truth, &control));
+    let found = study(scene, &plan, truth, &control);
     bar.finish_and_clear();
     let found = found?;
     interrupt.writing();
-    csv.write(&read, |writer| write_rows(&found.rows, writer))?;
-    json.write(&read, |writer| {
-        serde_json::to_writer_pretty(&mut *writer, &found)?;
-        writer.write_all(b"\n")
-    })?;
+    let mut complete = Vec::new();
+    let mut write = |name: &str, content: &[u8]| {
+        let file = files.remove(name).ok_or_else(|| Error::run(name, "is no file of a chart"))?;
+        let mut file = written.begin(name, file.open(&read)?);
+        file.write_all(content).map_err(|e| Error::run(name, format!("cannot be written: {e}")))?;
+        complete.push(file.complete()?);
+        Ok(())
+    };
+    let failed = |e: io::Error| Error::run(folder.display(), format!("cannot be written: {e}"));
+    write(ROWS, &rows(&found.rows).map_err(failed)?)?;
+    let mut study = serde_json::to_vec_pretty(&found).map_err(|e| failed(e.into()))?;
+    study.push(b'\n');
+    write(STUDY, &study)?;
     for (name, chart) in found.charts() {
         let svg = chart.svg().map_err(|e| Error::run(name, e))?;
-        if let Some(file) = pictures.remove(name) {
-            file.write(&read, |writer| writer.write_all(svg.as_bytes()))?;
-        }
+        write(&format!("{name}.svg"), svg.as_bytes())?;
     }
+    written.put(complete)?;
     super::terminal::print(&format!("{}wrote {}\n", found.words(), folder.display()))
 }
 
-fn write_rows(rows: &[Row], writer: &mut dyn Write) -> io::Result<()> {
-    let mut table = csv::Writer::from_writer(writer);
+fn rows(rows: &[Row]) -> io::Result<Vec<u8>> {
+    let mut table = csv::Writer::from_writer(Vec::new());
     for row in rows {
         table.serialize(row)?;
     }
-    table.flush()
+    table.into_inner().map_err(|e| e.into_error())
 }

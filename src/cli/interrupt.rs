@@ -1,5 +1,6 @@
-//! Ctrl-C and SIGTERM. While light is traced, a signal ends the command in an orderly way; at any
-//! other time, and at a second signal, at once. No temporary file stays behind either way.
+//! Ctrl-C and SIGTERM. A signal ends a command at once, unless the command has something to keep: a
+//! run with a checkpoint, and a sweep, then end in an orderly way, and at once at a second signal. No
+//! temporary file stays behind either way.
 
 use std::{
     fs, io,
@@ -9,7 +10,11 @@ use std::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
+    thread::sleep,
+    time::{Duration, Instant},
 };
+
+use cpu_time::ProcessTime;
 
 use super::terminal;
 use crate::{
@@ -17,11 +22,17 @@ use crate::{
     formats::{
         output::{OutputFile, Temporary},
         result_file::OutputFolder,
+        unfinished::GONE,
     },
 };
 
 /// Exit code of a command that was interrupted: 128 plus the number of the signal of Ctrl-C.
 pub(super) const EXIT_CODE: u8 = 130;
+
+/// How long a command may take to end in an orderly way, unless it may take as long as it needs: CPU
+/// time, or time where it waits for something else.
+const PATIENCE: Duration = Duration::from_millis(100);
+const WAITING: Duration = Duration::from_secs(10);
 
 /// Path that stands for the standard output.
 pub(super) const STANDARD_OUTPUT: &str = "-";
@@ -45,8 +56,10 @@ pub(super) struct Interrupt {
 
 /// What the command is doing when a signal comes.
 struct Phase {
-    /// Whether the command looks at `stop` now and then.
+    /// Whether the command looks at `stop` now and then, and keeps something when it ends.
     listening: bool,
+    /// What is said if it does not end in time, where it may not take as long as it needs.
+    late: Option<Error>,
     /// Whether results may already be in their places.
     writing: bool,
     /// Temporary files and folders, to be removed at an immediate end.
@@ -57,13 +70,22 @@ impl Interrupt {
     /// Begins to watch for signals. Error: the system does not allow it.
     pub fn install() -> Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let phase = Phase { listening: false, writing: false, temporary: Vec::new() };
+        let phase = Phase { listening: false, late: None, writing: false, temporary: Vec::new() };
         let phase = Arc::new(Mutex::new(phase));
         let (flag, current) = (stop.clone(), phase.clone());
         ctrlc::set_handler(move || {
             let again = flag.swap(true, Ordering::Relaxed);
-            let phase = current.lock().unwrap_or_else(PoisonError::into_inner);
-            if again || !phase.listening {
+            let phase = || current.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_late = |phase: &Phase| phase.listening && phase.late.is_some();
+            if again || !phase().listening {
+                phase().end();
+            }
+            let (worked, waited) = (ProcessTime::now(), Instant::now());
+            while is_late(&phase()) && worked.elapsed() < PATIENCE && waited.elapsed() < WAITING {
+                sleep(Duration::from_millis(5));
+            }
+            let phase = phase();
+            if is_late(&phase) {
                 phase.end();
             }
         })
@@ -107,9 +129,10 @@ impl Interrupt {
         })
     }
 
-    /// Does `work`, which looks at the stop flag: a first signal meanwhile only sets the flag.
-    pub fn listening<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.change(|phase| phase.listening = true);
+    /// Does `work`, which looks at the stop flag and has something to keep: a first signal meanwhile
+    /// only sets the flag. If `late` is given, it is said where the work does not end in time.
+    pub fn listening<T>(&self, late: Option<Error>, work: impl FnOnce() -> T) -> T {
+        self.change(|phase| (phase.listening, phase.late) = (true, late));
         let done = work();
         self.change(|phase| phase.listening = false);
         done
@@ -136,7 +159,7 @@ impl Drop for Interrupt {
 /// Removes a folder that another thread may still write into: once the folder has another name,
 /// that thread no longer finds it.
 fn remove_folder(path: &Path) -> io::Result<()> {
-    let gone = path.with_extension("gone");
+    let gone = path.with_extension(GONE);
     fs::rename(path, &gone)?;
     fs::remove_dir_all(gone)
 }
@@ -150,10 +173,12 @@ impl Phase {
                 Temporary::IfEmpty(path) => fs::remove_dir(path),
             };
         }
-        let error = match self.writing {
-            true => Error::interrupted("run", "results were being written"),
-            false => Error::interrupted("run", NOTHING_WRITTEN),
+        let error = match (&self.late, self.writing) {
+            (Some(late), _) if self.listening => late.clone(),
+            (_, true) => Error::interrupted("run", "results were being written"),
+            (_, false) => Error::interrupted("run", NOTHING_WRITTEN),
         };
+        terminal::clear_line();
         terminal::fail(&error);
         process::exit(EXIT_CODE.into())
     }

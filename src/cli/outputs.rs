@@ -12,8 +12,8 @@ use super::interrupt::{Interrupt, STANDARD_OUTPUT};
 use crate::{
     error::{Error, Result},
     formats::{
-        output::{FilesRead, OutputFile},
-        result_file::{OutputFolder, write_csv, write_json},
+        output::{CompleteFile, FilesRead, OutputFile},
+        result_file::{CompleteFolder, OutputFolder, write_csv, write_json},
     },
     results::result::RunResult,
 };
@@ -82,11 +82,14 @@ impl Outputs {
     }
 
     pub(super) fn write(self, read: &FilesRead, result: &RunResult) -> Result<()> {
-        self.output.write(read, |writer| write_json(result, writer))?;
-        if let Some(folder) = self.per_captor {
-            folder.write(read, result)?;
-        }
-        self.csv.map_or(Ok(()), |csv| csv.write(read, |writer| write_csv(result, writer)))
+        // all are completed before the first has its place
+        let json = self.output.complete(read, |writer| write_json(result, writer))?;
+        let csv = self.csv.map(|csv| csv.complete(read, |writer| write_csv(result, writer)));
+        let csv = csv.transpose()?;
+        let folder = self.per_captor.map(|folder| folder.complete(read, result)).transpose()?;
+        json.put()?;
+        csv.map_or(Ok(()), CompleteFile::put)?;
+        folder.map_or(Ok(()), CompleteFolder::put)
     }
 }
 

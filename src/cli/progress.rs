@@ -1,5 +1,5 @@
-//! Progress of a command: a bar on a terminal, and a line every minute elsewhere, as in the log of
-//! a batch job.
+//! Progress of a command: a bar on a terminal. Elsewhere, as in the log of a batch job, there is a
+//! line after two seconds and then every minute.
 
 use std::{
     io::{self, IsTerminal},
@@ -12,8 +12,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, T
 use super::terminal;
 use crate::transport::simulate::Progress;
 
-/// Time between two lines where there is no terminal.
+/// Time before the first line where there is no terminal, and between two lines.
+const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(60);
+/// Time between two drawings of a bar of which nothing else is heard.
+const TICK: Duration = Duration::from_millis(200);
 
 /// Makes a progress bar in the form of `template`, which may begin with `{bar:30}`. With `--quiet`
 /// it shows nothing.
@@ -23,7 +26,9 @@ pub fn terminal_bar(template: &str) -> ProgressBar {
         (true, _) => ProgressDrawTarget::hidden(),
         (false, true) => ProgressDrawTarget::stderr_with_hz(10),
         (false, false) => {
-            let lines = Lines::new(EVERY, |line: &str| terminal::complain(&format!("{line}\n")));
+            let lines = Lines::new(FIRST, EVERY, |line: &str| {
+                terminal::complain(&format!("{line}\n"));
+            });
             ProgressDrawTarget::term_like_with_hz(Box::new(lines), 1)
         }
     };
@@ -36,7 +41,16 @@ pub fn terminal_bar(template: &str) -> ProgressBar {
         };
         bar.set_style(style.with_key("speed", speed));
     }
+    bar.enable_steady_tick(TICK);
     bar
+}
+
+/// Does `work` of which nothing but the time is known, and says what it is.
+pub fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let bar = terminal_bar(&format!("{{elapsed}} {what}"));
+    let done = work();
+    bar.finish_and_clear();
+    done
 }
 
 /// Shows how far a simulation has come.
@@ -50,13 +64,14 @@ pub fn show(bar: &ProgressBar, progress: Progress) {
 /// Stands in for a terminal: of all that a bar draws, it writes one line at most every `every`.
 struct Lines<W> {
     every: Duration,
-    last: Mutex<Instant>,
+    /// When the next line is due.
+    due: Mutex<Instant>,
     write: W,
 }
 
 impl<W> Lines<W> {
-    fn new(every: Duration, write: W) -> Self {
-        Self { every, last: Mutex::new(Instant::now()), write }
+    fn new(first: Duration, every: Duration, write: W) -> Self {
+        Self { every, due: Mutex::new(Instant::now() + first), write }
     }
 }
 
@@ -86,9 +101,9 @@ impl<W: Fn(&str) + Send + Sync> TermLike for Lines<W> {
         self.write_str(line)
     }
     fn write_str(&self, text: &str) -> io::Result<()> {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if !text.trim().is_empty() && last.elapsed() >= self.every {
-            *last = Instant::now();
+        let mut due = self.due.lock().unwrap_or_else(PoisonError::into_inner);
+        if !text.trim().is_empty() && Instant::now() >= *due {
+            *due = Instant::now() + self.every;
             (self.write)(text.trim_end());
         }
         Ok(())
@@ -105,9 +120,10 @@ impl<W: Fn(&str) + Send + Sync> TermLike for Lines<W> {
 mod tests {
     use super::*;
 
-    fn lines(every: Duration) -> Vec<String> {
+    fn lines(first: Duration, every: Duration) -> Vec<String> {
         let said = Mutex::new(Vec::new());
-        let lines = Lines::new(every, |line: &str| said.lock().unwrap().push(line.to_string()));
+        let lines =
+            Lines::new(first, every, |line: &str| said.lock().unwrap().push(line.to_string()));
         for text in ["\r", "12 %, 3 min left", "    ", "13 %, 2 min left", "  "] {
             lines.write_str(text).unwrap();
         }
@@ -116,11 +132,14 @@ mod tests {
 
     #[test]
     fn a_log_gets_lines_and_nothing_that_only_a_terminal_understands() {
-        assert_eq!(lines(Duration::ZERO), ["12 %, 3 min left", "13 %, 2 min left"]);
+        let zero = Duration::ZERO;
+        assert_eq!(lines(zero, zero), ["12 %, 3 min left", "13 %, 2 min left"]);
     }
 
     #[test]
     fn there_is_no_line_before_its_time() {
-        assert_eq!(lines(Duration::from_secs(3600)), [""; 0]);
+        let hour = Duration::from_secs(3600);
+        assert_eq!(lines(hour, Duration::ZERO), [""; 0]);
+        assert_eq!(lines(Duration::ZERO, hour), ["12 %, 3 min left"]);
     }
 }

@@ -9,19 +9,15 @@ mod photons;
 mod task;
 mod view;
 
-use std::{
-    path::{Path, PathBuf},
-    sync::atomic::Ordering,
-    time::Duration,
-};
+use std::path::{Path, PathBuf};
 
 use super::{
     interrupt::{Interrupt, STANDARD_OUTPUT},
     outputs::{check_places, place_of},
-    progress::terminal_bar,
+    progress::during,
 };
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result},
+    error::{Error, Result},
     formats::{
         output::{FilesRead, OutputFile},
         scene_file,
@@ -47,18 +43,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     check_places(&places, &FilesRead::default())?;
 
-    let reading = terminal_bar("{elapsed} reading the scene");
-    reading.enable_steady_tick(Duration::from_millis(200));
-    let loaded = scene_file::load(&arguments.scene)?;
-    reading.finish_and_clear();
+    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
     let read = FilesRead::new(loaded.files.iter().chain(&arguments.results));
     check_places(&places, &read)?;
     super::terminal::warn(&loaded.warnings);
 
-    let made = interrupt.listening(|| make(arguments, &loaded, interrupt.stop()))?;
-    if interrupt.stop().load(Ordering::Relaxed) {
-        return Err(Error::interrupted("render", NOTHING_WRITTEN));
-    }
+    let made = make(arguments, &loaded, interrupt.stop())?;
     interrupt.writing();
     for (kind, output) in outputs {
         match kind {

@@ -5,7 +5,6 @@ use std::{
     io::{self, Write},
     path::{Path, PathBuf},
     sync::{Mutex, atomic::Ordering},
-    time::Duration,
 };
 
 use clap::Args;
@@ -13,7 +12,7 @@ use clap::Args;
 use super::{
     interrupt::Interrupt,
     outputs::{check_places, place_of},
-    progress::{show, terminal_bar},
+    progress::{during, show, terminal_bar},
     tracing::TracingArguments,
 };
 use crate::{
@@ -66,11 +65,10 @@ pub(super) fn write(
     let interrupt = Interrupt::install()?;
     let file = interrupt.file(output)?;
     let place = file.place().map(Path::to_path_buf);
-    let reading = terminal_bar("{elapsed} reading the scene");
-    reading.enable_steady_tick(Duration::from_millis(200));
-    let results = source.results.as_deref().map(ResultsFile::read).transpose()?;
-    let loaded = scene_file::load(&source.scene)?;
-    reading.finish_and_clear();
+    let (results, loaded) = during("reading the scene", || -> Result<_> {
+        let results = source.results.as_deref().map(ResultsFile::read).transpose()?;
+        Ok((results, scene_file::load(&source.scene)?))
+    })?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
     let read = FilesRead::new(files.iter().chain(&source.results).chain(others));
     check_places(place.as_slice(), &read)?;
@@ -105,8 +103,7 @@ pub(super) fn write(
         }
     };
     let control = Control { stop: interrupt.stop(), progress: &|_| {} };
-    let rendered =
-        interrupt.listening(|| RenderedScene::new(&scene, &settings, plan, &control, &progress));
+    let rendered = RenderedScene::new(&scene, &settings, plan, &control, &progress);
     if let Ok(Some((_, bar))) = bars.into_inner() {
         bar.finish_and_clear();
     }
@@ -115,6 +112,6 @@ pub(super) fn write(
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     interrupt.writing();
-    file.write(&read, |writer| write(&rendered, writer))?;
+    during("writing", || file.write(&read, |writer| write(&rendered, writer)))?;
     super::terminal::print(&format!("wrote {}\n", place_of(output)))
 }

@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::{
     interrupt::Interrupt,
     outputs::{FILES, OutputArguments, Outputs, check_places, place_of},
-    progress::{show, terminal_bar},
+    progress::{during, show, terminal_bar},
     summary::{far_off, summary},
     terminal,
 };
@@ -229,13 +229,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let mut places = [outputs.places(), stats_place.as_slice().to_vec()].concat();
     check_places(&places, &FilesRead::default())?;
 
-    let reading = terminal_bar("{elapsed} reading the scene");
-    reading.enable_steady_tick(Duration::from_millis(200));
-    let (loaded, digest) = match arguments.shard {
-        Some(_) => scene_file::load_with_digest(&arguments.scene)?,
-        None => (scene_file::load(&arguments.scene)?, String::new()),
-    };
-    reading.finish_and_clear();
+    let (loaded, digest) = during("reading the scene", || match arguments.shard {
+        Some(_) => scene_file::load_with_digest(&arguments.scene),
+        None => Ok((scene_file::load(&arguments.scene)?, String::new())),
+    })?;
     loaded.check_captors()?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
     places.extend(outputs.captor_places(scene.captors.iter().map(|captor| captor.id.as_str()))?);
@@ -250,7 +247,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         // the trial is made here, since the file of the shard must say what it has chosen
         let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
         check_shardable(&settings)?;
-        let plan = interrupt.listening(|| Plan::make(&scene, &settings, &quiet))?;
+        let plan = Plan::make(&scene, &settings, &quiet)?;
         let head = ShardHead {
             phylux_part: shard.to_string(),
             format: shard_file::FORMAT,
@@ -278,19 +275,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let checkpoint = arguments.checkpoint(&scene, &settings);
     places.extend(checkpoint.as_ref().and_then(Checkpoint::place));
     check_places(&places, &read)?;
-    let simulation = interrupt
-        .listening(|| arguments.simulate(&scene, &settings, &control, checkpoint.as_ref()));
+    let simulate = || arguments.simulate(&scene, &settings, &control, checkpoint.as_ref());
+    let simulation = match checkpoint {
+        None => simulate(),
+        // what was traced is kept
+        Some(_) => interrupt.listening(None, simulate),
+    };
     bar.finish_and_clear();
     let simulation = simulation?;
     let traced = Instant::now();
-    let result = RunResult::new(&scene, &settings, &simulation);
+    let result = during("estimating", || RunResult::new(&scene, &settings, &simulation));
     let estimated = Instant::now();
     if interrupt.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     interrupt.writing();
 
-    outputs.write(&read, &result)?;
+    during("writing", || outputs.write(&read, &result))?;
     let trace_seconds = (traced - loaded).as_secs_f64();
     let totals = &simulation.totals;
     let stats = Stats {
@@ -344,8 +345,7 @@ fn kept(
     checkpoint: &Checkpoint,
     every: Duration,
 ) -> Result<Simulation> {
-    checkpoint.check_place()?;
-    let resumed = checkpoint.read()?;
+    let resumed = checkpoint.open()?;
     let path = checkpoint.path().display();
     let written = AtomicBool::new(resumed.is_some());
     let save = |state: &RunState, arrivals: KeptArrivals| match checkpoint.write(state, arrivals) {
@@ -375,7 +375,7 @@ fn run_shard(
     let bar = progress_bar(&plan.settings);
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let shard_sums = interrupt.listening(|| simulate_shard(scene, plan, shard, &control));
+    let shard_sums = simulate_shard(scene, plan, shard, &control);
     bar.finish_and_clear();
     let shard_sums = shard_sums?;
     let text = format!("shard {shard} of {}: {} batches\n", scene.name, shard_sums.batches.len());

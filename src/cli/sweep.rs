@@ -4,7 +4,6 @@
 use std::{
     fmt::Write,
     path::{Path, PathBuf},
-    time::Duration,
 };
 
 use clap::Args;
@@ -13,7 +12,7 @@ use indicatif::ProgressBar;
 use super::{
     interrupt::{Interrupt, check_folder},
     outputs::{check_places, place_of},
-    progress::terminal_bar,
+    progress::{during, terminal_bar},
     summary::summary,
     tracing::TracingArguments,
 };
@@ -83,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     arguments.output.as_deref().map_or(Ok(()), check_folder)?;
     let TracingArguments { photons, seed, threads } = arguments.tracing;
     let file = Sweep::load(&arguments.sweep)?.with_settings(photons, seed);
-    let base = load_base(&file)?;
+    let base = during("reading the scene", || load_base(&file))?;
     let threads = threads.unwrap_or(base.settings.threads);
     let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
     super::terminal::warn(&base.warnings);
@@ -122,14 +121,13 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     // would replace
     check_places(place.as_slice(), &FilesRead::new(&arguments.shards))?;
     let bar = terminal_bar("{elapsed} adding up, {pos} batches");
-    bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress: Progress| bar.set_position(progress.photons);
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let scene = arguments.scene.as_deref();
     let shards = Shards::open(&arguments.shards, scene)?;
     let read = FilesRead::new(&shards.files);
     check_places(place.as_slice(), &read)?;
-    let joined = interrupt.listening(|| shards.join(&control));
+    let joined = shards.join(&control);
     bar.finish_and_clear();
     let result = joined?;
     interrupt.writing();
@@ -146,10 +144,11 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
 fn watched<T>(interrupt: &Interrupt, work: impl FnOnce(&SweepControl) -> Result<T>) -> Result<T> {
     interrupt.writing();
     let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
-    bar.enable_steady_tick(Duration::from_millis(200));
     let progress = |progress| show(&bar, progress);
     let control = SweepControl { stop: interrupt.stop(), progress: &progress };
-    let done = interrupt.listening(|| work(&control));
+    let late = Error::interrupted("sweep", "what is done stays in its folder")
+        .remedy("the same command goes on from there");
+    let done = interrupt.listening(Some(late), || work(&control));
     bar.finish_and_clear();
     done
 }

@@ -4,7 +4,7 @@
 use std::{
     borrow::Cow,
     fmt::Display,
-    io::{self, Write},
+    io::{self, IsTerminal, Write},
     sync::atomic::{AtomicBool, Ordering},
 };
 
@@ -69,6 +69,13 @@ pub fn warn(warnings: &[String]) {
 /// Prints the line of an error.
 pub fn fail(error: impl Display) {
     complain(&format!("error: {error}\n"));
+}
+
+/// Clears the line of a progress bar that nobody will end.
+pub fn clear_line() {
+    if !is_quiet() && io::stderr().is_terminal() {
+        let _ = io::stderr().write_all(b"\r\x1b[2K");
+    }
 }
 
 /// Prints lines to the standard error, such as warnings. If no one reads there, that is no error.

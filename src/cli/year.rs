@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use super::{
     interrupt::Interrupt,
     outputs::check_places,
-    progress::{show, terminal_bar},
+    progress::{during, show, terminal_bar},
     run::{photons, threads},
     summary::short,
 };
@@ -134,7 +134,7 @@ fn find(
         Patches::Tregenza => SkyDivision::Tregenza,
         Patches::Reinhart => SkyDivision::Reinhart,
     };
-    let loaded = load_by_hour(&arguments.scene, division)?;
+    let loaded = during("reading the scene", || load_by_hour(&arguments.scene, division))?;
     loaded.check_captors()?;
     let files: Vec<PathBuf> = loaded.files.iter().chain(&arguments.control).cloned().collect();
     let read = FilesRead::new(&files);
@@ -150,16 +150,17 @@ fn find(
         max_time: None,
         ..loaded.settings.clone()
     };
-    let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
+    let bar = terminal_bar("{bar:30} {percent}% {human_pos} {msg}, {speed}, {eta} left");
+    bar.set_message("photons or rays to the sun");
     let progress = |progress: Progress| show(&bar, progress);
     let watched = Control { stop: interrupt.stop(), progress: &progress };
     let path = arguments.control.as_deref().map(|path| path.display().to_string());
     let file = control.as_ref().zip(path.as_deref());
-    let year = interrupt.listening(|| Year::find(&loaded, file, &settings, &watched));
+    let year = Year::find(&loaded, file, &settings, &watched);
     bar.finish_and_clear();
     let year = year?;
     interrupt.writing();
-    write(&year, tables, &read)?;
+    during("writing the tables", || write(&year, tables, &read))?;
     super::terminal::warn(&year.warnings);
     let wrote = format!("\nwrote {}\n", arguments.output.display());
     super::terminal::print(&(describe(&loaded, &year) + &wrote))

@@ -19,7 +19,7 @@ pub fn read(path: &Path) -> Result<Calibration> {
 fn parse(bytes: &[u8], path: &Path) -> Result<Calibration> {
     let none = |why: String| {
         Error::input(path.display(), format!("is no calibration: {why}"))
-            .remedy("name a file `calibration.json` that `phylux calibrate` has written")
+            .remedy("name a file such as `calibration.json` that `phylux calibrate` has written")
     };
     json::check_memory(bytes).map_err(|why| Error::input(path.display(), why))?;
     let calibration: Calibration =

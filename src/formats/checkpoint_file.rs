@@ -3,12 +3,16 @@
 //! The file is JSON by lines: one line for the head, one for the sums, one for each task of the
 //! photon map, and one for the end. It is written beside its place and moved there only when it is
 //! complete.
+//!
+//! The process that keeps a checkpoint holds a lock of the system on the file that is there, from
+//! the first moment on: it begins with a file that holds nothing but the head and the end.
 
 use std::{
     fmt::Display,
     fs::{self, File},
-    io::{self, BufReader, BufWriter, Write},
+    io::{self, BufReader, BufWriter, Seek, Write},
     path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
 };
 
 use serde::{Deserialize, Serialize};
@@ -17,7 +21,11 @@ use sha2::{Digest, Sha256};
 use super::shard_file::{FORMAT, Line, VERSION, end, line};
 use crate::{
     error::{Error, Result},
-    formats::{json, output::folder_of},
+    formats::{
+        json,
+        output::{folder_of, place_of},
+        unfinished::{is_at, is_held, remove_leftovers, unfinished_file},
+    },
     scene::world::Scene,
     transport::{
         settings::{Estimator, Guiding, Settings, Target},
@@ -59,6 +67,17 @@ struct KeptSettings {
 pub struct Checkpoint {
     path: PathBuf,
     head: Head,
+    /// The file at the checkpoint's place, once this process holds it.
+    held: Mutex<Option<Held>>,
+}
+
+/// The file at the checkpoint's place, with the lock of this process.
+#[derive(Debug)]
+struct Held {
+    file: File,
+    place: PathBuf,
+    /// Whether it holds something that a run has done.
+    kept: bool,
 }
 
 impl Checkpoint {
@@ -87,7 +106,7 @@ impl Checkpoint {
             scene_hash: scene.digest(),
             settings,
         };
-        Self { path: path.to_path_buf(), head }
+        Self { path: path.to_path_buf(), head, held: Mutex::default() }
     }
 
     /// Returns the path of the checkpoint, as it was given.
@@ -98,52 +117,84 @@ impl Checkpoint {
     /// Returns the path of the checkpoint with all links resolved, or `None` if its folder does not
     /// exist.
     pub fn place(&self) -> Option<PathBuf> {
-        Some(fs::canonicalize(folder_of(&self.path)).ok()?.join(self.path.file_name()?))
+        place_of(&self.path).ok()
     }
 
-    /// Returns the path that the checkpoint is written to before it is complete.
-    fn unfinished(&self) -> PathBuf {
-        let mut name = self.path.as_os_str().to_os_string();
-        name.push("~");
-        name.into()
-    }
-
-    /// Checks that the checkpoint can be written. Error: its path is not a file, or no file can be
-    /// created beside it.
-    pub fn check_place(&self) -> Result<()> {
-        let fail = |why: &dyn Display| {
+    /// Takes the checkpoint for this process, and returns what its run has done so far; `None` if
+    /// there is nothing yet. Errors: another process is at work on it; it cannot be written; the
+    /// file is not a checkpoint, is damaged, or belongs to another run.
+    pub fn open(&self) -> Result<Option<Resumed>> {
+        let unwritable = |why: &dyn Display| {
             let problem = format!("cannot be written: {why}");
-            Err(Error::input(self.path.display(), problem).remedy("write elsewhere"))
+            Error::input(self.path.display(), problem).remedy("write elsewhere")
         };
-        if self.path.exists() && !self.path.is_file() {
-            return fail(&"it is not a file");
+        let place = place_of(&self.path).map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => unwritable(&e.kind()),
+            _ => unwritable(&e),
+        })?;
+        if place.exists() && !place.is_file() {
+            return Err(unwritable(&"it is not a file"));
         }
-        match File::create(self.unfinished()) {
-            Ok(file) => {
-                drop(file);
-                let _ = fs::remove_file(self.unfinished());
-                Ok(())
+        remove_leftovers(&folder_of(&place));
+        let (file, new) = loop {
+            match File::options().read(true).write(true).open(&place) {
+                // the file may go away or be replaced between the two steps
+                Ok(file) if is_held(&file, &place) => break (file, false),
+                Ok(file) if is_at(&file, &place) => {
+                    return Err(Error::run(
+                        self.path.display(),
+                        "another phylux is at work on this checkpoint",
+                    )
+                    .remedy("wait for its end, or name another file"));
+                }
+                Ok(_) => {}
+                Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                    let begun = self.begin(&place).map_err(|e| unwritable(&e.kind()))?;
+                    if let Some(file) = begun {
+                        break (file, true);
+                    }
+                }
+                Err(e) => return Err(unwritable(&e.kind())),
             }
-            Err(e) => fail(&e.kind()),
+        };
+        // a file can be replaced only if another can be made beside it
+        unfinished_file(&folder_of(&place), None).map_err(|e| unwritable(&e.kind()))?;
+        let resumed = if new { None } else { self.read(&file)? };
+        *self.lock() = Some(Held { file, place, kept: resumed.is_some() });
+        Ok(resumed)
+    }
+
+    /// Makes a checkpoint at `place` that holds nothing yet; `None` if there is a file by now.
+    fn begin(&self, place: &Path) -> io::Result<Option<File>> {
+        let mut file = unfinished_file(&folder_of(place), None)?;
+        let mut hash = Sha256::new();
+        let mut head = serde_json::to_vec(&self.head)?;
+        head.push(b'\n');
+        hash.update(&head);
+        head.extend(end(hash)?);
+        file.write_all(&head)?;
+        match file.persist_noclobber(place) {
+            Ok(file) => Ok(Some(file)),
+            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Ok(None),
+            Err(e) => Err(e.error),
         }
     }
 
-    /// Reads what the run has done so far; `None` if there is no such file. Errors: the file is not
-    /// a checkpoint, is damaged, or belongs to another run.
-    pub fn read(&self) -> Result<Option<Resumed>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Held>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reads what the run has done so far; `None` if that is nothing. Errors: the file is not a
+    /// checkpoint, is damaged, or belongs to another run.
+    fn read(&self, file: &File) -> Result<Option<Resumed>> {
         let place = self.path.display();
-        let file = match File::open(&self.path) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            opened => opened.map_err(|e| {
-                Error::input(&place, format!("cannot be read: {}", e.kind()))
-                    .remedy("write elsewhere")
-            })?,
-        };
         let spoiled = || {
             Error::input(&place, "was cut short or changed since it was written")
                 .remedy("remove it, and the run begins anew")
         };
-        let mut reader = BufReader::new(file);
+        let mut reader = file.try_clone().map_err(|_| spoiled())?;
+        reader.rewind().map_err(|_| spoiled())?;
+        let mut reader = BufReader::new(reader);
         let mut hash = Sha256::new();
         let first = line(&mut reader, &mut hash).map_err(|_| spoiled())?;
         let head: Head = serde_json::from_slice(&first).map_err(|e| {
@@ -151,8 +202,13 @@ impl Checkpoint {
                 "name a file that is not there, or that `phylux run --checkpoint` has written",
             )
         })?;
-        self.check(&head)?;
+        let of_head = hash.clone();
         let second = line(&mut reader, &mut hash).map_err(|_| spoiled())?;
+        if end(of_head).is_ok_and(|end| end == second) {
+            // of whatever run it is: nothing is lost with it
+            return Ok(None);
+        }
+        self.check(&head)?;
         json::check_memory(&second).map_err(|why| Error::input(&place, why))?;
         let state: RunState = serde_json::from_slice(&second).map_err(|_| spoiled())?;
         let mut arrivals = Vec::new();
@@ -193,9 +249,15 @@ impl Checkpoint {
     }
 
     /// Writes what the run has done so far beside the checkpoint's place, then moves it there.
+    /// Error: it cannot be written, or the checkpoint was not opened.
     pub fn write(&self, state: &RunState, arrivals: KeptArrivals) -> io::Result<()> {
-        let unfinished = self.unfinished();
-        let mut writer = BufWriter::with_capacity(1 << 16, File::create(&unfinished)?);
+        let mut held = self.lock();
+        let held = held.as_mut().ok_or_else(|| io::Error::other("it is not open"))?;
+        let old = held.file.metadata().ok();
+        let mut writer = BufWriter::with_capacity(
+            1 << 16,
+            unfinished_file(&folder_of(&held.place), old.as_ref())?,
+        );
         let mut hash = Sha256::new();
         let mut line = |value: Vec<u8>| {
             hash.update(&value);
@@ -209,14 +271,33 @@ impl Checkpoint {
             line(serde_json::to_vec(&Line::TaskArrivals { key, words: task.words() })?)?;
         }
         writer.write_all(&end(hash)?)?;
-        writer.into_inner()?.sync_all()?;
-        fs::rename(unfinished, &self.path)
+        let file = writer.into_inner()?;
+        file.as_file().sync_all()?;
+        held.file = file.persist(&held.place).map_err(|e| e.error)?;
+        held.kept = true;
+        Ok(())
     }
 
-    /// Removes the checkpoint and its unfinished file, once the results are written.
+    /// Removes the checkpoint, once the results are written.
     pub fn remove(&self) {
-        for path in [&self.path, &self.unfinished()] {
-            let _ = fs::remove_file(path);
+        if let Some(held) = self.lock().take() {
+            remove_held(&held);
+        }
+    }
+}
+
+/// Removes the file that this process holds, unless somebody has put another one in its place.
+fn remove_held(held: &Held) {
+    if is_at(&held.file, &held.place) {
+        let _ = fs::remove_file(&held.place);
+    }
+}
+
+impl Drop for Checkpoint {
+    /// Removes a checkpoint that holds nothing.
+    fn drop(&mut self) {
+        if let Some(held) = self.lock().take().filter(|held| !held.kept) {
+            remove_held(&held);
         }
     }
 }
@@ -304,7 +385,7 @@ mod tests {
             let scene = small_scene().scene;
             let checkpoint = Checkpoint::new(&folder.path().join("kept"), &scene, &settings());
             fs::write(checkpoint.path(), if sign { signed(&text) } else { text }).expect("written");
-            match checkpoint.read() {
+            match checkpoint.open() {
                 Err(error) => check_error(&error, checkpoint.path()),
                 Ok(resumed) => {
                     let keeper = Keeper::new(Duration::from_secs(1000), resumed, &|_, _| {});

@@ -12,7 +12,7 @@
 //!
 //! Read [`input`], [`json`] and [`scene_file`] first. Nothing here draws pictures. Every error of
 //! input names the file and the place in it. Most reading and writing of files goes through
-//! [`input`] and [`output`].
+//! [`input`] and [`output`]; [`written`] knows the files that a command has written into a folder.
 
 pub mod calibration_file;
 pub mod captor_csv;
@@ -40,4 +40,6 @@ pub mod spectrum_file;
 #[cfg(test)]
 pub mod spoil;
 pub mod sweep_file;
+pub mod unfinished;
 pub mod weather;
+pub mod written;

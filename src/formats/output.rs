@@ -1,5 +1,6 @@
 //! Writes files completely or not at all: the content goes to a temporary file in the same folder,
-//! which is renamed when all of it is on the disk.
+//! which is renamed when all of it is on the disk. Several files that belong together are first all
+//! completed, and then all renamed.
 
 use std::{
     collections::HashSet,
@@ -8,14 +9,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use super::unfinished::{remove_leftovers, unfinished_file};
 use crate::error::{Error, Result};
-
-/// The beginning of the names of temporary files and folders.
-pub const TEMPORARY: &str = ".phylux-";
-/// The beginning of the names of temporary files in the folder of a sweep. Only one process works
-/// there at a time, so files with such names that it finds when it begins were left behind by an
-/// earlier one.
-pub const OF_SWEEP: &str = ".phylux-sweep-";
 
 /// A file or folder on the disk that holds unfinished output.
 #[derive(Clone, Debug)]
@@ -71,7 +66,11 @@ impl OutputFile {
     /// Prepares to write the file `path`. Errors: `path` is a directory or write-protected, or its
     /// folder is missing or not writable.
     pub fn create(path: &Path) -> Result<Self> {
-        Self::with_prefix(path, TEMPORARY)
+        let output = Self::prepare(path)?;
+        if let Some(place) = output.place() {
+            remove_leftovers(&folder_of(place));
+        }
+        Ok(output)
     }
 
     /// Returns an output that is written to the standard output.
@@ -87,11 +86,11 @@ impl OutputFile {
                 Err(Error::input(path.display(), "is not a file that a sweep has made")
                     .remedy("move it away"))
             }
-            _ => Self::with_prefix(path, OF_SWEEP),
+            _ => Self::prepare(path),
         }
     }
 
-    fn with_prefix(path: &Path, prefix: &str) -> Result<Self> {
+    fn prepare(path: &Path) -> Result<Self> {
         let fail = |problem: String, remedy: &str| {
             Err(Error::input(path.display(), problem).remedy(remedy))
         };
@@ -105,9 +104,7 @@ impl OutputFile {
             Ok(kind) if kind.permissions().readonly() => {
                 return fail("is write-protected".into(), "write elsewhere");
             }
-            // resolve links, because a rename would replace the link itself
-            Ok(_) => fs::canonicalize(path),
-            Err(_) => new_place(path),
+            _ => place_of(path),
         };
         let old = fs::metadata(path).ok();
         let place = match place {
@@ -118,7 +115,7 @@ impl OutputFile {
             }
             Err(e) => return fail(format!("cannot be written: {e}"), "write elsewhere"),
         };
-        match temporary(&folder_of(&place), prefix, old.as_ref()) {
+        match unfinished_file(&folder_of(&place), old.as_ref()) {
             Ok(file) => {
                 Ok(Self { path: path.to_path_buf(), target: Target::Temporary(file, place) })
             }
@@ -151,9 +148,19 @@ impl OutputFile {
         read: &FilesRead,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<()> {
+        self.complete(read, content)?.put()
+    }
+
+    /// Writes the content, but does not move the file to its place yet. Errors: the file would
+    /// replace one of the files in `read`, or it cannot be written.
+    pub fn complete(
+        self,
+        read: &FilesRead,
+        content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<CompleteFile> {
         let mut file = self.open(read)?;
         let written = content(&mut file);
-        file.finish(written)
+        file.complete(written)
     }
 
     /// Starts to write the file. Errors: it would replace one of the files in `read`, or a device
@@ -193,17 +200,43 @@ impl OpenFile {
     /// Moves the file to its place, if `written` says that all of its content could be written.
     /// Error: it could not be written completely.
     pub fn finish(self, written: io::Result<()>) -> Result<()> {
+        self.complete(written)?.put()
+    }
+
+    /// Ends the content of the file, which does not have its place yet, if `written` says that all
+    /// of it could be written. Error: it could not be written completely.
+    pub fn complete(self, written: io::Result<()>) -> Result<CompleteFile> {
         let Self { path, writer } = self;
         let target = written.and_then(|()| writer.into_inner().map_err(io::Error::from));
-        let placed = target.and_then(|target| match target {
-            Opened::Special(_) => Ok(()),
-            Opened::Standard(mut output) => whoever_reads(output.flush(), ()),
+        let complete = target.and_then(|target| match target {
+            Opened::Special(_) => Ok(None),
+            Opened::Standard(mut output) => whoever_reads(output.flush().map(|()| None), None),
             Opened::Temporary(file, place) => {
                 file.as_file().sync_all()?;
-                file.persist(&place).map(drop).map_err(|e| e.error)
+                Ok(Some((file, place)))
             }
         });
-        placed.map_err(|e| unwritten(&path, e))
+        match complete {
+            Ok(waiting) => Ok(CompleteFile { path, waiting }),
+            Err(e) => Err(unwritten(&path, e)),
+        }
+    }
+}
+
+/// A file that holds all of its content and waits to be moved to its place. Files that belong
+/// together are completed first and moved then, so that no end of the process leaves some of them.
+#[derive(Debug)]
+pub struct CompleteFile {
+    path: PathBuf,
+    /// The temporary file and its place; `None` for a device, a pipe or the standard output.
+    waiting: Option<(tempfile::NamedTempFile, PathBuf)>,
+}
+
+impl CompleteFile {
+    /// Moves the file to its place.
+    pub fn put(self) -> Result<()> {
+        let Some((file, place)) = self.waiting else { return Ok(()) };
+        file.persist(&place).map(drop).map_err(|e| unwritten(&self.path, e.error))
     }
 }
 
@@ -246,9 +279,17 @@ pub fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// Returns the place of a file that does not exist yet, with links in its folder resolved. Errors:
-/// there is no such folder, or `path` cannot be the name of a file.
-fn new_place(path: &Path) -> io::Result<PathBuf> {
+/// Returns the place that a file has or will have, without links: a rename would replace a link
+/// itself. Errors: there is no such folder, or `path` cannot be the name of a file.
+pub fn place_of(path: &Path) -> io::Result<PathBuf> {
+    fs::canonicalize(path).or_else(|_| new_place(path, MOST_LINKS))
+}
+
+/// The most links that are followed from one to the next, as on Linux.
+const MOST_LINKS: usize = 40;
+
+/// Returns the place of a file that does not exist yet.
+fn new_place(path: &Path, links: usize) -> io::Result<PathBuf> {
     let name = match path.file_name() {
         Some(name) if !path.as_os_str().as_encoded_bytes().ends_with(b"/") => name,
         _ => return Err(io::Error::other("it does not name a file")),
@@ -259,26 +300,14 @@ fn new_place(path: &Path) -> io::Result<PathBuf> {
         Err(e) if e.kind() != io::ErrorKind::NotFound => {
             Err(io::Error::other(e.kind().to_string()))
         }
+        Ok(kind) if kind.is_symlink() => {
+            let strange = || io::Error::other("it is a link that leads nowhere");
+            let links = links.checked_sub(1).ok_or_else(strange)?;
+            let target = folder_of(&place).join(fs::read_link(&place)?);
+            new_place(&target, links).map_err(|_| strange())
+        }
         _ => Ok(place),
     }
-}
-
-/// Creates a temporary file in `folder`, with the access rights of the `old` file that it will
-/// replace, if there is one.
-fn temporary(
-    folder: &Path,
-    prefix: &str,
-    old: Option<&fs::Metadata>,
-) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(prefix);
-    // the access rights of any other new file, restricted by the umask; the default of tempfile is
-    // meant for secrets
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(folder)?;
-    old.map_or(Ok(()), |old| keep_mode(file.as_file(), old))?;
-    Ok(file)
 }
 
 /// Gives a file the access rights of the `old` one, which it will replace.

@@ -18,7 +18,8 @@ use crate::{
     error::{Error, Result},
     formats::{
         csv_text,
-        output::{FilesRead, TEMPORARY, Temporary, folder_of, keep_mode},
+        output::{FilesRead, Temporary, folder_of, keep_mode},
+        unfinished::{remove_leftovers, unfinished_folder},
     },
     math::units::UnitNames,
     results::result::{BandResult, CaptorResult, FaceResult, RunResult},
@@ -67,6 +68,8 @@ pub struct OutputFolder {
     /// The path that the folder will have, without links.
     place: PathBuf,
     staging: tempfile::TempDir,
+    /// The lock on the temporary folder, where there is one.
+    _lock: Option<fs::File>,
     /// Whether the folder did not exist before.
     new: bool,
 }
@@ -101,14 +104,11 @@ impl OutputFolder {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(unmade(e)),
             _ => {}
         }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(TEMPORARY);
-        // the access rights of any other new folder, restricted by the umask
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let staging = builder.tempdir_in(stands_in);
-        let staging = staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
-        Ok(Self { path: path.to_path_buf(), place, staging, new })
+        remove_leftovers(&stands_in);
+        let staging = unfinished_folder(&stands_in);
+        let (staging, lock) =
+            staging.map_err(|e| fail(format!("cannot be written: {}", e.kind())))?;
+        Ok(Self { path: path.to_path_buf(), place, staging, _lock: lock, new })
     }
 
     /// Returns the path that the folder will have, without links.
@@ -143,15 +143,26 @@ impl OutputFolder {
     /// Writes one JSON file for each captor; none is moved to its place before all are written.
     /// Errors: a file would replace one of the files in `read`, or cannot be written.
     pub fn write(self, read: &FilesRead, result: &RunResult) -> Result<()> {
-        let ids = result.captors.iter().map(|captor| captor.id.as_str());
-        self.places(ids)?.iter().try_for_each(|place| read.check(place))?;
-        let path = self.path.clone();
-        self.stage(result)
-            .map_err(|e| Error::run(path.display(), format!("cannot be written: {e}")))
+        self.complete(read, result)?.put()
     }
 
-    fn stage(self, result: &RunResult) -> io::Result<()> {
-        let Self { place, staging, new, .. } = self;
+    /// Writes one JSON file for each captor, of which none has its place yet. Errors: a file would
+    /// replace one of the files in `read`, or cannot be written.
+    pub fn complete(self, read: &FilesRead, result: &RunResult) -> Result<CompleteFolder> {
+        let ids = result.captors.iter().map(|captor| captor.id.as_str());
+        self.places(ids)?.iter().try_for_each(|place| read.check(place))?;
+        match self.stage(result) {
+            Ok(names) => Ok(CompleteFolder { folder: self, names }),
+            Err(e) => Err(self.unwritten(e)),
+        }
+    }
+
+    fn unwritten(&self, e: io::Error) -> Error {
+        Error::run(self.path.display(), format!("cannot be written: {e}"))
+    }
+
+    fn stage(&self, result: &RunResult) -> io::Result<Vec<String>> {
+        let Self { place, staging, .. } = self;
         let names = file_names(result.captors.iter().map(|captor| captor.id.as_str()), "json");
         for (captor, name) in result.captors.iter().zip(&names) {
             let single = SingleCaptor {
@@ -173,13 +184,34 @@ impl OutputFolder {
                 writer.write_all(b"\n")
             })?;
         }
-        if new {
-            fs::rename(staging.path(), &place)?;
+        Ok(names)
+    }
+}
+
+/// The files of a folder, all of which are complete and wait to be moved to their places.
+#[derive(Debug)]
+pub struct CompleteFolder {
+    folder: OutputFolder,
+    names: Vec<String>,
+}
+
+impl CompleteFolder {
+    /// Moves the files to their places.
+    pub fn put(self) -> Result<()> {
+        let OutputFolder { place, staging, new, .. } = &self.folder;
+        let moved = match new {
+            true => fs::rename(staging.path(), place),
+            false => self
+                .names
+                .iter()
+                .try_for_each(|name| fs::rename(staging.path().join(name), place.join(name))),
+        };
+        moved.map_err(|e| self.folder.unwritten(e))?;
+        if *new {
             // the folder is now in its place and must not be removed
-            let _ = staging.keep();
-            return Ok(());
+            let _ = self.folder.staging.keep();
         }
-        names.iter().try_for_each(|name| fs::rename(staging.path().join(name), place.join(name)))
+        Ok(())
     }
 }
 

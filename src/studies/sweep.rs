@@ -19,7 +19,6 @@ mod sealed;
 mod table;
 mod tables;
 mod work;
-mod written;
 
 use std::{collections::BTreeMap, path::Path};
 

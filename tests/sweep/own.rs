@@ -68,8 +68,7 @@ fn a_strange_file_in_the_way_is_refused() {
     let folder = folder(SWEEP);
     ok(&folder, "sweep sweep.json -o out");
     let table = read(&folder, "out/captors.csv");
-    let not_own =
-        |name: &str| format!("out/{name}: is not what this sweep has written there; move");
+    let not_own = |name: &str| format!("out/{name}: is not what phylux has written there; move");
     for done in [true, false] {
         write(&folder, "sweep.json", if done { SWEEP } else { WIDER });
         write(&folder, "out/captors.csv", "x,y,z,radius,nx,ny,nz\n0,0,1,0.1,0,0,1\n");
@@ -91,7 +90,7 @@ fn a_strange_file_in_the_way_is_refused() {
         write(&folder, "out/times.csv", &times);
         let record = read(&folder, "out/written.json");
         write(&folder, "out/written.json", "[1]");
-        refused(&folder, "out/written.json: does not say what a sweep has written");
+        refused(&folder, "out/written.json: does not say what phylux has written");
         write(&folder, "out/written.json", &record);
     }
     ok(&folder, "sweep sweep.json -o out");
@@ -110,19 +109,18 @@ fn a_strange_file_in_the_way_is_refused() {
     assert_eq!(listing(&folder.path("far")), [PLOT]);
 }
 
-/// Temporary files of other processes stay; those that an interrupted sweep has left are removed.
+/// Files of others stay, whatever their names; those that an interrupted sweep has left are removed.
 #[test]
 fn temporary_files_of_others_stay() {
     let folder = folder(SWEEP);
     ok(&folder, "sweep sweep.json -o out");
-    for name in ["out/.phylux-abcdef", "out/.phylux-sweep-abcdef", "out/runs/.phylux-sweep-abcdef"]
-    {
+    let left = ["out/.phylux-abcdefABCDEF.unfinished", "out/runs/.phylux-0123456789ab.unfinished"];
+    for name in left.iter().chain(&["out/.phylux-abcdef"]) {
         write(&folder, name, "");
     }
     ok(&folder, "sweep sweep.json -o out");
     assert!(folder.path("out/.phylux-abcdef").exists());
-    assert!(!folder.path("out/.phylux-sweep-abcdef").exists());
-    assert!(!folder.path("out/runs/.phylux-sweep-abcdef").exists());
+    assert!(left.iter().all(|name| !folder.path(name).exists()));
 }
 
 /// Returns the paths of the files of runs.
@@ -217,7 +215,7 @@ fn folders_of_before_go_on() {
 
     fs::remove_file(folder.path("out/written.json")).expect("removed");
     write(&folder, "sweep.json", WIDER);
-    refused(&folder, "out/captors.csv: is not what this sweep has written there; move it away");
+    refused(&folder, "out/captors.csv: is not what phylux has written there; move it away");
     fs::create_dir(folder.path("old")).expect("a folder");
     for name in listing(&folder.path("out")) {
         if name.ends_with(".csv") && name != "times.csv"

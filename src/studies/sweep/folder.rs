@@ -14,16 +14,17 @@ use serde_json::Value;
 use super::{
     origin::{Inputs, Origin},
     sealed::{is_valid, seal},
-    written::{OwnFile, Written},
 };
 use crate::{
     error::{Error, Result},
     formats::{
         input::read_bytes,
         json,
-        output::{FilesRead, OF_SWEEP, OutputFile, TEMPORARY},
+        output::{FilesRead, OutputFile},
         result_file::write_lines,
         sweep_file::{Run, Sweep},
+        unfinished::{is_unfinished, remove_leftovers},
+        written::{OwnFile, Written},
     },
     results::{result::RunResult, saved::ResultsFile},
 };
@@ -32,6 +33,10 @@ use crate::{
 const MANIFEST: &str = "sweep.json";
 /// Folder of the runs' results.
 const RUNS: &str = "runs";
+/// File of the record of the tables and plots that a sweep has written into its folder.
+const RECORD: &str = "written.json";
+/// What to do about a file that a sweep has not written.
+const GO_ON: &str = "move it away; the same command goes on from there";
 /// Folder of the plots, which show the light on groups against each parameter.
 const PICTURES: &str = "plots";
 /// Table of the time that each run took. Times differ whenever a sweep is done, so they are kept
@@ -144,9 +149,7 @@ impl SweepFolder {
             fs::create_dir(path).map_err(|e| fail(format!("cannot be created: {}", e.kind())))?;
         }
         let unreadable = |e: io::Error| fail(format!("cannot be read: {}", e.kind()));
-        let strange = |name: &OsStr| {
-            name != LOCK && name != RUNS && !name.to_string_lossy().starts_with(TEMPORARY)
-        };
+        let strange = |name: &OsStr| name != LOCK && name != RUNS && !is_unfinished(name);
         if Manifest::read(path).is_err() {
             for entry in fs::read_dir(path).map_err(unreadable)? {
                 let name = entry.map_err(unreadable)?.file_name();
@@ -170,23 +173,12 @@ impl SweepFolder {
                 .remedy("wait for its end; shards need a folder each"));
         }
         fs::create_dir_all(path.join(RUNS)).map_err(unwritable)?;
-        let written = Written::read(path)?;
+        let written = Written::read(path, RECORD, GO_ON)?;
         Times::check(path)?;
-        let folder = Self { path: path.to_path_buf(), written, _lock: lock };
-        folder.sweep_up();
-        Ok(folder)
-    }
-
-    /// Removes temporary files that a killed process has left behind.
-    fn sweep_up(&self) {
-        for folder in [self.path.clone(), self.path.join(RUNS), self.path.join(PICTURES)] {
-            let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-            for entry in entries {
-                if entry.file_name().to_string_lossy().starts_with(OF_SWEEP) {
-                    let _ = fs::remove_file(entry.path());
-                }
-            }
-        }
+        [path.to_path_buf(), path.join(RUNS), path.join(PICTURES)].iter().for_each(|folder| {
+            remove_leftovers(folder);
+        });
+        Ok(Self { path: path.to_path_buf(), written, _lock: lock })
     }
 
     /// Returns the path of the folder.

@@ -3,12 +3,14 @@
 
 use std::io;
 
-use super::written::{OwnFile, Written};
 #[cfg(feature = "parquet")]
 use crate::studies::table::ParquetTable;
 use crate::{
     error::{Error, Result},
-    formats::csv_text,
+    formats::{
+        csv_text,
+        written::{OwnFile, Written},
+    },
     studies::table::{Cell, Kind},
 };
 

@@ -9,39 +9,49 @@ use std::{
 use super::{Lamp, Value, Year, local};
 use crate::{
     error::{Error, Result},
-    formats::output::{FilesRead, OpenFile, OutputFile},
+    formats::{
+        output::{FilesRead, OutputFile},
+        written::{CompleteOwn, OwnFile, Written},
+    },
     scene::daylight::Date,
     show::chart::{Chart, Series, Stroke},
     studies::table::{Cell, Kind, TableFile},
 };
 
-/// The tables that are always CSV.
-const TABLES: [&str; 4] = ["days.csv", "months.csv", "year.csv", "lamps.csv"];
+/// The files beside the table of hours: tables that are always CSV, and the chart.
+const OTHERS: [&str; 5] = ["days.csv", "months.csv", "year.csv", "lamps.csv", CHART];
+const CHART: &str = "dli.svg";
+/// The record of these files in their folder, and what to do about one that is not of it.
+const RECORD: &str = "year.written.json";
+const REMEDY: &str = "move it away, or write into another folder";
 
-/// The files of a year, which are written as a whole or not at all.
+/// The files of a year, all of which are written or none.
 pub struct YearTables {
-    hours: OutputFile,
+    written: Written,
+    /// The files and their names: the table of hours, then the others.
+    files: Vec<(String, OutputFile)>,
     /// Whether the table of hours is Parquet.
     parquet: bool,
-    others: Vec<OutputFile>,
-    chart: OutputFile,
 }
 
 impl YearTables {
     /// Prepares the files in an existing folder; `file` opens each. The table of hours is Parquet,
-    /// or CSV if that is asked for or this build does not support Parquet.
+    /// or CSV if that is asked for or this build does not support Parquet. Error: there is a file
+    /// that was not written by such tables, or has changed since.
     pub fn create(
         folder: &Path,
         csv: bool,
         mut file: impl FnMut(&Path) -> Result<OutputFile>,
     ) -> Result<Self> {
-        let ending = if csv { "csv" } else { TableFile::<OpenFile>::ENDING };
-        Ok(Self {
-            hours: file(&folder.join(format!("hours.{ending}")))?,
-            parquet: ending == "parquet",
-            others: TABLES.iter().map(|name| file(&folder.join(name))).collect::<Result<_>>()?,
-            chart: file(&folder.join("dli.svg"))?,
-        })
+        let ending = if csv { "csv" } else { TableFile::<OwnFile>::ENDING };
+        let names = [&[format!("hours.{ending}")][..], &OTHERS.map(String::from)].concat();
+        let written = Written::read(folder, RECORD, REMEDY)?;
+        written.check(&names)?;
+        let files = names.into_iter().map(|name| {
+            let prepared = file(&folder.join(&name))?;
+            Ok((name, prepared))
+        });
+        Ok(Self { files: files.collect::<Result<_>>()?, written, parquet: ending == "parquet" })
     }
 }
 
@@ -55,15 +65,19 @@ impl Year {
 
 /// Writes all tables and the chart. None of them may replace a file that was `read`.
 pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
-    table(tables.hours.open(read)?, &hour_columns(), tables.parquet, |file| hours(year, file))?;
-    let mut others = tables.others.into_iter();
-    let mut next = || others.next().ok_or_else(|| Error::run("tables", "one is missing"));
+    let YearTables { written, files, parquet } = tables;
+    let mut files = files.into_iter();
+    let mut next = || {
+        let (name, file) = files.next().ok_or_else(|| Error::run("tables", "one is missing"))?;
+        Ok(written.begin(&name, file.open(read)?))
+    };
+    let mut complete = vec![table(next()?, &hour_columns(), parquet, |file| hours(year, file))?];
     type Name = fn(Date) -> String;
     let names: [(&str, Name); 3] = [("day", day), ("month", month), ("period", |_| "all".into())];
     for (column, name) in names {
         let columns = ["captor", column, "band", "unit"].map(|name| (name, Kind::Text));
         let columns = [&columns[..], &VALUES].concat();
-        table(next()?.open(read)?, &columns, false, |file| sums(year, name, file))?;
+        complete.push(table(next()?, &columns, false, |file| sums(year, name, file))?);
     }
     let columns = [
         ("light", Kind::Text),
@@ -71,9 +85,15 @@ pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
         ("hours", Kind::Number),
         ("kwh", Kind::Number),
     ];
-    table(next()?.open(read)?, &columns, false, |file| lamps(year, file))?;
-    let svg = chart(year)?;
-    tables.chart.write(read, |file| file.write_all(svg.as_bytes()))
+    complete.push(table(next()?, &columns, false, |file| lamps(year, file))?);
+    let mut file = next()?;
+    file.write_all(chart(year)?.as_bytes()).map_err(unwritten)?;
+    complete.push(file.complete()?);
+    written.put(complete)
+}
+
+fn unwritten(e: io::Error) -> Error {
+    Error::run("tables", format!("cannot be written: {e}"))
 }
 
 const VALUES: [(&str, Kind); 2] = [("value", Kind::Number), ("standard_error", Kind::Number)];
@@ -82,16 +102,15 @@ fn hour_columns() -> Vec<(&'static str, Kind)> {
     [&["captor", "time", "band"].map(|name| (name, Kind::Text))[..], &VALUES].concat()
 }
 
-fn table(
-    file: OpenFile,
+fn table<'a>(
+    file: OwnFile<'a>,
     columns: &[(&str, Kind)],
     parquet: bool,
-    rows: impl FnOnce(&mut TableFile<OpenFile>) -> io::Result<()>,
-) -> Result<()> {
-    let failed = |e: io::Error| Error::run("tables", format!("cannot be written: {e}"));
-    let mut table = TableFile::begin(file, columns, parquet).map_err(failed)?;
-    rows(&mut table).map_err(failed)?;
-    table.end().map_err(failed)?.finish(Ok(()))
+    rows: impl FnOnce(&mut TableFile<OwnFile<'a>>) -> io::Result<()>,
+) -> Result<CompleteOwn> {
+    let mut table = TableFile::begin(file, columns, parquet).map_err(unwritten)?;
+    rows(&mut table).map_err(unwritten)?;
+    table.end().map_err(unwritten)?.complete()
 }
 
 fn hours<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<()> {
@@ -186,7 +205,7 @@ fn chart(year: &Year) -> Result<String> {
     if !year.lamps.is_empty() {
         chart.title += " (dashed: daylight alone)";
     }
-    chart.svg().map_err(|e| Error::run("dli.svg", e))
+    chart.svg().map_err(|e| Error::run(CHART, e))
 }
 
 /// Adds the hours and energy of each lamp for every month, then for the whole period.

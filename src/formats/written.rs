@@ -1,4 +1,4 @@
-//! The record of the tables and plots that a sweep has written into its folder. The sweep may
+//! The record of the tables and pictures that a command has written into a folder. The command may
 //! remove or replace these files there, and no others. The record holds their names and SHA-256,
 //! and is written before each file is put in its place.
 
@@ -17,29 +17,31 @@ use crate::{
     formats::{
         input::{hex, read_bytes},
         json,
-        output::{FilesRead, OpenFile, OutputFile},
+        output::{CompleteFile, FilesRead, OpenFile, OutputFile},
         result_file::write_lines,
     },
 };
 
-/// Name of the file of the record.
-const RECORD: &str = "written.json";
-
-/// The record of what a sweep has written into its folder.
+/// The record of what a command has written into a folder.
 #[derive(Debug)]
 pub struct Written {
     folder: PathBuf,
+    /// Name of the file of the record.
+    record: &'static str,
+    /// What the user can do about a file that is not of the record.
+    remedy: &'static str,
     /// Whether the folder held a record when it was opened.
     known: bool,
-    /// SHA-256 of each file, by its name.
+    /// SHA-256 of each file, by its name. While a file is replaced, the hash of what was there stands
+    /// before that of what comes, with a space between them.
     hashes: Mutex<BTreeMap<String, String>>,
 }
 
 impl Written {
-    /// Reads the record of the folder `folder`; without one, it is empty. Error: the file is no
-    /// such record.
-    pub fn read(folder: &Path) -> Result<Self> {
-        let path = folder.join(RECORD);
+    /// Reads the record of this name in the folder `folder`; without one, it is empty. `remedy` says
+    /// what to do about a file that is not of the record. Error: the file is no such record.
+    pub fn read(folder: &Path, record: &'static str, remedy: &'static str) -> Result<Self> {
+        let path = folder.join(record);
         let mut hashes = BTreeMap::new();
         let known = fs::symlink_metadata(&path).is_ok();
         if known {
@@ -49,13 +51,14 @@ impl Written {
             };
             let value = json::parse(&name, &read_bytes(&path).map_err(none)?)?;
             hashes = serde_json::from_value(value)
-                .map_err(|e| none(format!("does not say what a sweep has written: {e}")))?;
+                .map_err(|e| none(format!("does not say what phylux has written: {e}")))?;
             // whoever wrote the record, it must not name anything outside the folder
             hashes.retain(|name: &String, _: &mut String| {
                 Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
             });
         }
-        Ok(Self { folder: folder.to_path_buf(), known, hashes: Mutex::new(hashes) })
+        let folder = folder.to_path_buf();
+        Ok(Self { folder, record, remedy, known, hashes: Mutex::new(hashes) })
     }
 
     /// Removes the files of the record. Error: there is another file at one of the places `needed`,
@@ -67,7 +70,7 @@ impl Written {
         let there = |name: &String| fs::symlink_metadata(self.folder.join(name)).is_ok();
         let known = hashes.iter().filter(|(name, _)| there(name));
         let (own, changed): (Vec<_>, Vec<_>) =
-            known.partition(|(name, hash)| self.hash(name).as_ref() == Some(*hash));
+            known.partition(|(name, hashes)| self.is_own(name, hashes));
         let strange = needed.iter().filter(|name| !hashes.contains_key(*name) && there(name));
         if let Some(name) = changed.into_iter().map(|(name, _)| name).chain(strange).next()
             && (self.known || !all)
@@ -80,9 +83,9 @@ impl Written {
                 .map_err(|e| Error::run(path.display(), format!("cannot be removed: {e}")))?;
         }
         hashes.clear();
-        match fs::remove_file(self.folder.join(RECORD)) {
+        match fs::remove_file(self.folder.join(self.record)) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::run(
-                self.folder.join(RECORD).display(),
+                self.folder.join(self.record).display(),
                 format!("cannot be removed: {e}"),
             )),
             _ => Ok(()),
@@ -95,6 +98,63 @@ impl Written {
         Ok(OwnFile { written: self, name: name.into(), file, hash: Sha256::new() })
     }
 
+    /// Begins to write the file `name`, which was prepared.
+    pub fn begin(&self, name: &str, file: OpenFile) -> OwnFile<'_> {
+        OwnFile { written: self, name: name.into(), file, hash: Sha256::new() }
+    }
+
+    /// Checks that the files `needed` may be written. Error: there is a file that is not of the
+    /// record, or has changed since.
+    pub fn check(&self, needed: &[String]) -> Result<()> {
+        let hashes = self.lock();
+        let is_foreign = |name: &&String| {
+            let own = || hashes.get(*name).is_some_and(|hashes| self.is_own(name, hashes));
+            fs::symlink_metadata(self.folder.join(name)).is_ok() && !own()
+        };
+        needed.iter().find(is_foreign).map_or(Ok(()), |name| Err(self.foreign(name)))
+    }
+
+    /// Puts files in their places, which are all of the record from then on: whatever else it named
+    /// is removed. Error: there is a file that is not of the record.
+    pub fn put(&self, files: Vec<CompleteOwn>) -> Result<()> {
+        let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
+        self.check(&names)?;
+        let old = self.lock().clone();
+        let mut both = old.clone();
+        for CompleteOwn { name, hash, .. } in &files {
+            both.entry(name.clone())
+                .and_modify(|old| {
+                    *old = self.hash(name).map_or(String::new(), |old| old + " ") + hash;
+                })
+                .or_insert_with(|| hash.clone());
+        }
+        self.record(both)?;
+        let mut new = BTreeMap::new();
+        for CompleteOwn { name, hash, file } in files {
+            file.put()?;
+            new.insert(name, hash);
+        }
+        for (name, hashes) in old.iter().filter(|(name, _)| !new.contains_key(*name)) {
+            if self.is_own(name, hashes) {
+                let _ = fs::remove_file(self.folder.join(name));
+            }
+        }
+        self.record(new)
+    }
+
+    /// Writes the record anew.
+    fn record(&self, new: BTreeMap<String, String>) -> Result<()> {
+        let file = OutputFile::of_sweep(&self.folder.join(self.record))?;
+        file.write(&FilesRead::default(), |writer| write_lines(&new, writer))?;
+        *self.lock() = new;
+        Ok(())
+    }
+
+    /// Returns whether the file `name` holds what one of these hashes says.
+    fn is_own(&self, name: &str, hashes: &str) -> bool {
+        self.hash(name).is_some_and(|hash| hashes.split(' ').any(|own| own == hash))
+    }
+
     /// Records that `name` is to hold content of this hash. Error: it holds something else.
     fn add(&self, name: &str, hash: String) -> Result<()> {
         let there = fs::symlink_metadata(self.folder.join(name)).is_ok();
@@ -103,7 +163,7 @@ impl Written {
         }
         let mut hashes = self.lock();
         hashes.insert(name.into(), hash);
-        let file = OutputFile::of_sweep(&self.folder.join(RECORD))?;
+        let file = OutputFile::of_sweep(&self.folder.join(self.record))?;
         file.write(&FilesRead::default(), |writer| write_lines(&*hashes, writer))
     }
 
@@ -117,9 +177,8 @@ impl Written {
     }
 
     fn foreign(&self, name: &str) -> Error {
-        let problem = "is not what this sweep has written there";
-        Error::input(self.folder.join(name).display(), problem)
-            .remedy("move it away; the same command goes on from there")
+        let problem = "is not what phylux has written there";
+        Error::input(self.folder.join(name).display(), problem).remedy(self.remedy)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, String>> {
@@ -141,6 +200,21 @@ impl OwnFile<'_> {
         self.written.add(&self.name, hex(self.hash))?;
         self.file.finish(Ok(()))
     }
+
+    /// Ends the content of the file, which does not have its place yet: [`Written::put`] gives it
+    /// that. Error: it could not be written completely.
+    pub fn complete(self) -> Result<CompleteOwn> {
+        let file = self.file.complete(Ok(()))?;
+        Ok(CompleteOwn { name: self.name, hash: hex(self.hash), file })
+    }
+}
+
+/// A file that holds all of its content and waits for its place.
+#[derive(Debug)]
+pub struct CompleteOwn {
+    name: String,
+    hash: String,
+    file: CompleteFile,
 }
 
 impl Write for OwnFile<'_> {
@@ -210,9 +284,9 @@ mod tests {
             for other in &others {
                 fs::write(other, "b").expect("a file");
             }
-            fs::write(folder.join(RECORD), &bytes).expect("a file");
-            match Written::read(&folder) {
-                Err(error) => check_error(&error, &folder.join(RECORD)),
+            fs::write(folder.join("w.json"), &bytes).expect("a file");
+            match Written::read(&folder, "w.json", "move it away") {
+                Err(error) => check_error(&error, &folder.join("w.json")),
                 Ok(written) => {
                     let said = written.lock().clone();
                     let cleared = written.clear(&OWN.map(String::from), all);
