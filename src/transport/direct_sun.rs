@@ -1,4 +1,4 @@
-//! Direct sunlight on the fronts of captors, found by shadow rays.
+//! Direct and mirrored sunlight on the fronts of captors, found by shadow rays.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -25,12 +25,13 @@ const POINTS: u64 = 8;
 /// Number of random numbers that a shadow ray takes.
 const NUMBERS: u32 = 8;
 
-/// Returns the irradiance (W/m2) that each of some lights at infinity brings to the front of each
-/// captor, straight or through thin panes, and its standard error. There is one list for each
-/// captor; it holds the lights one after the other, and for each of them the bands and then the
-/// sums over bands. Each value is found by 64 shadow rays; a light that shines on no triangle of a
-/// captor gives 0. The same seed gives the same result on any number of threads. The progress counts
-/// shadow rays. Error: `control` stopped the work.
+/// Returns the irradiance (W/m2) that the suns of each of some lights at infinity bring to the front
+/// of each captor, straight, through thin panes or by way of one flat pane or mirror, and its
+/// standard error. There is one list for each captor; it holds the lights one after the other, and
+/// for each of them the bands and then the sums over bands. Each value is found at 64 points, by a
+/// shadow ray to the sun and one to each of its images that may be seen from there. A light that
+/// shines on no triangle of a captor gives 0. The same seed gives the same result on any number of
+/// threads. The progress counts points. Error: `control` stopped the work.
 pub fn direct_sun(
     scene: &Scene,
     lights: &[InfiniteLight],
@@ -68,7 +69,9 @@ fn of_captor<L: Lanes>(
     let normals: Vec<Vec3> = normals.collect();
     let of = |(l, light): (usize, &InfiniteLight)| {
         let mut sums = vec![[0.0; 2]; bands + scene.sums.len()];
-        if go_on() && normals.iter().any(|normal| light.may_shine_on(*normal)) {
+        // a mirror may turn the light of any sun to the captor
+        let mirrored = scene.flat_mirrors().is_some();
+        if go_on() && (mirrored || normals.iter().any(|normal| light.may_shine_on(*normal))) {
             for set in (0..SETS).map(|set| l as u64 * SETS + set) {
                 let sequence = streams.sequence(set);
                 let mut found = vec![0.0; bands];

@@ -24,6 +24,7 @@ mod chance;
 mod choice;
 mod face;
 mod joined;
+mod mirrored;
 mod reflectors;
 mod spots;
 #[cfg(test)]
@@ -50,6 +51,7 @@ pub use face::{Face, PathScore};
 pub use joined::Joined;
 #[cfg(test)]
 pub use joined::radiance;
+use mirrored::by_way_of;
 use reflectors::Reflectors;
 use spots::Spots;
 pub use unseen::{Finding, Told, Unseen};
@@ -254,38 +256,11 @@ impl Path<'_, '_> {
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
         let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
         let origin = at.point + at.step.map_or(Vec3::ZERO, step);
-        let mut ray = Ray { origin, direction: toward };
-        let [mut arriving, mut through] =
-            [0.0, 1.0].map(|value| Spectrum::<L>::splat(scene.lanes(), value));
-        // panes on the way may also show the image, and they let through what panes behind them
-        // show
-        for _ in 0..MAX_INTERACTIONS {
-            if !mirrors.may_be_met(image, &ray) {
-                break;
-            }
-            self.rays += 1;
-            let Some(hit) = scene.closest(&ray) else { break };
-            let surface = scene.surface(hit.triangle);
-            let material = scene.material(surface);
-            let at_pane = Interaction::new(toward, surface.normal);
-            let [mirrored, onward] = material.smooth_ways::<L>(&at_pane, Transport::Importance);
-            if mirrors.image_of(hit.triangle) == Some(image)
-                && let Some(mirrored) = mirrored
-            {
-                let ray = scene.leave(hit.point, at_pane.normal, toward_sun);
-                self.rays += 1;
-                if let Some(visible) = scene.sky_visibility::<L>(sun, &ray) {
-                    arriving += mirrored.weight * &through * visible;
-                }
-            }
-            match onward {
-                Some(onward) if onward.lobe == LobeKind::Straight => {
-                    through = through * onward.weight;
-                }
-                _ => break,
-            }
-            ray = scene.leave(hit.point, -at_pane.normal, toward);
-        }
+        let ray = Ray { origin, direction: toward };
+        let (arriving, rays) = by_way_of(scene, mirrors, image, ray, toward_sun, |ray| {
+            scene.sky_visibility::<L>(sun, ray)
+        });
+        self.rays += rays;
         let factor = suns.len() as f32 / (MIRRORS_TRIED * chance);
         (!arriving.is_zero()).then(|| (toward, arriving * irradiance.scaled(factor)))
     }

@@ -158,8 +158,8 @@ pub fn simulate_kept(
 }
 
 /// Like [`simulate`] with photons, each light in a part of its own, but without the light that
-/// comes from a sun to a captor straight or through thin panes, which
-/// [`direct_sun`](crate::transport::direct_sun) finds better.
+/// comes from a sun to a captor straight, through thin panes or by way of one flat pane or mirror,
+/// which [`direct_sun`](crate::transport::direct_sun) finds better.
 pub fn simulate_without_direct_sun(
     scene: &Scene,
     settings: &Settings,

@@ -55,6 +55,13 @@ pub struct ChosenImage {
     pub chance: f32,
 }
 
+impl Image {
+    /// Returns the direction in which a sun that stands towards `sun` is seen.
+    fn of(&self, sun: Vec3) -> Vec3 {
+        sun - 2.0 * sun.dot(self.normal) * self.normal
+    }
+}
+
 impl FlatMirrors {
     /// Finds the images in the largest flat panes and mirrors; `material` tells whether a surface
     /// shows images, and `margin` is the distance by which the boxes are enlarged, m. `None` if no
@@ -106,6 +113,24 @@ impl FlatMirrors {
         self.of_triangle.get(&triangle).copied()
     }
 
+    /// Returns the images of a sun that stands towards `sun` (unit vector), each with its index and
+    /// the direction in which it is seen: those that may be seen from `point`, on
+    /// the side of `normal` if one is given.
+    pub fn seen(
+        &self,
+        point: Vec3,
+        normal: Option<Vec3>,
+        sun: Vec3,
+    ) -> impl Iterator<Item = (usize, Vec3)> {
+        let images =
+            self.images.iter().enumerate().map(move |(i, image)| (i, image, image.of(sun)));
+        images.filter_map(move |(i, image, direction)| {
+            let seen = normal.is_none_or(|normal| normal.dot(direction) > 0.0)
+                && image.extent.is_met(&Ray { origin: point, direction });
+            seen.then_some((i, direction))
+        })
+    }
+
     /// Returns whether a ray may meet one of the surfaces that show an image.
     pub fn may_be_met(&self, image: usize, ray: &Ray) -> bool {
         self.images[image].extent.is_met(ray)
@@ -133,17 +158,12 @@ impl Scene {
         number: f32,
     ) -> Option<ChosenImage> {
         let mut shares = [0.0; MOST];
-        let toward = |image: &Image| sun - 2.0 * sun.dot(image.normal) * image.normal;
-        for (share, image) in shares.iter_mut().zip(&mirrors.images) {
-            let direction = toward(image);
-            let seen = normal.is_none_or(|normal| normal.dot(direction) > 0.0)
-                && image.extent.is_met(&Ray { origin: point, direction });
-            if seen {
-                let material = &self.materials[image.material as usize].material;
-                let at = Interaction::new(direction, image.normal);
-                let [mirrored, _] = material.smooth_ways::<L>(&at, Transport::Importance);
-                *share = mirrored.map_or(0.0, |way| way.weight.largest());
-            }
+        for (i, direction) in mirrors.seen(point, normal, sun) {
+            let image = &mirrors.images[i];
+            let material = &self.materials[image.material as usize].material;
+            let at = Interaction::new(direction, image.normal);
+            let [mirrored, _] = material.smooth_ways::<L>(&at, Transport::Importance);
+            shares[i] = mirrored.map_or(0.0, |way| way.weight.largest());
         }
         let all = shares.iter().sum::<f32>().max(1.0);
         let mut rest = number * all;
@@ -151,7 +171,7 @@ impl Scene {
             rest -= share;
             rest < 0.0
         })?;
-        let toward = toward(&mirrors.images[image]).normalize();
+        let toward = mirrors.images[image].of(sun).normalize();
         Some(ChosenImage { image, toward, chance: shares[image] / all })
     }
 }

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::{
     Aim, Leg, Path, Pilot,
     choice::LightChoice,
+    mirrored::by_way_of,
     spots::{self, Spots},
     vertex::{Arrival, Vertex},
 };
@@ -185,23 +186,44 @@ impl<'a> Face<'a> {
         });
     }
 
-    /// Estimates with one shadow ray the irradiance that a light at infinity brings to the face,
-    /// straight or through thin panes, per band, W/m2. `None` where no light arrives.
+    /// Estimates at one point and for one direction of the suns of `light`, which is at infinity,
+    /// the irradiance that they bring to the face straight, through thin panes, or by way of one
+    /// flat pane or mirror, per band, W/m2. This is the light of which
+    /// [`Finding`](super::Finding) says that it is neither scattered nor hidden. `None` where none
+    /// arrives.
     pub fn direct<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Spectrum<L>> {
+        let scene = self.scene;
         let Start { point: origin, normal, .. } = self.start(rng);
-        let sample = light.sample::<L>(rng)?;
-        let direction = sample.toward;
-        let cos = normal.dot(direction);
-        if cos <= 0.0 {
-            return None;
+        let (sun, irradiance) = light.sample_suns::<L>(rng)?;
+        let shines = |ray: &Ray| scene.visibility_along::<L>(ray, f32::INFINITY);
+        // what the sensor reads of the fraction that arrives along a direction
+        let read = |arriving: Spectrum<L>, cos: f32| self.read(arriving, cos).scaled(cos);
+        let mut sum = None;
+        let mut add = |more: Spectrum<L>| {
+            sum = Some(match sum.take() {
+                Some(sum) => sum + more,
+                None => more,
+            });
+        };
+        let cos = normal.dot(sun);
+        if cos > 0.0
+            && let Some(visible) = shines(&Ray { origin, direction: sun })
+        {
+            add(read(visible, cos));
         }
-        let ray = Ray { origin, direction };
-        let visible = self.scene.visibility_along::<L>(&ray, f32::INFINITY)?;
-        let captor = &self.scene.captors[self.captor];
-        let response = captor.sensor.response.as_ref().map_or(1.0, |response| response.factor(cos));
+        if let Some(mirrors) = scene.flat_mirrors() {
+            for (image, toward) in mirrors.seen(origin, Some(normal), sun) {
+                let direction = toward.normalize();
+                let ray = Ray { origin, direction };
+                let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines);
+                if !arriving.is_zero() {
+                    add(read(arriving, normal.dot(direction)));
+                }
+            }
+        }
         // the face of a spherical sensor is four times its cross-section, which is its area
-        let start = self.area / captor.area as f32;
-        Some((sample.radiance_over_pdf * visible).scaled(start * response * cos))
+        let start = self.area / scene.captors[self.captor].area as f32;
+        sum.map(|sum| (sum * irradiance).scaled(start))
     }
 
     /// Draws a point of the face. It is as far off the face and from its edges as photons that

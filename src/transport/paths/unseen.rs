@@ -71,6 +71,12 @@ impl<'a> Finding<'a> {
         }
         self.diffused |= lobe.is_some_and(LobeKind::is_diffuse);
     }
+
+    /// Returns whether the photon has come straight, through thin panes, or by way of one flat
+    /// mirror in which paths search for its light.
+    pub fn is_direct(&self) -> bool {
+        !self.diffused && !self.hidden
+    }
 }
 
 impl Told {
@@ -81,7 +87,7 @@ impl Told {
             return Self { unseen: None, by_chance: None };
         }
         let (unseen, by_chance) =
-            with_lanes!(scene.lanes(), L => count::<L>(scene, Some(pilot), seed));
+            with_lanes!(scene.lanes(), L => count::<L>(scene, Of::All, Some(pilot), seed));
         Self { unseen: hides.then_some(unseen), by_chance }
     }
 }
@@ -89,7 +95,17 @@ impl Told {
 impl Unseen {
     /// Runs the photons. `None` if the scene has no point, line or sun, or no smooth surface.
     pub fn find(scene: &Scene, seed: u64) -> Option<Self> {
-        hides(scene).then(|| with_lanes!(scene.lanes(), L => count::<L>(scene, None, seed)).0)
+        hides(scene).then(|| Self::run(scene, Of::All, seed))
+    }
+
+    /// Runs the photons of daylight alone, and calls hidden only what no path can find of the sun.
+    /// `None` if the scene has no smooth surface.
+    pub fn of_suns(scene: &Scene, seed: u64) -> Option<Self> {
+        is_smooth(scene).then(|| Self::run(scene, Of::Daylight, seed))
+    }
+
+    fn run(scene: &Scene, of: Of, seed: u64) -> Self {
+        with_lanes!(scene.lanes(), L => count::<L>(scene, of, None, seed)).0
     }
 
     /// Returns the largest hidden fraction of the flux over the bands, in [0, 1].
@@ -117,9 +133,21 @@ fn is_smooth(scene: &Scene) -> bool {
     scene.materials.iter().any(|named| named.material.has_mirror())
 }
 
+/// The lights whose photons are counted.
+#[derive(Clone, Copy, PartialEq)]
+enum Of {
+    All,
+    Daylight,
+}
+
 /// Runs the photons. With a `pilot`, they also measure the light that its paths find by chance
 /// alone.
-fn count<L: Lanes>(scene: &Scene, pilot: Option<&Pilot>, seed: u64) -> (Unseen, Option<ByChance>) {
+fn count<L: Lanes>(
+    scene: &Scene,
+    of: Of,
+    pilot: Option<&Pilot>,
+    seed: u64,
+) -> (Unseen, Option<ByChance>) {
     let nothing = || {
         let zeros = vec![0.0; scene.bands.len()];
         Unseen { all: zeros.clone(), hidden: zeros }
@@ -134,6 +162,10 @@ fn count<L: Lanes>(scene: &Scene, pilot: Option<&Pilot>, seed: u64) -> (Unseen, 
     while done < photons && rays < MOST_RAYS {
         let mut rng = streams.history(done);
         let photon = scene.emit::<L>(&strata, done, &mut rng);
+        if of == Of::Daylight && scene.lights[photon.light].entrance().is_none() {
+            done += 1;
+            continue;
+        }
         let delta = strata.is_delta(&scene.lights, photon.source);
         let mut finding = Finding::new(scene, photon.light, delta);
         let mut source = pilot.map(|pilot| Source::new(scene, pilot, photon.light, photon.ray));

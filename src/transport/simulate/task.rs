@@ -15,7 +15,7 @@ use crate::{
     },
     transport::{
         guiding::{Aimed, Guided},
-        paths::{Face, Pilot},
+        paths::{Face, Finding, Pilot},
         photon_map::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
         },
@@ -151,14 +151,14 @@ impl Run<'_> {
             }
             let mut way = Way::default();
             let of_sun = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
-            let mut direct = of_sun;
+            let mut found = of_sun.then(|| Finding::new(self.scene, light, true));
             let mut on = |event: Event<'_, L>| {
                 // a flight that accompanies the photon carries light that was scattered
                 let beside =
                     matches!(event, Event::FlightBeside | Event::Crossing { carried: None, .. });
-                if direct && !beside {
-                    if let Event::Arrival { lobe, .. } = event {
-                        direct = lobe == Some(LobeKind::Straight);
+                if let Some(finding) = found.as_mut().filter(|f| !beside && f.is_direct()) {
+                    if let Event::Arrival { hit, lobe, .. } = event {
+                        finding.arrived(hit.triangle, lobe);
                     }
                     return;
                 }

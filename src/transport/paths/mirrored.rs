@@ -1,0 +1,61 @@
+//! The image of the sun in flat panes and mirrors.
+
+use glam::Vec3;
+
+use crate::{
+    math::{
+        geometry::Ray,
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::{
+        material::{Interaction, LobeKind, Transport},
+        world::{FlatMirrors, Scene},
+    },
+    transport::trace::MAX_INTERACTIONS,
+};
+
+/// Follows a ray in the direction in which an image of the sun is seen. Returns the fraction of the
+/// sun's light, across that direction, that arrives along the ray by way of the panes or mirrors
+/// that show this image, and the number of rays that this took. `shines` tells which fraction of
+/// the sun's light comes along a ray in the direction `toward_sun`.
+pub(super) fn by_way_of<L: Lanes>(
+    scene: &Scene,
+    mirrors: &FlatMirrors,
+    image: usize,
+    mut ray: Ray,
+    toward_sun: Vec3,
+    shines: impl Fn(&Ray) -> Option<Spectrum<L>>,
+) -> (Spectrum<L>, u32) {
+    let toward = ray.direction;
+    let [mut arriving, mut through] =
+        [0.0, 1.0].map(|value| Spectrum::<L>::splat(scene.lanes(), value));
+    let mut rays = 0;
+    // panes on the way may also show the image, and they let through what panes behind them show
+    for _ in 0..MAX_INTERACTIONS {
+        if !mirrors.may_be_met(image, &ray) {
+            break;
+        }
+        rays += 1;
+        let Some(hit) = scene.closest(&ray) else { break };
+        let surface = scene.surface(hit.triangle);
+        let material = scene.material(surface);
+        let at_pane = Interaction::new(toward, surface.normal);
+        let [mirrored, onward] = material.smooth_ways::<L>(&at_pane, Transport::Importance);
+        if mirrors.image_of(hit.triangle) == Some(image)
+            && let Some(mirrored) = mirrored
+        {
+            rays += 1;
+            if let Some(visible) = shines(&scene.leave(hit.point, at_pane.normal, toward_sun)) {
+                arriving += mirrored.weight * &through * visible;
+            }
+        }
+        match onward {
+            Some(onward) if onward.lobe == LobeKind::Straight => {
+                through = through * onward.weight;
+            }
+            _ => break,
+        }
+        ray = scene.leave(hit.point, -at_pane.normal, toward);
+    }
+    (arriving, rays)
+}
