@@ -11,6 +11,7 @@
 //! The axis +z points up, azimuths run clockwise from north, and directions point towards the
 //! light.
 
+mod bundles;
 mod by_hour;
 mod hours;
 mod infinite;
@@ -24,7 +25,8 @@ mod time;
 #[cfg(test)]
 mod tests;
 
-pub use by_hour::{HourlyPart, sky_by_hour, suns_by_hour};
+pub use bundles::suns_by_hour;
+pub use by_hour::{Beside, HourlyPart, sky_by_hour};
 pub use hours::{Hour, SkyModel, mean_direct, mean_sky, mean_sun};
 pub use infinite::{
     DirectionSample, Entering, InfiniteEntry, InfiniteLight, InfinitePart, InfiniteShape,

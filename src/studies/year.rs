@@ -1,15 +1,18 @@
-//! Daylight and lamps by the hour. One run keeps the patches of the sky, suns on a grid and the
+//! Daylight and lamps by the hour. One run keeps the patches of the sky, bundles of suns and the
 //! lamps apart. For every hour, the light on a captor is a weighted sum of what each of them
 //! brought.
 //!
 //! The sky of an hour consists of the same patches with weights of its own. Its light on a captor
-//! is therefore the product of a matrix, which is traced once, and these weights. Of the suns on
-//! the grid only scattered light counts, which changes smoothly as the sun moves. Light straight
-//! from the sun is found by shadow rays towards the sun's position in each hour.
+//! is therefore the product of a matrix, which is traced once, and these weights. The suns of the
+//! hours are bundled on a grid, and only their scattered light counts, which changes smoothly as
+//! the sun moves. Light straight from the sun or by way of one flat mirror is found by shadow rays
+//! towards the sun's position in each hour.
 //!
-//! Read [`Year::find`], then [`control`] for the lamps and [`tables`] for what is written.
+//! Read [`Year::find`], then [`control`] for the lamps, [`interpolated`] for what the grid costs and
+//! [`tables`] for what is written.
 
 mod control;
+mod interpolated;
 pub mod tables;
 
 use std::collections::HashSet;
@@ -31,6 +34,7 @@ use crate::{
     },
     transport::{
         direct_sun::direct_sun,
+        paths::Unseen,
         settings::Settings,
         simulate::{Control, simulate_without_direct_sun},
     },
@@ -38,6 +42,9 @@ use crate::{
 
 /// Light of 1 umol/m2/s in an hour, mol/m2, or of 1 W/m2, MJ/m2.
 const HOUR: f64 = 3600.0 * 1e-6;
+
+/// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
+const UNSEEN: f64 = 1e-3;
 
 /// Daylight and lamps by the hour on the fronts of captors and groups.
 pub struct Year {
@@ -60,6 +67,9 @@ pub struct Year {
     /// For each light, at its power in the run: irradiance and its standard error, at each id and
     /// band.
     responses: Vec<Vec<[f32; 2]>>,
+    /// For each light that is a bundle of suns, how far its light is from what the bundles beside
+    /// it let expect, at each id and band.
+    bends: Vec<Vec<f32>>,
     /// For each hour, the lights that shine and their strengths, as multiples of their power in the
     /// run.
     weights: Vec<Vec<(usize, f64)>>,
@@ -67,8 +77,8 @@ pub struct Year {
     is_daylight: Vec<bool>,
     /// For each hour, the index of its sun.
     suns: Vec<Option<usize>>,
-    /// Irradiance straight from these suns and its standard error: for each id, sun by sun and band
-    /// by band.
+    /// Irradiance straight from these suns, or by way of one flat mirror, and its standard error:
+    /// for each id, sun by sun and band by band.
     direct: Vec<Vec<[f32; 2]>>,
 }
 
@@ -134,13 +144,15 @@ impl Year {
             }
         }
         let par = |band: &BandResult| scene.quantity == Quantity::Watt || band.is_par(&bands);
+        let responses = responses(&run, &ids, scene.lights.len());
         let mut year = Self {
             integrated: bands.iter().map(par).collect(),
             unit: match scene.quantity {
                 Quantity::Watt => "MJ/m2/d",
                 Quantity::Micromole => "mol/m2/d",
             },
-            responses: responses(&run, &ids, scene.lights.len()),
+            bends: interpolated::bends(hourly, &responses),
+            responses,
             slots: hourly.slots.clone(),
             lamps: Vec::new(),
             warnings: Vec::new(),
@@ -159,11 +171,17 @@ impl Year {
             year.lamps.iter().filter(is_lit).map(|l| l.name.clone()).collect();
         let few = |of: &str, wanted: &dyn Fn(usize) -> bool| few_photons(&year.run, of, wanted);
         let warnings = [
-            few("daylight, but for what comes straight from the sun,", &|l| is_daylight[l])
-                .filter(|_| hourly.lights.iter().any(|light| !light.factors.is_empty())),
+            few(
+                "daylight, but for what comes straight from the sun or by one flat mirror,",
+                &|l| is_daylight[l],
+            )
+            .filter(|_| hourly.lights.iter().any(|light| !light.factors.is_empty())),
             few("the lamps", &|l| lit.contains(&scene.lights[l].name)).filter(|_| !lit.is_empty()),
         ];
-        year.warnings.extend(warnings.into_iter().flatten());
+        let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
+        let warnings = warnings.into_iter().chain([unseen, year.interpolated()]);
+        let warnings: Vec<String> = warnings.flatten().collect();
+        year.warnings.extend(warnings);
         Ok(year)
     }
 
@@ -290,6 +308,20 @@ fn few_photons(run: &RunResult, of: &str, wanted: &dyn Fn(usize) -> bool) -> Opt
         run.captors.len(),
         first.id
     ))
+}
+
+/// Returns a warning of sunlight that is mirrored or refracted but not found hour by hour; `None` if
+/// there is hardly any.
+fn unseen_sun(unseen: &Unseen) -> Option<String> {
+    let share = unseen.share();
+    (share > UNSEEN).then(|| {
+        format!(
+            "about {:.2} % of the daylight on the captors is sunlight that is mirrored or refracted otherwise than \
+             by one flat pane or mirror (unseen): it is interpolated between hours, so that single hours may \
+             be wrong by more than their errors say where it is bright; sums over the period are right",
+            100.0 * share
+        )
+    })
 }
 
 /// Returns the ids of the captors, then those of the groups that have no captor's id.

@@ -74,7 +74,9 @@ impl Loader<'_> {
             _ => return Ok(false),
         };
         let shares = self.shares(pointer, share, source)?;
-        for (i, part) in parts.into_iter().enumerate() {
+        let first = self.parts.lights.len();
+        for (i, mut part) in parts.into_iter().enumerate() {
+            part.beside.iter_mut().flat_map(|b| &mut b.from).for_each(|(light, _)| *light += first);
             self.add_hourly(pointer, format!("{name}/{i}"), part, shares.clone())?;
         }
         if let (Some(ground), Some(part)) = (ground, of_ground) {
@@ -97,7 +99,7 @@ impl Loader<'_> {
         let infinite = InfinitePart::new(part.shape, strength);
         let shape =
             LightShape::Infinite(InfiniteLight::new(name.clone(), self.bands, vec![infinite]));
-        self.hourly.lights.push(HourlyLight { light, factors: part.factors });
+        self.hourly.lights.push(HourlyLight { light, factors: part.factors, beside: part.beside });
         self.add_light(pointer, LightPart { name, power: vec![0.0; self.bands], shape })
     }
 

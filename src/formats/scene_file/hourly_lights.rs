@@ -1,6 +1,9 @@
 //! The lights that stand for the sun and the sky of a period, and how bright each is in each hour.
 
-use crate::{formats::weather::Slot, scene::daylight::Hour};
+use crate::{
+    formats::weather::Slot,
+    scene::daylight::{Beside, Hour},
+};
 
 /// How finely the sky is divided into patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,8 +30,8 @@ pub struct HourlyLights {
     pub north: f64,
 }
 
-/// A light of the scene that stands for a patch of the sky, a position of the sun on a grid, or the
-/// ground.
+/// A light of the scene that stands for a patch of the sky, a bundle of the suns of several hours,
+/// or the ground.
 #[derive(Clone, Debug)]
 pub struct HourlyLight {
     /// Index of the light in the scene.
@@ -36,6 +39,8 @@ pub struct HourlyLight {
     /// Pairs of the index of an hour in [`HourlyLights::hours`] and the light of this hour relative
     /// to its mean over the period, above 0. In hours without a pair the light is dark.
     pub factors: Vec<(usize, f64)>,
+    /// For a bundle of suns, how its light can be guessed from that of other lights of the scene.
+    pub beside: Vec<Beside>,
 }
 
 /// A sun of the scene file, which moves during the period.

@@ -1,4 +1,4 @@
-//! Daylight by the hour as a few lights: patches of the sky, and suns on a grid. The light of each
+//! Daylight by the hour as a few lights: patches of the sky, and bundles of suns. The light of each
 //! hour is a weighted sum of theirs.
 
 use std::{
@@ -13,20 +13,11 @@ use super::{
     infinite::InfiniteShape,
     radiance_map::RadianceMap,
     sun_position::SunPosition,
-    suns::Suns,
 };
 
 /// Number of patches in each row of Tregenza's sky from the horizon up; the zenith is a patch of
 /// its own (Tregenza, Lighting Research & Technology 19:13, 1987).
 const ROWS: [usize; 7] = [30, 30, 24, 24, 18, 12, 6];
-/// Least elevation of the suns of the grid, rad. Lower suns bring little light, all of it from the
-/// side.
-const LOWEST: f64 = 2.0 * PI / 180.0;
-/// Largest difference between the declinations of neighbouring rows of suns, rad. A year takes
-/// seven rows.
-const ROW_STEP: f64 = 8.0 * PI / 180.0;
-/// Number of suns in a row, from sunrise to sunset.
-const SUNS: usize = 13;
 /// Number of points along each side of a patch over which its mean radiance is taken.
 const POINTS: usize = 6;
 
@@ -42,6 +33,19 @@ pub struct HourlyPart {
     /// For each hour in which it shines, the index of the hour and the strength over the mean,
     /// above 0.
     pub factors: Vec<(usize, f64)>,
+    /// How its light can be guessed from that of lights beside it. Empty where it stands alone.
+    pub beside: Vec<Beside>,
+}
+
+/// A guess at the light of a bundle of suns from the bundles next to it, before and after it in the
+/// day or in the season. The difference to the true light tells how far the light is from linear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    /// The indices of two bundles, and the factors on their light that make up the guess.
+    pub from: [(usize, f64); 2],
+    /// Factor on the difference, at most 1: less than 1 where the two are farther away than is
+    /// usual.
+    pub scale: f64,
 }
 
 impl HourlyPart {
@@ -55,7 +59,7 @@ impl HourlyPart {
         let bright: Vec<_> = strengths.into_iter().filter(|(_, s)| *s > 0.0).collect();
         let mean: f64 = bright.iter().map(|(h, s)| hours[*h].weight * s).sum();
         let factors = bright.into_iter().map(|(h, s)| (h, s / mean)).collect();
-        (mean > 0.0).then_some(Self { shape, mean, factors })
+        (mean > 0.0).then_some(Self { shape, mean, factors, beside: Vec::new() })
     }
 
     /// Makes the light that the ground below the horizon sends up, if it reflects all of the
@@ -158,106 +162,11 @@ pub fn sky_by_hour(model: SkyModel, hours: &[Hour], north: f64, fine: usize) -> 
     patches.iter().enumerate().filter_map(part).collect()
 }
 
-/// Position of the sun on the celestial sphere: declination and hour angle, rad. The hour angle is
-/// 0 at noon and positive in the afternoon.
-#[derive(Clone, Copy, Debug)]
-struct Celestial {
-    declination: f64,
-    hour_angle: f64,
-}
-
-impl Celestial {
-    fn of(sun: SunPosition, latitude: f64) -> Self {
-        let ((sin_h, cos_h), (sin_a, cos_a)) = (sun.elevation.sin_cos(), sun.azimuth.sin_cos());
-        let (sin_lat, cos_lat) = latitude.sin_cos();
-        let sine = sin_h * sin_lat + cos_h * cos_lat * cos_a;
-        let hour_angle = (-sin_a * cos_h).atan2(sin_h * cos_lat - cos_h * sin_lat * cos_a);
-        Self { declination: sine.clamp(-1.0, 1.0).asin(), hour_angle }
-    }
-
-    fn position(self, latitude: f64) -> SunPosition {
-        let ((sin_d, cos_d), (sin_t, cos_t)) =
-            (self.declination.sin_cos(), self.hour_angle.sin_cos());
-        let (sin_lat, cos_lat) = latitude.sin_cos();
-        let up = sin_d * sin_lat + cos_d * cos_lat * cos_t;
-        let (east, north) = (-cos_d * sin_t, sin_d * cos_lat - cos_d * sin_lat * cos_t);
-        let azimuth = east.atan2(north).rem_euclid(TAU);
-        SunPosition { elevation: up.clamp(-1.0, 1.0).asin().max(LOWEST), azimuth }
-    }
-}
-
-/// Returns the hour angle, rad, at which a sun of this declination has the elevation [`LOWEST`]: pi
-/// if it never is lower, 0 if it never is higher.
-fn sunset(declination: f64, latitude: f64) -> f64 {
-    let above = LOWEST.sin() - latitude.sin() * declination.sin();
-    let swing = latitude.cos() * declination.cos();
-    if above >= swing {
-        0.0
-    } else if above <= -swing {
-        PI
-    } else {
-        (above / swing).acos()
-    }
-}
-
-/// Returns the suns of all hours as suns on a grid of declinations and times of the day, from
-/// sunrise to sunset. The light of an hour is that of the four suns of the grid around its sun,
-/// with bilinear weights. `half_angle`, `latitude` and `north` are in rad.
-///
-/// The grid is meant for scattered light, which changes smoothly with the position of the sun;
-/// light straight from the sun does not.
-pub fn suns_by_hour(hours: &[Hour], half_angle: f64, latitude: f64, north: f64) -> Vec<HourlyPart> {
-    let lit = || hours.iter().enumerate().filter(|(_, hour)| hour.direct_normal > 0.0);
-    let places: Vec<(usize, Celestial)> =
-        lit().map(|(h, hour)| (h, Celestial::of(hour.sun, latitude))).collect();
-    let declinations = places.iter().map(|(_, at)| at.declination);
-    let first = declinations.clone().fold(f64::INFINITY, f64::min);
-    let range = declinations.fold(f64::NEG_INFINITY, f64::max) - first;
-    if places.is_empty() {
-        return Vec::new();
-    }
-    // days as close as those of a week share a row
-    let steps = if range < 0.05 { 0 } else { (range / ROW_STEP).ceil() as usize };
-    let row = |r: usize| match steps {
-        0 => first + 0.5 * range,
-        _ => first + range * r as f64 / steps as f64,
-    };
-    let mut strengths: Vec<Vec<(usize, f64)>> = vec![Vec::new(); (steps + 1) * SUNS];
-    for (h, at) in places {
-        let y = if steps > 0 { (at.declination - first) / range * steps as f64 } else { 0.0 };
-        let half_day = sunset(at.declination, latitude);
-        let of_day = if half_day > 0.0 { at.hour_angle / half_day } else { 0.0 };
-        let x = 0.5 * (of_day.clamp(-1.0, 1.0) + 1.0) * (SUNS - 1) as f64;
-        for (r, of_row) in between(y, steps + 1) {
-            for (s, of_sun) in between(x, SUNS) {
-                strengths[r * SUNS + s].push((h, of_row * of_sun * hours[h].direct_normal));
-            }
-        }
-    }
-    let part = |(i, strengths): (usize, Vec<(usize, f64)>)| {
-        let declination = row(i / SUNS);
-        let of_day = 2.0 * (i % SUNS) as f64 / (SUNS - 1) as f64 - 1.0;
-        let at = Celestial { declination, hour_angle: of_day * sunset(declination, latitude) };
-        let toward = at.position(latitude).direction(north);
-        let suns = Suns::new(half_angle, [(toward, 1.0)])?;
-        HourlyPart::new(InfiniteShape::Suns(Arc::new(suns)), hours, strengths)
-    };
-    strengths.into_iter().enumerate().filter_map(part).collect()
-}
-
-/// Returns the two of `count` nodes that a place lies between, with their weights.
-fn between(at: f64, count: usize) -> [(usize, f64); 2] {
-    let low = (at as usize).min(count.saturating_sub(2));
-    let weight = if count > 1 { (at - low as f64).clamp(0.0, 1.0) } else { 0.0 };
-    [(low, 1.0 - weight), ((low + 1).min(count - 1), weight)]
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::daylight::{Date, Timestamp, eccentricity};
 
     #[test]
     fn patches_make_the_whole_sky() {
@@ -284,42 +193,5 @@ mod tests {
         let first = SkyPatch::all(1)[0];
         let (at, _) = first.points().next().unwrap();
         assert!(at.elevation > 0.0 && at.direction(0.0).y > 0.97, "north, then east: {at:?}");
-    }
-
-    /// In each hour of a year, the suns of the grid bring the direct light of the hour, and from
-    /// about its direction.
-    #[test]
-    fn suns_stand_about_the_sun() {
-        let latitude = 43.61f64.to_radians();
-        let hours: Vec<Hour> = (0..8760)
-            .map(|h| {
-                let time = Timestamp { unix: 1.735e9 + 3600.0 * f64::from(h), offset: 0.0 };
-                let sun = SunPosition::at(time, latitude, 0.0);
-                let direct_normal = if sun.elevation > 0.0 { 500.0 } else { 0.0 };
-                let eccentricity = eccentricity(Date { year: 2025, month: 1, day: 1 });
-                let (weight, diffuse_horizontal) = (1.0 / 8760.0, 0.0);
-                Hour { weight, sun, eccentricity, direct_normal, diffuse_horizontal }
-            })
-            .collect();
-        let parts = suns_by_hour(&hours, 0.005, latitude, 0.0);
-        assert_eq!(parts.len(), 7 * SUNS);
-        let mut sums = vec![DVec3::ZERO; hours.len()];
-        let mut strength = vec![0.0; hours.len()];
-        for part in &parts {
-            let InfiniteShape::Suns(suns) = &part.shape else { panic!("suns") };
-            let x = [DVec3::X, DVec3::Y, DVec3::Z]
-                .map(|axis| suns.irradiance(axis) - suns.irradiance(-axis));
-            for &(h, factor) in &part.factors {
-                sums[h] += factor * part.mean * DVec3::from(x);
-                strength[h] += factor * part.mean;
-            }
-        }
-        for (h, hour) in hours.iter().enumerate() {
-            assert!((strength[h] - hour.direct_normal).abs() < 1e-6);
-            if hour.direct_normal > 0.0 && hour.sun.elevation > LOWEST {
-                let off = sums[h].normalize().dot(hour.sun.direction(0.0)).acos().to_degrees();
-                assert!(off < 1.5, "{off} degrees at {:?}", hour.sun);
-            }
-        }
     }
 }

@@ -127,7 +127,7 @@ fn hours<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<(
             offset.abs() / 60,
             offset.abs() % 60
         );
-        rows(year, &time, None, &year.sum(std::iter::once((s, 1.0))), table)?;
+        rows(year, &time, None, &year.hour(s), table)?;
     }
     Ok(())
 }
