@@ -63,6 +63,7 @@ pub use formats::scene_file::{
 };
 pub use formats::sweep_file::{Parameter, Run, Sweep};
 pub use formats::{environment_map, iso8601, weather};
+pub use math::curve::Curve;
 pub use math::geometry::{Extent, Frame, Ray, Transform, Triangle};
 pub use math::rng::Stream;
 pub use math::spectrum::{Lanes, Spectrum, Wide};
@@ -88,8 +89,8 @@ pub use scene::light::{
     LightShape, Toward,
 };
 pub use scene::material::{
-    BsdfSample, Dielectric, Interaction, Lambert, Leaf, LeafFace, LobeKind, Material, Mirror, Pane,
-    Phong, PhongFractions, Transport,
+    BsdfSample, Dielectric, Interaction, Lambert, Leaf, LeafFace, LeafSpectra, LobeKind, Material,
+    Mirror, Pane, Phong, PhongFractions, Prospect, Transport,
 };
 pub use scene::patches::Patches;
 pub use scene::tiles::{TileCopies, TilePart, Tiles};

@@ -349,7 +349,9 @@ fn materials() {
         ),
         (
             r#"{"type": "leaf", "reflectance": 0.1}"#,
-            &[": a thin leaf has no `transmittance`; give it as an integrating sphere measures it"],
+            &[
+                ": a thin leaf has no `transmittance`; give it as an integrating sphere measures it, or what the leaf is made of (`prospect`)",
+            ],
         ),
         (
             r#"{"type": "leaf", "reflectance": 0.1, "transmittance": 0.1, "tint": 1}"#,

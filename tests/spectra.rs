@@ -1,7 +1,7 @@
 //! Spectra as values per band: averages that are calculated by hand, powers of lamps, warnings and
 //! refusals.
 
-use phylux::load;
+use phylux::{Prospect, load};
 use serde_json::{Value, json};
 
 use crate::{
@@ -173,5 +173,70 @@ fn bad_spectra_are_told() {
     ] {
         let folder = write(&scene(power, more));
         refused(&folder.path(""), &["check", "scene.json"], &[words]);
+    }
+}
+
+/// A leaf by its contents has the means of PROSPECT's spectra, which the light of the scene weights:
+/// those of the leaf whose spectra are tables. A sweep may vary the contents, and what is wrong with
+/// them is named.
+#[test]
+fn leaves_are_made_of_their_contents() {
+    let contents = Prospect {
+        n: 1.5,
+        chlorophyll: 40.0,
+        carotenoids: 8.0,
+        anthocyanins: 0.0,
+        brown: 0.0,
+        water: 0.01,
+        dry_matter: 0.009,
+    };
+    let spectra = contents.spectra().expect("a leaf");
+    let rows = (400..=600).map(f64::from);
+    let rows = rows.map(|nm| {
+        format!("{nm},{},{}\n", spectra.reflectance.at(nm), spectra.transmittance.at(nm))
+    });
+    let table = format!("nm,R,T\n{}", rows.collect::<String>());
+    let leaf = |keys: Value| {
+        let mut leaf = keys;
+        leaf["type"] = json!("leaf");
+        scene(lamp(10.0), json!({ "materials": { "m": leaf } }))
+    };
+    let of = |key: &str| json!({ "spectrum": "prospect.csv", "column": key });
+    let measured = leaf(json!({ "reflectance": of("R"), "transmittance": of("T") }));
+    let given = json!({ "n": 1.5, "chlorophyll": 40, "carotenoids": 8, "water": 0.01, "dry_matter": 0.009 });
+    let made = leaf(json!({ "prospect": given }));
+    let averages = |scene: &Value| {
+        let files = write(scene);
+        std::fs::write(files.path("prospect.csv"), &table).expect("written");
+        let loaded = load(&files.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(loaded.averages.len(), 2);
+        loaded.averages
+    };
+    let (measured, made) = (averages(&measured), averages(&made));
+    for (measured, made) in measured.iter().zip(&made) {
+        close(&made.means, &measured.means);
+    }
+    assert!(made[0].pointer.ends_with("/prospect reflectance"), "{}", made[0].pointer);
+
+    let with = |key: &str, value: Value| {
+        let mut contents = given.clone();
+        contents[key] = value;
+        leaf(json!({ "prospect": contents }))
+    };
+    for (scene, problem) in [
+        (with("n", json!(0.5)), "/materials/m/prospect/n: 0.5, must be from 1 to 10"),
+        (with("water", json!(-1)), "/materials/m/prospect/water: -1, must be at least 0"),
+        (with("chlorofyll", json!(1)), "unknown key `chlorofyll`"),
+        (
+            leaf(json!({ "prospect": given, "transmittance": 0.1 })),
+            "/materials/m/transmittance: a leaf has `prospect` or `transmittance`, not both",
+        ),
+        (
+            leaf(json!({ "prospect": given, "thin": false })),
+            "/materials/m/prospect: a solid leaf (thin: false) is a dielectric interface",
+        ),
+    ] {
+        let error = load(&write(&scene).path("scene.json")).expect_err("refused").to_string();
+        assert!(error.contains(problem), "{error}");
     }
 }

@@ -13,6 +13,7 @@ from pathlib import Path
 from . import _native
 from .errors import InputError, RunError, SceneWarning
 from .geometry import Mesh, grid
+from .leaves import LeafSpectra, prospect
 from .result import Result, Values
 from .scene import Check, Scene
 from .sweeps import Sweep, sweep
@@ -22,6 +23,7 @@ __version__ = _native.__version__
 __all__ = [
     "Check",
     "InputError",
+    "LeafSpectra",
     "Mesh",
     "Result",
     "RunError",
@@ -32,6 +34,7 @@ __all__ = [
     "Year",
     "grid",
     "load",
+    "prospect",
     "sweep",
 ]
 

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Found", "Loaded", "__version__", "load", "main", "write_obj"]
+__all__ = ["Found", "Loaded", "__version__", "load", "main", "prospect", "write_obj"]
 
 __version__: str
 
@@ -16,6 +16,7 @@ _Group = tuple[str | None, str | None, int, int]
 _Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int64], list[_Group]]
 
 def main(arguments: list[str]) -> int: ...
+def prospect(contents: list[float]) -> list[npt.NDArray[np.float64]]: ...
 def load(json: str, path: _Path, meshes: list[_Mesh], tables: dict[str, bytes]) -> Loaded: ...
 def write_obj(path: _Path, mesh: _Mesh) -> None: ...
 @final

@@ -10,6 +10,7 @@ mod dielectric;
 mod fresnel;
 mod leaf;
 mod phong;
+mod prospect;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ pub use dielectric::{Dielectric, Pane};
 pub use fresnel::{Fresnel, diffuse_fresnel, normal_fresnel};
 pub use leaf::{Leaf, LeafFace};
 pub use phong::{MAX_EXPONENT, Phong, PhongFractions};
+pub use prospect::{LeafSpectra, Prospect};
 pub use table::{Basis, Bsdf, BsdfFaces, Cover, CoverRow, FaceValues, PairValues, Table};
 
 use glam::{Vec2, Vec3};

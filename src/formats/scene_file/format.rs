@@ -473,7 +473,7 @@ pub struct TransparentFile {
 }
 
 /// Material `leaf`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeafFile {
     /// Index of refraction of the cuticle, at least 1 (default 1.425).
@@ -483,6 +483,8 @@ pub struct LeafFile {
     pub reflectance: Option<PerBand>,
     /// Hemispherical transmittance near normal incidence of light that enters the front face.
     pub transmittance: Option<PerBand>,
+    /// What the leaf is made of, in the place of `reflectance` and `transmittance`.
+    pub prospect: Option<ProspectFile>,
     /// The lower (back) face; a value that it lacks is that of the front.
     pub back: Option<LeafBackFile>,
     /// Whether it is a thin sheet (default true) or a closed solid with a dielectric interface.
@@ -496,8 +498,38 @@ fn yes() -> bool {
     true
 }
 
+/// What a leaf is made of: PROSPECT-D computes its reflectance and transmittance.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProspectFile {
+    /// Structure parameter N, the number of layers (1.2 to 2.5 in most leaves).
+    #[schemars(range(min = 1, max = 10))]
+    pub n: f64,
+    /// Chlorophyll a and b, ug/cm2.
+    #[schemars(range(min = 0))]
+    pub chlorophyll: f64,
+    /// Carotenoids, ug/cm2 (default 0).
+    #[schemars(range(min = 0))]
+    #[serde(default)]
+    pub carotenoids: f64,
+    /// Anthocyanins, ug/cm2 (default 0).
+    #[schemars(range(min = 0))]
+    #[serde(default)]
+    pub anthocyanins: f64,
+    /// Brown pigments, in arbitrary units from 0 to about 1 (default 0).
+    #[schemars(range(min = 0))]
+    #[serde(default)]
+    pub brown: f64,
+    /// Water, cm (the same as g/cm2).
+    #[schemars(range(min = 0))]
+    pub water: f64,
+    /// Dry matter, g/cm2.
+    #[schemars(range(min = 0))]
+    pub dry_matter: f64,
+}
+
 /// The lower face of a leaf.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeafBackFile {
     /// Hemispherical reflectance of this face near normal incidence (default: that of the front).

@@ -13,9 +13,10 @@ use crate::{
         json,
         obj::{MtlEntry, MtlLibrary},
     },
+    math::curve::Curve,
     scene::material::{
         Dielectric, Lambert, Leaf, LeafFace, MAX_EXPONENT, Material, Mirror, Pane, Phong,
-        PhongFractions, check_ior, normal_fresnel,
+        PhongFractions, Prospect, check_ior, normal_fresnel,
     },
 };
 
@@ -167,6 +168,7 @@ impl Loader<'_> {
                     ior: Some(LEAF_IOR),
                     reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),
                     transmittance: Some(PerBand::Each(fraction("Tf", given)?)),
+                    prospect: None,
                     back: None,
                     thin: true,
                     tint: None,
@@ -230,6 +232,8 @@ impl Loader<'_> {
             }
             MaterialFile::Table(m) => self.table_material(pointer, m),
             MaterialFile::Leaf(m) if m.thin => {
+                let of_contents = self.leaf_of_contents(pointer, m)?;
+                let m = of_contents.as_ref().unwrap_or(m);
                 self.check_leaf_ranges(pointer, m)?;
                 let (material, warning) = self.thin_leaf(m).map_err(|why| why.at(&place))?;
                 if let Some(warning) = warning {
@@ -241,6 +245,7 @@ impl Loader<'_> {
                 for (key, given) in [
                     ("reflectance", m.reflectance.is_some()),
                     ("transmittance", m.transmittance.is_some()),
+                    ("prospect", m.prospect.is_some()),
                     ("back", m.back.is_some()),
                 ] {
                     if given {
@@ -270,6 +275,48 @@ impl Loader<'_> {
         self.per_band(&format!("{pointer}/{key}"), &values, 1.0)
     }
 
+    /// Returns the leaf with the reflectance and the transmittance that PROSPECT computes of its
+    /// contents; `None` if it has none.
+    fn leaf_of_contents(&self, pointer: &str, leaf: &LeafFile) -> Result<Option<LeafFile>> {
+        let Some(contents) = &leaf.prospect else { return Ok(None) };
+        for (key, given) in [
+            ("reflectance", leaf.reflectance.is_some()),
+            ("transmittance", leaf.transmittance.is_some()),
+        ] {
+            if given {
+                let problem = format!("a leaf has `prospect` or `{key}`, not both");
+                return Err(self
+                    .error(format!("{pointer}/{key}"), problem)
+                    .remedy("leave one out"));
+            }
+        }
+        let pointer = format!("{pointer}/prospect");
+        let spectra = Prospect {
+            n: contents.n,
+            chlorophyll: contents.chlorophyll,
+            carotenoids: contents.carotenoids,
+            anthocyanins: contents.anthocyanins,
+            brown: contents.brown,
+            water: contents.water,
+            dry_matter: contents.dry_matter,
+        }
+        .spectra()
+        .map_err(|error| {
+            let place = self.place(format!("{pointer}/{}", error.place()));
+            error.at(place)
+        })?;
+        let mean = |key: &str, curve: &Curve| {
+            let means = self.mean(&format!("{pointer} {key}"), "PROSPECT", curve, 1.0, 1.0)?;
+            Ok(Some(PerBand::Each(means)))
+        };
+        Ok(Some(LeafFile {
+            reflectance: mean("reflectance", &spectra.reflectance)?,
+            transmittance: mean("transmittance", &spectra.transmittance)?,
+            prospect: None,
+            ..leaf.clone()
+        }))
+    }
+
     fn check_leaf_ranges(&self, pointer: &str, leaf: &LeafFile) -> Result<()> {
         if leaf.tint.is_some() {
             return Err(self
@@ -282,7 +329,7 @@ impl Loader<'_> {
             if values.is_none() {
                 return Err(self
                     .error(pointer, format!("a thin leaf has no `{key}`"))
-                    .remedy("give it as an integrating sphere measures it"));
+                    .remedy("give it as an integrating sphere measures it, or what the leaf is made of (`prospect`)"));
             }
             self.fraction(pointer, key, values.as_ref(), 0.0)?;
         }

@@ -157,6 +157,21 @@ impl Loader<'_> {
         let times = spectrum.times.unwrap_or(1.0);
         self.in_range(&format!("{pointer}/times"), times, 0.0, f64::MAX)?;
         let factor = if spectrum.percent { 0.01 * times } else { times };
+        let means = self.mean(pointer, &spectrum.spectrum, &curve, factor, high)?;
+        self.spectra.means.borrow_mut().insert(key, means.clone());
+        Ok(means)
+    }
+
+    /// Returns the mean of a curve times `factor` over each band, from 0 to `high`, weighted with
+    /// the light of the scene. `name` says in errors which curve it is.
+    pub(super) fn mean(
+        &self,
+        pointer: &str,
+        name: &str,
+        curve: &Curve,
+        factor: f64,
+        high: f64,
+    ) -> Result<Vec<f64>> {
         let (mut means, mut spreads) = (Vec::new(), Vec::new());
         let mut knots = curve.places().to_vec();
         for part in &self.spectra.weight {
@@ -168,7 +183,7 @@ impl Loader<'_> {
         }
         knots.sort_by(f64::total_cmp);
         for band in 0..self.bands {
-            let [from, to] = self.limits(pointer, band, &spectrum.spectrum, &curve)?;
+            let [from, to] = self.limits(pointer, band, name, curve)?;
             let [after, until] = [from, to].map(|nm| knots.partition_point(|&knot| knot <= nm));
             let knots = &knots[after..until];
             let weighted = |power: i32| {
@@ -188,7 +203,6 @@ impl Loader<'_> {
             means.push(value);
             spreads.push(if first > 0.0 { second / (first * first) } else { 1.0 });
         }
-        self.spectra.means.borrow_mut().insert(key, means.clone());
         let mut averages = self.spectra.averages.borrow_mut();
         if averages.iter().all(|average| average.pointer != pointer) {
             let pointer = pointer.to_string();
