@@ -240,3 +240,44 @@ fn leaves_are_made_of_their_contents() {
         assert!(error.contains(problem), "{error}");
     }
 }
+
+/// A lamp may have a spectrum at hand. Illuminant A is a Planckian radiator, so the power in each
+/// band is the integral of Planck's law; a band at the peak of a narrow diode has all of its light.
+#[test]
+fn lamps_have_spectra_at_hand() {
+    let named = |name: &str| json!({ "spectrum": name, "total": 10, "quantity": "W" });
+    let with = |power: Value| {
+        let mut scene = scene(power, json!({ "quantity": "W" }));
+        scene["materials"]["m"]["reflectance"] = json!(0.5);
+        scene["bands"][1]["to_nm"] = json!(700);
+        scene
+    };
+    let planck = |nm: f64| nm.powi(-5) / ((1.435e7 / (nm * 2848.0)).exp() - 1.0);
+    let part = |from: u32, to: u32| (from..to).map(|nm| planck(f64::from(nm) + 0.5)).sum::<f64>();
+    let all = part(300, 780);
+    let found = powers(&with(named("A")));
+    for (found, (from, to)) in found.iter().zip([(400, 500), (500, 700)]) {
+        let exact = 10.0 * part(from, to) / all;
+        assert!((found / exact - 1.0).abs() < 1e-3, "{found}, not {exact}");
+    }
+    let found = powers(&with(named("LED-red-660")));
+    assert!(found[0] < 1e-6 && (found[1] - 10.0).abs() < 0.01, "{found:?}");
+    // the weight of means may have one, too
+    let blue = json!({ "spectra": { "weight": "LED-blue-450" } });
+    let means = averages(&scene(json!(1), blue));
+    assert!((means[0] - 0.25).abs() < 0.003, "{means:?}");
+
+    for (power, problem) in [
+        (
+            named("LED-B33"),
+            "no file LED-B33, and no spectrum at hand of this name; did you mean `LED-B3`?",
+        ),
+        (
+            json!({ "spectrum": "D65", "total": 1, "unit": "photons" }),
+            "/lights/0/power/unit: the spectrum `D65` is at hand and has no unit to choose",
+        ),
+    ] {
+        let error = load(&write(&with(power)).path("scene.json")).expect_err("refused").to_string();
+        assert!(error.contains(problem), "{error}");
+    }
+}

@@ -33,7 +33,7 @@ pub use infinite::{
 };
 pub use radiance_map::{Cell, MapEntry, RadianceMap};
 pub use sky_model::RelativeSky;
-pub use solar_spectrum::{DaylightSource, WAVELENGTHS, band_share};
+pub use solar_spectrum::{DaylightSource, WAVELENGTHS, band_share, standard_spectrum};
 pub use sun_position::{SunPosition, azimuth_of, eccentricity};
 pub use suns::{Suns, SunsEntry};
 pub use time::{Date, Timestamp};

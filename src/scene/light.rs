@@ -21,6 +21,7 @@ mod emitter;
 mod entrance;
 mod illuminate;
 mod intensity;
+mod known;
 mod shape;
 mod start;
 mod strata;
@@ -30,6 +31,7 @@ mod tests;
 pub use entrance::{Entrance, EntryFace, MARGIN};
 pub use illuminate::{EmittedRadiance, EmitterHit, LightHit, LightSample, Toward};
 pub use intensity::{Intensity, IntensityTable};
+pub use known::{known_spectra, known_spectrum};
 pub use shape::{
     LightShape, check_aperture, check_area, check_axis, check_direction, check_half_angle,
     check_power,

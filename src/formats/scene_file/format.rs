@@ -11,6 +11,7 @@ use serde::{Deserialize, Deserializer, de};
 use crate::{
     formats::json::tagged,
     math::units::{LengthUnit, Quantity},
+    scene::light::known_spectra,
     transport::settings::{Estimator, Guiding},
 };
 
@@ -208,13 +209,14 @@ pub struct SpectrumFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LampSpectrumFile {
-    /// File with a table: the first column holds wavelengths in nm, rising.
+    /// Name of a spectrum at hand, or a file with a table: the first column holds wavelengths in
+    /// nm, rising.
+    #[schemars(extend("examples" = known_spectra().collect::<Vec<_>>()))]
     pub spectrum: String,
     /// Name or number of the column with the spectrum (default 2).
     pub column: Option<ColumnFile>,
     /// What the table counts per nm (default photons).
-    #[serde(default)]
-    pub unit: SpectralUnitFile,
+    pub unit: Option<SpectralUnitFile>,
     /// Flux of the lamp from `from_nm` to `to_nm`.
     #[schemars(range(min = 0))]
     pub total: f64,
@@ -242,11 +244,10 @@ pub enum SpectralUnitFile {
 #[serde(deny_unknown_fields)]
 pub struct SpectraFile {
     /// What the mean of a spectrum is weighted with: "lights" (default: the light of the lamps),
-    /// "flat", or the file of a lamp's table.
+    /// "flat", the name of a spectrum at hand, or the file of a lamp's table.
     pub weight: Option<String>,
     /// What the table of `weight` counts per nm (default photons).
-    #[serde(default)]
-    pub unit: SpectralUnitFile,
+    pub unit: Option<SpectralUnitFile>,
 }
 
 /// A column of a table.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{
     format::*,
     known_spectra::{Part, SpectrumAverage},
-    loader::Loader,
+    loader::{Loader, unknown},
 };
 use crate::{
     error::Result,
@@ -18,7 +18,10 @@ use crate::{
         curve::{Curve, integral},
         units::{Quantity, UMOL_PER_J_NM},
     },
-    scene::daylight::{DaylightSource, WAVELENGTHS, band_share},
+    scene::{
+        daylight::{DaylightSource, WAVELENGTHS, band_share},
+        light::{known_spectra, known_spectrum},
+    },
 };
 
 /// Noise scatters a few values below 0; a larger share of them leads to a warning.
@@ -42,8 +45,8 @@ impl Loader<'_> {
             "flat" => return Ok(()),
             "lights" => {}
             table => {
-                let curve = self.curve("/spectra/weight", table, None)?;
-                let unit = file.spectra.unit;
+                let (curve, unit) =
+                    self.lamp_curve("/spectra", "weight", table, None, file.spectra.unit)?;
                 self.spectra.weight.push(Part::Lamp { curve, unit, scale: 1.0 });
                 return Ok(());
             }
@@ -66,8 +69,8 @@ impl Loader<'_> {
             let pointer = format!("/lights/{i}/power");
             let part = match power {
                 Some(PowerFile::Spectrum(lamp)) => {
-                    let (curve, scale) = self.lamp(&pointer, lamp)?;
-                    Part::Lamp { curve, unit: lamp.unit, scale }
+                    let (curve, unit, scale) = self.lamp(&pointer, lamp)?;
+                    Part::Lamp { curve, unit, scale }
                 }
                 power => {
                     self.spectra.flat.push(name.clone().unwrap_or(format!("light{i}")));
@@ -271,11 +274,47 @@ impl Loader<'_> {
         self.spectra.weight.iter().map(of_part).sum()
     }
 
-    /// Returns the spectrum of a lamp, and the factor that turns the values of its table into the
-    /// lamp's flux per nm.
-    fn lamp(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<(Arc<Curve>, f64)> {
-        let curve =
-            self.curve(&format!("{pointer}/spectrum"), &lamp.spectrum, lamp.column.as_ref())?;
+    /// Returns the spectrum of a lamp and what it counts per nm: a spectrum at hand by its name, or
+    /// else a column of the table of this name. The scene file has the name at `key` of `pointer`.
+    fn lamp_curve(
+        &self,
+        pointer: &str,
+        key: &str,
+        name: &str,
+        column: Option<&ColumnFile>,
+        unit: Option<SpectralUnitFile>,
+    ) -> Result<(Arc<Curve>, SpectralUnitFile)> {
+        let place = format!("{pointer}/{key}");
+        if let Some(curve) = known_spectrum(name) {
+            for (key, given) in [("column", column.is_some()), ("unit", unit.is_some())] {
+                if given {
+                    let problem =
+                        format!("the spectrum `{name}` is at hand and has no {key} to choose");
+                    return Err(self
+                        .error(format!("{pointer}/{key}"), problem)
+                        .remedy(format!("leave it out, or name your own file `./{name}`")));
+                }
+            }
+            return Ok((Arc::new(curve.clone()), SpectralUnitFile::Energy));
+        }
+        let is_name = !name.contains(['/', '\\', ':']) && !name.contains(".csv");
+        if is_name && (self.sources.read)(&self.sibling(name)).is_err() {
+            let error =
+                self.error(place, format!("no file {name}, and no spectrum at hand of this name"));
+            return Err(unknown(error, name, known_spectra()));
+        }
+        Ok((self.curve(&place, name, column)?, unit.unwrap_or_default()))
+    }
+
+    /// Returns the spectrum of a lamp, what it counts per nm, and the factor that turns its values
+    /// into the lamp's flux per nm.
+    fn lamp(
+        &self,
+        pointer: &str,
+        lamp: &LampSpectrumFile,
+    ) -> Result<(Arc<Curve>, SpectralUnitFile, f64)> {
+        let (column, unit) = (lamp.column.as_ref(), lamp.unit);
+        let (curve, unit) = self.lamp_curve(pointer, "spectrum", &lamp.spectrum, column, unit)?;
         self.in_range(&format!("{pointer}/total"), lamp.total, 0.0, f64::MAX)?;
         let [first, last] = curve.range();
         let (from, to) = (lamp.from_nm.unwrap_or(first), lamp.to_nm.unwrap_or(last));
@@ -289,7 +328,7 @@ impl Loader<'_> {
                 .remedy("`from_nm` is below `to_nm`, and both lie within the spectrum"));
         }
         let of_total = lamp.quantity.unwrap_or(self.parts.quantity);
-        let whole = self.flux(&curve, lamp.unit, of_total, [from, to]);
+        let whole = self.flux(&curve, unit, of_total, [from, to]);
         let dark = integral(from, to, curve.places(), |nm| (-curve.at(nm)).max(0.0));
         let bright = integral(from, to, curve.places(), |nm| curve.at(nm).max(0.0));
         if bright > 0.0 && dark > NOISE * bright {
@@ -304,7 +343,7 @@ impl Loader<'_> {
             let problem = format!("{} has no light from {from} to {to} nm", lamp.spectrum);
             return Err(self.error(pointer, problem).remedy("name another column or range"));
         }
-        Ok((curve, lamp.total / whole))
+        Ok((curve, unit, lamp.total / whole))
     }
 
     /// Returns the integral of a lamp's table from `from` to `to`, nm, in `quantity`. Values below
@@ -321,10 +360,10 @@ impl Loader<'_> {
 
     /// Returns the power of a lamp in each band.
     pub(super) fn lamp_power(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<Vec<f64>> {
-        let (curve, scale) = self.lamp(pointer, lamp)?;
+        let (curve, unit, scale) = self.lamp(pointer, lamp)?;
         let of_band = |band: usize| {
             let limits = self.limits(pointer, band, &lamp.spectrum, &curve)?;
-            Ok(scale * self.flux(&curve, lamp.unit, self.parts.quantity, limits))
+            Ok(scale * self.flux(&curve, unit, self.parts.quantity, limits))
         };
         (0..self.bands).map(of_band).collect()
     }

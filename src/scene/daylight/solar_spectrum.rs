@@ -57,6 +57,20 @@ pub fn band_share(
     inside.then(|| powers.iter().enumerate().map(of_bin).sum::<f64>() / whole)
 }
 
+/// Returns the spectrum of the standard: wavelength in nm and W/m2/nm, in the middle of each bin. The
+/// sun is on a plane that faces it, the sky on the standard's tilted plane.
+pub fn standard_spectrum(source: DaylightSource) -> Vec<[f64; 2]> {
+    let powers = match source {
+        DaylightSource::Sun => &SUN,
+        DaylightSource::Sky => &SKY,
+    };
+    let of_bin = |(bin, &power): (usize, &u32)| {
+        let [from, to] = [bin, bin + 1].map(border);
+        [0.5 * (from + to), 1e-3 * f64::from(power) / (to - from)]
+    };
+    powers.iter().enumerate().map(of_bin).collect()
+}
+
 /// Returns the wavelength at which a bin begins, nm.
 fn border(bin: usize) -> f64 {
     match bin.checked_sub(FINE_BINS) {
