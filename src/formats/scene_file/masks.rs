@@ -132,7 +132,7 @@ impl Loader<'_> {
                 .remedy("look at the masks and the texture coordinates, or say \"mask\": false"));
         }
         for (entry, map, _, sum) in masks.into_values() {
-            self.tell(&entry, &map.file, &sum);
+            self.tell_cut(&entry, &map.file, &sum);
         }
         match found == **obj {
             true => Ok((obj.clone(), Pieces::default())),
@@ -141,7 +141,7 @@ impl Loader<'_> {
     }
 
     /// Says once what a mask has done.
-    fn tell(&mut self, entry: &MtlEntry, file: &str, sum: &Cut) {
+    fn tell_cut(&mut self, entry: &MtlEntry, file: &str, sum: &Cut) {
         let place = of_entry(entry);
         let file = quoted(file);
         if sum.after < sum.before {

@@ -199,7 +199,7 @@ impl Loader<'_> {
                 false => weighted(power) / weighted(0),
             };
             let (first, second) = (mean(1), mean(2));
-            self.tell_negative(&spectrum.spectrum, band, &curve, [from, to], first);
+            self.tell_negative(name, band, curve, [from, to], first);
             // a mean below zero comes from noise
             let value = (first * factor).max(0.0);
             self.in_range(pointer, value, 0.0, high)?;
