@@ -677,10 +677,10 @@ fn measured(
         return Err(wrong("too few texts for its file and its direction up"));
     };
     let number = |text: &&str| text.parse().ok().filter(|x: &f64| x.is_finite());
-    let [Some(x), Some(y), Some(z)] = [ux, uy, uz].map(|text| number(&text)) else {
+    let [Some(x), Some(y), Some(z)] = [ux, uy, uz].map(number) else {
         return Err(wrong("a direction up that is not three numbers"));
     };
-    let thickness = thick.first().map_or(Some(0.0), |text| number(text));
+    let thickness = thick.first().map_or(Some(0.0), number);
     let thickness = thickness.ok_or_else(|| wrong("a thickness that is no number"))?;
     if numbers.iter().any(|&part| part != 0.0) {
         return Err(wrong("diffuse parts added to its file"));

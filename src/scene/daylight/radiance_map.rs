@@ -339,6 +339,8 @@ struct Row {
     /// Largest angle between a direction of a cell and its middle, rad: that of the farthest
     /// corner, or pi for very wide or high cells.
     reach: f64,
+    /// Sine of `reach`.
+    sine_reach: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -370,6 +372,11 @@ impl Grid {
             let (east, north) = (0.5 * width).sin_cos();
             let corner = |h: f64| DVec3::new(east * h.cos(), north * h.cos(), h.sin());
             let far = [from, to].map(|h| corner(h).dot(middle).clamp(-1.0, 1.0).acos());
+            // the farthest point of a very wide cell is not one of its corners
+            let reach = match columns < 8 || height > 0.8 {
+                true => PI,
+                false => far[0].max(far[1]) + 1e-9,
+            };
             Row {
                 from,
                 to,
@@ -378,11 +385,8 @@ impl Grid {
                 across,
                 up,
                 middle: DVec2::new(sin, cos),
-                // the farthest point of a very wide cell is not one of its corners
-                reach: match columns < 8 || height > 0.8 {
-                    true => PI,
-                    false => far[0].max(far[1]) + 1e-9,
-                },
+                reach,
+                sine_reach: reach.sin(),
             }
         };
         let column = |i: usize| {
@@ -445,7 +449,7 @@ impl Grid {
     fn projected(&self, cell: Cell, normal: DVec3) -> f64 {
         let (row, column) = (&self.rows[cell.row], &self.columns[cell.column]);
         if row.reach < FRAC_PI_2 {
-            let (cos, border) = (self.middle(cell).dot(normal), row.reach.sin());
+            let (cos, border) = (self.middle(cell).dot(normal), row.sine_reach);
             if cos < -border {
                 return 0.0;
             }

@@ -447,3 +447,16 @@ fn parallel_rays_are_found_by_sampling_alone() {
     );
     assert_eq!(disc.radiance::<[f32; 1]>(position(35.28, 120.0).direction(0.0).as_vec3()).0, [0.0]);
 }
+
+/// The text of a map, which the hash of a scene is made of, is short and tells maps apart.
+#[test]
+fn the_text_of_a_map_is_short() {
+    let map = |value: f32| {
+        let values = (0..80_000).map(|i| if i == 777 { value } else { 1.0 });
+        RadianceMap::new(400, 0.0, values.collect())
+    };
+    let texts = [1.0, 1.5, 1.0].map(|value| format!("{:?}", map(value)));
+    assert!(texts[0] != texts[1] && texts[0] == texts[2] && texts[0].len() < 400, "{texts:?}");
+    let entry = map(1.0).entry(DVec3::Z).map(|(entry, _)| format!("{entry:?}"));
+    assert!(entry.is_some_and(|text| text.len() < 400));
+}
