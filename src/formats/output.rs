@@ -309,16 +309,3 @@ fn new_place(path: &Path, links: usize) -> io::Result<PathBuf> {
         _ => Ok(place),
     }
 }
-
-/// Gives a file the access rights of the `old` one, which it will replace.
-#[cfg(unix)]
-pub fn keep_mode(file: &fs::File, old: &fs::Metadata) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(fs::Permissions::from_mode(old.permissions().mode() & 0o777))
-}
-
-/// Does nothing: on other systems a file has the access rights of its folder.
-#[cfg(not(unix))]
-pub fn keep_mode(_: &fs::File, _: &fs::Metadata) -> io::Result<()> {
-    Ok(())
-}

@@ -18,8 +18,8 @@ use crate::{
     error::{Error, Result},
     formats::{
         csv_text,
-        output::{FilesRead, Temporary, folder_of, keep_mode},
-        unfinished::{remove_leftovers, unfinished_folder},
+        output::{FilesRead, Temporary, folder_of},
+        unfinished::{keep_mode, remove_leftovers, unfinished_folder},
     },
     math::units::UnitNames,
     results::result::{BandResult, CaptorResult, FaceResult, RunResult},

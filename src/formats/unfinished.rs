@@ -11,8 +11,6 @@ use std::{
     path::Path,
 };
 
-use super::output::keep_mode;
-
 /// How the names of unfinished files and folders begin and end. Between both stand random letters
 /// and digits.
 const BEGINNING: &str = ".phylux-";
@@ -117,6 +115,19 @@ pub fn remove_leftovers(folder: &Path) {
             let _ = if kind.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
         }
     }
+}
+
+/// Gives a file the access rights of the `old` one, which it will replace.
+#[cfg(unix)]
+pub fn keep_mode(file: &fs::File, old: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(old.permissions().mode() & 0o777))
+}
+
+/// Does nothing: on other systems a file has the access rights of its folder.
+#[cfg(not(unix))]
+pub fn keep_mode(_: &fs::File, _: &fs::Metadata) -> io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ use crate::{
     transport::{
         guiding::Guidance,
         paths::{Face, Pilot, Told, Unseen},
-        photon_map::{Arrival, MapBuilder, PhotonMap},
+        photon_map::{MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, Settings},
         tally::{Tally, Totals},
     },
@@ -65,9 +65,6 @@ pub use trial::{Choice, other_estimator};
 const TASK: u64 = 1024;
 /// The least number of paths from each face.
 const MIN_PATHS: u64 = 100;
-/// The most memory that the photon map may take, in bytes. Building it takes twice as much, and in
-/// a room of mirrors the arrivals of the task of each thread may take as much again.
-const MAX_MAP_BYTES: usize = 1 << 30;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
@@ -387,7 +384,7 @@ impl<'a> Run<'a> {
             Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
             Keep::OnSurfaces(_) | Keep::Focused(_) => true,
         };
-        let limit = map_limit(self.scene, self.settings);
+        let limit = memory::map_limit(self.scene, self.settings);
         let bands = self.scene.bands.len();
         (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
@@ -457,12 +454,6 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
-}
-
-/// Returns the most arrivals that a photon map keeps.
-fn map_limit(scene: &Scene, settings: &Settings) -> usize {
-    let arrival = size_of::<Arrival>() + scene.bands.len() * size_of::<f32>();
-    settings.map_photons.min(MAX_MAP_BYTES / arrival)
 }
 
 /// Returns the faces of all captors.

@@ -1,6 +1,6 @@
 //! The memory that a run may take.
 
-use super::{map_limit, schedule::AHEAD};
+use super::schedule::AHEAD;
 use crate::{
     error::{Error, Result},
     math::machine::memory_left,
@@ -9,7 +9,7 @@ use crate::{
         world::Scene,
     },
     transport::{
-        photon_map::MapBuilder,
+        photon_map::{Arrival, MapBuilder},
         settings::Settings,
         tally::{Tally, Totals},
     },
@@ -28,9 +28,18 @@ pub(super) fn most_open() -> u64 {
     MOST_OPEN.min(memory_left())
 }
 
+/// The most memory that the photon map may take, in bytes. Building it takes twice as much, and in
+/// a room of mirrors the arrivals of the task of each thread may take as much again.
+const MAX_MAP_BYTES: usize = 1 << 30;
 /// When the photon map is made, the powers of its arrivals stand in memory this often: as the tasks
 /// found them, joined, and in the order of the map.
 const MAP_COPIES: u64 = 3;
+
+/// Returns the most arrivals that a photon map keeps.
+pub(super) fn map_limit(scene: &Scene, settings: &Settings) -> usize {
+    let arrival = size_of::<Arrival>() + scene.bands.len() * size_of::<f32>();
+    settings.map_photons.min(MAX_MAP_BYTES / arrival)
+}
 
 /// Returns the most bytes that the arrivals of a photon map may take on this machine, now.
 pub(super) fn map_room() -> u64 {

@@ -1,7 +1,7 @@
 //! Photons for pictures, which are stored on all surfaces. No more photons are traced than that
 //! takes.
 
-use super::{Control, Keep, Run, Simulation, map_limit, memory, tried::RAYS};
+use super::{Control, Keep, Run, Simulation, memory, tried::RAYS};
 use crate::{
     error::{Result, catch_panic},
     math::{machine, rng::Purpose},
@@ -44,7 +44,7 @@ pub fn light_surfaces<'a>(
     let photons = match settings.photons {
         Some(photons) => photons,
         None => {
-            memory::check_map(scene, map_limit(scene, settings))?;
+            memory::check_map(scene, memory::map_limit(scene, settings))?;
             let control = Control { progress: &|_| {}, ..*control };
             let trial = |photons| kept(scene, settings, Purpose::Trial, keep, photons, &control);
             let first = trial(FIRST)?;
