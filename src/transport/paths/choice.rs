@@ -4,6 +4,9 @@ use glam::Vec3;
 
 use crate::scene::light::Light;
 
+/// The largest number of lights that [`LightChoice::roughly`] looks at.
+pub(super) const ROUGH: usize = 256;
+
 /// The chances of the lights at a point. One half of the chance is in proportion to what each light
 /// may contribute there. The other half is the same for all lights that may contribute anything,
 /// for the sake of a dim lamp in a room that a bright lamp does not reach.
@@ -21,15 +24,28 @@ impl LightChoice {
     /// Computes the chances at a point. With a normal `one_sided`, light from behind does not
     /// count.
     pub(super) fn new(lights: &[Light], point: Vec3, one_sided: Option<Vec3>) -> Self {
+        Self::of_each(lights, 1, point, one_sided)
+    }
+
+    /// Estimates the chances at a point that is on no surface, in a time that does not grow with
+    /// the number of lights: of more than [`ROUGH`], some stand for all.
+    pub(super) fn roughly(lights: &[Light], point: Vec3) -> Self {
+        Self::of_each(lights, lights.len().div_ceil(ROUGH).max(1), point, None)
+    }
+
+    /// Computes the chances from each `step`-th light.
+    fn of_each(lights: &[Light], step: usize, point: Vec3, one_sided: Option<Vec3>) -> Self {
         let mut choice = Self { point, one_sided, total: 0.0, count: 0 };
         if lights.len() == 1 {
             return choice;
         }
-        for light in lights {
+        for light in lights.iter().step_by(step) {
             let importance = choice.importance(light);
             choice.total += importance;
             choice.count += usize::from(importance > 0.0);
         }
+        choice.total *= step as f32;
+        choice.count *= step;
         choice
     }
 
@@ -60,7 +76,8 @@ impl LightChoice {
         if importance == 0.0 {
             return 0.0;
         }
-        0.5 * (importance / self.total + 1.0 / self.count as f32)
+        // an estimate may have left out the brightest light
+        (0.5 * (importance / self.total + 1.0 / self.count.max(1) as f32)).min(1.0)
     }
 
     /// Returns the approximate irradiance of a light at the point, W/m2 or umol/m2/s; zero only

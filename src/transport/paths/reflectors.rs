@@ -9,7 +9,10 @@ use std::{
 
 use glam::{Vec2, Vec3};
 
-use super::vertex::Vertex;
+use super::{
+    choice::{LightChoice, ROUGH},
+    vertex::Vertex,
+};
 use crate::{
     math::{
         rng::{Purpose, Stream, Streams},
@@ -102,6 +105,17 @@ impl Reflectors {
         let Some(chances) = self.chances.get(&triangle) else { return 0.0 };
         let own = |light: usize| self.share * at.choice.chance(&scene.lights, light);
         chances.iter().map(|&(light, chance)| own(light) * chance).sum()
+    }
+
+    /// Estimates that density at a point that is on no surface, in a time that does not grow with
+    /// the number of lights.
+    pub(super) fn rough_density(&self, scene: &Scene, point: Vec3, triangle: usize) -> f32 {
+        let Some(chances) = self.chances.get(&triangle) else { return 0.0 };
+        let choice = LightChoice::roughly(&scene.lights, point);
+        let own = |light: usize| self.share * choice.chance(&scene.lights, light);
+        let step = chances.len().div_ceil(ROUGH).max(1);
+        let some = chances.iter().step_by(step).map(|&(light, chance)| own(light) * chance);
+        step as f32 * some.sum::<f32>()
     }
 }
 

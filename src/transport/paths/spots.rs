@@ -270,8 +270,8 @@ fn follow<L: Lanes>(
     let cos_here = scatter.direction.dot(surface.normal).abs();
     let free = cos.abs().max(LEAST_COS) * cos_here
         / (std::f32::consts::PI * next.distance_squared(hit.point));
-    let at = Vertex::new(&scene.lights, next);
-    let aimed = reflectors.map_or(0.0, |reflectors| reflectors.density(scene, &at, hit.triangle));
+    let rough = |reflectors: &Reflectors| reflectors.rough_density(scene, next, hit.triangle);
+    let aimed = reflectors.map_or(0.0, rough);
     if let Some(ratio) = ratio(hit.point, surface.normal, free + aimed) {
         on(ratio, scatter.weight.largest());
     }

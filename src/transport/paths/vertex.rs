@@ -35,6 +35,7 @@ pub(super) struct Vertex {
 
 impl Vertex {
     /// Creates a point that is on no surface: light counts from all directions.
+    #[cfg(test)]
     pub fn new(lights: &[Light], point: Vec3) -> Self {
         let choice = LightChoice::new(lights, point, None);
         Self { point, step: None, one_sided: None, arrival: None, choice }
