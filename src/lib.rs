@@ -51,7 +51,7 @@ mod studies;
 #[cfg(feature = "cli")]
 pub mod cli;
 
-pub use error::{Error, ErrorKind, Result};
+pub use error::{Error, ErrorKind, Problem, Result};
 pub use formats::control_file::{ControlFile, LampControl};
 pub use formats::hours_file::HoursFile;
 pub use formats::obj::{Mesh, MeshGroup};
