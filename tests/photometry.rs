@@ -121,7 +121,9 @@ fn points_have_their_intensity() {
     };
     let files: &[(&str, &str)] = &[("a.ies", &wedge)];
     compare(&mut check, "wedge", &point, files, |cos, turn| of_wedge(cos, turn) * 8.0 / flux);
-    compare(&mut check, "wedge's power", &with("power", json!("file")), files, of_wedge);
+    let mut of_file = with("power", json!("file"));
+    of_file["lm_per_W"] = json!(1);
+    compare(&mut check, "wedge's power", &of_file, files, of_wedge);
     // C = 0 turned to the north
     let turned = with("zero_plane", json!([0, 3, 1]));
     compare(&mut check, "turned", &turned, files, |cos, turn| {
@@ -271,7 +273,7 @@ fn needs_shared_luminaire_over_a_floor() {
         };
         let scene = json!({
             "captors": values.iter().map(captor).collect::<Vec<_>>(),
-            "lights": [{ "type": "point", "position": [0, 0, 0], "power": "file",
+            "lights": [{ "type": "point", "position": [0, 0, 0], "power": "file", "lm_per_W": 1,
                          "photometry": folder.join("symmetric.ies") }]
         });
         TestScene::new(&scene.to_string(), &[])
@@ -303,6 +305,46 @@ fn needs_shared_luminaire_over_a_floor() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The distribution of an area turns with its copies: two copies that are turned to either side are
+/// two lights, each with half of the power, and are those of two lights without copies.
+#[test]
+fn distributions_turn_with_their_copies() {
+    let beam =
+        ies(&[0.0, 180.0], &[0.0, 10.0, 40.0, 90.0], |c, v| if v < 40.0 { 100.0 + c } else { 0.0 });
+    let bar = "v -0.1 -0.1 0\nv -0.1 0.1 0\nv 0.1 0.1 0\nv 0.1 -0.1 0\nf 1 2 3 4\n";
+    let copies = json!([{ "translate": [-0.3, 0, 2], "rotate_deg": [0, 40, 30] },
+                        { "translate": [0.3, 0, 2], "rotate_deg": [0, -40, 0] }]);
+    let light = |power: f64| json!({ "type": "area", "obj": "bar.obj", "photometry": "a.ies", "power": power });
+    let loaded = |lights: Value| {
+        let scene = json!({ "lights": lights });
+        let scene =
+            TestScene::new(&scene.to_string(), &[("a.ies", beam.as_str()), ("bar.obj", bar)]);
+        phylux::load(&scene.path("scene.json")).expect("a scene").scene
+    };
+    let mut together = light(100.0);
+    together["name"] = json!("bars");
+    together["instances"] = copies.clone();
+    let mut apart = [light(50.0), light(50.0)];
+    for (light, copy) in apart.iter_mut().zip(copies.as_array().expect("copies")) {
+        light["transform"] = copy.clone();
+    }
+    let [together, apart] = [loaded(json!([together])), loaded(json!(apart))];
+    assert_eq!(together.lights.len(), 2);
+    assert_eq!([&together.lights[0].name, &together.lights[1].name], ["bars#0", "bars#1"]);
+    for (a, b) in together.lights.iter().zip(&apart.lights) {
+        assert!((a.power[0] - b.power[0]).abs() < 1e-9, "{:?} {:?}", a.power, b.power);
+        let [a, b] = [a, b].map(|light| *light.intensity().expect("measured").axes());
+        assert!(a.normal.distance(b.normal) < 1e-6 && a.tangent.distance(b.tangent) < 1e-6);
+    }
+    let axes = |light: Value| *loaded(json!([light])).lights[0].intensity().expect("one").axes();
+    // C = 0 turns by half a circle, with `aim` and without
+    let mut half = light(1.0);
+    half["transform"] = json!({ "rotate_deg": [0, 0, 180] });
+    assert!(axes(half.clone()).tangent.distance(-glam::Vec3::X) < 1e-6);
+    half["aim"] = json!([0, 1, 0]);
+    assert!(axes(half).normal.distance(-glam::Vec3::Y) < 1e-6);
+}
+
 #[test]
 fn bad_luminaires_are_told() {
     let isotropic = ies(&[0.0], &[0.0, 180.0], |_, _| 1.0);
@@ -315,6 +357,15 @@ fn bad_luminaires_are_told() {
         (format!(r#"{point}, {lamp}"#), "missing key `power`"),
         (format!(r#"{point}, "power": "file""#), "/lights/0/power: \"file\" without `photometry`"),
         (format!(r#"{point}, "power": "much""#), "\"file\""),
+        (format!(r#"{point}, "power": "file", {lamp}"#), "lumens are no W; say with `lm_per_W`"),
+        (
+            format!(r#"{point}, "power": "file", {lamp}, "lm_per_umol": 70"#),
+            "/lm_per_umol: the scene counts in W",
+        ),
+        (format!(r#"{point}, "power": "file", {lamp}, "lm_per_W": 0"#), "0, must be above 0"),
+        (format!(r#"{point}, "power": 1, {lamp}, "lm_per_W": 9"#), "/lm_per_W: goes with"),
+        (format!(r#"{point}, "power": 1, {lamp}, "set": 2"#), "lamp set 2, but a.ies has 1"),
+        (format!(r#"{point}, "power": 1, "set": 1"#), "/set: goes with `photometry` only"),
         (format!(r#"{point}, "power": 1, "photometry": "b.ies""#), "there is no such file"),
         (format!(r#"{point}, "power": 1, "photometry": "bad.ies""#), "bad.ies:3: "),
         (format!(r#"{point}, "power": 1, "aim": [0, 0, 1]"#), "/lights/0/aim: goes with"),

@@ -22,17 +22,16 @@ use file::File;
 impl Photometry {
     /// Reads the `bytes` of the file at `path`. A file with a line that begins with `TILT=` is read
     /// as LM-63, any other as EULUMDAT; a file whose name ends with `.ies` must have such a line.
+    /// Lines may end in any way, and the text may be UTF-16.
     ///
     /// # Errors
     /// At the line of the file: it is in neither of the two formats, does not use coordinates of
-    /// type C, or has a tilt; numbers are missing, not finite, negative or left over; angles do not
-    /// increase or do not fit the symmetry; or the lamp emits no light.
+    /// type C, or has a tilt in another file; numbers are missing, not finite, negative or left
+    /// over; angles do not increase or do not fit the symmetry; or the lamp emits no light.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        // names may be in any encoding, but numbers are ASCII in all of them
-        let text = String::from_utf8_lossy(bytes);
+        let text = decoded(bytes);
         let file = File { path, lines: text.lines().collect() };
-        match file.lines.iter().position(|line| line.trim_start().starts_with("TILT=")) {
+        match file.lines.iter().position(|line| lm63::tilt(line).is_some()) {
             Some(tilt) => lm63::read(&file, tilt),
             None if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("ies")) => {
                 let problem = "has no line that begins with `TILT=`";
@@ -40,5 +39,31 @@ impl Photometry {
             }
             None => eulumdat::read(&file),
         }
+    }
+}
+
+/// Returns the text of a file, with lines that end as ours do. Names may be in any encoding, but
+/// numbers are ASCII in all of them, except in UTF-16, where every other byte of them is zero.
+fn decoded(bytes: &[u8]) -> String {
+    let little = match bytes {
+        [0xff, 0xfe, ..] | [1..=127, 0, 1..=127, 0, ..] => Some(true),
+        [0xfe, 0xff, ..] | [0, 1..=127, 0, 1..=127, ..] => Some(false),
+        _ => None,
+    };
+    let text = match little {
+        Some(little) => {
+            let pair = |pair: &[u8]| {
+                let pair = [pair[0], pair[1]];
+                if little { u16::from_le_bytes(pair) } else { u16::from_be_bytes(pair) }
+            };
+            let units: Vec<u16> = bytes.chunks_exact(2).map(pair).collect();
+            String::from_utf16_lossy(&units)
+        }
+        None => String::from_utf8_lossy(bytes).into_owned(),
+    };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    match text.contains('\n') {
+        true => text.to_string(),
+        false => text.replace('\r', "\n"),
     }
 }

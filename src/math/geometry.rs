@@ -335,7 +335,7 @@ pub fn unit_vector(v: DVec3) -> Option<DVec3> {
 }
 
 /// A transform: scaling, then rotation about x, then y, then z, then translation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Transform {
     linear: DMat3,
     translate: DVec3,
@@ -362,6 +362,16 @@ impl Transform {
     /// Returns a vector rotated and scaled by the transform, but not translated.
     pub fn turned(&self, v: DVec3) -> DVec3 {
         self.linear * v
+    }
+
+    /// Returns whether two transforms turn and mirror vectors alike, whatever their scales.
+    pub fn turns_like(&self, other: &Self) -> bool {
+        let turned = |transform: &Self, axis: DVec3| transform.turned(axis).normalize_or_zero();
+        DMat3::IDENTITY
+            .to_cols_array_2d()
+            .map(DVec3::from)
+            .into_iter()
+            .all(|axis| turned(self, axis).distance_squared(turned(other, axis)) < 1e-18)
     }
 
     /// Returns the inverse transform; not finite where the scale is too small for a number.

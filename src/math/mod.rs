@@ -3,7 +3,7 @@
 //! Read [`rng`] and [`sampling`] first: every estimator draws from the random streams and samplers
 //! with their densities that these define. [`geometry`] holds vectors and frames, [`spectrum`]
 //! numbers per band, [`stats`] means with standard errors, [`curve`] measured curves,
-//! [`least_squares`] fits and [`units`] units. [`machine`] says how many processors and how much
+//! [`least_squares`] fits, [`units`] units and [`luminosity`] lumens. [`machine`] says how many processors and how much
 //! memory there are. [`pattern`] and [`expression`] read patterns of names and arithmetic
 //! expressions.
 //!
@@ -13,6 +13,7 @@ pub mod curve;
 pub mod expression;
 pub mod geometry;
 pub mod least_squares;
+pub mod luminosity;
 pub mod machine;
 #[cfg(test)]
 pub mod odds;

@@ -47,13 +47,18 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
     let gammas = values.count(6, "the number of angles gamma (Ng)", 2, MOST)?;
     let factor = values.number(24, "the conversion factor")?;
     let sets = values.count(26, "the number of lamp sets", 1, 20)?;
-    let flux = |set: usize| values.number(27 + SET * set + 2, "the flux of the lamps, lm");
-    let lumens = (0..sets).map(flux).sum::<Result<f64>>()?;
-    let scale = lumens / 1000.0 * factor;
-    if !(scale > 0.0 && scale.is_finite()) {
-        let problem = format!("lamps of {lumens} lm and a conversion factor of {factor}");
-        return Err(file.error(23, problem).remedy("both must be above 0"));
-    }
+    // the sets are alternatives: the luminaire holds one of them at a time
+    let scale = |set: usize| {
+        let line = 27 + SET * set + 2;
+        let lumens = values.number(line, "the flux of the lamps, lm")?;
+        let scale = lumens / 1000.0 * factor;
+        if !(scale > 0.0 && scale.is_finite()) {
+            let problem = format!("lamps of {lumens} lm and a conversion factor of {factor}");
+            return Err(file.error(line - 1, problem).remedy("both must be above 0"));
+        }
+        Ok(scale)
+    };
+    let scales = (0..sets).map(scale).collect::<Result<Vec<f64>>>()?;
     let first = 27 + SET * sets + 10;
     let c = values.list(first, planes, "C angle")?;
     let v = values.list(first + planes, gammas, "angle gamma")?;
@@ -100,23 +105,23 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
     let mut half_planes = Vec::with_capacity(of_given.len());
     for (i, c) in of_given.iter().enumerate() {
         let what = format!("of C plane {} of {}, intensity", i + 1, of_given.len());
-        let mut values = values.list(line, gammas, &what)?;
+        let values = values.list(line, gammas, &what)?;
         if let Some(k) = values.iter().position(|&value| value < 0.0) {
             let problem = format!("an intensity of {}, must be at least 0", values[k]);
             return Err(file.error(line + k - 1, problem).remedy(FETCH));
         }
         line += gammas;
-        values.iter_mut().for_each(|value| *value *= scale);
         let c = if symmetry == Symmetry::At90 { c % 360.0 } else { *c };
         half_planes.push(Plane { c, values });
     }
     let rest = file.lines.iter().enumerate().skip(line - 1);
-    if let Some((i, _)) = rest
-        .into_iter()
-        .find(|(_, text)| !text.trim_matches(['\u{1a}', ' ', '\t', '\r']).is_empty())
+    let mut rest = rest.map(|(i, text)| (i, text.trim_matches(['\u{1a}', ' ', '\t', '\r', '\0'])));
+    // words may follow, but a number means that one of the counts is wrong
+    if let Some((i, text)) = rest.find(|(_, text)| !text.is_empty())
+        && text.replace(',', ".").parse::<f64>().is_ok()
     {
-        let problem = "a line comes after the last intensity";
+        let problem = "a number comes after the last intensity";
         return Err(file.error(i, problem).remedy(FETCH));
     }
-    Photometry::new(file, half_planes, symmetry, &v)
+    Photometry::new(file, half_planes, symmetry, &v, &scales)
 }

@@ -20,24 +20,34 @@ pub(super) const MOST: usize = 1_000_000;
 pub struct Photometry {
     /// The shape of the distribution, scaled to a flux of 1.
     pub table: Arc<IntensityTable>,
-    /// The flux that the lamp emits according to the file: the integral of its intensities (candela
-    /// times the factors of the file) over all directions.
-    pub flux: f64,
+    /// The flux that the lamp emits according to the file, lm: the integral of its intensities
+    /// (candela times the factors of the file) over all directions. An EULUMDAT file has one for
+    /// each of the lamp sets that may be in the luminaire.
+    pub fluxes: Vec<f64>,
+    /// Whether the flux depends on the lamp's tilt; it is that of tilt 0.
+    pub tilted: bool,
 }
 
 impl Photometry {
-    /// Makes the distribution from the planes in the file, in candela, at the vertical angles `v`,
-    /// degrees. Error: the angles or intensities make no distribution.
+    /// Makes the distribution from the planes in the file at the vertical angles `v`, degrees. The
+    /// flux in candela is that of the planes times one of the `scales`. Error: the angles or
+    /// intensities make no distribution.
     pub(super) fn new(
         file: &File,
         planes: Vec<Plane>,
         symmetry: Symmetry,
         v: &[f64],
+        scales: &[f64],
     ) -> Result<Self> {
         let (c, values) = round(planes, symmetry);
         let table = IntensityTable::new(&c, v, values)
             .map_err(|problem| problem.at(file.path.display()))?;
-        Ok(Self { flux: table.flux(), table: Arc::new(table) })
+        let fluxes: Vec<f64> = scales.iter().map(|scale| scale * table.flux()).collect();
+        if let Some(flux) = fluxes.iter().find(|flux| !(1e-30..1e30).contains(*flux)) {
+            let problem = format!("a flux of {flux:e} lm");
+            return Err(Error::input(file.path.display(), problem).remedy(FETCH));
+        }
+        Ok(Self { fluxes, table: Arc::new(table), tilted: false })
     }
 }
 

@@ -95,7 +95,7 @@ fn symmetric_files_are_their_whole_circle() {
             files.push(ok(&ies(&c, symmetry)));
         }
         for file in files {
-            assert!((file.flux / whole.flux - 1.0).abs() < 1e-12, "{symmetry:?}");
+            assert!((file.fluxes[0] / whole.fluxes[0] - 1.0).abs() < 1e-12, "{symmetry:?}");
             let axes = |table: &Arc<IntensityTable>| {
                 let (aim, zero) = (glam::DVec3::NEG_Z, glam::DVec3::X);
                 crate::scene::light::Intensity::table(table.clone(), aim, zero).unwrap()
@@ -118,7 +118,7 @@ fn symmetric_files_are_their_whole_circle() {
 #[test]
 fn factors_count_as_they_should() {
     let even = |head: &str, numbers: &str| {
-        ok(&format!("{head}TILT=NONE\n{numbers}\n0 180\n0\n2 2\n")).flux / (8.0 * PI)
+        ok(&format!("{head}TILT=NONE\n{numbers}\n0 180\n0\n2 2\n")).fluxes[0] / (8.0 * PI)
     };
     let modern = "IESNA:LM-63-1995\n[TEST] a\n";
     for (head, numbers, factor) in [
@@ -134,12 +134,12 @@ fn factors_count_as_they_should() {
     // candela per 1000 lm, with lamps of 1000 lm; the decimal sign may be a comma, and LORL does
     // not count
     let file = ldt(1, &[0.0], Symmetry::Axial);
-    let flux = ok(&file).flux;
+    let flux = ok(&file).fluxes[0];
     let more = file.replace("\r\nLED\r\n1000\r\n", "\r\nLED\r\n2500\r\n");
-    assert!((ok(&more).flux / flux - 2.5).abs() < 1e-12);
+    assert!((ok(&more).fluxes[0] / flux - 2.5).abs() < 1e-12);
     let factor =
         file.replace("\r\n80\r\n1\r\n0\r\n1\r\n1\r\n", "\r\n40\r\n0,5\r\n0\r\n1\r\n-1\r\n");
-    assert!(factor != file && (ok(&factor).flux / flux - 0.5).abs() < 1e-12);
+    assert!(factor != file && (ok(&factor).fluxes[0] / flux - 0.5).abs() < 1e-12);
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn bad_files_are_told() {
     for (text, words) in [
         (String::new(), "lamp:1: the file ends before line 3"),
         ("x\n".repeat(40), "the symmetry (Isym) is `x`, not a finite number"),
-        (changed("TILT=NONE", "TILT=INCLUDE"), "lamp:3: TILT=`INCLUDE` is not read"),
+        (changed("TILT=NONE", "TILT=a.tlt"), "lamp:3: TILT=`A.TLT` names another file"),
         (changed(" 1 2 0 0 0", " 2 2 0 0 0"), "photometric type 2, must be 1 (C)"),
         (changed("1 -1 1 7 7", "1 -1 1 7 6"), "horizontal angles from 0 to 75"),
         (changed("1 -1 1 7 7", "1 -1 1 7.5 7"), "`7.5`, must be 1 to 1000000"),
@@ -174,12 +174,63 @@ fn bad_files_are_told() {
             eulumdat.replace("\r\n90\r\n", "\r\n91\r\n"),
             "C angles from 0 to 91, must rise from 0 to 90",
         ),
-        (eulumdat.clone() + "5\r\n", "a line comes after the last intensity"),
+        (eulumdat.clone() + "5\r\n", "a number comes after the last intensity"),
     ] {
         let error = read(&text).map(|_| ()).expect_err(words);
         check_error(&error, Path::new("lamp"));
         assert!(error.to_string().contains(words), "{words}: {error}");
     }
+}
+
+/// Files of other forms whose meaning is clear say the same as the usual form.
+#[test]
+fn other_forms_are_read() {
+    let usual = ies(&angles(0.0, 360.0), Symmetry::None);
+    let flux = ok(&usual).fluxes[0];
+    let changed = |from: &str, to: &str| usual.replacen(from, to, 1);
+    for text in [
+        changed("TILT=NONE", "TILT = NONE"),
+        changed("TILT=NONE", " tilt=none "),
+        usual.replace('\n', "\r\n"),
+        usual.replace('\n', "\r"),
+        usual.clone() + "[END]\nof the file\n",
+        ies(&angles(0.0, 345.0), Symmetry::None),
+    ] {
+        assert!((ok(&text).fluxes[0] / flux - 1.0).abs() < 1e-12, "{text}");
+    }
+    let included = ok(&changed("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n0.9 0.8 0.7"));
+    assert!(included.tilted && (included.fluxes[0] / flux - 0.9).abs() < 1e-12);
+    for little in [true, false] {
+        for mark in ["\u{feff}", ""] {
+            let units = mark.encode_utf16().chain(usual.encode_utf16());
+            let bytes = |unit: u16| if little { unit.to_le_bytes() } else { unit.to_be_bytes() };
+            let bytes: Vec<u8> = units.flat_map(bytes).collect();
+            let read = Photometry::parse(&bytes, Path::new("lamp")).unwrap();
+            assert!((read.fluxes[0] / flux - 1.0).abs() < 1e-12);
+        }
+    }
+    // a part of the circle is not guessed
+    for c in [vec![-90.0, 0.0, 90.0], vec![0.0, 1.0, 93.0], angles(0.0, 270.0)] {
+        let text = ies(&c, Symmetry::None);
+        assert!(read(&text).unwrap_err().to_string().contains("horizontal angles from"), "{c:?}");
+    }
+}
+
+/// The sets of lamps of an EULUMDAT file are alternatives, each with a flux of its own.
+#[test]
+fn lamp_sets_are_alternatives() {
+    let one = ldt(1, &[0.0], Symmetry::Axial);
+    let set = "1\r\nLED\r\n1000\r\n4000\r\n80\r\n50\r\n";
+    let two = one.replacen(
+        &format!("\r\n1\r\n{set}"),
+        &format!("\r\n2\r\n{set}{}", set.replace("1000", "2500")),
+        1,
+    );
+    assert_ne!(one, two);
+    let (one, two) = (ok(&one), ok(&two));
+    assert_eq!((one.fluxes.len(), two.fluxes.len()), (1, 2));
+    assert!((two.fluxes[0] / one.fluxes[0] - 1.0).abs() < 1e-12);
+    assert!((two.fluxes[1] / one.fluxes[0] - 2.5).abs() < 1e-12);
 }
 
 const WORDS: &[&str] = &["TILT=NONE", "TILT=", "NONE", "360", "180", "90", "7", "IESNA91"];
@@ -197,7 +248,9 @@ fn check(text: &[u8]) {
     let path = Path::new("lamp");
     match Photometry::parse(text, path) {
         Err(error) => check_error(&error, path),
-        Ok(photometry) => assert!(photometry.flux > 0.0 && photometry.flux.is_finite()),
+        Ok(photometry) => {
+            assert!(photometry.fluxes.iter().all(|flux| *flux >= 0.0 && flux.is_finite()))
+        }
     }
 }
 

@@ -217,15 +217,68 @@ pub struct LampSpectrumFile {
     pub column: Option<ColumnFile>,
     /// What the table counts per nm (default photons).
     pub unit: Option<SpectralUnitFile>,
-    /// Flux of the lamp from `from_nm` to `to_nm`.
-    #[schemars(range(min = 0))]
-    pub total: f64,
-    /// Quantity that `total` is measured in (default: the quantity of the scene).
-    pub quantity: Option<Quantity>,
+    /// Flux of the lamp from `from_nm` to `to_nm`; with `photometry` also "file": the flux that the
+    /// file states.
+    pub total: TotalFile,
+    /// Quantity that `total` is measured in (default: the quantity of the scene; of the "file", lm).
+    pub quantity: Option<TotalQuantityFile>,
     /// Wavelength where `total` begins, nm (default: where the table begins).
     pub from_nm: Option<f64>,
     /// Wavelength where `total` ends, nm (default: where the table ends).
     pub to_nm: Option<f64>,
+}
+
+/// The flux of a lamp with a spectrum.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum TotalFile {
+    /// The flux itself.
+    Given(#[schemars(range(min = 0))] f64),
+    /// "file": the flux that the photometry file states.
+    #[schemars(with = "FileWord")]
+    File,
+}
+
+impl<'de> Deserialize<'de> for TotalFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = TotalFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, or \"file\"")
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<TotalFile, E> {
+                Ok(TotalFile::Given(v))
+            }
+            fn visit_u64<E>(self, v: u64) -> Result<TotalFile, E> {
+                Ok(TotalFile::Given(v as f64))
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<TotalFile, E> {
+                Ok(TotalFile::Given(v as f64))
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<TotalFile, E> {
+                match text {
+                    "file" => Ok(TotalFile::File),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// What the flux of a lamp with a spectrum is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+pub enum TotalQuantityFile {
+    /// Radiant flux, W.
+    #[serde(rename = "W")]
+    Watt,
+    /// Photon flux, umol/s.
+    #[serde(rename = "umol/s")]
+    Micromole,
+    /// Luminous flux, lm: over all wavelengths.
+    #[serde(rename = "lm")]
+    Lumen,
 }
 
 /// What the table of a lamp counts per nm.
@@ -323,6 +376,17 @@ pub enum PowerFile {
     File,
     /// A spectrum of any scale, and the flux between two wavelengths.
     Spectrum(LampSpectrumFile),
+}
+
+impl PowerFile {
+    /// Returns whether the photometry file says how large the flux is.
+    pub fn is_of_file(&self) -> bool {
+        match self {
+            Self::Given(_) => false,
+            Self::File => true,
+            Self::Spectrum(lamp) => lamp.total == TotalFile::File,
+        }
+    }
 }
 
 /// The word that stands for the value in the photometry file.
@@ -846,6 +910,16 @@ pub struct PointFile {
     pub aim: Option<[f64; 3]>,
     /// With `photometry`: the direction of the half-plane C = 0 (default [1, 0, 0]).
     pub zero_plane: Option<[f64; 3]>,
+    /// With `photometry` of EULUMDAT: which of the file's lamp sets is in the lamp, from 1 (default
+    /// 1).
+    pub set: Option<Count>,
+    /// With "power": "file": lumens per W of the lamp's light.
+    #[serde(rename = "lm_per_W")]
+    #[schemars(range(max = 683), extend("exclusiveMinimum" = 0))]
+    pub lm_per_w: Option<f64>,
+    /// With "power": "file": lumens per umol/s of the lamp's light.
+    #[schemars(range(max = 150), extend("exclusiveMinimum" = 0))]
+    pub lm_per_umol: Option<f64>,
     /// Exponent n of an intensity proportional to cos^n of the angle to `aim`.
     #[schemars(range(min = 0))]
     pub cosine: Option<f64>,
@@ -937,6 +1011,16 @@ pub struct AreaFile {
     pub aim: Option<[f64; 3]>,
     /// With `photometry`: the direction of the half-plane C = 0 (default [1, 0, 0]).
     pub zero_plane: Option<[f64; 3]>,
+    /// With `photometry` of EULUMDAT: which of the file's lamp sets is in the lamp, from 1 (default
+    /// 1).
+    pub set: Option<Count>,
+    /// With "power": "file": lumens per W of the lamp's light.
+    #[serde(rename = "lm_per_W")]
+    #[schemars(range(max = 683), extend("exclusiveMinimum" = 0))]
+    pub lm_per_w: Option<f64>,
+    /// With "power": "file": lumens per umol/s of the lamp's light.
+    #[schemars(range(max = 150), extend("exclusiveMinimum" = 0))]
+    pub lm_per_umol: Option<f64>,
 }
 
 /// Captors: exactly one of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`.

@@ -9,13 +9,13 @@ use super::{
     daylight::Sky,
     format::*,
     loader::Loader,
-    luminaires::{Aim, Measured},
+    luminaires::{Aim, LampFile},
     placed::{Turn, area},
 };
 use crate::{
     error::Result,
     formats::obj::longest_edge,
-    math::geometry::triangulate,
+    math::geometry::{Transform, triangulate},
     scene::{
         light::{
             Intensity, LightShape, check_aperture, check_area, check_axis, check_direction,
@@ -37,11 +37,11 @@ impl Loader<'_> {
             {
                 continue;
             }
-            let (name, light) = match file {
-                LightFile::Point(light) => (&light.name, self.point_light(&pointer, light)?),
-                LightFile::Spot(light) => (&light.name, self.spot_light(&pointer, light)?),
-                LightFile::Tube(light) => (&light.name, self.tube_light(&pointer, light)?),
-                LightFile::Area(light) => (&light.name, self.area_light(&pointer, light)?),
+            let (name, lights) = match file {
+                LightFile::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
+                LightFile::Spot(light) => (&light.name, vec![self.spot_light(&pointer, light)?]),
+                LightFile::Tube(light) => (&light.name, vec![self.tube_light(&pointer, light)?]),
+                LightFile::Area(light) => (&light.name, self.area_lights(&pointer, light)?),
                 LightFile::Rad(light) => {
                     self.rad_light(&pointer, light)?;
                     continue;
@@ -49,9 +49,13 @@ impl Loader<'_> {
                 LightFile::Sun(_) | LightFile::Sky(_) | LightFile::Environment(_) => continue,
             };
             let name = name.clone().unwrap_or(format!("light{i}"));
-            self.make_solid(&name, &light);
-            let Glowing { power, shape, .. } = light;
-            self.add_light(&pointer, LightPart { name, power, shape })?;
+            let several = lights.len() > 1;
+            for (copy, light) in lights.into_iter().enumerate() {
+                let name = if several { format!("{name}#{copy}") } else { name.clone() };
+                self.make_solid(&name, &light);
+                let Glowing { power, shape, .. } = light;
+                self.add_light(&pointer, LightPart { name, power, shape })?;
+            }
         }
         Ok(())
     }
@@ -160,19 +164,25 @@ impl Loader<'_> {
 
     fn point_light(&mut self, pointer: &str, light: &PointFile) -> Result<Glowing> {
         let position = self.point(light.position);
-        let aim = Aim { aim: light.aim, zero_plane: light.zero_plane, default: DVec3::NEG_Z };
-        let measured = self.measured(pointer, light.photometry.as_deref(), &aim)?;
-        let power = self.power(pointer, &light.power, measured.as_ref())?;
+        let aim = Aim { aim: light.aim, zero_plane: light.zero_plane };
+        let measured = self.measured(pointer, light.lamp_file())?;
+        if measured.is_none() {
+            self.only_with(pointer, "zero_plane", light.zero_plane, "`photometry`")?;
+        }
+        let power = self.power(pointer, &light.power, light.lamp_file(), measured.as_ref())?;
         let shape = match (measured, light.cosine) {
             (None, None) => {
-                self.only_with(pointer, "aim", aim.aim, "`photometry` or `cosine`")?;
+                self.only_with(pointer, "aim", light.aim, "`photometry` or `cosine`")?;
                 LightShape::Point { position }
             }
-            (Some(Measured { intensity, .. }), None) => {
+            (Some(measured), None) => {
+                let (unmoved, down) = (Transform::default(), DVec3::NEG_Z);
+                let intensity = self.intensity(pointer, &measured, aim, &unmoved, down)?;
                 LightShape::Luminaire { position, intensity }
             }
             (None, Some(exponent)) => {
-                let intensity = Intensity::cosine(exponent, aim.aim())
+                let aim = light.aim.map_or(DVec3::NEG_Z, DVec3::from);
+                let intensity = Intensity::cosine(exponent, aim)
                     .map_err(|problem| problem.at(self.place(pointer)))?;
                 LightShape::Luminaire { position, intensity }
             }
@@ -185,7 +195,7 @@ impl Loader<'_> {
         Ok(Glowing::new(power, shape))
     }
 
-    fn spot_light(&self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
+    fn spot_light(&mut self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
         let wrong = |key: &str| self.place(format!("{pointer}/{key}"));
         let direction = check_direction(light.direction.into())
             .map_err(|problem| problem.at(wrong("direction")))?;
@@ -196,7 +206,7 @@ impl Loader<'_> {
             direction,
             half_angle: half_angle.to_radians(),
         };
-        Ok(Glowing::new(self.power(pointer, &light.power, None)?, shape))
+        Ok(Glowing::new(self.power(pointer, &light.power, LampFile::default(), None)?, shape))
     }
 
     fn tube_light(&mut self, pointer: &str, light: &TubeFile) -> Result<Glowing> {
@@ -204,7 +214,7 @@ impl Loader<'_> {
         let radius = light.radius * self.metres;
         let axis = check_axis(from, to).map_err(|problem| problem.at(self.place(pointer)))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
-        let power = self.power(pointer, &light.power, None)?;
+        let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let aperture = self.aperture(pointer, light, axis)?;
         if light.emission == EmissionFile::Isotropic {
             if radius > 0.0 || light.material.is_some() {
@@ -265,14 +275,15 @@ impl Loader<'_> {
         Ok((opening < 360.0).then_some((toward, opening.to_radians())))
     }
 
-    fn area_light(&mut self, pointer: &str, light: &AreaFile) -> Result<Glowing> {
-        let triangles = self.area_triangles(pointer, light)?;
-        let area: f64 = triangles.iter().map(area).sum();
-        check_area(area).map_err(|problem| problem.at(self.place(pointer)))?;
+    /// Returns an area light. One with a measured distribution becomes as many lights as it has
+    /// copies, if these are turned differently.
+    fn area_lights(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<Glowing>> {
+        let copies = self.area_copies(pointer, light)?;
+        let areas = copies.iter().flat_map(|copy| &copy.triangles).map(area);
+        let whole: f64 = areas.sum();
+        check_area(whole).map_err(|problem| problem.at(self.place(pointer)))?;
         let sides = if light.two_sided { 2.0 } else { 1.0 };
-        let cross: DVec3 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
-        let aim = Aim { aim: light.aim, zero_plane: light.zero_plane, default: 0.5 * cross / area };
-        let measured = self.measured(pointer, light.photometry.as_deref(), &aim)?;
+        let measured = self.measured(pointer, light.lamp_file())?;
         if measured.is_some() {
             for (key, given) in
                 [("two_sided", light.two_sided), ("radiance", light.radiance.is_some())]
@@ -287,12 +298,20 @@ impl Loader<'_> {
             }
         } else {
             self.only_with(pointer, "aim", light.aim, "`photometry`")?;
+            self.only_with(pointer, "zero_plane", light.zero_plane, "`photometry`")?;
         }
         let power = match (&light.power, &light.radiance) {
-            (Some(power), None) => self.power(pointer, power, measured.as_ref())?,
+            (Some(power), None) => {
+                let mut flux = self.power(pointer, power, light.lamp_file(), measured.as_ref())?;
+                // a file states the flux of one lamp, and each copy is one
+                if power.is_of_file() {
+                    flux.iter_mut().for_each(|flux| *flux *= copies.len() as f64);
+                }
+                flux
+            }
             (None, Some(radiance)) => {
                 let radiance = self.per_band(&format!("{pointer}/radiance"), radiance, f64::MAX)?;
-                radiance.iter().map(|l| sides * PI * l * area).collect()
+                radiance.iter().map(|l| sides * PI * l * whole).collect()
             }
             (given, _) => {
                 let problem = match given {
@@ -306,14 +325,42 @@ impl Loader<'_> {
             Some(name) => Some(self.named_material(&format!("{pointer}/material"), name)?),
             None => None,
         };
-        let shape = match measured {
-            Some(Measured { intensity, .. }) => LightShape::LuminaireArea { triangles, intensity },
-            None => LightShape::Area { triangles, two_sided: light.two_sided },
+        let glowing = |power: Vec<f64>, shape: LightShape| Glowing {
+            power,
+            shape,
+            material,
+            dark: Vec::new(),
+            caps: Vec::new(),
         };
-        Ok(Glowing { power, shape, material, dark: Vec::new(), caps: Vec::new() })
+        let alike = copies.iter().all(|copy| copy.placed.turns_like(&copies[0].placed));
+        let joined = |copies: Vec<Copy>| {
+            let placed = copies[0].placed;
+            Copy { placed, triangles: copies.into_iter().flat_map(|copy| copy.triangles).collect() }
+        };
+        let Some(measured) = measured else {
+            let Copy { triangles, .. } = joined(copies);
+            return Ok(vec![glowing(
+                power,
+                LightShape::Area { triangles, two_sided: light.two_sided },
+            )]);
+        };
+        let copies = if alike { vec![joined(copies)] } else { copies };
+        let several = copies.len() > 1;
+        let aim = Aim { aim: light.aim, zero_plane: light.zero_plane };
+        let of_copy = |Copy { placed, triangles }: Copy| {
+            let own: f64 = triangles.iter().map(area).sum();
+            check_area(own).map_err(|problem| problem.at(self.place(pointer)))?;
+            let cross: DVec3 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
+            let intensity = self.intensity(pointer, &measured, aim, &placed, 0.5 * cross / own)?;
+            let share = if several { own / whole } else { 1.0 };
+            let power = power.iter().map(|power| power * share).collect();
+            Ok(glowing(power, LightShape::LuminaireArea { triangles, intensity }))
+        };
+        copies.into_iter().map(of_copy).collect()
     }
 
-    fn area_triangles(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<[DVec3; 3]>> {
+    /// Returns the copies of an area light, one where it is a polygon.
+    fn area_copies(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<Copy>> {
         match (&light.vertices, &light.obj) {
             (Some(vertices), None) => {
                 for (key, given) in [
@@ -334,19 +381,22 @@ impl Loader<'_> {
                 }
                 self.count_triangles(vertices.len() - 2)?;
                 let polygon: Vec<DVec3> = vertices.iter().map(|&v| self.point(v)).collect();
-                Ok(triangulate(&polygon).into_iter().map(|t| t.map(|i| polygon[i])).collect())
+                let triangles = triangulate(&polygon).into_iter().map(|t| t.map(|i| polygon[i]));
+                Ok(vec![Copy { placed: Transform::default(), triangles: triangles.collect() }])
             }
             (None, Some(file)) => {
                 let obj = self.obj(&format!("{pointer}/obj"), file)?;
                 let metres = self.metres_of(&obj);
-                let mut triangles = Vec::new();
                 let instances = light.instances.as_deref();
-                for transform in self.placements(pointer, light.transform, instances, Turn::None)? {
+                let mut copies = Vec::new();
+                for placed in self.placements(pointer, light.transform, instances, Turn::None)? {
+                    let mut triangles = Vec::new();
                     for part in &obj.parts {
-                        triangles.extend(self.placed(&part.triangles, &transform, metres)?);
+                        triangles.extend(self.placed(&part.triangles, &placed, metres)?);
                     }
+                    copies.push(Copy { placed, triangles });
                 }
-                Ok(triangles)
+                Ok(copies)
             }
             (given, _) => {
                 let problem = match given {
@@ -357,6 +407,13 @@ impl Loader<'_> {
             }
         }
     }
+}
+
+/// A copy of the surface of an area light.
+struct Copy {
+    /// Where it stands.
+    placed: Transform,
+    triangles: Vec<[DVec3; 3]>,
 }
 
 /// A light and, if it has a material, the surfaces that it adds to the scene.

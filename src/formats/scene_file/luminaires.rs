@@ -3,39 +3,77 @@
 use glam::DVec3;
 
 use super::{format::*, loader::Loader};
-use crate::{error::Result, formats::photometry::Photometry, scene::light::Intensity};
+use crate::{
+    error::{LISTED, Result, some},
+    formats::photometry::Photometry,
+    math::{geometry::Transform, units::Quantity},
+    scene::light::Intensity,
+};
 
-/// Where a luminaire aims, as the scene file says.
-pub(super) struct Aim {
-    pub(super) aim: Option<[f64; 3]>,
-    pub(super) zero_plane: Option<[f64; 3]>,
-    /// Direction in which the luminaire aims if the scene file does not say it.
-    pub(super) default: DVec3,
+/// The most lumens that a watt, and a umol/s, of any light can have.
+const MOST_LM_PER_W: f64 = 683.0;
+const MOST_LM_PER_UMOL: f64 = 150.0;
+
+/// What the scene file says of a light's photometry file.
+#[derive(Clone, Copy, Default)]
+pub(super) struct LampFile<'a> {
+    file: Option<&'a str>,
+    set: Option<Count>,
+    lm_per_w: Option<f64>,
+    lm_per_umol: Option<f64>,
 }
 
-impl Aim {
-    pub(super) fn aim(&self) -> DVec3 {
-        self.aim.map_or(self.default, DVec3::from)
+impl PointFile {
+    pub(super) fn lamp_file(&self) -> LampFile<'_> {
+        let Self { photometry, set, lm_per_w, lm_per_umol, .. } = self;
+        LampFile {
+            file: photometry.as_deref(),
+            set: *set,
+            lm_per_w: *lm_per_w,
+            lm_per_umol: *lm_per_umol,
+        }
     }
 }
 
-/// The intensity that a photometry file gives.
+impl AreaFile {
+    pub(super) fn lamp_file(&self) -> LampFile<'_> {
+        let Self { photometry, set, lm_per_w, lm_per_umol, .. } = self;
+        LampFile {
+            file: photometry.as_deref(),
+            set: *set,
+            lm_per_w: *lm_per_w,
+            lm_per_umol: *lm_per_umol,
+        }
+    }
+}
+
+/// Where a luminaire aims, as the scene file says.
+#[derive(Clone, Copy)]
+pub(super) struct Aim {
+    pub(super) aim: Option<[f64; 3]>,
+    pub(super) zero_plane: Option<[f64; 3]>,
+}
+
+impl Aim {
+    /// Returns the directions of V = 0 and C = 0 of a lamp that a transform has `turned`, which is
+    /// aimed along `default` if the scene file does not say where.
+    fn directions(self, turned: &Transform, default: DVec3) -> [DVec3; 2] {
+        let aim = self.aim.map_or(default, |aim| turned.turned(aim.into()));
+        [aim, turned.turned(self.zero_plane.map_or(DVec3::X, DVec3::from))]
+    }
+}
+
+/// A photometry file, and the flux that it states for the lamp set that the scene file picks.
 pub(super) struct Measured {
-    pub(super) intensity: Intensity,
-    /// The integral of the intensities in the file.
+    photometry: Photometry,
     pub(super) flux: f64,
 }
 
 impl Loader<'_> {
     /// Reads the photometry file of a light; `None` if the light names none.
-    pub(super) fn measured(
-        &mut self,
-        pointer: &str,
-        photometry: Option<&str>,
-        aim: &Aim,
-    ) -> Result<Option<Measured>> {
-        let Some(file) = photometry else {
-            self.only_with(pointer, "zero_plane", aim.zero_plane, "`photometry`")?;
+    pub(super) fn measured(&mut self, pointer: &str, lamp: LampFile) -> Result<Option<Measured>> {
+        let Some(file) = lamp.file else {
+            self.only_with(pointer, "set", lamp.set, "`photometry`")?;
             return Ok(None);
         };
         let path = self.sibling(file);
@@ -48,15 +86,38 @@ impl Loader<'_> {
                 read
             }
         };
-        if aim.aim.is_none() && aim.default.length() < 1e-6 {
+        let set = lamp.set.map_or(1, |set| set.0);
+        let fluxes = &photometry.fluxes;
+        let index = usize::try_from(set).ok().and_then(|set| set.checked_sub(1));
+        let Some(&flux) = index.and_then(|index| fluxes.get(index)) else {
+            let problem = format!("lamp set {set}, but {file} has {}", fluxes.len());
+            let remedy = match fluxes.len() {
+                1 => "leave `set` out".into(),
+                count => format!("give a number from 1 to {count}"),
+            };
+            return Err(self.error(format!("{pointer}/set"), problem).remedy(remedy));
+        };
+        Ok(Some(Measured { photometry, flux }))
+    }
+
+    /// Returns the intensity of a measured lamp that a transform has `turned`, and which is aimed
+    /// along `default` if the scene file does not say where.
+    pub(super) fn intensity(
+        &self,
+        pointer: &str,
+        measured: &Measured,
+        aim: Aim,
+        turned: &Transform,
+        default: DVec3,
+    ) -> Result<Intensity> {
+        if aim.aim.is_none() && default.length() < 1e-6 {
             return Err(self
                 .error(pointer, "the normals of its triangles cancel, so that it aims nowhere")
                 .remedy("say with `aim` where it does"));
         }
-        let zero_plane = aim.zero_plane.map_or(DVec3::X, DVec3::from);
-        let intensity = Intensity::table(photometry.table, aim.aim(), zero_plane)
-            .map_err(|problem| problem.at(self.place(pointer)))?;
-        Ok(Some(Measured { intensity, flux: photometry.flux }))
+        let [aim, zero_plane] = aim.directions(turned, default);
+        Intensity::table(measured.photometry.table.clone(), aim, zero_plane)
+            .map_err(|problem| problem.at(self.place(pointer)))
     }
 
     /// Refuses a key that is given without the key that it belongs to.
@@ -75,26 +136,111 @@ impl Loader<'_> {
         }
     }
 
-    /// Returns the power of a light per band. `"file"` stands for the flux in its photometry file,
-    /// and is for scenes with a single band.
+    /// Returns the power of a light per band. Where the photometry file says the flux, it is that
+    /// of one lamp.
     pub(super) fn power(
-        &self,
+        &mut self,
         pointer: &str,
         power: &PowerFile,
+        lamp: LampFile,
         measured: Option<&Measured>,
     ) -> Result<Vec<f64>> {
-        let pointer = format!("{pointer}/power");
-        let problem = match (power, measured) {
-            (PowerFile::Given(power), _) => return self.per_band(&pointer, power, f64::MAX),
-            (PowerFile::Spectrum(lamp), _) => return self.lamp_power(&pointer, lamp),
-            (PowerFile::File, Some(measured)) if self.bands == 1 => {
-                return Ok(vec![measured.flux]);
+        if !matches!(power, PowerFile::File) {
+            let given = [("lm_per_W", lamp.lm_per_w), ("lm_per_umol", lamp.lm_per_umol)];
+            if let Some((key, _)) = given.into_iter().find(|(_, factor)| factor.is_some()) {
+                return Err(self
+                    .error(format!("{pointer}/{key}"), "goes with `\"power\": \"file\"` only")
+                    .remedy("leave it out: `power` says the flux"));
             }
-            (PowerFile::File, Some(_)) => format!("\"file\" for {} bands", self.bands),
-            (PowerFile::File, None) => "\"file\" without `photometry`".into(),
+        }
+        let there = format!("{pointer}/power");
+        let flux = measured.map(|measured| measured.flux);
+        let power = match power {
+            PowerFile::Given(power) => return self.per_band(&there, power, f64::MAX),
+            PowerFile::Spectrum(spectrum) => {
+                let power = self.lamp_power(&there, spectrum, flux)?;
+                if spectrum.total != TotalFile::File {
+                    return Ok(power);
+                }
+                power
+            }
+            PowerFile::File => self.converted(pointer, lamp, flux)?,
         };
-        Err(self
-            .error(pointer, problem)
-            .remedy("give the flux of each band: a file has but one number for the whole lamp"))
+        if let (Some(measured), Some(file)) = (measured, lamp.file) {
+            self.remark_on_flux(pointer, lamp, file, measured);
+        }
+        Ok(power)
+    }
+
+    /// Returns the flux of a file in the quantity of the scene, by the factor that the scene file
+    /// states.
+    fn converted(&self, pointer: &str, lamp: LampFile, flux: Option<f64>) -> Result<Vec<f64>> {
+        const SPECTRUM: &str =
+            "`{ \"spectrum\": \"lamp.csv\", \"total\": \"file\" }` with the lamp's spectrum";
+        let there = format!("{pointer}/power");
+        let (Some(flux), Some(file)) = (flux, lamp.file) else {
+            return Err(self
+                .error(there, "\"file\" without `photometry`")
+                .remedy("name the file, or give the flux of each band"));
+        };
+        if self.bands != 1 {
+            let problem = format!("\"file\" for {} bands", self.bands);
+            return Err(self.error(there, problem).remedy(format!(
+                "give the flux of each band, or {SPECTRUM}: a file has but one number for the whole lamp"
+            )));
+        }
+        let (unit, key, usual, most) = match self.parts.quantity {
+            Quantity::Watt => ("W", "lm_per_W", lamp.lm_per_w, MOST_LM_PER_W),
+            Quantity::Micromole => ("umol/s", "lm_per_umol", lamp.lm_per_umol, MOST_LM_PER_UMOL),
+        };
+        let other = match self.parts.quantity {
+            Quantity::Watt => lamp.lm_per_umol.map(|_| "lm_per_umol"),
+            Quantity::Micromole => lamp.lm_per_w.map(|_| "lm_per_W"),
+        };
+        if let Some(other) = other {
+            return Err(self
+                .error(format!("{pointer}/{other}"), format!("the scene counts in {unit}"))
+                .remedy(format!("give `{key}`, or {SPECTRUM}")));
+        }
+        let Some(factor) = usual else {
+            let problem = format!("\"file\": {file} states {flux:.1} lm, and lumens are no {unit}");
+            return Err(self.error(there, problem).remedy(format!(
+                "say with `{key}` how many lumens 1 {unit} of the lamp's light has, or give \
+                {SPECTRUM}; if the file is in {unit} in place of lumens, `\"{key}\": 1`"
+            )));
+        };
+        if !(factor > 0.0 && factor <= most) {
+            let problem = format!("{factor}, must be above 0 and at most {most}");
+            return Err(self.error(format!("{pointer}/{key}"), problem).remedy(
+                "it is for the light that the lamp emits, not for the electricity that it takes: 1 W \
+                of light at 555 nm, where the eye sees best, has 683 lm",
+            ));
+        }
+        Ok(vec![flux / factor])
+    }
+
+    /// Warns where a file has more than one flux, of which one had to be chosen.
+    fn remark_on_flux(&mut self, pointer: &str, lamp: LampFile, file: &str, measured: &Measured) {
+        let place = self.place(format!("{pointer}/photometry"));
+        let Photometry { fluxes, tilted, .. } = &measured.photometry;
+        if lamp.set.is_none() && fluxes.len() > 1 {
+            let others = fluxes.iter().enumerate().skip(1);
+            let others = others.map(|(i, flux)| format!("set {}: {flux:.1} lm", i + 1));
+            let problem = format!(
+                "{file} has {} sets of lamps, of which one at a time is in the luminaire: the first is \
+                taken, {:.1} lm ({}); `set` picks one",
+                fluxes.len(),
+                fluxes[0],
+                some(others, LISTED)
+            );
+            self.warn(&place, problem);
+        }
+        if *tilted {
+            let problem = format!(
+                "the flux of {file} depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, the \
+                position in which it was measured"
+            );
+            self.warn(&place, problem);
+        }
     }
 }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::{
     format::*,
     loader::{Loader, unknown},
+    luminaires::LampFile,
     numbers::single,
     placed::area,
     rooms::{RoomLamp, RoomLamps},
@@ -278,7 +279,7 @@ impl Loader<'_> {
     /// Gives power to the lamps of one material in an object: each lamp gets a share of the power
     /// by its area.
     pub(super) fn rad_light(&mut self, pointer: &str, light: &RadLightFile) -> Result<()> {
-        let power = self.power(pointer, &light.power, None)?;
+        let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let wanted =
             |lamps: &RoomLamps| lamps.object == light.object && lamps.material == light.material;
         let mut found: Vec<RoomLamp> = Vec::new();

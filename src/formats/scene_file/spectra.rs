@@ -7,6 +7,7 @@ use super::{
     format::*,
     known_spectra::{Part, SpectrumAverage},
     loader::{Loader, unknown},
+    luminaires::LampFile,
 };
 use crate::{
     error::Result,
@@ -16,6 +17,7 @@ use crate::{
     },
     math::{
         curve::{Curve, integral},
+        luminosity::{LM_PER_W, VISIBLE, luminosity},
         units::{Quantity, UMOL_PER_J_NM},
     },
     scene::{
@@ -52,11 +54,18 @@ impl Loader<'_> {
             }
         }
         for (i, light) in file.lights.iter().enumerate() {
+            let mut lamp_file = LampFile::default();
             let (name, power) = match light {
-                LightFile::Point(light) => (&light.name, Some(&light.power)),
+                LightFile::Point(light) => {
+                    lamp_file = light.lamp_file();
+                    (&light.name, Some(&light.power))
+                }
                 LightFile::Spot(light) => (&light.name, Some(&light.power)),
                 LightFile::Tube(light) => (&light.name, Some(&light.power)),
-                LightFile::Area(light) => (&light.name, light.power.as_ref()),
+                LightFile::Area(light) => {
+                    lamp_file = light.lamp_file();
+                    (&light.name, light.power.as_ref())
+                }
                 LightFile::Rad(light) => (&None, Some(&light.power)),
                 LightFile::Environment(light) => (&light.name, None),
                 LightFile::Sun(_) | LightFile::Sky(_) => {
@@ -69,7 +78,12 @@ impl Loader<'_> {
             let pointer = format!("/lights/{i}/power");
             let part = match power {
                 Some(PowerFile::Spectrum(lamp)) => {
-                    let (curve, unit, scale) = self.lamp(&pointer, lamp)?;
+                    let measured = match lamp.total {
+                        TotalFile::File => self.measured(&format!("/lights/{i}"), lamp_file)?,
+                        TotalFile::Given(_) => None,
+                    };
+                    let flux = measured.map(|measured| measured.flux);
+                    let (curve, unit, scale) = self.lamp(&pointer, lamp, flux)?;
                     Part::Lamp { curve, unit, scale }
                 }
                 power => {
@@ -185,6 +199,8 @@ impl Loader<'_> {
             }
         }
         knots.sort_by(f64::total_cmp);
+        // so that many lamps of one table cost no more places than one
+        knots.dedup();
         for band in 0..self.bands {
             let [from, to] = self.limits(pointer, band, name, curve)?;
             let [after, until] = [from, to].map(|nm| knots.partition_point(|&knot| knot <= nm));
@@ -307,16 +323,35 @@ impl Loader<'_> {
     }
 
     /// Returns the spectrum of a lamp, what it counts per nm, and the factor that turns its values
-    /// into the lamp's flux per nm.
+    /// into the lamp's flux per nm. `of_file` is the flux that the lamp's photometry file states.
     fn lamp(
         &self,
         pointer: &str,
         lamp: &LampSpectrumFile,
+        of_file: Option<f64>,
     ) -> Result<(Arc<Curve>, SpectralUnitFile, f64)> {
         let (column, unit) = (lamp.column.as_ref(), lamp.unit);
         let (curve, unit) = self.lamp_curve(pointer, "spectrum", &lamp.spectrum, column, unit)?;
-        self.in_range(&format!("{pointer}/total"), lamp.total, 0.0, f64::MAX)?;
+        let total = match (lamp.total, of_file) {
+            (TotalFile::Given(total), _) => total,
+            (TotalFile::File, Some(flux)) => flux,
+            (TotalFile::File, None) => {
+                return Err(self
+                    .error(format!("{pointer}/total"), "\"file\" without `photometry`")
+                    .remedy("name the file, or give the flux"));
+            }
+        };
+        self.in_range(&format!("{pointer}/total"), total, 0.0, f64::MAX)?;
         let [first, last] = curve.range();
+        let of_total = match (lamp.quantity, lamp.total) {
+            (Some(TotalQuantityFile::Watt), _) => Quantity::Watt,
+            (Some(TotalQuantityFile::Micromole), _) => Quantity::Micromole,
+            (None, TotalFile::Given(_)) => self.parts.quantity,
+            (Some(TotalQuantityFile::Lumen), _) | (None, TotalFile::File) => {
+                let lumens = self.lumens(pointer, lamp, &curve, unit)?;
+                return Ok((curve, unit, total / lumens));
+            }
+        };
         let (from, to) = (lamp.from_nm.unwrap_or(first), lamp.to_nm.unwrap_or(last));
         if !(from < to && curve.reaches(from, to)) {
             let problem = format!(
@@ -327,7 +362,6 @@ impl Loader<'_> {
                 .error(pointer, problem)
                 .remedy("`from_nm` is below `to_nm`, and both lie within the spectrum"));
         }
-        let of_total = lamp.quantity.unwrap_or(self.parts.quantity);
         let whole = self.flux(&curve, unit, of_total, [from, to]);
         let dark = integral(from, to, curve.places(), |nm| (-curve.at(nm)).max(0.0));
         let bright = integral(from, to, curve.places(), |nm| curve.at(nm).max(0.0));
@@ -343,7 +377,46 @@ impl Loader<'_> {
             let problem = format!("{} has no light from {from} to {to} nm", lamp.spectrum);
             return Err(self.error(pointer, problem).remedy("name another column or range"));
         }
-        Ok((curve, unit, lamp.total / whole))
+        Ok((curve, unit, total / whole))
+    }
+
+    /// Returns the integral of a lamp's table in lumens. Error: the table does not reach over the
+    /// wavelengths that the eye sees, or has no light there.
+    fn lumens(
+        &self,
+        pointer: &str,
+        lamp: &LampSpectrumFile,
+        curve: &Curve,
+        unit: SpectralUnitFile,
+    ) -> Result<f64> {
+        let [low, high] = VISIBLE;
+        for (key, given) in [("from_nm", lamp.from_nm), ("to_nm", lamp.to_nm)] {
+            if given.is_some() {
+                return Err(self
+                    .error(format!("{pointer}/{key}"), "lumens count at all wavelengths")
+                    .remedy("leave it out, or give `total` in W or umol/s"));
+            }
+        }
+        let [first, last] = curve.range();
+        let lumens = curve.reaches(low, high).then(|| {
+            let seen = |nm| {
+                let energy = density(curve.at(nm).max(0.0), nm, unit, Quantity::Watt);
+                LM_PER_W * energy * luminosity(nm)
+            };
+            let mut knots: Vec<f64> = curve.places().to_vec();
+            knots.extend((76..=156).map(|i| 5.0 * f64::from(i)));
+            knots.sort_by(f64::total_cmp);
+            integral(first.max(380.0), last.min(780.0), &knots, seen)
+        });
+        lumens.filter(|lumens| *lumens > 0.0 && lumens.is_finite()).ok_or_else(|| {
+            let problem = format!(
+                "no lumens without a spectrum from {low} to {high} nm, {} reaches from {first} to {last} nm",
+                lamp.spectrum
+            );
+            let remedy = "use a spectrum with light that the eye sees, 0 where there is none, or give \
+                `total` in W or umol/s";
+            self.error(format!("{pointer}/spectrum"), problem).remedy(remedy)
+        })
     }
 
     /// Returns the integral of a lamp's table from `from` to `to`, nm, in `quantity`. Values below
@@ -358,9 +431,15 @@ impl Loader<'_> {
         integral(from, to, curve.places(), |nm| density(curve.at(nm).max(0.0), nm, unit, quantity))
     }
 
-    /// Returns the power of a lamp in each band.
-    pub(super) fn lamp_power(&self, pointer: &str, lamp: &LampSpectrumFile) -> Result<Vec<f64>> {
-        let (curve, unit, scale) = self.lamp(pointer, lamp)?;
+    /// Returns the power of a lamp in each band; `of_file` is the flux that its photometry file
+    /// states.
+    pub(super) fn lamp_power(
+        &self,
+        pointer: &str,
+        lamp: &LampSpectrumFile,
+        of_file: Option<f64>,
+    ) -> Result<Vec<f64>> {
+        let (curve, unit, scale) = self.lamp(pointer, lamp, of_file)?;
         let of_band = |band: usize| {
             let limits = self.limits(pointer, band, &lamp.spectrum, &curve)?;
             Ok(scale * self.flux(&curve, unit, self.parts.quantity, limits))
