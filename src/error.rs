@@ -143,6 +143,16 @@ pub fn check_range(value: f64, low: f64, high: f64) -> std::result::Result<(), P
     Err(Problem { problem: format!("{}, must be {range}", number(value)), remedy })
 }
 
+/// Says which number a text like `3%` means; the text is empty for any other.
+pub(crate) fn percent(text: &str) -> String {
+    let value = text.trim().strip_suffix('%').and_then(|text| text.trim_end().parse::<f64>().ok());
+    match value.filter(|value| value.is_finite()) {
+        // rounded, so that 7 / 100 is not written as 0.07000000000000001
+        Some(value) => format!(" ({value} % is {})", (value * 1e10).round() / 1e12),
+        None => String::new(),
+    }
+}
+
 /// Refuses a list of `numbers` entries unless it has one entry for each of the `bands` bands.
 pub fn check_length(numbers: usize, bands: usize) -> std::result::Result<(), Problem> {
     if numbers == bands {

@@ -2,7 +2,7 @@
 
 mod polar;
 
-use std::{fmt::Write, path::PathBuf};
+use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -15,7 +15,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::scene_file::{self, LoadedScene, OpenField},
-    scene::{captor::CaptorKind, world::Scene},
+    scene::{captor::CaptorKind, light::Light, world::Scene},
     studies::check::{SceneSummary, check, decimals},
 };
 
@@ -119,6 +119,26 @@ struct Powers<'a> {
     name: &'a str,
     /// Power, per band.
     power: &'a [f64],
+    /// Power over the bands of each sum of the scene.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    sums: BTreeMap<&'a str, f64>,
+    /// Unit vector along which the light shines in the mean; absent where it shines to all sides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    facing: Option<[f64; 3]>,
+}
+
+impl<'a> Powers<'a> {
+    fn of(scene: &'a Scene, light: &'a Light) -> Self {
+        let bands = scene.bands.len();
+        let sums = scene.with_sums(&light.power).split_off(bands);
+        let names = scene.sums.iter().map(|sum| sum.name.as_str());
+        Self {
+            name: &light.name,
+            power: &light.power,
+            sums: names.zip(sums).collect(),
+            facing: light.facing().map(|(facing, _)| facing.as_dvec3().to_array()),
+        }
+    }
 }
 
 /// Position of the sun, degrees.
@@ -172,7 +192,7 @@ impl<'a> Checked<'a> {
             unit: scene.quantity.unit_names().flux.to_string(),
             surfaces: surfaces.collect(),
             objects: objects.collect(),
-            lights: lights.map(|l| Powers { name: &l.name, power: &l.power }).collect(),
+            lights: lights.map(|light| Powers::of(scene, light)).collect(),
             averages: averages.collect(),
             sun,
             captors: Captors::of(scene),
@@ -250,16 +270,42 @@ fn objects(text: &mut String, summary: &SceneSummary) {
     }
 }
 
+/// Writes the powers of the lights, per band and for the sums over bands, and where those face that
+/// do not shine to all sides alike.
 fn lights(text: &mut String, scene: &Scene) {
-    let bands = &scene.bands[..scene.bands.len().min(SHOWN_BANDS)];
-    let columns = bands.iter().map(|band| (band.name.clone(), short as Show)).collect();
-    let rows = scene.lights.iter();
-    let rows = rows.map(|light| (light.name.as_str(), light.power[..bands.len()].to_vec()));
+    let shown = scene.bands.len().min(SHOWN_BANDS);
+    let names = scene.bands[..shown].iter().map(|band| &band.name);
+    let names = names.chain(scene.sums.iter().map(|sum| &sum.name));
+    let columns = names.map(|name| (name.clone(), short as Show)).collect();
+    let rows = scene.lights.iter().map(|light| {
+        let mut powers = scene.with_sums(&light.power);
+        powers.drain(shown..scene.bands.len());
+        (light.name.as_str(), powers)
+    });
     let mut title = format!("lights, {}", scene.quantity.unit_names().flux);
-    if bands.len() < scene.bands.len() {
-        let _ = write!(title, ", {} of {} bands", bands.len(), scene.bands.len());
+    if shown < scene.bands.len() {
+        let _ = write!(title, ", {shown} of {} bands", scene.bands.len());
     }
     Table { title, columns, rows: rows.collect() }.write(text);
+
+    let facing = scene.lights.iter().filter_map(|light| Some((&light.name, light.facing()?)));
+    let facing: Vec<_> = facing.collect();
+    if !facing.is_empty() {
+        text.push_str("\nlights face\n");
+    }
+    for (name, (facing, both)) in facing.iter().take(LISTED) {
+        let [x, y, z] = facing.to_array().map(|x| (100.0 * x).round() / 100.0 + 0.0);
+        let how = match facing.z {
+            ..-0.99 => ", down",
+            0.99.. => ", up",
+            _ => "",
+        };
+        let both = if *both { ", and the opposite way" } else { "" };
+        let _ = writeln!(text, "  {name:<22} ({x}, {y}, {z}){how}{both}");
+    }
+    if facing.len() > LISTED {
+        let _ = writeln!(text, "  and {} more", facing.len() - LISTED);
+    }
 }
 
 /// Writes the mean of each spectrum over each band.

@@ -19,7 +19,7 @@ use super::{
     terminal,
 };
 use crate::{
-    error::{Error, ErrorKind, NOTHING_WRITTEN, Result},
+    error::{Error, ErrorKind, NOTHING_WRITTEN, Result, percent},
     formats::{
         checkpoint_file::Checkpoint,
         output::{FilesRead, OutputFile},
@@ -169,7 +169,7 @@ pub(super) fn count(text: &str) -> Checked<u64> {
 }
 
 fn number(text: &str) -> Checked<f64> {
-    text.parse().map_err(|_| "must be a number".into())
+    text.parse().map_err(|_| format!("must be a number{}", percent(text)))
 }
 
 pub(super) fn photons(text: &str) -> Checked<u64> {

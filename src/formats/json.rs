@@ -10,7 +10,7 @@ use serde::{
 use serde_json::{Map, Value};
 
 use crate::{
-    error::{Error, Result, nearest},
+    error::{Error, Result, nearest, percent},
     math::machine::memory_left,
 };
 
@@ -304,7 +304,8 @@ fn plain_words(problem: &str) -> String {
     if let Some(rest) = found.iter().find_map(|start| problem.strip_prefix(start))
         && let Some((found, expected)) = rest.rsplit_once(", expected ")
     {
-        return format!("{}, must be {}", plain_value(found), plain_type(expected));
+        let percent = percent(found.trim_start_matches("string ").trim_matches('"'));
+        return format!("{}, must be {}{percent}", plain_value(found), plain_type(expected));
     }
     if let Some(rest) = problem.strip_prefix("invalid length ")
         && let Some((length, expected)) = rest.split_once(", expected ")

@@ -187,6 +187,22 @@ impl Light {
         }
     }
 
+    /// Returns the unit vector along which a light shines in the mean, and whether it shines in the
+    /// opposite direction as well. `None` where it shines to all sides alike.
+    pub fn facing(&self) -> Option<(Vec3, bool)> {
+        match &self.emitter {
+            Emitter::Area { surface, two_sided } => {
+                let normal: DVec3 = surface.triangles.iter().map(|t| t.cross().as_dvec3()).sum();
+                Some((unit_vector(normal)?.as_vec3(), *two_sided))
+            }
+            Emitter::LuminaireArea { intensity, .. } => Some((intensity.axes().normal, false)),
+            Emitter::Tube { frame, aperture, .. } if aperture.0 < 1.0 => {
+                Some((frame.tangent, false))
+            }
+            _ => self.axis().map(|axis| (axis, false)),
+        }
+    }
+
     /// Returns the radius of a tube, m, or 0 for other lights.
     pub(super) fn tube_radius(&self) -> f32 {
         match &self.emitter {

@@ -15,12 +15,12 @@ pub(crate) use remarks::decimals;
 use remarks::{Remarks, length, quoted};
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, number},
     formats::scene_file::{LoadedScene, TableNote},
     math::{
         geometry::{Extent, Ray, Triangle},
         rng::{Purpose, Streams},
-        units::LengthUnit,
+        units::{LengthUnit, Quantity},
     },
     scene::{
         captor::{Captor, CaptorKind},
@@ -34,6 +34,12 @@ use crate::{
 /// A band is too wide for a spectrum if the mean square of the spectrum in it is above this
 /// multiple of the square of its mean.
 const WIDE: f64 = 1.05;
+
+/// Lamps are suspiciously bright if their light, spread over half of the surface of the box around
+/// the scene, is more than this many times full sunlight (1000 W/m2 or 2000 umol/m2/s).
+const BRIGHT: f64 = 5.0;
+/// A lamp is suspiciously bright if it has more than this many times the power of the median lamp.
+const ODD: f64 = 300.0;
 
 /// The usual range of the size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
@@ -98,6 +104,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_spectra(loaded, &mut remarks);
     note_tables(loaded, &mut remarks);
     check_lights(scene, &mut remarks);
+    check_powers(scene, &lit.join(Extent::of_triangles(scene.captor_triangles())), &mut remarks);
     check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
     check_ground(loaded, &mut remarks);
@@ -171,6 +178,44 @@ fn check_spectra(loaded: &LoadedScene, remarks: &mut Remarks) {
         format!(
             "bands too wide for spectra, with the mean square over the square of the mean (1.05 is much): {list}; \
             use bands of at most 50 nm"
+        )
+    });
+}
+
+/// Warns of powers that are too large by orders of magnitude.
+fn check_powers(scene: &Scene, around: &Extent, remarks: &mut Remarks) {
+    let full_sun = match scene.quantity {
+        Quantity::Watt => 1000.0,
+        Quantity::Micromole => 2000.0,
+    };
+    let lamps = scene.lights.iter().filter(|light| light.entrance().is_none());
+    let powers = lamps.map(|light| (&light.name, light.power.iter().sum::<f64>()));
+    let mut powers: Vec<(&String, f64)> = powers.filter(|(_, power)| *power > 0.0).collect();
+    powers.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let Some(&(brightest, most)) = powers.first() else { return };
+    let units = scene.quantity.unit_names();
+    let all: f64 = powers.iter().map(|(_, power)| power).sum();
+    let area = f64::from(around.half_area());
+    if area > 0.0 && all > BRIGHT * full_sun * area {
+        remarks.warnings.push(format!(
+            "the lamps emit {} {flux} together, {} {irradiance} for half of the surface of the box around the scene, \
+            where full sunlight is {full_sun} {irradiance}; check `power` and its unit, most of all of `{brightest}`, \
+            and `quantity`",
+            number(all),
+            number((all / area).round()),
+            flux = units.flux,
+            irradiance = units.irradiance,
+        ));
+    }
+    let usual = powers[powers.len() / 2].1;
+    let odd = powers.iter().take_while(|(_, power)| *power > ODD * usual);
+    remarks.warn_of(quoted(odd.map(|(name, _)| *name)), |list| {
+        format!(
+            "lamps of more than {ODD} times the power of most others ({} {}): {list}, up to {} {}; check their `power`",
+            number(usual),
+            units.flux,
+            number(most),
+            units.flux
         )
     });
 }

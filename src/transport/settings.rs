@@ -196,7 +196,10 @@ impl Settings {
         if tolerance > 0.0 && tolerance < 1.0 {
             return Ok(tolerance);
         }
-        Err(format!("{}, must be between 0 and 1 (1 % is 0.01)", number(tolerance)))
+        // whoever writes 3 means 3 %
+        let percent = if (1.0..100.0).contains(&tolerance) { tolerance } else { 1.0 };
+        let (given, meant) = (number(tolerance), number(percent / 100.0));
+        Err(format!("{given}, must be between 0 and 1 ({percent} % is {meant})"))
     }
 
     /// Checks a time limit in seconds, above 0 and below 1e19 s.

@@ -1,14 +1,11 @@
 //! Draws measured intensities as text (polar diagrams), so that one sees whether a lamp is turned
 //! or upside down.
 
-use std::{fmt::Write, sync::Arc};
+use std::{collections::HashMap, fmt::Write, sync::Arc};
 
 use glam::Vec3;
 
-use crate::scene::{
-    light::{Intensity, IntensityTable},
-    world::Scene,
-};
+use crate::scene::{light::Intensity, world::Scene};
 
 /// The most drawings; scenes seldom have so many kinds of lamps.
 const MOST: usize = 4;
@@ -20,18 +17,20 @@ const COLUMNS: i32 = 2 * ROWS;
 /// Writes one drawing for each intensity table and way to aim it, with the names of the lights that
 /// emit so.
 pub(super) fn distributions(text: &mut String, scene: &Scene) {
-    let mut drawn: Vec<(&Arc<IntensityTable>, &Intensity, Vec<&str>)> = Vec::new();
+    let mut drawn: Vec<(&Intensity, Vec<&str>)> = Vec::new();
+    let mut known: HashMap<_, usize> = HashMap::new();
     for light in &scene.lights {
         let Some(intensity) = light.intensity() else { continue };
         let Some(table) = intensity.as_table() else { continue };
-        let axes = |i: &Intensity| [i.axes().normal, i.axes().tangent];
-        let same = |other: &Intensity| axes(other) == axes(intensity);
-        match drawn.iter_mut().find(|(t, i, _)| Arc::ptr_eq(t, table) && same(i)) {
-            Some((_, _, names)) => names.push(&light.name),
-            None => drawn.push((table, intensity, vec![&light.name])),
+        let axes = [intensity.axes().normal, intensity.axes().tangent];
+        let key = (Arc::as_ptr(table), axes.map(|axis| (axis + 0.0).to_array().map(f32::to_bits)));
+        let index = *known.entry(key).or_insert(drawn.len());
+        match drawn.get_mut(index) {
+            Some((_, names)) => names.push(&light.name),
+            None => drawn.push((intensity, vec![&light.name])),
         }
     }
-    for (_, intensity, names) in drawn.iter().take(MOST) {
+    for (intensity, names) in drawn.iter().take(MOST) {
         draw(text, intensity, names);
     }
     if drawn.len() > MOST {

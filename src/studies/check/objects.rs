@@ -106,7 +106,7 @@ pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
         // daylight has no place
         .filter(|(_, extent)| extent.min.is_finite())
         .collect();
-    let room = room(scene, &pieces);
+    let room = room(scene, &pieces, &lamps);
     check_heights(scene, &pieces, room, &lamps, remarks);
     if let Some(room) = room {
         check_room(scene, &pieces, room, &lamps, remarks);
@@ -115,17 +115,30 @@ pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
     check_dark_captors(scene, remarks);
 }
 
-/// Returns the closed room that contains all captors, if there is one. Only the largest object can
-/// be a room; a closed object without captors in it is a solid.
-fn room<'a>(scene: &Scene, pieces: &'a [(usize, Piece)]) -> Option<&'a (usize, Piece)> {
+/// Returns the closed room that lamps or captors are in, if there is one. Only the largest object
+/// can be a room; a closed object without any of them in it is a solid.
+fn room<'a>(
+    scene: &Scene,
+    pieces: &'a [(usize, Piece)],
+    lamps: &[(&Light, Extent)],
+) -> Option<&'a (usize, Piece)> {
     let volume = |piece: &Piece| piece.extent.size().as_dvec3().element_product();
     let largest = pieces.iter().max_by(|a, b| volume(&a.1).total_cmp(&volume(&b.1)))?;
     let (object, Piece { extent, .. }) = largest;
-    let mut middles = scene.captors.iter().map(|c| (c.center - scene.center).as_vec3());
-    let holds_captors = middles.all(|middle| !Extent::of([middle]).is_clear_of(extent, 0.0));
-    let is_room =
-        !scene.captors.is_empty() && holds_captors && is_closed(scene, *object, extent, RAYS);
+    // some plants may be below the floor by mistake, but hardly all captors and all lamps
+    let captors = scene.captors.iter().filter(|captor| !is_of(scene, captor, *object));
+    let captors = captors.map(|captor| (captor.center - scene.center).as_vec3());
+    let mut middles = captors.chain(lamps.iter().map(|(_, lamp)| lamp.center()));
+    let is_inside = |middle: Vec3| {
+        !Extent::of([middle]).is_clear_of(extent, 0.0) && is_in(scene, middle, *object)
+    };
+    let is_room = is_closed(scene, *object, extent, RAYS) && middles.any(is_inside);
     is_room.then_some(largest)
+}
+
+/// Returns whether a captor is a part of an object.
+fn is_of(scene: &Scene, captor: &Captor, object: usize) -> bool {
+    captor.kind == CaptorKind::Surface && scene.object(captor.triangles.start) == Some(object)
 }
 
 /// Warns of objects far above the highest lamp, such as a plant of 15 m among lamps at 1 m.
@@ -156,7 +169,8 @@ fn check_heights(
     });
 }
 
-/// Warns of objects that reach through the walls of a closed room, and of lamps outside it.
+/// Warns of objects that reach through the walls of a closed room, and of captors and lamps outside
+/// it.
 fn check_room(
     scene: &Scene,
     pieces: &[(usize, Piece)],
@@ -180,9 +194,25 @@ fn check_room(
         )
     });
     let outside = || lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, slack));
-    if outside().next().is_none() || !is_closed(scene, *room, extent, MORE_RAYS) {
+    // where a lamp or daylight is outside, captors may be there as well
+    let all_inside = lamps.len() == scene.lights.len() && outside().next().is_none();
+    let lost = || {
+        let captors = scene.captors.iter().filter(|captor| {
+            let middle = (captor.center - scene.center).as_vec3();
+            Extent::of([middle]).is_clear_of(extent, scene.ray_offset())
+        });
+        captors.filter(|captor| all_inside && !is_of(scene, captor, *room)).map(|captor| &captor.id)
+    };
+    let any = outside().next().is_some() || lost().next().is_some();
+    if !any || !is_closed(scene, *room, extent, MORE_RAYS) {
         return;
     }
+    remarks.warn_of(quoted(lost()), |list| {
+        format!(
+            "captors outside the closed room `{name}`: {list}; no light of the lamps in it comes to them; \
+            check the `scale`, `translate` and `up` of their objects"
+        )
+    });
     remarks.warn_of(quoted(outside().map(|(light, _)| &light.name)), |list| {
         format!(
             "lights outside the closed room `{name}`: {list}; none of {MORE_RAYS} rays from its middle finds an \
