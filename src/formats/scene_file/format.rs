@@ -781,7 +781,7 @@ tagged! {
         /// The lateral surface of a cylinder, Lambertian; or a line.
         "tube" => Tube(TubeFile),
         /// A polygon or the faces of an OBJ file, Lambertian or as `photometry` says.
-        "area" => Area(AreaFile),
+        "area" => Area(Box<AreaFile>),
         /// Lamps of an object that is a file in the format of Radiance.
         "rad" => Rad(RadLightFile),
         /// The sun: a disc infinitely far away.
