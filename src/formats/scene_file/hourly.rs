@@ -115,7 +115,11 @@ impl Loader<'_> {
                 let (name, power) = ("daylight".to_owned(), vec![0.0; self.bands]);
                 let dark = InfiniteLight::new(name.clone(), self.bands, Vec::new());
                 let shape = LightShape::Infinite(dark);
-                self.hourly.lights.push(HourlyLight { light: 0, factors: Vec::new(), beside: Vec::new() });
+                self.hourly.lights.push(HourlyLight {
+                    light: 0,
+                    factors: Vec::new(),
+                    beside: Vec::new(),
+                });
                 self.add_light("/lights", LightPart { name, power, shape })?;
             }
             return Ok(());
