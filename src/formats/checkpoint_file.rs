@@ -350,6 +350,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let scene = small_scene().scene;
         let checkpoint = Checkpoint::new(&folder.path().join("kept"), &scene, &settings());
+        assert!(checkpoint.open().expect("a new file").is_none());
         let texts = std::sync::Mutex::new(Vec::new());
         let save = |state: &RunState, arrivals: KeptArrivals| {
             checkpoint.write(state, arrivals).expect("a checkpoint");

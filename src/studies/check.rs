@@ -99,12 +99,16 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
 
     let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
-    check_unit(size, loaded.unit, &mut remarks);
+    let usual = check_unit(size, loaded.unit, &mut remarks);
     check_materials(loaded, &mut remarks);
     check_spectra(loaded, &mut remarks);
     note_tables(loaded, &mut remarks);
     check_lights(scene, &mut remarks);
-    check_powers(scene, &lit.join(Extent::of_triangles(scene.captor_triangles())), &mut remarks);
+    // of a scene in the wrong unit all powers look wrong
+    if usual {
+        let extent = lit.join(Extent::of_triangles(scene.captor_triangles()));
+        check_powers(scene, &extent, &mut remarks);
+    }
     check_flush_lights(scene, &mut remarks);
     check_captors(scene, &lit, &mut remarks);
     check_ground(loaded, &mut remarks);
@@ -131,10 +135,12 @@ fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
     surfaces
 }
 
-fn check_unit(size: DVec3, unit: LengthUnit, remarks: &mut Remarks) {
+/// Warns of a scene of an unlikely size, and returns whether its size is a usual one.
+fn check_unit(size: DVec3, unit: LengthUnit, remarks: &mut Remarks) -> bool {
     let [least, most] = USUAL_SIZE;
     let largest = size.max_element();
-    if largest > 0.0 && !(least..=most).contains(&largest) {
+    let usual = largest <= 0.0 || (least..=most).contains(&largest);
+    if !usual {
         let adjective = if largest < least { "small" } else { "large" };
         let (size, unit) = (length(largest), unit.name());
         remarks.warnings.push(format!(
@@ -142,6 +148,7 @@ fn check_unit(size: DVec3, unit: LengthUnit, remarks: &mut Remarks) {
             and the coordinates"
         ));
     }
+    usual
 }
 
 fn check_materials(loaded: &LoadedScene, remarks: &mut Remarks) {

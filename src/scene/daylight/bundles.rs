@@ -220,7 +220,8 @@ mod tests {
         }
         off.sort_by(f64::total_cmp);
         let [middle, last] = [off[off.len() / 2], off[off.len() - 1]];
-        assert!(middle < 0.5 && last < 3.0, "{middle} and {last} degrees");
+        // rows are at most 4 degrees apart
+        assert!(middle < 1.0 && last < 4.0, "{middle} and {last} degrees");
         for normal in [[0.0, 0.0, 1.0], [0.0, -0.8, 0.6], [0.6, 0.8, 0.0], [-1.0, 0.0, 0.0]] {
             let normal = DVec3::from(normal);
             let found: f64 = parts.iter().map(|p| p.mean * suns(p).irradiance(normal)).sum();
