@@ -191,8 +191,9 @@ fn parse_mtl(text: &str, file: &str) -> Vec<Read> {
                 let statement = format!("{word} {rest}");
                 entry.unused.push((key, quoted(statement.trim_end())));
             }
-            if broken.is_none()
-                && let Err(problem) = set(entry, word, rest)
+            // what follows an error is read too, since a mask cuts whatever the colours are
+            if let Err(problem) = set(entry, word, rest)
+                && broken.is_none()
             {
                 let name = quoted(&entry.name);
                 let error = Error::input(place(), format!("material {name}: {word} {problem}"));

@@ -179,8 +179,8 @@ impl Loader<'_> {
 
     /// Reads the mask that the MTL entry of a material names, if it names one.
     fn mask_of(&mut self, obj: &ObjFile, material: &str) -> Option<(MtlEntry, TextureMap, Bitmap)> {
-        // an entry with an error that is needed is reported where its colours are read
-        let entry = obj.mtl.entry(material).ok()??.clone();
+        // an error in the entry is reported where its colours are needed
+        let entry = obj.mtl.written(material)?.clone();
         let colour = entry.map_kd.as_deref().map(TextureMap::parse).and_then(|map| map.ok());
         let Some(text) = &entry.map_d else {
             let colour = colour?;
