@@ -17,11 +17,13 @@ fn scene(mtl: &str, object: &str, masks: &[(&str, Vec<u8>)]) -> TestScene {
     let text = format!(
         r#"{{"materials": {{"black": {{"type": "lambert", "reflectance": 0}}}},
         "objects": [{{"name": "card", "obj": "card.obj", "material": "black"{object}}}],
-        "captors": [{{"name": "under", "obj": "card.obj", "transform": {{"translate": [0, 0, -0.0005]}}}}],
+        "captors": [{{"name": "under", "obj": "under.obj"}}],
         "lights": [{{"type": "area", "power": 1,
             "vertices": [[0, 0, 0.0005], [0, 1, 0.0005], [1, 1, 0.0005], [1, 0, 0.0005]]}}]}}"#
     );
-    let scene = TestScene::new(&text, &[("card.obj", CARD), ("card.mtl", mtl)]);
+    let under = "v 0 0 -5e-4\nv 1 0 -5e-4\nv 1 1 -5e-4\nv 0 1 -5e-4\nf 1 2 3 4\n";
+    let files = [("card.obj", CARD), ("card.mtl", mtl), ("under.obj", under)];
+    let scene = TestScene::new(&text, &files);
     for (name, bytes) in masks {
         fs::write(scene.path(name), bytes).expect("a mask");
     }

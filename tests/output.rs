@@ -331,8 +331,31 @@ fn an_mtl_file_is_not_replaced() {
     assert_eq!(fs::read_to_string(scene.path("a.mtl")).expect("the file"), mtl);
 }
 
+/// The triangle of [`OBJ`].
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                   property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+                   end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+/// Returns the triangle of [`OBJ`] as a binary glTF.
+fn glb() -> Vec<u8> {
+    let mut json = r#"{"asset": {"version": "2.0"}, "nodes": [{"name": "a", "mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36}]}"#
+        .as_bytes()
+        .to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
+    let chunk = |kind: &[u8; 4], data: &[u8]| {
+        [&(data.len() as u32).to_le_bytes()[..], &kind[..], data].concat()
+    };
+    let chunks = [chunk(b"JSON", &json), chunk(b"BIN\0", &corners)].concat();
+    let head = [2, 12 + chunks.len() as u32].map(u32::to_le_bytes).concat();
+    [b"glTF", &head[..], &chunks[..]].concat()
+}
+
 /// No command replaces a file that it reads, whichever of its outputs has that name. Here it is the
-/// scene's OBJ file, then the scene, and then each other file that the command reads.
+/// scene's mesh, then the scene, and then each other file that the command reads.
 #[test]
 fn no_output_replaces_an_input() {
     let of = |obj: &str| {
@@ -348,7 +371,12 @@ fn no_output_replaces_an_input() {
         let folder = TestScene::new(&scene, &[]);
         fs::create_dir(folder.path("each")).expect("a folder");
         fs::create_dir(folder.path("charts")).expect("a folder");
-        fs::write(folder.path(obj), format!("g a\n{OBJ}")).expect("an OBJ file");
+        let mesh = match obj.rsplit_once('.') {
+            Some((_, "glb")) => glb(),
+            Some((_, "ply")) => PLY.into(),
+            _ => format!("g a\n{OBJ}").into_bytes(),
+        };
+        fs::write(folder.path(obj), mesh).expect("a mesh");
         for command in [
             "run scene.json --by-light -o before.json",
             "run scene.json --shard 1/2 -o part1.json",

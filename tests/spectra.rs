@@ -261,7 +261,7 @@ fn lamps_have_spectra_at_hand() {
         assert!((found / exact - 1.0).abs() < 1e-3, "{found}, not {exact}");
     }
     let found = powers(&with(named("LED-red-660")));
-    assert!(found[0] < 1e-6 && (found[1] - 10.0).abs() < 0.01, "{found:?}");
+    assert!(found[0] < 1e-6 && (found[1] - 10.0).abs() < 0.03, "{found:?}");
     // the weight of means may have one, too
     let blue = json!({ "spectra": { "weight": "LED-blue-450" } });
     let means = averages(&scene(json!(1), blue));

@@ -170,7 +170,16 @@ fn the_command_draws_and_says() {
     assert!(said.contains("of the light arrives within 0 bounces"), "{said}");
     let pictures = ["bias.svg", "bounces.svg", "error.svg", "map.svg", "merit.svg"];
     let charts = scene.path("charts");
-    assert_eq!(listing(&charts), [&pictures[..], &["rows.csv", "study.json"]].concat());
+    assert_eq!(
+        listing(&charts),
+        [
+            &pictures[..1],
+            &["bounces.svg", "chart.written.json"],
+            &pictures[2..],
+            &["rows.csv", "study.json"]
+        ]
+        .concat()
+    );
     for name in pictures {
         let svg = std::fs::read_to_string(charts.join(name)).expect("a picture");
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");

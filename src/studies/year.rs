@@ -14,10 +14,15 @@
 mod control;
 mod interpolated;
 pub mod tables;
+mod value;
+
+pub use value::Value;
 
 use std::collections::HashSet;
 
 use indexmap::IndexMap;
+
+use interpolated::{FACTOR, HOURS, MANY, bends};
 
 use crate::{
     error::{Error, Result},
@@ -93,15 +98,6 @@ pub struct Lamp {
     pub on: Vec<f64>,
 }
 
-/// A value, and the square of its standard error.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Value {
-    /// Irradiance, or an integral of it.
-    pub mean: f64,
-    /// Square of the standard error of the mean.
-    pub variance: f64,
-}
-
 impl Year {
     /// Traces a scene that was loaded by the hour. The lamps are controlled by `file`, a control
     /// file and its name. Errors: those of a run; a control file that names what the scene does not
@@ -151,7 +147,7 @@ impl Year {
                 Quantity::Watt => "MJ/m2/d",
                 Quantity::Micromole => "mol/m2/d",
             },
-            bends: interpolated::bends(hourly, &responses),
+            bends: bends(hourly, &responses),
             responses,
             slots: hourly.slots.clone(),
             lamps: Vec::new(),
@@ -277,10 +273,54 @@ impl Year {
     }
 }
 
-impl Value {
-    fn add(&mut self, share: f64, mean: f32, error: f32) {
-        self.mean += share * f64::from(mean);
-        self.variance += (share * f64::from(error)).powi(2);
+impl Year {
+    /// Returns the irradiances at all ids and bands in an hour. Their errors include what the light
+    /// of the hour may be off because it is interpolated.
+    pub fn hour(&self, slot: usize) -> Vec<Value> {
+        let mut values = self.sum(std::iter::once((slot, 1.0)));
+        for (value, off) in values.iter_mut().zip(self.off(slot)) {
+            value.variance += off * off;
+        }
+        values
+    }
+
+    /// Returns by how much the interpolated light of an hour may be off, at all ids and bands.
+    fn off(&self, slot: usize) -> Vec<f64> {
+        let mut off = vec![0.0; self.ids.len() * self.width()];
+        for &(light, weight) in &self.weights[slot] {
+            for (off, bend) in off.iter_mut().zip(&self.bends[light]) {
+                *off += FACTOR * weight * f64::from(*bend);
+            }
+        }
+        off
+    }
+
+    /// Returns a warning if at more than a few captors and groups the light of hours is less sure
+    /// because it is interpolated than because of chance.
+    fn interpolated(&self) -> Option<String> {
+        let width = self.width();
+        let mut squares = vec![[0.0; 2]; self.ids.len() * width];
+        let lit = (0..self.slots.len()).filter(|&slot| self.suns[slot].is_some());
+        let lit: Vec<usize> = lit.collect();
+        for &slot in lit.iter().step_by(lit.len().div_ceil(HOURS).max(1)) {
+            let by_chance = self.sum(std::iter::once((slot, 1.0)));
+            for (([off, noise], more), value) in
+                squares.iter_mut().zip(self.off(slot)).zip(by_chance)
+            {
+                *off += more * more;
+                *noise += value.variance;
+            }
+        }
+        let wide = |squares: &&[[f64; 2]]| squares.iter().any(|[off, noise]| off > noise);
+        let many = squares.chunks(width).filter(wide).count();
+        let all = self.ids.len();
+        (many as f64 > MANY * all as f64).then(|| {
+            format!(
+                "hours are interpolated: at {many} of {all} captors and groups scattered sunlight changes so \
+                 fast with the sun's position that this, and not chance, makes up most of the errors of hours; \
+                 sums over the period are right, and an hour that matters is best run by itself"
+            )
+        })
     }
 }
 

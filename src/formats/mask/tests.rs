@@ -1,5 +1,7 @@
 //! Tests of masks: areas of known shapes, pictures of every kind, and damaged files.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
@@ -42,9 +44,10 @@ fn whole(bitmap: &Bitmap) -> Vec<[DVec3; 3]> {
 fn what_is_left_has_the_share_of_the_texels() {
     let disc = |x: f64, y: f64| (x - 0.5).hypot(y - 0.5) < 0.4;
     let ring = |x: f64, y: f64| disc(x, y) && (x - 0.5).hypot(y - 0.4) > 0.2;
-    let checker = |n: f64| move |x: f64, y: f64| ((x * n) as u32 + (y * n) as u32) % 2 == 0;
+    let checker =
+        |n: f64| move |x: f64, y: f64| ((x * n) as u32 + (y * n) as u32).is_multiple_of(2);
     let leaf =
-        |x: f64, y: f64| (y - 0.5).abs() < 0.45 * (3.14 * x).sin() * (1.0 - 0.2 * (40.0 * x).sin());
+        |x: f64, y: f64| (y - 0.5).abs() < 0.45 * (PI * x).sin() * (1.0 - 0.2 * (40.0 * x).sin());
     let rows: [(&str, Bitmap, usize); 9] = [
         ("half", bitmap(16, 16, |x, _| x < 0.5), 4),
         ("one texel of four", bitmap(2, 2, |x, y| x < 0.5 && y > 0.5), 4),

@@ -475,7 +475,7 @@ tagged! {
         /// Smooth dielectric: the interface of a closed solid (normals out), or a thin pane.
         "transparent" => Transparent(TransparentFile),
         /// A leaf: a thin sheet, or a closed solid.
-        "leaf" => Leaf(LeafFile),
+        "leaf" => Leaf(Box<LeafFile>),
         /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
         "phong" => Phong(PhongFile),
         /// A mirror whose reflectance is the same at every angle.

@@ -29,10 +29,11 @@ impl Loader<'_> {
             let pointer = format!("/materials/{}", json::escaped(name));
             let material = self.material(&pointer, file);
             let reciprocal = match file {
-                MaterialFile::Leaf(LeafFile { transmittance, back: Some(back), .. }) => {
-                    back.transmittance.is_none()
-                        || self.checked(back.transmittance.as_ref())
-                            == self.checked(transmittance.as_ref())
+                MaterialFile::Leaf(leaf) => {
+                    let back = leaf.back.as_ref().and_then(|back| back.transmittance.as_ref());
+                    back.is_none_or(|back| {
+                        self.checked(Some(back)) == self.checked(leaf.transmittance.as_ref())
+                    })
                 }
                 _ => true,
             };
