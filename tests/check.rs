@@ -478,6 +478,13 @@ fn objects_are_described_and_usual_slips_are_warned_of() {
             up,
             "reach through the walls of `room`: `leaf`",
         ),
+        (
+            // 2 cm of a leaf of 10 cm that stands on the floor are under it
+            r#""up": "y", "captor": true, "transform": {"scale": 0.1, "translate": [1, 1, -0.02]}"#,
+            "1.5, 1.5, 3",
+            up,
+            "reach through the walls of `room`: `leaf`",
+        ),
         (good_leaf, "9, 1, 3", up, "outside the closed room `room`: `lamp`"),
         (good_leaf, "9, 1, 3", up, "none came to any captor"),
         (

@@ -23,6 +23,10 @@ use crate::{
 const TOO_HIGH: f32 = 3.0;
 /// Fraction of a room's size by which an object may stick out of it.
 const STICKS_OUT: f32 = 0.01;
+/// Fraction of its own size by which an object that counts light may stick out, if that is less.
+const OWN_PART: f32 = 0.05;
+/// Fraction of a room's size by which any object may stick out, however small it is.
+const FLUSH: f32 = 1e-3;
 /// Number of rays that decide whether an object is a room.
 const RAYS: usize = 200;
 /// Number of rays that search a room for an opening through which a lamp may shine.
@@ -178,14 +182,22 @@ fn check_room(
     lamps: &[(&Light, Extent)],
     remarks: &mut Remarks,
 ) {
-    let slack = STICKS_OUT * extent.size().max_element();
-    let sticks_out = |other: &Extent| {
+    let largest = extent.size().max_element();
+    let sticks_out = |object: usize, other: &Extent| {
+        let most = Vec3::splat(STICKS_OUT * largest);
+        // of a low plant a small part under the floor is much
+        let slack = match scene.captors.iter().any(|captor| is_of(scene, captor, object)) {
+            true => most.min(OWN_PART * other.size()).max(Vec3::splat(FLUSH * largest)),
+            false => most,
+        };
         let low = other.min.cmplt(extent.min - slack);
         (low | other.max.cmpgt(extent.max + slack)).any()
     };
     let name = &scene.objects[*room];
     let through = pieces.iter().filter(|(object, piece)| {
-        object != room && sticks_out(&piece.extent) && !piece.extent.is_clear_of(extent, 0.0)
+        object != room
+            && sticks_out(*object, &piece.extent)
+            && !piece.extent.is_clear_of(extent, 0.0)
     });
     remarks.warn_of(quoted(through.map(|(object, _)| &scene.objects[*object])), |list| {
         format!(
@@ -193,7 +205,8 @@ fn check_room(
             `translate`"
         )
     });
-    let outside = || lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, slack));
+    let outside =
+        || lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, STICKS_OUT * largest));
     // where a lamp or daylight is outside, captors may be there as well
     let all_inside = lamps.len() == scene.lights.len() && outside().next().is_none();
     let lost = || {
