@@ -55,7 +55,10 @@ fn entry<'a>(results: &'a Value, list: &str, id: &str) -> &'a Value {
 /// README's greenhouse: the counts in its first lines, its table, the summary and the entry of a
 /// captor. The run is the one of README's main command, so nothing here depends on chance.
 #[test]
-#[cfg_attr(not(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")), ignore)]
+#[cfg_attr(
+    not(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")),
+    ignore = "other systems compute slightly different sines and logarithms"
+)]
 fn readme_quotes_its_own_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let readme = page("README.md");
@@ -149,7 +152,10 @@ fn the_box_of_readme_is_worked_out_by_hand() {
 /// docs/results.md tells how large results are with and without a split by light. Sizes are the
 /// same wherever the bytes are.
 #[test]
-#[cfg_attr(not(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")), ignore)]
+#[cfg_attr(
+    not(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")),
+    ignore = "other systems compute slightly different sines and logarithms"
+)]
 fn docs_tell_how_large_results_are() {
     let folder = tempfile::tempdir().expect("a folder");
     let docs = page("docs/results.md").replace('\n', " ");

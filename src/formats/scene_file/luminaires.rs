@@ -25,24 +25,22 @@ pub(super) struct LampFile<'a> {
 
 impl PointFile {
     pub(super) fn lamp_file(&self) -> LampFile<'_> {
-        let Self { photometry, set, lm_per_w, lm_per_umol, .. } = self;
         LampFile {
-            file: photometry.as_deref(),
-            set: *set,
-            lm_per_w: *lm_per_w,
-            lm_per_umol: *lm_per_umol,
+            file: self.photometry.as_deref(),
+            set: self.set,
+            lm_per_w: self.lm_per_w,
+            lm_per_umol: self.lm_per_umol,
         }
     }
 }
 
 impl AreaFile {
     pub(super) fn lamp_file(&self) -> LampFile<'_> {
-        let Self { photometry, set, lm_per_w, lm_per_umol, .. } = self;
         LampFile {
-            file: photometry.as_deref(),
-            set: *set,
-            lm_per_w: *lm_per_w,
-            lm_per_umol: *lm_per_umol,
+            file: self.photometry.as_deref(),
+            set: self.set,
+            lm_per_w: self.lm_per_w,
+            lm_per_umol: self.lm_per_umol,
         }
     }
 }

@@ -313,13 +313,15 @@ impl Loader<'_> {
             }
             return Ok((Arc::new(curve.clone()), SpectralUnitFile::Energy));
         }
-        let is_name = !name.contains(['/', '\\', ':']) && !name.contains(".csv");
-        if is_name && (self.sources.read)(&self.sibling(name)).is_err() {
-            let error =
-                self.error(place, format!("no file {name}, and no spectrum at hand of this name"));
-            return Err(unknown(error, name, known_spectra()));
-        }
-        Ok((self.curve(&place, name, column)?, unit.unwrap_or_default()))
+        let curve = self.curve(&place, name, column).map_err(|error| {
+            let is_name = !name.contains(['/', '\\', ':']) && !name.contains(".csv");
+            if !is_name || self.fetch(&self.sibling(name)).is_ok() {
+                return error;
+            }
+            let problem = format!("no file {name}, and no spectrum at hand of this name");
+            unknown(self.error(&place, problem), name, known_spectra())
+        })?;
+        Ok((curve, unit.unwrap_or_default()))
     }
 
     /// Returns the spectrum of a lamp, what it counts per nm, and the factor that turns its values
