@@ -24,7 +24,7 @@ fn emit(bencher: Bencher, shape: &str) {
         }
     };
     let light = Light::new("lamp".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY);
-    sample(bencher, |rng| light.emit(1e-5, rng));
+    sample(bencher, |rng| light.emit(rng));
 }
 
 /// Times many events that draw from one random stream.

@@ -54,7 +54,7 @@ pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
     let mut rng = Stream::new(1, 0, 0);
     let mut rays = Vec::with_capacity(count);
     for light in scene.lights.iter().cycle() {
-        let mut ray = light.emit(scene.ray_offset(), &mut rng);
+        let mut ray = light.emit(&mut rng);
         for _ in 0..8 {
             let Some(hit) = scene.closest(&ray) else { break };
             let interaction = Interaction::new(ray.direction, scene.surface(hit.triangle).normal);

@@ -30,7 +30,7 @@ impl Comparisons {
     }
 
     /// Sets the relative deviation that is allowed beyond chance. The default of 1e-5 covers single
-    /// precision and the offset of rays from surfaces (4e-6 of the scene).
+    /// precision and the offset of rays from surfaces.
     pub fn rounding(self, rounding: f64) -> Self {
         Self { rounding, ..self }
     }

@@ -70,8 +70,9 @@ impl Bvh {
     }
 
     /// Returns the nearest hit, as [`closest`](Self::closest), after it has visited all crossings
-    /// of the other structure `crossed` before that hit: less work than two separate searches.
-    pub fn meet(&self, crossed: &Self, ray: &Ray, mut visit: impl FnMut(Hit)) -> Option<Hit> {
+    /// of the other structure `crossed` before that hit, or at the same t, of which the second
+    /// argument of `visit` tells: less work than two separate searches.
+    pub fn meet(&self, crossed: &Self, ray: &Ray, mut visit: impl FnMut(Hit, bool)) -> Option<Hit> {
         query::ask(Meet { surfaces: self, crossed, ray, visit: &mut visit })
     }
 

@@ -11,11 +11,11 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::math::{
-    geometry::{Extent, Frame, Ray, unit_vector},
+    geometry::{Extent, Frame, ROUNDING, Ray, unit_vector},
     rng::Stream,
     sampling::{cosine_hemisphere, uniform_cone},
 };
-use emitter::{Aperture, EmittingSurface, Line};
+use emitter::{Aperture, Chosen, EmittingSurface, Line};
 
 mod emitter;
 mod entrance;
@@ -256,18 +256,18 @@ impl Light {
         self.entrance().map_or(&self.power, |entrance| entrance.power(source))
     }
 
-    /// Draws the ray of one photon. It starts `offset` metres off the surface of a light, and as
-    /// far from the edges of a polygon and the ends of a line, because a light that reaches from
-    /// wall to wall must not shine behind the walls by rounding.
+    /// Draws the ray of one photon. It starts off the surface of a light by the error of its points,
+    /// and as far from the edges of a polygon and the ends of a line, because a light that reaches
+    /// from wall to wall must not shine behind the walls by rounding.
     #[inline]
-    pub fn emit(&self, offset: f32, rng: &mut Stream) -> Ray {
-        self.emit_from(offset, rng).1
+    pub fn emit(&self, rng: &mut Stream) -> Ray {
+        self.emit_from(rng).1
     }
 
     /// Draws the ray of one photon like [`emit`](Self::emit), and returns with it the place of the
     /// light that it starts from.
     #[inline(always)]
-    fn emit_from(&self, offset: f32, rng: &mut Stream) -> (Start, Ray) {
+    fn emit_from(&self, rng: &mut Stream) -> (Start, Ray) {
         match &self.emitter {
             Emitter::Cone { position, frame, versine } => {
                 let direction = frame.to_world(uniform_cone(*versine, rng.square()));
@@ -276,26 +276,27 @@ impl Light {
             Emitter::Tube { line, frame, radius, aperture } => {
                 let turn = aperture.turn(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
-                let on_axis = line.choose(offset, rng);
-                leave(on_axis + *radius * normal, normal, offset, rng)
+                let point = line.choose(rng) + *radius * normal;
+                leave(Chosen { point, normal, offset: tube_offset(line, *radius) }, rng)
             }
             Emitter::IsotropicLine(line) => {
-                let point = line.choose(offset, rng);
+                let point = line.choose(rng);
                 Start::of_point(point, uniform_cone(2.0, rng.square()))
             }
             Emitter::Area { surface, two_sided } => {
-                let (point, normal) = surface.choose(offset, rng);
+                let chosen = surface.choose(rng);
                 let front = !*two_sided || rng.uniform() < 0.5;
-                leave(point, if front { normal } else { -normal }, offset, rng)
+                let normal = if front { chosen.normal } else { -chosen.normal };
+                leave(Chosen { normal, ..chosen }, rng)
             }
             Emitter::Luminaire { position, intensity } => {
                 Start::of_point(*position, intensity.sample(rng))
             }
             Emitter::LuminaireArea { surface, intensity } => {
-                let (point, normal) = surface.choose(offset, rng);
+                let Chosen { point, normal, offset } = surface.choose(rng);
                 let direction = intensity.sample(rng);
                 let side = normal * normal.dot(direction).signum();
-                let start = Start { point, normal, both_sides: true };
+                let start = Start { point, normal, offset, both_sides: true };
                 (start, Ray { origin: point + offset * side, direction })
             }
             Emitter::Infinite(entrance) => {
@@ -309,8 +310,14 @@ impl Light {
 
 /// Draws a ray with a Lambertian direction from a surface.
 #[inline]
-fn leave(point: Vec3, normal: Vec3, offset: f32, rng: &mut Stream) -> (Start, Ray) {
-    let start = Start { point, normal, both_sides: false };
+fn leave(Chosen { point, normal, offset }: Chosen, rng: &mut Stream) -> (Start, Ray) {
+    let start = Start { point, normal, offset, both_sides: false };
     let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
     (start, Ray { origin: point + offset * normal, direction })
+}
+
+/// Returns the distance from a tube at which photons start, m.
+#[inline]
+fn tube_offset(axis: &Line, radius: f32) -> f32 {
+    axis.blur + ROUNDING * radius
 }

@@ -22,7 +22,7 @@ use glam::{DVec3, Vec3};
 
 use crate::{
     math::{
-        geometry::{Ray, Transform, Triangle},
+        geometry::{ROUNDING, Ray, Transform, Triangle, closeness},
         spectrum::lanes,
         units::Quantity,
     },
@@ -33,7 +33,7 @@ use crate::{
         material::Material,
     },
 };
-use shapes::{RAY_OFFSET, Shapes, has_parallel};
+use shapes::{Shapes, has_parallel};
 
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
@@ -43,13 +43,13 @@ pub use parts::{
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
-/// Fraction of a triangle's margins (some ray offsets) within which rounding, 2^-20 of the scene's
-/// radius, may change which surface is met first.
-const AT_EDGE: f32 = 1.0 / 16.0;
+/// Width of a triangle's margins, in bounds of the error of its points.
+const MARGINS: f32 = 4.0;
 
 /// Largest error of the difference between the distances at which a ray meets two faces at their
-/// common edge, in ray offsets. The error is largest for a face that the ray grazes.
-const BLUR: f32 = 128.0;
+/// common edge, as a multiple of the error of their points. The error is largest for a face that the
+/// ray grazes.
+const GRAZING: f32 = 512.0;
 
 /// The properties of one triangle of a surface that the photon loop needs.
 #[derive(Clone, Copy, Debug)]
@@ -59,8 +59,12 @@ pub struct Surface {
     /// Index of the material.
     pub material: u32,
     captor: u32,
-    /// Barycentric weights below which a point is too near to the edge opposite each corner.
-    pub(crate) margins: Vec3,
+    /// Distance from the triangle at which rays that leave it start, m.
+    pub offset: f32,
+    /// The barycentric weights that a movement of [`ROUNDING`] times the distance 1 m changes.
+    pub(crate) change: Vec3,
+    /// The bound of the error of the triangle's points, over [`ROUNDING`], m.
+    pub(crate) reach: f32,
 }
 
 const NO_CAPTOR: u32 = u32::MAX;
@@ -70,6 +74,13 @@ impl Surface {
     #[inline]
     pub fn captor(&self) -> Option<usize> {
         (self.captor != NO_CAPTOR).then_some(self.captor as usize)
+    }
+
+    /// Returns the barycentric weights below which a point is too near to the edge opposite each
+    /// corner; at most 1/3, the weight of the centroid.
+    #[inline]
+    pub(crate) fn margins(&self) -> Vec3 {
+        Triangle::margins(self.change, MARGINS * self.reach)
     }
 }
 
@@ -234,9 +245,14 @@ impl Scene {
     /// in, m; 0 if they lie in none.
     pub fn lift(&self, captor: usize) -> f32 {
         match self.shapes.in_surface.binary_search(&captor) {
-            Ok(_) => 2.0 * self.ray_offset(),
+            Ok(place) => self.shapes.lifts[place],
             Err(_) => 0.0,
         }
+    }
+
+    /// Returns the largest distance by which a captor is lifted, m.
+    pub fn highest_lift(&self) -> f32 {
+        self.shapes.lifts.iter().copied().fold(0.0, f32::max)
     }
 
     /// Returns the indices of the virtual captors that lie in a surface, in rising order.
@@ -247,12 +263,6 @@ impl Scene {
     /// Returns the lights that lie in a surface, and the tubes that a surface cuts.
     pub fn flush_lights(&self) -> &[FlushLight] {
         &self.flush_lights
-    }
-
-    /// Returns the ray offset: the distance from a surface at which a ray that leaves it starts, m.
-    #[inline]
-    pub fn ray_offset(&self) -> f32 {
-        RAY_OFFSET * self.radius
     }
 
     /// Returns the nearest surface that a ray meets.
@@ -277,7 +287,8 @@ impl Scene {
 
     /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
     pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
-        self.shapes.captor_bvh.crossings(ray, t_max, self.crossing(ray, visit));
+        let mut visit = self.crossing(ray, visit);
+        self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
     }
 
     /// Visits every virtual captor that a ray crosses before it meets a surface, in any order.
@@ -289,7 +300,9 @@ impl Scene {
         captor_bvh.crossings(ray, f32::INFINITY, |hit| farthest = hit.t.max(farthest));
         if farthest > 0.0 {
             let hit = surface_bvh.closest(ray, farthest.next_up());
-            self.crossings(ray, hit.map_or(f32::INFINITY, |hit| hit.t), visit);
+            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+            let mut visit = self.crossing(ray, visit);
+            captor_bvh.crossings(ray, t_max.next_up(), |hit| visit(hit, hit.t == t_max));
         }
     }
 
@@ -297,9 +310,11 @@ impl Scene {
     fn surface_hit(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
         let triangle = hit.triangle as usize;
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
-        if weights.cmplt(self.surfaces[triangle].margins).any() {
+        // the errors of the triangle's points, and of a ray that comes from afar
+        let Surface { change, reach, .. } = self.surfaces[triangle];
+        if weights.cmplt(change * (MARGINS * (reach + hit.t))).any() {
             // taken apart, so that this rare call does not force the usual hit into memory
-            let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit, weights);
+            let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit);
             return SurfaceHit { t, triangle, point };
         }
         SurfaceHit { t: hit.t, triangle, point: hit.point }
@@ -310,20 +325,19 @@ impl Scene {
     /// than their error. There the face in front is taken as hit; otherwise light that grazes a
     /// closed mesh would enter it.
     #[cold]
-    fn hit_near_edge(&self, ray: &Ray, hit: &Hit, weights: Vec3) -> SurfaceHit {
+    fn hit_near_edge(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
         let mut front = *hit;
         let triangle = &self.triangles()[hit.triangle as usize];
-        if weights.cmplt(AT_EDGE * self.surfaces[hit.triangle as usize].margins).any() {
-            let t_max = hit.t + BLUR * self.ray_offset();
-            self.shapes.surface_bvh.occluded(ray, t_max, |other| {
-                let shape = &self.triangles()[other.triangle as usize];
-                let before = shape.is_before_at_fold(triangle, ray.direction);
-                if before {
-                    front = other;
-                }
-                before
-            });
-        }
+        let reach = self.surfaces[hit.triangle as usize].reach;
+        let t_max = hit.t + GRAZING * ROUNDING * (reach + hit.t);
+        self.shapes.surface_bvh.occluded(ray, t_max, |other| {
+            let shape = &self.triangles()[other.triangle as usize];
+            let before = shape.is_before_at_fold(triangle, ray.direction);
+            if before {
+                front = other;
+            }
+            before
+        });
         let triangle = front.triangle as usize;
         SurfaceHit {
             t: front.t,
@@ -333,19 +347,20 @@ impl Scene {
     }
 
     /// Returns a function that turns the hit of a captor's triangle into a [`Crossing`] and visits
-    /// it.
+    /// it. The second argument tells whether a surface is met at the same distance: a ray from afar
+    /// cannot tell a captor from the surface that it lies in, and crosses it first only if it comes
+    /// from the side to which the captor is lifted.
     #[inline]
-    fn crossing(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> impl FnMut(Hit) {
+    fn crossing(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> impl FnMut(Hit, bool) {
         let direction = ray.direction;
-        move |hit| {
+        move |hit, tied| {
             let triangle = hit.triangle as usize;
             let shape = &self.captor_triangles()[triangle];
-            visit(Crossing {
-                captor: self.shapes.captor_of_triangle[triangle] as usize,
-                triangle,
-                front: shape.cross().dot(direction) < 0.0,
-                point: hit.point,
-            });
+            let captor = self.shapes.captor_of_triangle[triangle] as usize;
+            let front = shape.cross().dot(direction) < 0.0;
+            if !tied || (front && self.lift(captor) > 0.0) {
+                visit(Crossing { captor, triangle, front, point: hit.point });
+            }
         }
     }
 
@@ -371,22 +386,37 @@ impl Scene {
     ) -> Option<bool> {
         let shape = &self.triangles()[triangle];
         let (bvh, middle, normal) = (&self.shapes.surface_bvh, shape.centroid(), shape.normal());
-        has_parallel(bvh, self.triangles(), middle, normal, self.ray_offset(), |other| {
-            wanted(other as usize)
+        let reach = closeness(middle) + 4.0 * shape.offset();
+        has_parallel(bvh, self.triangles(), middle, normal, reach, |other| wanted(other as usize))
+    }
+
+    /// Returns the ray that leaves a surface where another has met it. It starts off the surface, on
+    /// the side of the unit normal `side`, by the error of the point.
+    #[inline]
+    pub fn leave(&self, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
+        Ray { origin: hit.point + self.surfaces[hit.triangle].offset * side, direction }
+    }
+
+    /// Returns the ray that goes on straight through the surface that it has met.
+    pub fn pass(&self, hit: &SurfaceHit, direction: Vec3) -> Ray {
+        let normal = self.surfaces[hit.triangle].normal;
+        self.leave(hit, normal * normal.dot(direction).signum(), direction)
+    }
+
+    /// Returns the distance along a ray up to which lights that lie in the surface that it meets are
+    /// met, m. Without a surface it is infinite.
+    #[inline]
+    pub fn beyond(&self, hit: Option<&SurfaceHit>) -> f32 {
+        hit.map_or(f32::INFINITY, |hit| {
+            let error = 4.0 * self.surfaces[hit.triangle].offset + closeness(hit.point);
+            hit.t * (1.0 + ROUNDING) + error
         })
     }
 
-    /// Returns the ray that leaves a surface at `point`, starting one ray offset off it on the side
-    /// of `normal`.
-    #[inline]
-    pub fn leave(&self, point: Vec3, normal: Vec3, direction: Vec3) -> Ray {
-        Ray { origin: point + self.ray_offset() * normal, direction }
-    }
-
-    /// Moves a hit point inwards from edges that are nearer than a few ray offsets: a point that
-    /// rounding has put beyond the edge of a closed mesh would let light through its corner.
+    /// Moves a hit point inwards from edges that are nearer than a few bounds of its error: a point
+    /// that rounding has put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
     fn inside(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
-        self.triangles()[triangle].draw_in(point, u, v, self.surfaces[triangle].margins)
+        self.triangles()[triangle].draw_in(point, u, v, self.surfaces[triangle].margins())
     }
 }

@@ -18,7 +18,7 @@ use crate::{
     error::{Error, Result, number},
     formats::scene_file::{LoadedScene, TableNote},
     math::{
-        geometry::{Extent, Ray, Triangle},
+        geometry::{Extent, Ray, Triangle, closeness},
         rng::{Purpose, Streams},
         units::{LengthUnit, Quantity},
     },
@@ -264,9 +264,10 @@ fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
 
 fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     let outside = scene.captors.iter().filter(|captor| {
-        matches!(captor.kind, CaptorKind::Virtual { .. })
-            && !scene.triangles().is_empty()
-            && Extent::of_triangles(scene.triangles_of(captor)).is_clear_of(lit, scene.ray_offset())
+        matches!(captor.kind, CaptorKind::Virtual { .. }) && !scene.triangles().is_empty() && {
+            let extent = Extent::of_triangles(scene.triangles_of(captor));
+            extent.is_clear_of(lit, closeness(extent.max.abs().max(extent.min.abs())))
+        }
     });
     remarks.warn_of(quoted(outside.map(|captor| &captor.id)), |list| {
         format!(
@@ -304,16 +305,17 @@ fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
 fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
     /// The largest number of leaves of a captor that may lie over each other.
     const MOST: usize = 100;
-    let lifted = scene.ray_offset() * Vec3::Z;
-    let mut origin = (captor.center - scene.center).as_vec3() + lifted;
+    let middle = (captor.center - scene.center).as_vec3();
+    let above = scene.triangles_of(captor).iter().map(Triangle::offset).fold(0.0, f32::max);
+    let origin = middle + (closeness(middle) + 4.0 * above) * Vec3::Z;
+    let mut down = Ray { origin, direction: Vec3::NEG_Z };
     for _ in 0..MOST {
-        let down = Ray { origin, direction: Vec3::NEG_Z };
         let Some(hit) = scene.closest(&down) else { return false };
         let own = captor.kind == CaptorKind::Surface && captor.triangles.contains(&hit.triangle);
         if !own || !scene.material(scene.surface(hit.triangle)).transmits_diffusely() {
             return true;
         }
-        origin = hit.point - lifted;
+        down = scene.pass(&hit, Vec3::NEG_Z);
     }
     true
 }

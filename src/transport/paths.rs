@@ -36,7 +36,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
-        geometry::Ray,
+        geometry::{ROUNDING, Ray},
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
@@ -130,19 +130,18 @@ impl Path<'_, '_> {
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (l, chance) = at.choice.choose(&scene.lights, || self.rng.uniform())?;
-        let sample = scene.lights[l].sample_toward::<L>(at.point, scene.ray_offset(), self.rng)?;
+        let sample = scene.lights[l].sample_toward::<L>(at.point, self.rng)?;
         let toward = match sample.target {
-            Toward::Point(point) => (point - at.point).try_normalize()?,
+            Toward::Point { point, .. } => (point - at.point).try_normalize()?,
             Toward::Direction(toward) => toward,
         };
         if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
             return None;
         }
-        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
-        let origin = at.point + at.step.map_or(Vec3::ZERO, step);
+        let origin = at.off(toward);
         self.rays += 1;
         let visible: Spectrum<L> = match sample.target {
-            Toward::Point(point) => scene.visibility(origin, point)?,
+            Toward::Point { end, .. } => scene.visibility(origin, end)?,
             Toward::Direction(_) => scene.sky_visibility(l, &Ray { origin, direction: toward })?,
         };
         let sent = self.sent_density(l, at, toward, sample.per_watt);
@@ -189,7 +188,7 @@ impl Path<'_, '_> {
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (light, chance) = spots.choose(scene, at.point, self.rng);
-        let ray = scene.lights[light].emit(scene.ray_offset(), self.rng);
+        let ray = scene.lights[light].emit(self.rng);
         self.rays += 1;
         let (hit, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
         let surface = scene.surface(hit.triangle);
@@ -205,9 +204,10 @@ impl Path<'_, '_> {
             return None;
         }
         let seen = Interaction::new(towards, surface.normal);
-        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(towards).signum();
-        let start = at.point + at.step.map_or(Vec3::ZERO, step);
-        let end = scene.leave(hit.point, seen.normal, seen.normal).origin;
+        let start = at.off(towards);
+        // off the place by the error of the ray's own end, too
+        let end =
+            scene.leave(&hit, seen.normal, seen.normal).origin + ROUNDING * d2.sqrt() * seen.normal;
         self.rays += 1;
         let visible: Spectrum<L> = scene.visibility(start, end)?;
         let arrival = Arrival { from: at.point, density: along(towards) * seen.cos / d2 };
@@ -254,9 +254,7 @@ impl Path<'_, '_> {
             scene.lights[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
         let ChosenImage { image, toward, chance } =
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
-        let step = |normal: Vec3| scene.ray_offset() * normal * normal.dot(toward).signum();
-        let origin = at.point + at.step.map_or(Vec3::ZERO, step);
-        let ray = Ray { origin, direction: toward };
+        let ray = Ray { origin: at.off(toward), direction: toward };
         let (arriving, rays) = by_way_of(scene, mirrors, image, ray, toward_sun, |ray| {
             scene.sky_visibility::<L>(sun, ray)
         });
@@ -314,9 +312,8 @@ impl Path<'_, '_> {
             self.rays += 1;
             let hit = scene.closest(&leg.ray);
             if leg.aimed.is_none() {
-                // a light with a material lies in a surface, so lights are met up to a ray offset
-                // beyond it
-                let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
+                // a light with a material lies in a surface, so lights are met a little beyond it
+                let t_max = scene.beyond(hit.as_ref());
                 scene.lights_met(&leg.ray, t_max, |hit| {
                     radiance += self.met::<L>(&leg, &hit) * &throughput;
                 });
@@ -369,7 +366,7 @@ impl Path<'_, '_> {
                 Aim::Nowhere => return radiance,
                 Aim::At(triangle, target) => {
                     let side = (target - hit.point).dot(surface.normal).signum() * surface.normal;
-                    let origin = scene.leave(hit.point, side, side).origin;
+                    let origin = scene.leave(&hit, side, side).origin;
                     let direction = (target - origin).normalize_or_zero();
                     throughput = throughput * scattered(direction);
                     let density = Some(along(direction));
@@ -406,7 +403,7 @@ impl Path<'_, '_> {
                     } else {
                         interaction.normal
                     };
-                    let ray = scene.leave(hit.point, side, scatter.direction);
+                    let ray = scene.leave(&hit, side, scatter.direction);
                     leg = match scatter.lobe {
                         // light beyond a pane can still be joined with the vertex before the pane
                         LobeKind::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },

@@ -349,5 +349,5 @@ pub fn roulette<L: Lanes>(
 #[inline]
 pub fn leave(scene: &Scene, hit: &SurfaceHit, interaction: &Interaction, onward: Onward) -> Ray {
     let side = if onward.lobe.crosses() { -interaction.normal } else { interaction.normal };
-    scene.leave(hit.point, side, onward.direction)
+    scene.leave(hit, side, onward.direction)
 }

@@ -1,7 +1,5 @@
 //! Builds the tree from triangles.
 
-use glam::Vec3;
-
 use super::binary::binary_tree;
 use super::layout::Bvh;
 use super::pages::in_large_pages;
@@ -23,18 +21,13 @@ pub(super) fn build(
     if wide.waiting > STACK {
         wide = widen(&balanced(&binary), triangles, root_nodes);
     }
-    let reach = solid.iter().map(|&i| reach(&triangles[i as usize])).fold(Vec3::ZERO, Vec3::max);
-    Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes, reach }
+    Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes }
 }
 
 /// Returns whether the corners do not lie on one line; exact, apart from the rounding of doubles.
 fn has_area(t: &Triangle) -> bool {
     let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
     (b - a).cross(c - a) != glam::DVec3::ZERO
-}
-
-fn reach(t: &Triangle) -> Vec3 {
-    t.a.abs().max(t.b.abs()).max(t.c.abs())
 }
 
 /// Returns a balanced tree of the same triangles in the same order. It replaces a tree in which a

@@ -32,8 +32,6 @@ pub struct Bvh {
     pub(super) rows: Vec<Row>,
     /// Number of nodes that form the root, the first ones; 0 where there is no triangle.
     pub(super) root_nodes: usize,
-    /// Largest |x|, |y|, |z| of any corner, m: the scale of rounding errors.
-    pub(super) reach: Vec3,
 }
 
 /// A function that gathers one bit of each of eight numbers, whose bits are all ones or all zeros.

@@ -98,7 +98,7 @@ impl Query for Closest<'_> {
 
     #[inline(always)]
     fn answer(self, gather: impl Gather) -> Option<Hit> {
-        self.bvh.closest_of(&Probe::new(self.ray, self.bvh.reach), self.t_max, gather)
+        self.bvh.closest_of(&Probe::new(self.ray), self.t_max, gather)
     }
 }
 
@@ -117,7 +117,7 @@ impl Query for Occluded<'_> {
     fn answer(self, gather: impl Gather) -> bool {
         let Self { bvh, ray, t_max, stops } = self;
         let mut found = false;
-        bvh.walk(&Probe::new(ray, bvh.reach), t_max, gather, |hit| {
+        bvh.walk(&Probe::new(ray), t_max, gather, |hit| {
             found = found || (hit.t < t_max && stops(hit));
             if found { -1.0 } else { t_max }
         });
@@ -138,7 +138,7 @@ impl Query for Crossings<'_> {
 
     #[inline(always)]
     fn answer(self, gather: impl Gather) {
-        let probe = Probe::new(self.ray, self.bvh.reach);
+        let probe = Probe::new(self.ray);
         self.bvh.crossings_of(&probe, self.t_max, gather, self.visit);
     }
 }
@@ -148,7 +148,7 @@ pub(super) struct Meet<'a> {
     pub surfaces: &'a Bvh,
     pub crossed: &'a Bvh,
     pub ray: &'a Ray,
-    pub visit: &'a mut dyn FnMut(Hit),
+    pub visit: &'a mut dyn FnMut(Hit, bool),
 }
 
 impl Query for Meet<'_> {
@@ -157,10 +157,10 @@ impl Query for Meet<'_> {
     #[inline(always)]
     fn answer(self, gather: impl Gather) -> Option<Hit> {
         let Self { surfaces, crossed, ray, visit } = self;
-        let probe = Probe::new(ray, surfaces.reach.max(crossed.reach));
+        let probe = Probe::new(ray);
         let hit = surfaces.closest_of(&probe, f32::INFINITY, gather);
         let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
-        crossed.crossings_of(&probe, t_max, gather, visit);
+        crossed.crossings_of(&probe, t_max.next_up(), gather, |hit| visit(hit, hit.t == t_max));
         hit
     }
 }

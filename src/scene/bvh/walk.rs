@@ -249,11 +249,10 @@ pub(super) struct Probe {
 }
 
 impl Probe {
-    /// Prepares a ray for trees without corners beyond `reach`, m from the origin along each axis.
     #[inline(always)]
-    pub fn new(ray: &Ray, reach: Vec3) -> Self {
+    pub fn new(ray: &Ray) -> Self {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        let slabs = Slabs::new(origin, direction, reach.into());
+        let slabs = Slabs::new(origin, direction);
         let shear = Shear::new(origin, direction, slabs.inverse);
         Self { slabs, shear }
     }
@@ -262,12 +261,15 @@ impl Probe {
 /// The quantities of a ray that the box test needs: the distance of the plane x = p is p
 /// `inverse.x` + `near.x` (rounded down) or p `inverse.x` + `far.x` (rounded up).
 ///
-/// Let u = 2^-24; r the reach of the scene along an axis, o that of the ray's origin, and k one
-/// over the direction's component; R, O and K the same along the main axis (that of the largest
-/// component). The sums below err by less than 6 u (r + o) k. The triangle test shears corners with
-/// errors of 2 u (r + o) and of 5 u (R + O) times the slope, as if the distance were off by
-/// 2 u (r + o) k + 5 u (R + O) K. A pad of 16 u of both terms, with the largest r + o for R + O,
-/// covers both errors: no box is left out in which a triangle would be hit.
+/// Let u = 2^-24; r the reach of a box along an axis (the largest coordinate in it), o that of the
+/// ray's origin, and k one over the direction's component; R, O and K the same along the main axis
+/// (that of the largest component). The sums below err by less than 6 u (r + o) k. The triangle test
+/// shears corners with errors of 2 u (r + o) and of 5 u (R + O) times the slope, as if the distance
+/// were off by 2 u (r + o) k + 5 u (R + O) K. A pad of 16 u of both terms, with the largest o for O,
+/// covers the errors that come from the origin. Those that come from the corners are covered by the
+/// boxes, which are stored wider by [`PAD`] of r and of the largest R: as K is at most k, that is
+/// enough. So no box is left out in which a triangle would be hit, and a box near the centre of the
+/// scene stays tight however far away another triangle is.
 struct Slabs {
     inverse: Vec3A,
     near: Vec3A,
@@ -283,20 +285,21 @@ struct Entered {
     mask: u32,
 }
 
-const PAD: f32 = 16.0 / (1 << 24) as f32;
+/// Rounding of the tests, relative to the coordinates: 16 u.
+pub(super) const PAD: f32 = 16.0 / (1 << 24) as f32;
 
 /// Stands for 1/0. It is so large that every other distance is small beside it, and so small that
-/// no product overflows. With it a ray in the plane of a box's face counts as inside: the pad along
-/// that axis exceeds every distance.
+/// no product overflows. With it a ray in the plane of a box's face counts as inside: what the
+/// box is wider along that axis exceeds every distance.
 const LARGEST_INVERSE: f32 = (1u128 << 96) as f32;
 
 impl Slabs {
     #[inline(always)]
-    fn new(origin: Vec3A, direction: Vec3A, reach: Vec3A) -> Self {
+    fn new(origin: Vec3A, direction: Vec3A) -> Self {
         let zero = direction.abs().cmplt(Vec3A::splat(1.0 / LARGEST_INVERSE));
         let infinite = Vec3A::splat(LARGEST_INVERSE).copysign(direction);
         let inverse = Vec3A::select(zero, infinite, 1.0 / direction);
-        let (extent, slowness) = ((reach + origin.abs()) * PAD, inverse.abs());
+        let (extent, slowness) = (origin.abs() * PAD, inverse.abs());
         let pad = extent * slowness + extent.max_element() * slowness.min_element();
         let shift = -origin * inverse;
         let downward = direction.is_negative_bitmask() as usize;

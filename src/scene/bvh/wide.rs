@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 
 use super::layout::Row;
 use super::triangle::{INDICES, Leaf};
-use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, ROOT_NODES};
+use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, PAD, ROOT_NODES};
 use crate::math::geometry::{Extent, Triangle};
 
 /// A node of a binary tree with one triangle per leaf; the root comes first.
@@ -59,9 +59,10 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize
         for (i, &member) in members.iter().enumerate() {
             let (node, place) = place(i);
             let part = &parts[member];
+            let Extent { min, max } = padded(&part.extent);
             for axis in 0..3 {
-                rows[node + 2 * axis].0[place] = part.extent.min[axis];
-                rows[node + 2 * axis + 1].0[place] = part.extent.max[axis];
+                rows[node + 2 * axis].0[place] = min[axis];
+                rows[node + 2 * axis + 1].0[place] = max[axis];
             }
             if part.leaf {
                 rows[node + CHILDREN].0[place] = Child::leaf(rows.len()).as_float();
@@ -76,6 +77,14 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize
         }
     }
     wide
+}
+
+/// Returns a box that is wider by the rounding of the tests of its planes and of the triangles in it
+/// (see `Slabs` in `walk`).
+fn padded(extent: &Extent) -> Extent {
+    let reach = extent.min.abs().max(extent.max.abs());
+    let pad = PAD * (reach + reach.max_element());
+    Extent { min: extent.min - pad, max: extent.max + pad }
 }
 
 /// Returns the branches that become the children of a node: those that use eight places best. As

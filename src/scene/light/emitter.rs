@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::math::{
-    geometry::Triangle,
+    geometry::{ROUNDING, Triangle},
     rng::Stream,
-    sampling::{Chosen, uniform_circle, uniform_triangle, weighted_choice},
+    sampling::{uniform_circle, uniform_triangle, weighted_choice},
 };
 
 /// Fraction of a tube's circumference that shines, centred on the tangent of the tube's frame.
@@ -48,21 +48,24 @@ pub(super) struct Line {
     pub whole: Vec3,
     /// Length, m.
     pub length: f32,
+    /// Bound of the error of points of the line, m.
+    pub blur: f32,
 }
 
 impl Line {
     pub fn new(from: Vec3, whole: Vec3) -> Self {
-        Self { from, whole, length: whole.length() }
+        let farthest = from.length().max((from + whole).length());
+        Self { from, whole, length: whole.length(), blur: ROUNDING * farthest }
     }
 
     pub fn middle(&self) -> Vec3 {
         self.from + 0.5 * self.whole
     }
 
-    /// Draws a point uniform on the line, but not closer than `offset` metres to its ends.
+    /// Draws a point uniform on the line, but not closer to its ends than the error of its points.
     #[inline]
-    pub fn choose(&self, offset: f32, rng: &mut Stream) -> Vec3 {
-        let margin = (offset / self.length).min(0.5);
+    pub fn choose(&self, rng: &mut Stream) -> Vec3 {
+        let margin = (self.blur / self.length).min(0.5);
         self.from + rng.uniform().clamp(margin, 1.0 - margin) * self.whole
     }
 }
@@ -71,9 +74,37 @@ impl Line {
 #[derive(Clone, Debug, Default)]
 pub(super) struct EmittingSurface {
     pub triangles: Vec<Triangle>,
-    normals: Vec<Vec3>,
-    slopes: Vec<Vec3>,
+    places: Vec<Place>,
     cumulative_area: Vec<f64>,
+}
+
+/// How photons leave a triangle of an area light.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Unit normal of the front.
+    normal: Vec3,
+    /// Barycentric weights below which a point is too near to the edge opposite each corner.
+    margins: Vec3,
+    /// Distance from the triangle at which photons start, m.
+    offset: f32,
+}
+
+/// A point of an area light.
+pub(super) struct Chosen {
+    pub point: Vec3,
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Distance from the surface at which photons start, m.
+    pub offset: f32,
+}
+
+impl Chosen {
+    /// Returns the point at which a shadow ray of length `distance`, m, ends, on the side of `side`:
+    /// off the surface by the error of the point and that of the ray's own end.
+    #[inline]
+    pub fn off(&self, side: Vec3, distance: f32) -> Vec3 {
+        self.point + (self.offset + ROUNDING * distance) * side
+    }
 }
 
 impl EmittingSurface {
@@ -87,8 +118,11 @@ impl EmittingSurface {
                 let [a, b, c] = corners;
                 area += 0.5 * (*b - *a).cross(*c - *a).length();
                 surface.cumulative_area.push(area);
-                surface.normals.push(triangle.normal());
-                surface.slopes.push(triangle.slopes());
+                surface.places.push(Place {
+                    normal: triangle.normal(),
+                    margins: Triangle::margins(triangle.slopes(), triangle.blur()),
+                    offset: triangle.offset(),
+                });
                 surface.triangles.push(triangle);
             }
         }
@@ -100,14 +134,13 @@ impl EmittingSurface {
         self.cumulative_area[self.cumulative_area.len() - 1]
     }
 
-    /// Draws a point uniform on the triangles, at least `offset` metres from their edges, and
-    /// returns it with the normal there.
+    /// Draws a point uniform on the triangles, but not closer to their edges than its error.
     #[inline]
-    pub fn choose(&self, offset: f32, rng: &mut Stream) -> (Vec3, Vec3) {
-        let Chosen { index, rest } = weighted_choice(&self.cumulative_area, rng.uniform_fine());
-        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
-        let margins = Triangle::margins(self.slopes[index], offset);
-        let point = self.triangles[index].point_within(weights.x, weights.y, margins);
-        (point, self.normals[index])
+    pub fn choose(&self, rng: &mut Stream) -> Chosen {
+        let choice = weighted_choice(&self.cumulative_area, rng.uniform_fine());
+        let weights = uniform_triangle(Vec2::new(choice.rest, rng.uniform()));
+        let Place { normal, margins, offset } = self.places[choice.index];
+        let point = self.triangles[choice.index].point_within(weights.x, weights.y, margins);
+        Chosen { point, normal, offset }
     }
 }

@@ -14,7 +14,8 @@ use crate::{
     scene::daylight::{InfiniteEntry, InfiniteLight},
 };
 
-/// Number of ray offsets by which the box is wider than its contents on each side.
+/// Multiple of what rounding takes for one place by which the box is wider than its contents on
+/// each side.
 pub const MARGIN: f32 = 16.0;
 
 /// Fraction of all light below which the light of one part through one face is left out.

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::{Emitter, Light};
+use super::{Emitter, Light, emitter::Chosen, tube_offset};
 use crate::{
     math::{
         geometry::{Ray, Triangle},
@@ -18,8 +18,13 @@ use crate::{
 /// Where a sampled light is.
 #[derive(Clone, Copy, Debug)]
 pub enum Toward {
-    /// A point of the light, slightly off its surface, m.
-    Point(Vec3),
+    /// A point of the light.
+    Point {
+        /// The point, m.
+        point: Vec3,
+        /// The end of a shadow ray towards it, slightly off the surface of the light, m.
+        end: Vec3,
+    },
     /// Direction of a light that is infinitely far away, unit vector.
     Direction(Vec3),
 }
@@ -78,8 +83,10 @@ pub struct LightHit {
 
 /// A sampled point of a light as seen from a point of the scene.
 struct Seen {
-    /// The point, slightly off the surface of the light.
+    /// The point.
     point: Vec3,
+    /// The point at which a shadow ray ends, slightly off the surface of the light.
+    end: Vec3,
     /// Irradiance on a plane across the line of sight, over the density of the sample, per W of the
     /// light's power, 1/m2.
     per_watt: f32,
@@ -187,22 +194,17 @@ impl Light {
     }
 
     /// Samples a direction in which `point` may see the light: towards a point of the light, as far
-    /// from its edges as [`emit`](Self::emit) starts (`offset`, m), or towards a part of the sky.
+    /// from its edges as [`emit`](Self::emit) starts, or towards a part of the sky.
     /// Returns `None` where the light sheds no light this way.
-    pub fn sample_toward<L: Lanes>(
-        &self,
-        point: Vec3,
-        offset: f32,
-        rng: &mut Stream,
-    ) -> Option<LightSample<L>> {
+    pub fn sample_toward<L: Lanes>(&self, point: Vec3, rng: &mut Stream) -> Option<LightSample<L>> {
         if let Emitter::Infinite(entrance) = &self.emitter {
             let DirectionSample { toward, radiance_over_pdf, pdf } = entrance.light.sample(rng)?;
             let target = Toward::Direction(toward);
             return Some(LightSample { target, radiance_over_pdf, pdf, per_watt: 0.0 });
         }
-        let Seen { point, per_watt, pdf } = self.choose_point(point, offset, rng)?;
+        let Seen { point, end, per_watt, pdf } = self.choose_point(point, rng)?;
         let radiance_over_pdf = self.spectrum::<L>().scaled(per_watt);
-        Some(LightSample { target: Toward::Point(point), radiance_over_pdf, pdf, per_watt })
+        Some(LightSample { target: Toward::Point { point, end }, radiance_over_pdf, pdf, per_watt })
     }
 
     /// Returns the density, 1/sr, with which [`sample_toward`](Self::sample_toward) from `point`
@@ -245,57 +247,65 @@ impl Light {
 
     /// Samples a point of a light that is not infinitely far away. Returns `None` where it sheds no
     /// light on `point`.
-    fn choose_point(&self, point: Vec3, offset: f32, rng: &mut Stream) -> Option<Seen> {
+    fn choose_point(&self, point: Vec3, rng: &mut Stream) -> Option<Seen> {
         match &self.emitter {
             Emitter::Cone { position, frame, versine } => {
                 let away = point - *position;
                 let d2 = away.length_squared();
                 let per_watt = 1.0 / (2.0 * PI * versine * d2);
                 let inside = versine_between(frame.normal, away / d2.sqrt()) <= *versine;
-                inside.then_some(Seen { point: *position, per_watt, pdf: None })
+                inside.then_some(Seen { point: *position, end: *position, per_watt, pdf: None })
             }
             Emitter::IsotropicLine(line) => {
-                let on_axis = line.choose(offset, rng);
+                let on_axis = line.choose(rng);
                 let per_watt = 1.0 / (4.0 * PI * point.distance_squared(on_axis));
-                Some(Seen { point: on_axis, per_watt, pdf: None })
+                Some(Seen { point: on_axis, end: on_axis, per_watt, pdf: None })
             }
             Emitter::Tube { line, frame, radius, aperture } => {
-                let on_axis = line.choose(offset, rng);
+                let on_axis = line.choose(rng);
                 if *radius == 0.0 {
                     let away = point - on_axis;
                     let d2 = away.length_squared();
                     let sin = away.reject_from_normalized(frame.normal).length() / d2.sqrt();
                     let per_watt = sin / (PI * PI * d2);
-                    return Some(Seen { point: on_axis, per_watt, pdf: None });
+                    return Some(Seen { point: on_axis, end: on_axis, per_watt, pdf: None });
                 }
                 let turn = aperture.turn(rng.uniform());
                 let normal = turn.x * frame.tangent + turn.y * frame.bitangent;
                 let area = aperture.area(*radius, line.length);
-                seen(point, on_axis + *radius * normal, normal, area, 1.0, offset)
+                let offset = tube_offset(line, *radius);
+                let chosen = Chosen { point: on_axis + *radius * normal, normal, offset };
+                seen(point, &chosen, area, 1.0)
             }
             Emitter::Area { surface, two_sided } => {
-                let (on_light, normal) = surface.choose(offset, rng);
-                let (normal, sides) = match two_sided {
-                    true if (point - on_light).dot(normal) < 0.0 => (-normal, 2.0),
-                    true => (normal, 2.0),
-                    false => (normal, 1.0),
-                };
-                seen(point, on_light, normal, surface.area() as f32, sides, offset)
+                let mut chosen = surface.choose(rng);
+                if *two_sided && (point - chosen.point).dot(chosen.normal) < 0.0 {
+                    chosen.normal = -chosen.normal;
+                }
+                let sides = if *two_sided { 2.0 } else { 1.0 };
+                seen(point, &chosen, surface.area() as f32, sides)
             }
             Emitter::Luminaire { position, intensity } => {
                 let away = point - *position;
                 let towards = intensity.towards(away.normalize_or_zero());
                 let per_watt = towards / away.length_squared();
-                (towards > 0.0).then_some(Seen { point: *position, per_watt, pdf: None })
+                (towards > 0.0).then_some(Seen {
+                    point: *position,
+                    end: *position,
+                    per_watt,
+                    pdf: None,
+                })
             }
             Emitter::LuminaireArea { surface, intensity } => {
-                let (on_light, normal) = surface.choose(offset, rng);
-                let away = point - on_light;
+                let chosen = surface.choose(rng);
+                let normal = chosen.normal;
+                let away = point - chosen.point;
                 let d2 = away.length_squared();
                 let direction = away.normalize_or_zero();
                 let (towards, cos) = (intensity.towards(direction), direction.dot(normal));
                 (towards > 0.0 && cos != 0.0).then(|| Seen {
-                    point: on_light + offset * cos.signum() * normal,
+                    point: chosen.point,
+                    end: chosen.off(cos.signum() * normal, d2.sqrt()),
                     per_watt: towards / d2,
                     pdf: Some(d2 / (surface.area() as f32 * cos.abs())),
                 })
@@ -385,19 +395,14 @@ pub(super) fn versine_between(a: Vec3, b: Vec3) -> f32 {
 
 /// Describes a point that was sampled uniformly from a Lambertian surface of `area` m2 with so many
 /// `sides`. Returns `None` where `point` is behind it.
-fn seen(
-    point: Vec3,
-    on_light: Vec3,
-    normal: Vec3,
-    area: f32,
-    sides: f32,
-    offset: f32,
-) -> Option<Seen> {
-    let away = point - on_light;
+fn seen(point: Vec3, chosen: &Chosen, area: f32, sides: f32) -> Option<Seen> {
+    let normal = chosen.normal;
+    let away = point - chosen.point;
     let d2 = away.length_squared();
     let cos = away.dot(normal) / d2.sqrt();
     (cos > 0.0).then(|| Seen {
-        point: on_light + offset * normal,
+        point: chosen.point,
+        end: chosen.off(normal, d2.sqrt()),
         per_watt: cos / (PI * sides * d2),
         pdf: Some(d2 / (area * cos)),
     })

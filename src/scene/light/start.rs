@@ -14,6 +14,8 @@ pub struct Start {
     pub point: Vec3,
     /// Unit normal of the side that the photon leaves from, or zero for a point or a line.
     pub normal: Vec3,
+    /// Distance from the surface at which the photon starts, m.
+    pub offset: f32,
     /// Whether photons leave from this place to both sides.
     pub both_sides: bool,
 }
@@ -22,7 +24,7 @@ impl Start {
     /// Makes a place without a surface, and a ray from it.
     #[inline]
     pub(super) fn of_point(point: Vec3, direction: Vec3) -> (Self, Ray) {
-        let start = Self { point, normal: Vec3::ZERO, both_sides: true };
+        let start = Self { point, normal: Vec3::ZERO, offset: 0.0, both_sides: true };
         (start, Ray { origin: point, direction })
     }
 }

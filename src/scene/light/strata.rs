@@ -101,21 +101,26 @@ impl Strata {
     /// any run of neighbouring histories has nearly the share of each stratum.
     #[inline]
     pub fn source(&self, index: u64) -> usize {
-        // no overflow, as a task has far fewer than 2^32 histories
-        let rank = index * self.stride % self.histories();
+        // the product of two indices below 2^32 fits; beyond, 128 bits hold it
+        let rank = match index.checked_mul(self.stride) {
+            Some(product) => product % self.histories(),
+            None => {
+                let product = u128::from(index) * u128::from(self.stride);
+                (product % u128::from(self.histories())) as u64
+            }
+        };
         self.first.partition_point(|&first| first <= rank) - 1
     }
 
-    /// Emits history `index`, starting `offset` metres off the surface of its light.
+    /// Emits history `index`.
     #[inline(always)]
     pub fn emit<L: Lanes>(
         &self,
         lights: &[Light],
         index: u64,
-        offset: f32,
         rng: &mut Stream,
     ) -> Emission<'_, L> {
-        self.emit_of(lights, self.source(index), offset, rng)
+        self.emit_of(lights, self.source(index), rng)
     }
 
     /// Emits a history of the stratum `source`.
@@ -124,7 +129,6 @@ impl Strata {
         &self,
         lights: &[Light],
         source: usize,
-        offset: f32,
         rng: &mut Stream,
     ) -> Emission<'_, L> {
         let (light, face) = self.sources[source];
@@ -138,9 +142,9 @@ impl Strata {
                 let (ray, factor) = entrance.enter(face, rng);
                 (None, ray, power * factor)
             }
-            Some(_) => (None, lights[light].emit(offset, rng), power),
+            Some(_) => (None, lights[light].emit(rng), power),
             None => {
-                let (start, ray) = lights[light].emit_from(offset, rng);
+                let (start, ray) = lights[light].emit_from(rng);
                 (Some(start), ray, power)
             }
         };

@@ -7,12 +7,12 @@ use glam::{DVec3, Vec3};
 use super::{
     CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
     mirrors::{FlatMirrors, shows_images},
-    shapes::{KeptShapes, Outlines, RAY_OFFSET},
+    shapes::{KeptShapes, Outlines},
 };
 use crate::{
     error::{Error, Result, number},
     math::{
-        geometry::{Extent, Triangle},
+        geometry::{Extent, ROUNDING, Triangle, closeness},
         spectrum::lanes,
     },
     scene::{
@@ -49,7 +49,7 @@ impl Scene {
             return Err(Error::input(place(), "a coordinate is not finite once it is placed")
                 .remedy("check the unit, transforms and coordinates"));
         }
-        let center = bounds.center();
+        let center = working_center(&parts).unwrap_or_else(|| bounds.center());
         let radius = bounds.radius();
         if !(1e-6..=1e9).contains(&radius) {
             let problem = format!(
@@ -66,7 +66,7 @@ impl Scene {
         for light in &parts.lights {
             let triangles = light.shape.triangles();
             if !triangles.is_empty() {
-                check_rounding(("light", &light.name), triangles, local, radius)?;
+                check_rounding(("light", &light.name), triangles, local)?;
             }
         }
         let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
@@ -99,7 +99,9 @@ impl Scene {
                     normal: triangle.normal(),
                     material: part.material as u32,
                     captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
-                    margins: Triangle::margins(triangle.slopes(), 4.0 * RAY_OFFSET * radius),
+                    offset: triangle.offset(),
+                    change: ROUNDING * triangle.slopes(),
+                    reach: triangle.blur() / ROUNDING,
                 });
                 triangles.push(triangle);
             }
@@ -126,7 +128,7 @@ impl Scene {
             }
             let area = if part.sensor.is_sphere { 0.25 * area } else { area };
             if let CaptorKind::Virtual { .. } = part.kind {
-                check_rounding(("captor", &part.id), &corners, local, radius)?;
+                check_rounding(("captor", &part.id), &corners, local)?;
                 captor_triangles.extend(corners.iter().map(local));
                 captor_of_triangle.resize(captor_triangles.len(), index as u32);
             }
@@ -147,7 +149,7 @@ impl Scene {
 
         let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
         let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
-        let margin = Vec3::splat(MARGIN * RAY_OFFSET * radius);
+        let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
         let inside = Extent { min: around.min - margin, max: around.max + margin };
         let mut lights: Vec<Light> = parts
             .lights
@@ -161,15 +163,15 @@ impl Scene {
             light_triangles.extend_from_slice(light.triangles());
             light_of_triangle.resize(light_triangles.len(), l as u32);
         }
-        let shapes =
-            kept.shapes(Outlines { triangles, captor_triangles, captor_of_triangle, radius });
-        let flush_lights = flush::lift(&mut lights, &shapes, RAY_OFFSET * radius);
+        let shapes = kept.shapes(Outlines { triangles, captor_triangles, captor_of_triangle });
+        let flush_lights =
+            flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
         let flat_mirrors = FlatMirrors::find(
             &lights,
             &shapes.triangles,
             &surfaces,
             |surface| shows_images(&parts.materials[surface.material as usize].material),
-            MARGIN * RAY_OFFSET * radius,
+            MARGIN * closeness(Vec3::splat(radius)),
         );
         Ok(Self {
             name: parts.name,
@@ -219,28 +221,55 @@ fn copies(
     parts.into_iter().filter_map(copy).collect()
 }
 
-/// Refuses a shape that is so small relative to the scene that single precision changes its area.
+/// Returns the point that coordinates are relative to: the median of the middles of all captors'
+/// triangles or, without captors, of all surfaces' triangles, along each axis. Single precision is
+/// finest there, whatever stands far away. `None` without triangles.
+fn working_center(parts: &SceneParts) -> Option<DVec3> {
+    // triangles without area do not count, as nowhere else
+    let middle =
+        |[a, b, c]: &[DVec3; 3]| ((b - a).cross(c - a) != DVec3::ZERO).then(|| (a + b + c) / 3.0);
+    let surfaces = |captors: bool| {
+        let of = parts.surfaces.iter().filter(move |part| part.captor.is_some() || !captors);
+        of.flat_map(|part| &part.triangles).filter_map(middle)
+    };
+    let sensors = parts.captors.iter().flat_map(|captor| &captor.triangles).filter_map(middle);
+    let mut middles: Vec<DVec3> = surfaces(true).chain(sensors).collect();
+    if middles.is_empty() {
+        middles = surfaces(false).collect();
+    }
+    let (half, even) = (middles.len() / 2, middles.len().is_multiple_of(2));
+    let mut median = |axis: usize| {
+        let by_axis = |p: &DVec3, q: &DVec3| p[axis].total_cmp(&q[axis]);
+        let (below, middle, _) = middles.select_nth_unstable_by(half, by_axis);
+        let before = below.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+        // the mean of the two in the middle, if they are two
+        if even { 0.5 * (before + middle[axis]) } else { middle[axis] }
+    };
+    (half > 0 || !even).then(|| DVec3::new(median(0), median(1), median(2)))
+}
+
+/// Refuses a shape that is so small where it stands that single precision changes its area.
 fn check_rounding(
     (what, name): (&str, &str),
     corners: &[[DVec3; 3]],
     local: impl Fn(&[DVec3; 3]) -> Triangle,
-    radius: f32,
 ) -> Result<()> {
     const TOLERATED: f64 = 0.02;
     const SMALLEST: f64 = 1e-12;
     let exact = Moments::of(corners).area;
+    let far = corners.iter().map(|t| local(t).reach().max_element()).fold(0.0, f32::max);
     let rounded = |t| {
         let Triangle { a, b, c } = local(t);
         [a, b, c].map(|p| p.as_dvec3())
     };
     let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
-    let seen = exact >= SMALLEST * f64::from(radius).powi(2);
+    let seen = exact >= SMALLEST * f64::from(far).powi(2);
     if seen && (rounded - exact).abs() <= TOLERATED * exact {
         return Ok(());
     }
     let problem = format!(
-        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of a scene {:.3} m across",
-        2.0 * radius
+        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of its coordinates: it is \
+        {far:.3} m from the middle of the captors"
     );
     Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))
 }

@@ -1,7 +1,12 @@
 //! Lamps that lie in a surface.
 
+use glam::Vec3;
+
 use super::shapes::Shapes;
-use crate::{math::geometry::Triangle, scene::light::Light};
+use crate::{
+    math::geometry::{Triangle, closeness},
+    scene::light::Light,
+};
 
 /// Number of places along a line where surfaces are searched for.
 const PLACES: usize = 9;
@@ -20,23 +25,26 @@ pub struct FlushLight {
     pub lifted: bool,
 }
 
-/// Lifts points, spots and lines that lie within a ray offset of a surface three ray offsets off
-/// it: above the points that rays start from, and above captors in the surface. A spot moves to the
-/// side that it shines to, the others to the side of the middle of the scene. This is done for
-/// photons and paths alike: otherwise rounding alone would decide on which side of the surface a
-/// photon starts, and which shadow rays the surface stops. Returns the lights concerned, and the
-/// tubes that surfaces cut.
-pub fn lift(lights: &mut [Light], shapes: &Shapes, offset: f32) -> Vec<FlushLight> {
+/// Lifts points, spots and lines that lie in a surface off it: above the points that rays start
+/// from, and above captors in the surface. A spot moves to the side that it shines to, the others to
+/// the side of the middle of the scene. This is done for photons and paths alike: otherwise rounding
+/// alone would decide on which side of the surface a photon starts, and which shadow rays the surface
+/// stops. Returns the lights concerned, and the tubes that surfaces cut.
+pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) -> Vec<FlushLight> {
     let mut flush = Vec::new();
     for (l, light) in lights.iter_mut().enumerate() {
         let lifted = light.is_delta();
-        let reach = light.tube_radius() + offset;
         let mut near: Vec<usize> = Vec::new();
+        let mut lift = 0f32;
         for place in light.places(PLACES) {
-            shapes.surface_bvh.near(place, reach, |triangle| {
+            let reach = light.tube_radius() + closeness(place);
+            let widest = reach + closeness(Vec3::splat(radius));
+            shapes.surface_bvh.near(place, widest, |triangle| {
                 let shape = &shapes.triangles[triangle as usize];
+                let reach = reach + 4.0 * shape.offset();
                 if shape.nearest_point(place).distance(place) <= reach && !crosses(light, shape) {
                     near.push(triangle as usize);
+                    lift = lift.max(2.0 * closeness(place) + 6.0 * shape.offset());
                 }
             });
         }
@@ -44,7 +52,18 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, offset: f32) -> Vec<FlushLigh
         let Some(&triangle) = near.first() else { continue };
         flush.push(FlushLight { light: l, triangle, lifted });
         if lifted {
-            near.into_iter().for_each(|t| leave(light, &shapes.triangles[t], 3.0 * offset));
+            let highest = shapes.lifts.iter().copied().fold(0.0, f32::max);
+            for place in light.places(PLACES) {
+                shapes.captor_bvh.near(place, lift + highest, |triangle| {
+                    let captor = shapes.captor_of_triangle[triangle as usize] as usize;
+                    if let Ok(captor) = shapes.in_surface.binary_search(&captor) {
+                        lift = lift.max(1.5 * shapes.lifts[captor]);
+                    }
+                });
+            }
+            for t in near {
+                leave(light, &shapes.triangles[t], middle, lift);
+            }
         }
     }
     flush
@@ -56,13 +75,13 @@ fn crosses(light: &Light, triangle: &Triangle) -> bool {
     light.along().is_some_and(|along| along.dot(triangle.normal()).abs() > ALONG)
 }
 
-/// Moves a light to `distance`, m, off the plane of a triangle, unless it is already that far.
-fn leave(light: &mut Light, triangle: &Triangle, distance: f32) {
+/// Moves a light to `distance`, m, off the plane of a triangle, unless it is already that far;
+/// `scene` is the middle of the scene.
+fn leave(light: &mut Light, triangle: &Triangle, scene: Vec3, distance: f32) {
     let front = triangle.normal();
     let middle = light.middle();
     let aimed = light.axis().map(|axis| axis.dot(front)).filter(|cos| cos.abs() > ALONG);
-    // the middle of the scene is at zero
-    let behind = aimed.unwrap_or(-middle.dot(front)) < 0.0;
+    let behind = aimed.unwrap_or((scene - middle).dot(front)) < 0.0;
     let normal = if behind { -front } else { front };
     let lack = distance - (middle - triangle.a).dot(normal);
     if lack > 0.0 {

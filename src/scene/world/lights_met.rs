@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::Scene;
 use crate::{
     math::{
-        geometry::Ray,
+        geometry::{Ray, closeness},
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
@@ -26,7 +26,7 @@ impl Scene {
         index: u64,
         rng: &mut Stream,
     ) -> Emission<'s, L> {
-        self.admitted(strata.emit(&self.lights, index, self.ray_offset(), rng))
+        self.admitted(strata.emit(&self.lights, index, rng))
     }
 
     #[inline(always)]
@@ -45,7 +45,8 @@ impl Scene {
     fn is_last_opening(&self, light: usize, back: &Ray) -> bool {
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
         entrance.is_none_or(|entrance| {
-            entrance.last_opening(back, self.ray_offset()).is_none() && self.closest(back).is_none()
+            entrance.last_opening(back, closeness(back.origin)).is_none()
+                && self.closest(back).is_none()
         })
     }
 

@@ -2,6 +2,7 @@
 //! time to build, and they do not depend on its materials and powers.
 
 use std::{
+    collections::BTreeMap,
     ops::Range,
     sync::{Arc, Mutex, PoisonError, Weak},
 };
@@ -10,14 +11,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
-    math::geometry::{Ray, Triangle},
+    math::geometry::{Ray, Triangle, closeness},
     scene::bvh::Bvh,
 };
-
-/// The ray offset, relative to the radius of the scene: a ray starts at this distance off the
-/// surface that it leaves. It is well above the rounding of single precision (2^-24), and far below
-/// any geometry.
-pub(super) const RAY_OFFSET: f32 = 1.0 / (1 << 18) as f32;
 
 /// Triangles, before search structures are built.
 #[derive(Debug, PartialEq)]
@@ -28,8 +24,6 @@ pub struct Outlines {
     pub captor_triangles: Vec<Triangle>,
     /// Index of the captor of each of `captor_triangles`.
     pub captor_of_triangle: Vec<u32>,
-    /// Half the diagonal of the scene, m.
-    pub radius: f32,
 }
 
 /// Triangles with their search structures.
@@ -45,6 +39,8 @@ pub struct Shapes {
     pub captor_bvh: Bvh,
     /// Indices of the virtual captors that lie in a surface, in rising order.
     pub in_surface: Vec<usize>,
+    /// The distance, m, by which each of these is lifted.
+    pub lifts: Vec<f32>,
 }
 
 impl std::ops::Deref for Shapes {
@@ -87,57 +83,72 @@ impl KeptShapes {
 impl Shapes {
     /// Builds the search structures, in the caller's rayon pool. A virtual captor in the plane of a
     /// surface counts as lying off it, on the side to which its normal points: its triangles move
-    /// by two ray offsets, above the points that rays start from.
+    /// above the points that rays start from.
     fn new(outlines: Outlines) -> Self {
-        let Outlines { triangles, captor_triangles, captor_of_triangle, radius } = &outlines;
-        let offset = RAY_OFFSET * radius;
+        let Outlines { triangles, captor_triangles, captor_of_triangle } = &outlines;
         let copies = copies(triangles);
         let is_copy = |i: &u32| copies.binary_search_by_key(i, |[copy, _]| *copy).is_ok();
         let distinct = (0..triangles.len() as u32).filter(|i| !is_copy(i));
         let surface_bvh = Bvh::build_of(triangles, distinct);
         let captor_bvh = Bvh::build_for_few(captor_triangles);
-        let lies_in_surface = |triangle: &Triangle| {
+        // the largest offset of the surfaces in which a captor's triangle lies
+        let offset_below = |triangle: &Triangle| {
             let normal = triangle.normal();
             let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
-            [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners).any(|&(u, v)| {
-                let point = triangle.point(u, v);
-                has_parallel(&surface_bvh, triangles, point, normal, offset, |_| true) == Some(true)
-            })
+            let points = [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners);
+            let mut largest: Option<f32> = None;
+            for point in points.map(|&(u, v)| triangle.point(u, v)) {
+                let reach = closeness(point) + 4.0 * triangle.offset();
+                has_parallel(&surface_bvh, triangles, point, normal, reach, |t| {
+                    let offset = triangles[t as usize].offset();
+                    largest = Some(largest.map_or(offset, |other| other.max(offset)));
+                    false
+                });
+            }
+            largest
         };
         let captors = captors(captor_of_triangle);
-        let mut in_surface: Vec<usize> = captors
+        let mut below: BTreeMap<usize, f32> = captors
             .par_iter()
-            .filter(|(_, range)| captor_triangles[range.clone()].iter().any(&lies_in_surface))
-            .map(|(captor, _)| *captor)
+            .filter_map(|(captor, range)| {
+                let offsets = captor_triangles[range.clone()].iter().filter_map(&offset_below);
+                Some((*captor, offsets.reduce(f32::max)?))
+            })
             .collect();
         // a captor larger than the surface that it lies in is found from the surface
         if !captor_triangles.is_empty() {
             let above = |t: &Triangle| {
                 let (middle, normal) = (t.centroid(), t.normal());
+                let reach = closeness(middle) + 4.0 * t.offset();
                 let mut least = None;
-                has_parallel(&captor_bvh, captor_triangles, middle, normal, offset, |t| {
+                has_parallel(&captor_bvh, captor_triangles, middle, normal, reach, |t| {
                     least = Some(least.map_or(t, |other: u32| other.min(t)));
                     false
                 });
-                least
+                least.map(|captor_triangle| (captor_triangle, t.offset()))
             };
-            let covered: Vec<u32> = triangles.par_iter().filter_map(above).collect();
-            in_surface.extend(covered.iter().map(|&t| captor_of_triangle[t as usize] as usize));
-            in_surface.sort_unstable();
-            in_surface.dedup();
-        }
-        if in_surface.is_empty() {
-            return Self { outlines, copies, surface_bvh, captor_bvh, in_surface };
-        }
-        let mut lifted = captor_triangles.clone();
-        for (_, range) in captors.iter().filter(|(c, _)| in_surface.binary_search(c).is_ok()) {
-            for triangle in &mut lifted[range.clone()] {
-                let shift = 2.0 * offset * triangle.normal();
-                *triangle = [triangle.a + shift, triangle.b + shift, triangle.c + shift].into();
+            let covered: Vec<(u32, f32)> = triangles.par_iter().filter_map(above).collect();
+            for (t, offset) in covered {
+                let captor = captor_of_triangle[t as usize] as usize;
+                let largest = below.entry(captor).or_insert(offset);
+                *largest = largest.max(offset);
             }
         }
-        let captor_bvh = Bvh::build_for_few(&lifted);
-        Self { outlines, copies, surface_bvh, captor_bvh, in_surface }
+        let mut lifted = captor_triangles.clone();
+        let mut lifts = Vec::with_capacity(below.len());
+        for (captor, range) in captors.iter().filter(|(captor, _)| below.contains_key(captor)) {
+            let own = &mut lifted[range.clone()];
+            let apart = |t: &Triangle| closeness(t.reach()) + 4.0 * t.offset();
+            let lift = own.iter().map(apart).fold(0.0, f32::max) + 2.0 * below[captor];
+            for triangle in own {
+                let shift = lift * triangle.normal();
+                *triangle = [triangle.a + shift, triangle.b + shift, triangle.c + shift].into();
+            }
+            lifts.push(lift);
+        }
+        let captor_bvh = if lifts.is_empty() { captor_bvh } else { Bvh::build_for_few(&lifted) };
+        let in_surface = below.into_keys().collect();
+        Self { outlines, copies, surface_bvh, captor_bvh, in_surface, lifts }
     }
 }
 
@@ -206,7 +217,6 @@ mod tests {
             triangles: vec![[Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, z)].into()],
             captor_triangles: Vec::new(),
             captor_of_triangle: Vec::new(),
-            radius: 1.0,
         };
         let kept = KeptShapes::default();
         let (first, other) = (kept.shapes(outlines(0.0)), kept.shapes(outlines(1.0)));
@@ -229,12 +239,8 @@ mod tests {
         triangles.extend([at(1.0); 1000]);
         let turned = at(1.0);
         triangles.push([turned.b, turned.c, turned.a].into());
-        let outlines = Outlines {
-            triangles,
-            captor_triangles: Vec::new(),
-            captor_of_triangle: Vec::new(),
-            radius: 1.0,
-        };
+        let outlines =
+            Outlines { triangles, captor_triangles: Vec::new(), captor_of_triangle: Vec::new() };
         let shapes = KeptShapes::default().shapes(outlines);
         assert_eq!(shapes.copies, (2..1002).map(|copy| [copy, 0]).collect::<Vec<_>>());
         let ray = Ray { origin: Vec3::new(0.2, 0.2, -1.0), direction: Vec3::Z };

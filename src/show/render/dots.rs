@@ -122,7 +122,7 @@ fn along(viewpoint: &Viewpoint, [from, to]: [Vec3; 2], share: f32) -> Vec3 {
 
 /// Returns the part of a leg of a path that lies in front of the viewpoint, if there is one.
 fn in_front(viewpoint: &Viewpoint, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
-    let near = 1e-3 * viewpoint.scene.radius;
+    let near = 1e-3 * from.distance(to);
     let depth = |p: Vec3| (p - viewpoint.camera.position).dot(viewpoint.camera.forward()) - near;
     let (a, b) = (depth(from), depth(to));
     let cut = || from.lerp(to, a / (a - b));

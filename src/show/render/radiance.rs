@@ -154,8 +154,8 @@ impl Whitted<'_> {
             } else {
                 scene.closest(&ray)
             };
-            // a light with a material lies in a surface: search beyond the hit by the ray offset
-            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t + scene.ray_offset());
+            // a light with a material lies in a surface: search a little beyond the hit
+            let t_max = scene.beyond(hit.as_ref());
             scene.lights_met(&ray, t_max, |hit| {
                 let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
                 sum.told += met.scaled(share(&way, &hit)) * throughput;
@@ -183,7 +183,7 @@ impl Whitted<'_> {
                 let side =
                     if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
                 ways.push(Way {
-                    ray: scene.leave(hit.point, side, scatter.direction),
+                    ray: scene.leave(&hit, side, scatter.direction),
                     throughput: throughput.scaled(1.0 / chance),
                     surfaces: surfaces + 1,
                     length,

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::{
     error::{Error, Result},
-    math::geometry::{Extent, Ray},
+    math::geometry::{Extent, ROUNDING, Ray, closeness},
     scene::{
         camera::{Camera, View},
         patches::Patches,
@@ -112,7 +112,7 @@ impl<'a> Viewpoint<'a> {
             }
             let normal = self.scene.surface(hit.triangle).normal;
             let side = normal * normal.dot(ray.direction).signum();
-            ray = self.scene.leave(hit.point, side, ray.direction);
+            ray = self.scene.leave(&hit, side, ray.direction);
             travelled = t;
         }
     }
@@ -134,10 +134,10 @@ impl<'a> Viewpoint<'a> {
         let mut nearest = hit.map_or(f32::INFINITY, |hit| hit.t);
         let mut visible = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
         // a captor that lies in a surface is seen in front of it
-        let limit = nearest + 4.0 * self.scene.ray_offset();
+        let limit = nearest * (1.0 + 4.0 * ROUNDING) + 2.0 * self.scene.highest_lift();
         self.scene.crossings(ray, limit, |crossing| {
             let t = (crossing.point - ray.origin).dot(ray.direction);
-            let t = t - 4.0 * self.scene.ray_offset();
+            let t = t * (1.0 - 2.0 * ROUNDING) - 2.0 * self.scene.lift(crossing.captor);
             if t < nearest {
                 nearest = t;
                 let normal = self.scene.captor_triangles()[crossing.triangle].normal();
@@ -158,6 +158,6 @@ impl<'a> Viewpoint<'a> {
         let distance = towards.length();
         let Some(direction) = towards.try_normalize() else { return false };
         let hit = self.opaque(&Ray { origin: self.camera.position, direction });
-        hit.is_none_or(|hit| hit.t >= distance * (1.0 - 1e-4) - 4.0 * self.scene.ray_offset())
+        hit.is_none_or(|hit| hit.t >= distance * (1.0 - 1e-4) - closeness(point))
     }
 }

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::remarks::{Remarks, length, quoted};
 use crate::{
-    math::geometry::{Extent, Ray},
+    math::geometry::{Extent, Ray, closeness},
     scene::{
         captor::{Captor, CaptorKind},
         light::Light,
@@ -212,7 +212,7 @@ fn check_room(
     let lost = || {
         let captors = scene.captors.iter().filter(|captor| {
             let middle = (captor.center - scene.center).as_vec3();
-            Extent::of([middle]).is_clear_of(extent, scene.ray_offset())
+            Extent::of([middle]).is_clear_of(extent, closeness(middle))
         });
         captors.filter(|captor| all_inside && !is_of(scene, captor, *room)).map(|captor| &captor.id)
     };
@@ -244,15 +244,15 @@ fn is_closed(scene: &Scene, object: usize, extent: &Extent, rays: usize) -> bool
         let (sin, cos) = (turn * i as f64).sin_cos();
         let [sin, cos] = [sin as f32, cos as f32];
         let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
-        let mut origin = extent.center();
+        let mut ray = Ray { origin: extent.center(), direction };
         // rays go on through other objects in the room
         for _ in 0..100 {
-            let Some(hit) = scene.closest(&Ray { origin, direction }) else { return false };
+            let Some(hit) = scene.closest(&ray) else { return false };
             if scene.object(hit.triangle) == Some(object) {
                 let material = scene.material(scene.surface(hit.triangle));
                 return !material.is_clear() && !material.transmits_diffusely();
             }
-            origin = hit.point + direction * (2.0 * scene.ray_offset());
+            ray = scene.pass(&hit, direction);
         }
         true
     })
@@ -264,7 +264,7 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
     let in_surface: HashSet<usize> = scene.captors_in_surfaces().iter().copied().collect();
     let is_half_inside = |captor: &Captor| {
         let middle = (captor.center - scene.center).as_vec3();
-        let offset = 2.0 * scene.ray_offset();
+        let offset = 2.0 * closeness(middle);
         let is_inside = |corner: Vec3| {
             let (way, far) = (corner - middle, corner.distance(middle));
             let ray = Ray { origin: middle, direction: way.normalize_or_zero() };
@@ -293,11 +293,11 @@ fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
         [[0.3, 0.5, 0.8], [-0.7, 0.2, 0.4], [0.1, -0.9, -0.2], [-0.4, -0.3, 0.6], [0.8, 0.1, -0.5]];
     ways.map(Vec3::from).into_iter().all(|way| {
         let direction = way.normalize();
-        let (mut origin, mut crossings) = (point, 0);
+        let (mut ray, mut crossings) = (Ray { origin: point, direction }, 0);
         for _ in 0..MOST_CROSSINGS {
-            let Some(hit) = scene.closest(&Ray { origin, direction }) else { break };
+            let Some(hit) = scene.closest(&ray) else { break };
             crossings += usize::from(scene.object(hit.triangle) == Some(object));
-            origin = hit.point + direction * (2.0 * scene.ray_offset());
+            ray = scene.pass(&hit, direction);
         }
         crossings % 2 == 1
     })

@@ -11,15 +11,15 @@ use super::{
 };
 use crate::{
     math::{
-        geometry::{Ray, Triangle},
+        geometry::{Ray, Triangle, closeness},
         rng::Stream,
     },
     scene::{bvh::Bvh, material::Material, world::Scene},
 };
 
-/// Solids closer to each other than this, in ray offsets, count as touching.
+/// Solids closer to each other than this, in what rounding takes for one place, count as touching.
 const TOUCH: f32 = 10.0;
-/// Solids thinner than this, in ray offsets, cannot be traced.
+/// Solids thinner than this, in what rounding takes for one place, cannot be traced.
 const THIN: f32 = 4.0;
 /// The largest number of other solids that are checked for touching one triangle. If many overlap,
 /// there are as many pairs as the square of their number.
@@ -60,7 +60,7 @@ fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
             "solids whose neighbouring faces turn opposite sides out: {list}; turn all normals out"
         )
     });
-    let least = f64::from(THIN * solids.scene.ray_offset());
+    let least = f64::from(THIN * solids.closeness);
     let thin = |p: usize| pieces[p].is_closed() && pieces[p].thickness() < least;
     remarks.warn_of(solids.names(thin), |list| {
         let least = length(least);
@@ -73,7 +73,7 @@ fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
 
 /// Checks solids against each other.
 fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remarks) {
-    let reach = TOUCH * solids.scene.ray_offset();
+    let reach = TOUCH * solids.closeness;
     let Touching { pairs: touching, crowded } = solids.touching(vertices, reach);
     remarks.warn_of(touching.iter().map(|pair| solids.pair(pair, "and")), |list| {
         let gap = length(reach.into());
@@ -113,7 +113,7 @@ fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remark
 fn note_lights(solids: &Solids, remarks: &mut Remarks) {
     let scene = solids.scene;
     let inside = scene.lights.iter().filter_map(|light| {
-        let start = light.emit(scene.ray_offset(), &mut Stream::new(0, 0, 0)).origin;
+        let start = light.emit(&mut Stream::new(0, 0, 0)).origin;
         let outer = solids.innermost(&solids.windings(start)?)?;
         Some(format!("`{}` in {}", light.name, solids.name(outer)))
     });
@@ -182,6 +182,8 @@ struct Solids<'a> {
     /// For each of `triangles`, the index of its piece.
     owners: Vec<u32>,
     bvh: Bvh,
+    /// The distance within which rounding makes points of any of these one, m.
+    closeness: f32,
 }
 
 impl<'a> Solids<'a> {
@@ -197,7 +199,9 @@ impl<'a> Solids<'a> {
         let triangles: Vec<Triangle> = members().map(|(t, _)| scene.triangles()[t]).collect();
         let owners = members().map(|(_, piece)| piece).collect();
         let bvh = Bvh::build(&triangles);
-        Self { scene, pieces: list, meeting, triangles, owners, bvh }
+        let reach = triangles.iter().map(Triangle::reach).fold(Vec3::ZERO, Vec3::max);
+        let closeness = closeness(reach);
+        Self { scene, pieces: list, meeting, triangles, owners, bvh, closeness }
     }
 
     fn name(&self, piece: usize) -> String {

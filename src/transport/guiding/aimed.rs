@@ -59,14 +59,15 @@ enum Origin<'a> {
     /// A face by which light from infinitely far away enters, along a unit vector.
     Infinity(&'a EntryFace, Vec3),
     /// A point of a surface that scatters the photon diffusely.
-    Surface { point: Vec3, material: &'a Material, interaction: Interaction },
+    Surface { point: Vec3, offset: f32, material: &'a Material, interaction: Interaction },
 }
 
 impl<'a> Origin<'a> {
     /// Takes the place where a photon has arrived.
     fn surface(arrived: &Arrived<'_, 'a>) -> Self {
-        let Arrived { hit, material, interaction, .. } = *arrived;
-        Self::Surface { point: hit.point, material, interaction: *interaction }
+        let Arrived { hit, surface, material, interaction, .. } = *arrived;
+        let (point, offset) = (hit.point, surface.offset);
+        Self::Surface { point, offset, material, interaction: *interaction }
     }
 
     /// Takes the place where a photon was emitted; `None` for a dark light at infinity.
@@ -112,14 +113,14 @@ impl<'a> Origin<'a> {
     }
 
     /// Returns the same ray, moved off the surface on which it starts.
-    fn off(&self, scene: &Scene, ray: Ray) -> Ray {
-        let side = match self {
-            Self::Light(_, start) => start.normal,
-            Self::Surface { interaction, .. } => interaction.normal,
+    fn off(&self, ray: Ray) -> Ray {
+        let (side, offset) = match self {
+            Self::Light(_, start) => (start.normal, start.offset),
+            Self::Surface { interaction, offset, .. } => (interaction.normal, *offset),
             Self::Infinity(..) => return ray,
         };
-        let side = if ray.direction.dot(side) < 0.0 { -side } else { side };
-        scene.leave(ray.origin, side, ray.direction)
+        let offset = if ray.direction.dot(side) < 0.0 { -offset } else { offset };
+        Ray { origin: ray.origin + offset * side, ..ray }
     }
 
     /// Returns the part of the power that leaves along a ray, per band: per solid angle, 1/sr, or
@@ -182,7 +183,7 @@ impl<'a> Aimed<'a> {
             return seen;
         }
         let density = self.targets.density(from.view(), &ray, seen);
-        let ray = from.off(self.scene, ray);
+        let ray = from.off(ray);
         self.fly(ray, carried.scaled(1.0 / (density + own)), rng, on);
         seen
     }

@@ -41,7 +41,7 @@ pub struct Sources<'a> {
 struct Source<'a> {
     triangles: &'a [Triangle],
     areas: Discrete,
-    /// How far above the surface importons start, m.
+    /// How far the captor is lifted above the surface that it lies in, m.
     lift: f32,
     face: Channel,
     /// Weight of an importon that starts from the face, per band.
@@ -61,7 +61,7 @@ impl<'a> Sources<'a> {
                 let areas = Discrete::new(areas);
                 let light = expected.next().into_iter().flatten();
                 let weights = light.map(|light| (1.0 / light) as f32).collect();
-                let lift = scene.lift(c) + scene.ray_offset();
+                let lift = scene.lift(c);
                 faces.push(Source { triangles, areas, lift, face, weights });
             }
         }
@@ -80,7 +80,8 @@ impl Source<'_> {
         let normal = triangle.normal();
         let normal = if self.face == Channel::Back { -normal } else { normal };
         let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
-        Ray { origin: triangle.point(at.x, at.y) + self.lift * normal, direction }
+        let lift = self.lift + triangle.offset();
+        Ray { origin: triangle.point(at.x, at.y) + lift * normal, direction }
     }
 }
 

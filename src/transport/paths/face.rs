@@ -81,10 +81,10 @@ impl<'a> Face<'a> {
             let (off, margins) = match of.kind {
                 CaptorKind::Surface => {
                     let surface = scene.surface(of.triangles.start + index);
-                    (scene.ray_offset() * normal, surface.margins)
+                    (surface.offset * normal, surface.margins())
                 }
                 CaptorKind::Virtual { .. } => {
-                    let margins = Triangle::margins(triangle.slopes(), scene.ray_offset());
+                    let margins = Triangle::margins(triangle.slopes(), triangle.blur());
                     (scene.lift(captor) * front, margins)
                 }
             };
@@ -163,7 +163,7 @@ impl<'a> Face<'a> {
     fn sent<L: Lanes>(&self, spots: &Spots, free: f32, score: &mut PathScore<L>, rng: &mut Stream) {
         let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
         let (light, chance) = spots.choose(scene, self.middle, rng);
-        let ray = scene.lights[light].emit(scene.ray_offset(), rng);
+        let ray = scene.lights[light].emit(rng);
         score.rays += 1;
         let power = scene.lights[light].spectrum::<L>();
         spots::straight::<L>(scene, ray, |crossing, through| {

@@ -36,8 +36,8 @@ pub struct Joined<'a> {
 }
 
 impl<'a> Joined<'a> {
-    /// Takes a `point` of a surface that a camera ray meets, as if it were of `material`. `normal`
-    /// is the normal of the surface's front.
+    /// Takes a `point` of the interaction's triangle that a camera ray meets, as if it were of
+    /// `material`. `normal` is the normal of the surface's front.
     pub fn new(
         scene: &'a Scene,
         normal: Vec3,
@@ -47,7 +47,8 @@ impl<'a> Joined<'a> {
     ) -> Self {
         let one_sided = (!material.transmits_diffusely()).then_some(interaction.normal);
         let choice = LightChoice::new(&scene.lights, point, one_sided);
-        let at = Vertex { point, step: Some(normal), one_sided, arrival: None, choice };
+        let offset = scene.surface(interaction.triangle as usize).offset;
+        let at = Vertex { point, step: Some((normal, offset)), one_sided, arrival: None, choice };
         Self { scene, material, normal, interaction, at }
     }
 

@@ -45,7 +45,7 @@ pub(super) fn by_way_of<L: Lanes>(
             && let Some(mirrored) = mirrored
         {
             rays += 1;
-            if let Some(visible) = shines(&scene.leave(hit.point, at_pane.normal, toward_sun)) {
+            if let Some(visible) = shines(&scene.leave(&hit, at_pane.normal, toward_sun)) {
                 arriving += mirrored.weight * &through * visible;
             }
         }
@@ -55,7 +55,7 @@ pub(super) fn by_way_of<L: Lanes>(
             }
             _ => break,
         }
-        ray = scene.leave(hit.point, -at_pane.normal, toward);
+        ray = scene.leave(&hit, -at_pane.normal, toward);
     }
     (arriving, rays)
 }

@@ -126,7 +126,7 @@ fn shone_on(scene: &Scene, light: &Light, photons: Range<u64>, seed: u64) -> BTr
     let streams = Streams::new(seed, Purpose::Reflectors, 0);
     for photon in photons {
         let mut rng = streams.history(photon);
-        let ray = light.emit(scene.ray_offset(), &mut rng);
+        let ray = light.emit(&mut rng);
         let Some(hit) = scene.closest(&ray) else { continue };
         let glossy = scene.material(scene.surface(hit.triangle)).glossy();
         if glossy > 0.0 {

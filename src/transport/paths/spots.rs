@@ -214,7 +214,7 @@ pub(super) fn straight<L: Lanes>(
         let passed = scene.material(surface).straight::<L>(ray.direction, surface.normal);
         let Some(passed) = passed else { return Some((hit, through)) };
         through = through * passed;
-        ray = scene.leave(hit.point, -interaction.normal, ray.direction);
+        ray = scene.leave(&hit, -interaction.normal, ray.direction);
     }
     None
 }
@@ -230,7 +230,7 @@ fn follow<L: Lanes>(
     rng: &mut Stream,
     mut on: impl FnMut(f32, f32),
 ) {
-    let ray = scene.lights[light].emit(scene.ray_offset(), rng);
+    let ray = scene.lights[light].emit(rng);
     let ratio = |point: Vec3, normal: Vec3, density: f32| {
         let origin = origin(scene, light, &ray, point)?;
         let cos = origin.towards.dot(normal).abs();
@@ -253,7 +253,7 @@ fn follow<L: Lanes>(
     let scatter = scene.material(surface).sample::<L>(&interaction, Transport::Light, rng);
     let Some(scatter) = scatter.filter(|scatter| scatter.lobe.is_diffuse()) else { return };
     let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
-    let onward = scene.leave(hit.point, side, scatter.direction);
+    let onward = scene.leave(&hit, side, scatter.direction);
     let mut next: Option<(Vec3, f32)> = None;
     let wall = scene.meet(&onward, |crossing| {
         let captor = &scene.captors[crossing.captor];

@@ -22,9 +22,9 @@ pub(super) struct Arrival {
 #[derive(Clone, Copy)]
 pub(super) struct Vertex {
     pub point: Vec3,
-    /// Normal of the surface that a shadow ray must step off, towards either side. `None` if the
-    /// point is not on a surface, or is off it already.
-    pub step: Option<Vec3>,
+    /// Normal of the surface that a shadow ray must step off, towards either side, and how far, m.
+    /// `None` if the point is not on a surface, or is off it already.
+    pub step: Option<(Vec3, f32)>,
     /// Normal of the only side from which light counts. `None` if light counts from both sides.
     pub one_sided: Option<Vec3>,
     /// How a path came here. `None` where no photon can be sent.
@@ -55,12 +55,25 @@ impl Vertex {
             true => LightChoice::new(lights, point, one_sided),
             false => LightChoice::default(),
         };
-        Self { point, step: Some(surface.normal), one_sided, arrival: None, choice }
+        Self {
+            point,
+            step: Some((surface.normal, surface.offset)),
+            one_sided,
+            arrival: None,
+            choice,
+        }
+    }
+
+    /// Returns the point, off its surface on the side of a direction.
+    pub fn off(&self, direction: Vec3) -> Vec3 {
+        let step = |(normal, offset): (Vec3, f32)| offset * normal.dot(direction).signum() * normal;
+        self.point + self.step.map_or(Vec3::ZERO, step)
     }
 
     /// Returns the absolute cosine between a direction and the normal of the surface; 0 without a
     /// surface.
     pub fn cos(&self, direction: Vec3) -> f32 {
-        self.step.or(self.one_sided).map_or(0.0, |normal| normal.dot(direction).abs())
+        let normal = self.step.map(|(normal, _)| normal);
+        normal.or(self.one_sided).map_or(0.0, |normal| normal.dot(direction).abs())
     }
 }

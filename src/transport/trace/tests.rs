@@ -50,7 +50,7 @@ fn arrivals(scene: &Scene, photons: u64) -> [Mean; 3] {
     let mut means = [Mean::default(); 3];
     for index in 0..photons {
         let mut rng = streams.history(index);
-        let photon = strata.emit::<[f32; 4]>(&scene.lights, index, scene.ray_offset(), &mut rng);
+        let photon = strata.emit::<[f32; 4]>(&scene.lights, index, &mut rng);
         let mut sums = [0.0; 3];
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             if let Event::Arrival { power: Spectrum([blue, infrared, ..]), .. } = event {

@@ -109,3 +109,25 @@ fn golden_stride_visits_every_rank() {
         assert!((stride as f64) > golden - 1.0 && (stride as f64) < golden + 12.0, "{n}: {stride}");
     }
 }
+
+/// Beyond 2^32 histories the product of an index and the stride exceeds 64 bits. Ranks are odd about
+/// zero modulo the number of histories, so that those of the last histories follow from those of the
+/// first, whose products are small.
+#[test]
+fn more_than_2_to_the_32_histories() {
+    for histories in [(1u64 << 32) + 1, (1 << 34) + 7, 1 << 45] {
+        let strata = Strata::new(&lights(&[1.0, 2.0, 1.0]), histories, 4);
+        assert_eq!(strata.histories(), histories);
+        let mut counts = [0u32; 3];
+        for index in 1..=4_000 {
+            let rank = histories - index * strata.stride % histories;
+            let expected = (0..3).rfind(|&s| strata.first[s] <= rank).unwrap();
+            let source = strata.source(histories - index);
+            assert_eq!(source, expected, "history {index} from the end of {histories}");
+            counts[source] += 1;
+        }
+        for (count, share) in counts.into_iter().zip([1_000, 2_000, 1_000]) {
+            assert!(count.abs_diff(share) < 8, "{counts:?} of {histories}");
+        }
+    }
+}
