@@ -23,7 +23,7 @@ fn emit(bencher: Bencher, shape: &str) {
             LightShape::Area { triangles, two_sided: false }
         }
     };
-    let light = Light::new("lamp".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY);
+    let light = Light::new("lamp".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY.into());
     sample(bencher, |rng| light.emit(rng));
 }
 

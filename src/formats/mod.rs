@@ -2,7 +2,7 @@
 //! all input.
 //!
 //! The folders and files named after a format hold one format each: scenes ([`scene_file`]) and the
-//! files that a scene names ([`mesh_file`], [`obj`], [`captor_csv`], [`weather`], [`environment_map`],
+//! files that a scene names ([`mesh_file`], [`obj`], [`captor_csv`], [`instance_csv`], [`weather`], [`environment_map`],
 //! [`photometry`], [`scatter_table`], [`spectrum_file`], [`rad`], pictures of [`mask`]), sweeps
 //! ([`sweep_file`]), results
 //! ([`result_file`]), shards and checkpoints of a run ([`shard_file`], [`checkpoint_file`]), tables
@@ -23,6 +23,7 @@ pub mod csv_text;
 pub mod environment_map;
 pub mod hours_file;
 pub mod input;
+pub mod instance_csv;
 pub mod iso8601;
 pub mod json;
 pub mod mask;

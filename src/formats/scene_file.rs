@@ -42,8 +42,8 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 pub use daylight::OpenField;
-use format::LightFile;
 pub use format::{Count, SceneFile};
+use format::{LightFile, PeriodicFile};
 pub use hourly_lights::{HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
@@ -58,7 +58,11 @@ use crate::{
         obj::Mesh,
     },
     math::{spectrum::lanes, units::LengthUnit},
-    scene::{camera::View, world::Scene},
+    scene::{
+        camera::View,
+        lattice::{Lattice, Period},
+        world::Scene,
+    },
     transport::settings::Settings,
 };
 
@@ -214,6 +218,26 @@ fn load_sources(value: Value, path: &Path, sources: &Sources) -> Result<LoadedSc
 }
 
 impl Loader<'_> {
+    fn lattice(&self, cell: &PeriodicFile, unit: LengthUnit) -> Result<Lattice> {
+        let period = |axis: usize, ends: [f64; 2]| {
+            let [from, to] = ends.map(|end| end * unit.metres());
+            Period { from, length: to - from, rise: cell.slope[axis] * unit.metres() }
+        };
+        let lattice =
+            Lattice::new([cell.x.map(|ends| period(0, ends)), cell.y.map(|ends| period(1, ends))]);
+        for (axis, name, ends) in [(0, "x", cell.x), (1, "y", cell.y)] {
+            if ends.is_none() && cell.slope[axis] != 0.0 {
+                let problem =
+                    format!("a slope along {name}, along which the scene does not repeat");
+                return Err(self
+                    .error(format_args!("/periodic/slope/{axis}"), problem)
+                    .remedy(format!("give `{name}`, or a slope of 0")));
+            }
+        }
+        lattice.check().map_err(|problem| problem.at(self.place("/periodic")))?;
+        Ok(lattice)
+    }
+
     fn load(mut self, file: &SceneFile) -> Result<LoadedScene> {
         let settings = self.settings(&file.settings)?;
         let view = file.camera.as_ref().map(|camera| self.view(camera)).transpose()?;
@@ -224,6 +248,8 @@ impl Loader<'_> {
                 .error("/bands", problem + ": more than memory holds")
                 .remedy("use fewer bands"));
         }
+        self.parts.lattice =
+            file.periodic.as_ref().map(|cell| self.lattice(cell, file.unit)).transpose()?;
         self.load_spectra(file)?;
         self.load_materials(&file.materials)?;
         self.load_objects(&file.objects)?;

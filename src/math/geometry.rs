@@ -173,6 +173,24 @@ impl Triangle {
         behind(mine, their_apex) > 0.0 && behind(theirs, my_apex) < 0.0
     }
 
+    /// Returns the distance along a ray at which its line crosses the triangle; it may be negative
+    /// (Moeller and Trumbore, Journal of Graphics Tools 2:21, 1997).
+    pub fn crossed_at(&self, ray: &Ray) -> Option<f32> {
+        let [a, b, c] = [self.a, self.b, self.c].map(|p| p.as_dvec3());
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let (u, v) = (b - a, c - a);
+        let across = direction.cross(v);
+        let det = u.dot(across);
+        if det == 0.0 {
+            return None;
+        }
+        let off = origin - a;
+        let (x, lift) = (off.dot(across) / det, off.cross(u));
+        let y = direction.dot(lift) / det;
+        let inside = x >= 0.0 && y >= 0.0 && x + y <= 1.0;
+        inside.then(|| (v.dot(lift) / det) as f32)
+    }
+
     /// Returns the point of the triangle nearest to `p` (Ericson, Real-Time Collision Detection,
     /// 5.1.5).
     pub fn nearest_point(&self, p: Vec3) -> Vec3 {
@@ -384,6 +402,16 @@ impl Transform {
         let rotation =
             DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
         Self { linear: rotation * scale, translate }
+    }
+
+    /// Makes the transform p -> `linear` p + `translate`, m.
+    pub fn of_matrix(linear: DMat3, translate: DVec3) -> Self {
+        Self { linear, translate }
+    }
+
+    /// Returns whether the transform turns what it moves inside out.
+    pub fn is_mirrored(&self) -> bool {
+        self.linear.determinant() < 0.0
     }
 
     /// Returns the transformed point, m.

@@ -10,10 +10,13 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use crate::math::{
-    geometry::{Extent, Frame, ROUNDING, Ray, unit_vector},
-    rng::Stream,
-    sampling::{cosine_hemisphere, uniform_cone},
+use crate::{
+    math::{
+        geometry::{Extent, Frame, ROUNDING, Ray, unit_vector},
+        rng::Stream,
+        sampling::{cosine_hemisphere, uniform_cone},
+    },
+    scene::lattice::Lattice,
 };
 use emitter::{Aperture, Chosen, EmittingSurface, Line};
 
@@ -28,7 +31,7 @@ mod strata;
 #[cfg(test)]
 mod tests;
 
-pub use entrance::{Entrance, EntryFace, MARGIN};
+pub use entrance::{Entrance, EntryFace, MARGIN, Prism};
 pub use illuminate::{EmittedRadiance, EmitterHit, LightHit, LightSample, Toward};
 pub use intensity::{Intensity, IntensityTable};
 pub use known::{known_spectra, known_spectrum};
@@ -64,13 +67,13 @@ enum Emitter {
 
 impl Light {
     /// Makes a light from its shape. Coordinates become relative to `center`. The power of a light
-    /// at infinity is replaced by the flux that enters `inside`, a box in these coordinates.
+    /// at infinity is replaced by the flux that enters `inside`, a prism in these coordinates.
     pub fn new(
         name: String,
         mut power: Vec<f64>,
         shape: &LightShape,
         center: DVec3,
-        inside: &Extent,
+        inside: &Prism,
     ) -> Self {
         let local = |p: DVec3| (p - center).as_vec3();
         let along = |v: DVec3| Frame::new(unit_vector(v).unwrap_or(DVec3::Z).as_vec3().normalize());
@@ -224,6 +227,14 @@ impl Light {
             Emitter::Area { .. } | Emitter::LuminaireArea { .. } | Emitter::Infinite(_) => return,
         }
         self.ball.0 += by;
+    }
+
+    /// Moves a point, spot or line to the image that lies in the cell (0, 0).
+    pub(super) fn bring_into_cell(&mut self, lattice: &Lattice) {
+        let shift = lattice.shift(lattice.cell_of(self.ball.0.as_dvec3())).as_vec3();
+        if shift != Vec3::ZERO {
+            self.shift(-shift);
+        }
     }
 
     /// Returns the intensity by direction of a luminaire.

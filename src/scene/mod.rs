@@ -1,7 +1,7 @@
 //! The scene as it stands before a photon flies: the surfaces and what they do with light
 //! ([`material`]), the lights ([`light`], and sun and sky in [`daylight`]), the captors
 //! ([`captor`]), the camera ([`camera`]), and the validated [`world::Scene`], which arranges all of
-//! them for the tracing of rays ([`bvh`]). [`patches`] and [`tiles`] divide surfaces into pieces:
+//! them for the tracing of rays ([`bvh`]), where it repeats in a [`lattice`]. [`patches`] and [`tiles`] divide surfaces into pieces:
 //! for photon maps on surfaces, and for display.
 //!
 //! Read `material` and `light` for the physics, then `world`. Code that follows light further than
@@ -11,6 +11,7 @@ pub mod bvh;
 pub mod camera;
 pub mod captor;
 pub mod daylight;
+pub mod lattice;
 pub mod light;
 pub mod material;
 pub mod patches;

@@ -13,6 +13,7 @@ mod flush;
 mod lights_met;
 mod mirrors;
 mod parts;
+mod repeats;
 mod shapes;
 mod validate;
 
@@ -29,10 +30,12 @@ use crate::{
     scene::{
         bvh::{Bvh, Hit},
         captor::{Captor, CaptorKind},
-        light::{Light, sources},
+        lattice::Lattice,
+        light::{Light, Prism, sources},
         material::Material,
     },
 };
+use repeats::LightImages;
 use shapes::{Shapes, has_parallel};
 
 pub use flush::FlushLight;
@@ -125,6 +128,8 @@ pub struct Scene {
     pub radius: f32,
     /// The surfaces that are copies of an object.
     pub copies: Vec<ObjectCopy>,
+    /// The prism by whose faces light from infinitely far away comes in.
+    inside: Prism,
     shapes: Arc<Shapes>,
     surfaces: Vec<Surface>,
     /// The first triangle of each surface part, and the index of its object.
@@ -133,6 +138,8 @@ pub struct Scene {
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
+    /// Images of lights and openings, where the scene repeats.
+    light_images: LightImages,
     /// Indices of the lights at infinity.
     infinite: Vec<usize>,
     /// Whether the light of one of these enters through openings alone.
@@ -183,6 +190,17 @@ impl Scene {
     /// Returns the number of channels of all captors.
     pub fn channels(&self) -> usize {
         self.captors.last().map_or(0, |c| c.first_channel + c.kind.channels())
+    }
+
+    /// Returns how the scene repeats, in the coordinates in which rays are traced; `None` if it
+    /// does not.
+    pub fn lattice(&self) -> Option<&Lattice> {
+        self.shapes.repeats.as_ref().map(|repeats| &repeats.lattice)
+    }
+
+    /// Returns the prism by whose faces light from infinitely far away comes in.
+    pub fn inside(&self) -> &Prism {
+        &self.inside
     }
 
     /// Returns the triangles of all surfaces.
@@ -268,6 +286,9 @@ impl Scene {
     /// Returns the nearest surface that a ray meets.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
+        if let Some(repeats) = &self.shapes.repeats {
+            return self.closest_in_cells(repeats, ray);
+        }
         let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
         Some(self.surface_hit(ray, &hit))
     }
@@ -277,6 +298,9 @@ impl Scene {
     #[inline]
     pub fn meet(&self, ray: &Ray, visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        if let Some(repeats) = &self.shapes.repeats {
+            return self.meet_in_cells(repeats, ray, visit);
+        }
         let hit = if captor_bvh.is_empty() {
             surface_bvh.closest(ray, f32::INFINITY)
         } else {
@@ -287,6 +311,9 @@ impl Scene {
 
     /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
     pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
+        if let Some(repeats) = &self.shapes.repeats {
+            return self.crossings_in_cells(repeats, ray, t_max, visit);
+        }
         let mut visit = self.crossing(ray, visit);
         self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
     }
@@ -296,6 +323,10 @@ impl Scene {
     /// [`meet`](Self::meet) where few rays cross a captor.
     pub fn glance(&self, ray: &Ray, visit: impl FnMut(Crossing)) {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        if let Some(repeats) = &self.shapes.repeats {
+            self.meet_in_cells(repeats, ray, visit);
+            return;
+        }
         let mut farthest = 0.0;
         captor_bvh.crossings(ray, f32::INFINITY, |hit| farthest = hit.t.max(farthest));
         if farthest > 0.0 {
@@ -320,30 +351,34 @@ impl Scene {
         SurfaceHit { t: hit.t, triangle, point: hit.point }
     }
 
-    /// Returns the hit of a ray near the edge of a triangle. At the outline of a mesh, the
-    /// distances of the face that looks at the ray and of the face that looks away differ by less
-    /// than their error. There the face in front is taken as hit; otherwise light that grazes a
-    /// closed mesh would enter it.
     #[cold]
     fn hit_near_edge(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
+        let front = self.front_at_edge(ray, hit, self.surfaces[hit.triangle as usize].reach);
+        let triangle = front.triangle as usize;
+        SurfaceHit {
+            t: front.t,
+            triangle,
+            point: self.off_edges(triangle, front.point, front.u, front.v),
+        }
+    }
+
+    /// Returns the hit of a ray near the edge of a triangle, the bound of whose error is `reach`
+    /// over [`ROUNDING`]. At the outline of a mesh, the distances of the face that looks at the ray
+    /// and of the face that looks away differ by less than their error. There the face in front is
+    /// taken as hit; otherwise light that grazes a closed mesh would enter it.
+    fn front_at_edge(&self, ray: &Ray, hit: &Hit, reach: f32) -> Hit {
         let mut front = *hit;
-        let triangle = &self.triangles()[hit.triangle as usize];
-        let reach = self.surfaces[hit.triangle as usize].reach;
+        let triangle = self.shapes.surface_shape(hit.triangle);
         let t_max = hit.t + GRAZING * ROUNDING * (reach + hit.t);
         self.shapes.surface_bvh.occluded(ray, t_max, |other| {
-            let shape = &self.triangles()[other.triangle as usize];
+            let shape = self.shapes.surface_shape(other.triangle);
             let before = shape.is_before_at_fold(triangle, ray.direction);
             if before {
                 front = other;
             }
             before
         });
-        let triangle = front.triangle as usize;
-        SurfaceHit {
-            t: front.t,
-            triangle,
-            point: self.inside(triangle, front.point, front.u, front.v),
-        }
+        front
     }
 
     /// Returns a function that turns the hit of a captor's triangle into a [`Crossing`] and visits
@@ -367,7 +402,13 @@ impl Scene {
     /// Visits the index of every triangle of a surface that may reach into the ball of `radius`, m,
     /// around `center`.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
-        self.shapes.surface_bvh.near(center, radius, |triangle| visit(triangle as usize));
+        let own = self.triangles().len();
+        self.shapes.surface_bvh.near(center, radius, |triangle| {
+            // images are visited where they come from
+            if (triangle as usize) < own {
+                visit(triangle as usize);
+            }
+        });
     }
 
     /// Returns the triangles of surfaces that coincide with an earlier one, corner by corner, each
@@ -387,7 +428,10 @@ impl Scene {
         let shape = &self.triangles()[triangle];
         let (bvh, middle, normal) = (&self.shapes.surface_bvh, shape.centroid(), shape.normal());
         let reach = closeness(middle) + 4.0 * shape.offset();
-        has_parallel(bvh, self.triangles(), middle, normal, reach, |other| wanted(other as usize))
+        let shape = |t| *self.shapes.surface_shape(t);
+        has_parallel(bvh, shape, middle, normal, reach, |other| {
+            wanted(self.shapes.surface_origin(other) as usize)
+        })
     }
 
     /// Returns the ray that leaves a surface where another has met it. It starts off the surface, on
@@ -416,7 +460,7 @@ impl Scene {
     /// Moves a hit point inwards from edges that are nearer than a few bounds of its error: a point
     /// that rounding has put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
-    fn inside(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
+    pub(super) fn off_edges(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
         self.triangles()[triangle].draw_in(point, u, v, self.surfaces[triangle].margins())
     }
 }

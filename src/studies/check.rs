@@ -323,11 +323,9 @@ fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
 /// Notes how much of the light of the sky comes in, where it comes in only through openings.
 fn check_openings(scene: &Scene, remarks: &mut Remarks) {
     const RAYS: u64 = 20_000;
-    let inside = Extent::of_triangles(scene.triangles());
-    let inside = inside.join(Extent::of_triangles(scene.captor_triangles()));
     for (l, light) in scene.infinite_lights().filter(|(_, light)| !light.through.is_empty()) {
         let all = InfiniteLight::new(light.name.clone(), scene.bands.len(), light.parts().to_vec());
-        let all = Entrance::new(all, scene.bands.len(), &inside, |p| p.as_vec3());
+        let all = Entrance::new(all, scene.bands.len(), scene.inside(), |p| p.as_vec3());
         let streams = Streams::new(0, Purpose::Other, l as u64);
         let let_in = |ray: Ray| {
             let back = Ray { origin: ray.origin, direction: -ray.direction };

@@ -103,6 +103,10 @@ impl Pilot {
 
     /// Traces the photons of the pilot run.
     pub fn run(scene: &Scene, seed: u64) -> Self {
+        if scene.lattice().is_some() {
+            // what is aimed at there may lie in any cell
+            return Self::NONE;
+        }
         let reflectors = Reflectors::find(scene, seed);
         let spots = Spots::find(scene, reflectors.as_ref(), seed);
         Self { reflectors, spots }
@@ -129,8 +133,8 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let (l, chance) = at.choice.choose(&scene.lights, || self.rng.uniform())?;
-        let sample = scene.lights[l].sample_toward::<L>(at.point, self.rng)?;
+        let (l, chance) = at.choice.choose(scene, || self.rng.uniform())?;
+        let sample = scene.sample_toward::<L>(l, at.point, self.rng)?;
         let toward = match sample.target {
             Toward::Point { point, .. } => (point - at.point).try_normalize()?,
             Toward::Direction(toward) => toward,
@@ -211,7 +215,7 @@ impl Path<'_, '_> {
         self.rays += 1;
         let visible: Spectrum<L> = scene.visibility(start, end)?;
         let arrival = Arrival { from: at.point, density: along(towards) * seen.cos / d2 };
-        let there = Vertex::on(&scene.lights, surface, material, &seen, hit.point);
+        let there = Vertex::on(scene, surface, material, &seen, hit.point);
         let there = Vertex { arrival: Some(arrival), ..there };
         let origin = spots::origin(scene, light, &ray, hit.point)?;
         let free = self.free_share();
@@ -318,7 +322,10 @@ impl Path<'_, '_> {
                     radiance += self.met::<L>(&leg, &hit) * &throughput;
                 });
             }
-            let Some(hit) = hit else { return radiance };
+            let Some(hit) = hit else {
+                self.cut_off = scene.is_endless(&leg.ray) && self.rng.uniform() < kept;
+                return radiance;
+            };
             let surface = scene.surface(hit.triangle);
             let material = scene.material(surface);
             let interaction = Interaction::new(leg.ray.direction, surface.normal).on(hit.triangle);
@@ -326,7 +333,7 @@ impl Path<'_, '_> {
                 Some(weight) => throughput = throughput.scaled(weight),
                 None => return radiance,
             }
-            let mut here = Vertex::on(&scene.lights, surface, material, &interaction, hit.point);
+            let mut here = Vertex::on(scene, surface, material, &interaction, hit.point);
             // photons that are sent pass whatever lets light straight through, so they never land
             // there
             if self.pilot.spots.is_some()
@@ -406,7 +413,12 @@ impl Path<'_, '_> {
                     let ray = scene.leave(&hit, side, scatter.direction);
                     leg = match scatter.lobe {
                         // light beyond a pane can still be joined with the vertex before the pane
-                        LobeKind::Straight => Leg { ray, unbroken: false, aimed: None, ..leg },
+                        LobeKind::Straight => {
+                            // in the coordinates of that vertex, however many periods away
+                            let origin = ray.origin + scene.periods_to(&leg.ray, &hit);
+                            let ray = Ray { origin, ..ray };
+                            Leg { ray, unbroken: false, aimed: None, ..leg }
+                        }
                         lobe if lobe.is_specular() => {
                             Leg { ray, density: None, aimed: None, ..leg }
                         }
@@ -448,6 +460,6 @@ impl Path<'_, '_> {
 /// Returns the density, 1/sr, with which [`Path::next_event`] at `at` chooses the direction of a
 /// ray that meets a light.
 fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
-    let chance = at.choice.chance(&scene.lights, hit.light);
-    chance * scene.lights[hit.light].pdf_toward(at.point, ray, hit.on.as_ref())
+    let chance = at.choice.chance(scene, hit.light);
+    chance * scene.pdf_toward(at.point, ray, hit)
 }

@@ -259,6 +259,9 @@ fn follow<'s, L: Lanes>(
         let direction = ray.direction;
         let hit = scene.meet(&ray, |crossing| guide.cross(crossing, direction, &power, &mut on));
         let Some(hit) = &hit else {
+            if scene.is_endless(&ray) {
+                break;
+            }
             return on(Event::Escaped { power: &power, missed: interactions == 0 });
         };
         let surface = scene.surface(hit.triangle);

@@ -119,7 +119,7 @@ impl Loader<'_> {
     }
 
     /// Returns the bytes of a table that is in memory.
-    fn table(&self, pointer: &str, name: &str) -> Result<&[u8]> {
+    pub(super) fn table(&self, pointer: &str, name: &str) -> Result<&[u8]> {
         self.sources.tables.get(name).map(Vec::as_slice).ok_or_else(|| {
             self.error(pointer, format!("there is no table {} in memory", quoted(name)))
                 .remedy("name a CSV file; tables can only be handed over by a program")

@@ -55,6 +55,8 @@ pub struct SceneFile {
     /// for any characters.
     #[serde(default)]
     pub groups: BTreeMap<String, Patterns>,
+    /// The cell of a scene that repeats for ever: surfaces, captors, lights, sun and sky.
+    pub periodic: Option<PeriodicFile>,
     /// Defaults of a run; options of the command line override them.
     #[serde(default)]
     pub settings: SettingsFile,
@@ -68,6 +70,20 @@ pub struct SceneFile {
     pub weather: Option<WeatherFile>,
     /// Where the sun stands, in place of `site` and `time`.
     pub sun_at: Option<SunAtFile>,
+}
+
+/// The cell of a scene that repeats.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PeriodicFile {
+    /// Ends of the cell along x, the lower one first, in the scene's unit; left out, the scene does
+    /// not repeat along x.
+    pub x: Option<[f64; 2]>,
+    /// Ends of the cell along y.
+    pub y: Option<[f64; 2]>,
+    /// By how much the ground rises over one period along x and along y (default [0, 0]).
+    #[serde(default)]
+    pub slope: [f64; 2],
 }
 
 /// A place on the earth.
@@ -631,6 +647,45 @@ pub struct TransformFile {
     pub translate: Option<[f64; 3]>,
 }
 
+/// Where the copies of an object stand: a list, or a table.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum InstancesFile {
+    /// One transform for each copy.
+    List(Vec<TransformFile>),
+    /// A CSV file with one row for each copy.
+    Table {
+        /// The file, with the columns x, y, z and, if wanted, turn_deg and scale, or m00 to m23.
+        csv: String,
+    },
+}
+
+impl<'de> Deserialize<'de> for InstancesFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Table {
+            csv: String,
+        }
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = InstancesFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an array of transforms, or {\"csv\"}")
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<InstancesFile, A::Error> {
+                let list = de::value::SeqAccessDeserializer::new(list);
+                Ok(InstancesFile::List(Vec::deserialize(list)?))
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<InstancesFile, A::Error> {
+                let Table { csv } = Table::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                Ok(InstancesFile::Table { csv })
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
 /// How the materials of a file in the format of Radiance are meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -666,9 +721,9 @@ pub struct ObjectFile {
     /// Where the object stands.
     pub transform: Option<TransformFile>,
     /// Copies of the object, each placed after `transform`.
-    pub instances: Option<Vec<TransformFile>>,
-    /// Whether the surfaces count light: true (one captor per OBJ group and instance) or "triangle"
-    /// (one per triangle).
+    pub instances: Option<InstancesFile>,
+    /// Whether the surfaces count light: true (one captor per OBJ group and instance), "instance"
+    /// (one per instance) or "triangle" (one per triangle).
     #[serde(default)]
     pub captor: SurfaceCaptorFile,
     /// Name of one more group that the captors of the object belong to.
@@ -738,6 +793,8 @@ pub enum SurfaceCaptorFile {
     Groups,
     /// One captor per triangle.
     Triangles,
+    /// One captor per instance.
+    Instances,
 }
 
 impl JsonSchema for SurfaceCaptorFile {
@@ -745,7 +802,7 @@ impl JsonSchema for SurfaceCaptorFile {
         "SurfaceCaptor".into()
     }
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "enum": [true, false, "triangle"] })
+        schemars::json_schema!({ "enum": [true, false, "triangle", "instance"] })
     }
 }
 
@@ -755,7 +812,7 @@ impl<'de> Deserialize<'de> for SurfaceCaptorFile {
         impl de::Visitor<'_> for Visitor {
             type Value = SurfaceCaptorFile;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("true, false or \"triangle\"")
+                f.write_str("true, false, \"triangle\" or \"instance\"")
             }
             fn visit_bool<E>(self, v: bool) -> Result<Self::Value, E> {
                 Ok(if v { SurfaceCaptorFile::Groups } else { SurfaceCaptorFile::Off })
@@ -763,6 +820,7 @@ impl<'de> Deserialize<'de> for SurfaceCaptorFile {
             fn visit_str<E: de::Error>(self, v: &str) -> Result<Self::Value, E> {
                 match v {
                     "triangle" => Ok(SurfaceCaptorFile::Triangles),
+                    "instance" => Ok(SurfaceCaptorFile::Instances),
                     _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
                 }
             }

@@ -102,7 +102,7 @@ impl Loader<'_> {
         self.parts.objects.push(object.name.clone());
         let turn = Turn::of(&object.obj, file.up);
         let placements =
-            self.placements(pointer, file.transform, file.instances.as_deref(), turn)?;
+            self.object_placements(pointer, file.transform, file.instances.as_ref(), turn)?;
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
             let first = self.parts.surfaces.len();
@@ -194,7 +194,7 @@ impl Loader<'_> {
             SurfaceCaptorFile::Off => None,
             _ => {
                 let mut groups = vec![self.group(&object.name)];
-                if instance.is_some() {
+                if instance.is_some() && object.file.captor != SurfaceCaptorFile::Instances {
                     groups.push(self.group(&format!("{}{copy}", object.name)));
                 }
                 groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
@@ -229,9 +229,13 @@ impl Loader<'_> {
                 });
                 continue;
             };
+            let whole = object.file.captor == SurfaceCaptorFile::Instances;
             let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
-            let id = format!("{}/{group}{copy}", object.name);
-            let seen = &mut captors.of_group[part.group];
+            let id = match whole {
+                true => format!("{}{copy}", object.name),
+                false => format!("{}/{group}{copy}", object.name),
+            };
+            let seen = &mut captors.of_group[if whole { 0 } else { part.group }];
             if object.file.captor == SurfaceCaptorFile::Triangles {
                 let number = |i| numbers.map_or(seen.triangles + i, |numbers| numbers[i]);
                 let numbers: Vec<usize> = (0..triangles.len()).map(number).collect();

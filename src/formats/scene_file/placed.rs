@@ -12,7 +12,7 @@ use crate::{
     error::{LISTED, Result, some},
     formats::{
         input::quoted,
-        mesh_file,
+        instance_csv, mesh_file,
         obj::{ObjFile, longest_edge, tangents},
     },
     math::geometry::Transform,
@@ -166,6 +166,34 @@ impl Loader<'_> {
 
     /// Returns where the copies of an object stand: at `transform` alone, or at each of
     /// `instances`, applied after `transform`.
+    pub(super) fn object_placements(
+        &self,
+        pointer: &str,
+        transform: Option<TransformFile>,
+        instances: Option<&InstancesFile>,
+        turn: Turn,
+    ) -> Result<Vec<Transform>> {
+        let csv = match instances {
+            Some(InstancesFile::Table { csv }) => csv,
+            Some(InstancesFile::List(list)) => {
+                return self.placements(pointer, transform, Some(list), turn);
+            }
+            None => return self.placements(pointer, transform, None, turn),
+        };
+        let base = self.placements(pointer, transform, None, turn)?[0];
+        let pointer = format!("{pointer}/instances/csv");
+        if csv.is_empty() {
+            return Err(self.error(&pointer, "no file name").remedy("name a CSV file"));
+        }
+        let path = self.sibling(csv);
+        let copies = match csv.strip_prefix("table:") {
+            Some(name) => instance_csv::parse(self.table(&pointer, name)?, &path, self.metres)?,
+            None => instance_csv::parse(&self.bytes(&pointer, &path)?, &path, self.metres)?,
+        };
+        Ok(copies.into_iter().map(|copy| copy.after(&base)).collect())
+    }
+
+    /// Returns where the copies of a light stand, as those of an object in a list.
     pub(super) fn placements(
         &self,
         pointer: &str,
@@ -222,7 +250,13 @@ impl Loader<'_> {
         metres: f64,
     ) -> Result<Vec<[DVec3; 3]>> {
         self.count_triangles(triangles.len())?;
-        Ok(triangles.iter().map(|t| t.map(|p| transform.point(p * metres))).collect())
+        let mirrored = transform.is_mirrored();
+        let place = |triangle: &[DVec3; 3]| {
+            let [a, b, c] = triangle.map(|p| transform.point(p * metres));
+            // fronts stay fronts
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        };
+        Ok(triangles.iter().map(place).collect())
     }
 }
 

@@ -6,12 +6,15 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::{
     math::{
-        geometry::{Extent, Ray, Triangle, triangulate},
+        geometry::{Extent, Ray, Triangle, closeness, triangulate},
         rng::Stream,
         sampling::{Chosen, uniform_triangle, weighted_choice},
         spectrum::{Lanes, Spectrum},
     },
-    scene::daylight::{InfiniteEntry, InfiniteLight},
+    scene::{
+        daylight::{InfiniteEntry, InfiniteLight},
+        lattice::Lattice,
+    },
 };
 
 /// Multiple of what rounding takes for one place by which the box is wider than its contents on
@@ -20,6 +23,65 @@ pub const MARGIN: f32 = 16.0;
 
 /// Fraction of all light below which the light of one part through one face is left out.
 const LEAST: f64 = 1e-9;
+
+/// A prism around everything that light from infinitely far away may meet: a box, or the cell of a
+/// scene that repeats, which has no faces towards its neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct Prism {
+    /// One of its corners, m.
+    pub corner: Vec3,
+    /// Its edges from there, m.
+    pub edges: [Vec3; 3],
+    /// Whether light comes in by the two faces to which each edge leads.
+    pub entered: [bool; 3],
+}
+
+impl From<Extent> for Prism {
+    fn from(extent: Extent) -> Self {
+        let size = extent.size();
+        let edges = [0, 1, 2].map(|axis| size[axis] * Vec3::AXES[axis]);
+        Self { corner: extent.min, edges, entered: [true; 3] }
+    }
+}
+
+impl Prism {
+    /// Returns the prism around the cell of a scene that repeats: as high as `triangles` and
+    /// `captors` reach above its slope, and along an axis on which nothing repeats as wide as the
+    /// box `around` them.
+    pub fn of_cell(
+        lattice: &Lattice,
+        around: &Extent,
+        triangles: &[Triangle],
+        captors: &[Triangle],
+    ) -> Self {
+        let corners = triangles.iter().chain(captors).flat_map(|t| [t.a, t.b, t.c]);
+        let levels = corners.map(|corner| lattice.level(corner.as_dvec3()));
+        let (low, high) = levels
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
+        let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+        let margin = f64::from(MARGIN * closeness(around.max.abs().max(around.min.abs())));
+        let (low, high) = (low - margin, high + margin);
+        let mut corner = DVec3::new(0.0, 0.0, low);
+        let mut edges = [DVec3::ZERO, DVec3::ZERO, (high - low) * DVec3::Z];
+        let mut entered = [true; 3];
+        for axis in 0..2 {
+            let along = DVec3::AXES[axis];
+            match lattice.period(axis) {
+                Some(period) => {
+                    let rise = period.rise / period.length * DVec3::Z;
+                    corner += period.from * (along + rise);
+                    edges[axis] = period.length * (along + rise);
+                    entered[axis] = false;
+                }
+                None => {
+                    corner[axis] = f64::from(around.min[axis]);
+                    edges[axis] = f64::from(around.max[axis] - around.min[axis]) * along;
+                }
+            }
+        }
+        Self { corner: corner.as_vec3(), edges: edges.map(|edge| edge.as_vec3()), entered }
+    }
+}
 
 /// A light at infinity, with the faces by which it enters a scene.
 #[derive(Debug)]
@@ -94,7 +156,7 @@ impl Opening {
             Self::Polygon { triangles, .. } => {
                 let normal = triangles[0].normal();
                 let ray = Ray { origin: point + normal, direction: -normal };
-                triangles.iter().any(|triangle| crossing(triangle, &ray).is_some())
+                triangles.iter().any(|triangle| triangle.crossed_at(&ray).is_some())
             }
         }
     }
@@ -117,12 +179,12 @@ impl EntryFace {
 }
 
 impl Entrance {
-    /// Makes the entrance of a light of so many bands into the box `inside` (m, not empty), or
+    /// Makes the entrance of a light of so many bands into the prism `inside` (not empty), or
     /// through the openings of the light, which `local` converts to the coordinates of the box.
     pub fn new(
         light: InfiniteLight,
         bands: usize,
-        inside: &Extent,
+        inside: &Prism,
         local: impl Fn(DVec3) -> Vec3,
     ) -> Self {
         let polygons: Vec<Vec<Triangle>> = light
@@ -135,7 +197,6 @@ impl Entrance {
                 triangles.filter(|triangle| triangle.normal() != Vec3::ZERO).collect()
             })
             .collect();
-        let size = inside.size();
         let mut faces: Vec<EntryFace> = Vec::new();
         for part in light.parts() {
             for triangles in polygons.iter().filter(|triangles| !triangles.is_empty()) {
@@ -153,15 +214,15 @@ impl Entrance {
             if !light.through.is_empty() {
                 continue;
             }
-            for axis in 0..3 {
-                for outward in [Vec3::AXES[axis], -Vec3::AXES[axis]] {
+            for axis in (0..3).filter(|&axis| inside.entered[axis]) {
+                let sides = [(axis + 1) % 3, (axis + 2) % 3].map(|i| inside.edges[i]);
+                let across = sides[0].as_dvec3().cross(sides[1].as_dvec3());
+                let area = across.length();
+                let normal = (across / area).as_vec3();
+                for (far, outward) in [(true, normal), (false, -normal)] {
                     let Some(entry) = part.entry(outward) else { continue };
-                    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-                    let sides = [u, v].map(|i| size[i] * Vec3::AXES[i]);
-                    let area = f64::from(size[u]) * f64::from(size[v]);
                     let power = entry.irradiance.iter().map(|e| e * area).collect();
-                    let up = outward.dot(Vec3::ONE) > 0.0;
-                    let corner = inside.min + if up { size * Vec3::AXES[axis] } else { Vec3::ZERO };
+                    let corner = inside.corner + if far { inside.edges[axis] } else { Vec3::ZERO };
                     let opening = Opening::Face { corner, sides };
                     faces.push(EntryFace { entry, opening, power, is_sun: part.is_sun() });
                 }
@@ -181,6 +242,11 @@ impl Entrance {
         Self { light, faces, openings, running, irradiance: irradiance as f32 }
     }
 
+    /// Returns the triangles of the openings.
+    pub fn openings(&self) -> &[Triangle] {
+        &self.openings
+    }
+
     /// Returns whether the light comes in through openings alone.
     pub fn has_openings(&self) -> bool {
         !self.light.through.is_empty()
@@ -193,7 +259,7 @@ impl Entrance {
         let starts_in = |t: &Triangle| (ray.origin - t.a).dot(t.normal()).abs() < offset;
         let others = self.openings.iter().filter(|triangle| !starts_in(triangle));
         let crossed = others.filter_map(|triangle| {
-            let t = crossing(triangle, ray).filter(|t| *t > 0.0)?;
+            let t = triangle.crossed_at(ray).filter(|t| *t > 0.0)?;
             Some((t, triangle.normal().dot(ray.direction) > 0.0))
         });
         crossed.max_by(|a, b| a.0.total_cmp(&b.0))
@@ -240,22 +306,4 @@ impl Entrance {
         let face = weighted_choice(&self.running, rng.uniform_fine()).index;
         Some(self.enter::<[f32; 1]>(face, rng).0)
     }
-}
-
-/// Returns the distance along a ray at which its line crosses a triangle; it may be negative
-/// (Moeller and Trumbore, Journal of Graphics Tools 2:21, 1997).
-fn crossing(triangle: &Triangle, ray: &Ray) -> Option<f32> {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3());
-    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let (u, v) = (b - a, c - a);
-    let across = direction.cross(v);
-    let det = u.dot(across);
-    if det == 0.0 {
-        return None;
-    }
-    let off = origin - a;
-    let (x, lift) = (off.dot(across) / det, off.cross(u));
-    let y = direction.dot(lift) / det;
-    let inside = x >= 0.0 && y >= 0.0 && x + y <= 1.0;
-    inside.then(|| (v.dot(lift) / det) as f32)
 }

@@ -12,7 +12,7 @@ use crate::{
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
-    scene::daylight::DirectionSample,
+    scene::{daylight::DirectionSample, lattice::Cell},
 };
 
 /// Where a sampled light is.
@@ -62,6 +62,9 @@ pub struct EmitterHit {
     pub cos: f32,
     /// Emitted radiance at this point.
     pub emitted: EmittedRadiance,
+    /// The cell of the image that is met, from the origin of the ray's coordinates; (0, 0) in a
+    /// scene that does not repeat.
+    pub image: Cell,
 }
 
 impl EmitterHit {
@@ -132,6 +135,12 @@ impl Light {
             }
             _ => &[],
         }
+    }
+
+    /// Returns middle and radius, m, of a ball around the light; the radius is infinite for a light
+    /// at infinity.
+    pub fn ball(&self) -> (Vec3, f32) {
+        self.ball
     }
 
     /// Returns an estimate of the irradiance at `point` per W of the light's power, 1/m2, by which
@@ -364,6 +373,7 @@ impl Light {
             t: t as f32,
             cos,
             emitted: EmittedRadiance { radiance: 1.0 / (PI * area), area },
+            image: [0, 0],
         })
     }
 }

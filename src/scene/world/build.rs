@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use super::{
     CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
     mirrors::{FlatMirrors, shows_images},
+    repeats::{LightImages, check_images},
     shapes::{KeptShapes, Outlines},
 };
 use crate::{
@@ -18,7 +19,8 @@ use crate::{
     scene::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
-        light::{Entrance, Light, LightShape, MARGIN},
+        lattice::{Images, Layers, Repeats},
+        light::{Entrance, Light, LightShape, MARGIN, Prism},
     },
 };
 
@@ -62,6 +64,17 @@ impl Scene {
         }
         let radius = radius as f32;
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+        let lattice = parts.lattice.map(|lattice| lattice.relative_to(center));
+        let layers = lattice.map(|lattice| {
+            let mut layers = Layers::new(&lattice, pieces(&parts, center));
+            if layers.range().is_none() {
+                layers = Layers::new(&lattice, std::iter::once([DVec3::ZERO; 3]));
+            }
+            layers
+        });
+        if let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) {
+            check_images(&parts, lattice, layers.slack).map_err(|problem| problem.at(place()))?;
+        }
 
         for light in &parts.lights {
             let triangles = light.shape.triangles();
@@ -74,6 +87,15 @@ impl Scene {
             parts.surfaces.into_iter().enumerate().collect();
         // the triangles of a captor become contiguous, whatever the order of the files
         surface_parts.sort_by_key(|(_, part)| part.captor);
+        // shapes that repeat need their exact corners once more
+        let images =
+            |corners: &mut dyn Iterator<Item = &[DVec3; 3]>| match (&parts.lattice, &layers) {
+                (Some(lattice), Some(layers)) => Images::new(lattice, layers.slack, corners, local),
+                _ => Images::default(),
+            };
+        let of_surfaces = images(&mut surface_parts.iter().flat_map(|(_, part)| &part.triangles));
+        let virtual_triangles = parts.captors.iter().flat_map(|captor| &captor.triangles);
+        let of_captors = images(&mut virtual_triangles.into_iter());
         let mut triangles = Vec::new();
         let mut surfaces = Vec::new();
         let mut tangents = vec![Vec::new(); parts.materials.len()];
@@ -150,12 +172,19 @@ impl Scene {
         let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
         let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
         let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
-        let inside = Extent { min: around.min - margin, max: around.max + margin };
+        let around = Extent { min: around.min - margin, max: around.max + margin };
+        let inside = match &lattice {
+            Some(lattice) => Prism::of_cell(lattice, &around, &triangles, &captor_triangles),
+            None => around.into(),
+        };
         let mut lights: Vec<Light> = parts
             .lights
             .into_iter()
             .map(|light| Light::new(light.name, light.power, &light.shape, center, &inside))
             .collect();
+        if let Some(lattice) = &lattice {
+            lights.iter_mut().for_each(|light| light.bring_into_cell(lattice));
+        }
 
         let mut light_triangles = Vec::new();
         let mut light_of_triangle = Vec::new();
@@ -163,16 +192,33 @@ impl Scene {
             light_triangles.extend_from_slice(light.triangles());
             light_of_triangle.resize(light_triangles.len(), l as u32);
         }
-        let shapes = kept.shapes(Outlines { triangles, captor_triangles, captor_of_triangle });
+        let light_images = match (&lattice, &layers) {
+            (Some(lattice), Some(layers)) => {
+                LightImages::new(lattice, layers.slack, &lights, &light_triangles)
+            }
+            _ => LightImages::default(),
+        };
+        let with_images: Vec<Triangle> =
+            light_triangles.iter().chain(&light_images.triangles.shapes).copied().collect();
+        let light_bvh = Bvh::build(&with_images);
+        let repeats = lattice.zip(layers).map(|(lattice, layers)| {
+            Box::new(Repeats { lattice, layers, surfaces: of_surfaces, captors: of_captors })
+        });
+        let outlines = Outlines { triangles, captor_triangles, captor_of_triangle, repeats };
+        let shapes = kept.shapes(outlines);
         let flush_lights =
             flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
-        let flat_mirrors = FlatMirrors::find(
-            &lights,
-            &shapes.triangles,
-            &surfaces,
-            |surface| shows_images(&parts.materials[surface.material as usize].material),
-            MARGIN * closeness(Vec3::splat(radius)),
-        );
+        let find_mirrors = || {
+            FlatMirrors::find(
+                &lights,
+                &shapes.triangles,
+                &surfaces,
+                |surface| shows_images(&parts.materials[surface.material as usize].material),
+                MARGIN * closeness(Vec3::splat(radius)),
+            )
+        };
+        // images without end are not searched
+        let flat_mirrors = if lattice.is_none() { find_mirrors() } else { None };
         Ok(Self {
             name: parts.name,
             quantity: parts.quantity,
@@ -194,8 +240,10 @@ impl Scene {
             surfaces,
             object_parts,
             flush_lights,
-            light_bvh: Bvh::build(&light_triangles),
+            light_bvh,
             light_triangles,
+            light_images,
+            inside,
             light_of_triangle,
         })
     }
@@ -246,6 +294,26 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
         if even { 0.5 * (before + middle[axis]) } else { middle[axis] }
     };
     (half > 0 || !even).then(|| DVec3::new(median(0), median(1), median(2)))
+}
+
+/// Returns the corners of all that rays may meet: surfaces, captors, and the boxes of lamps.
+fn pieces(parts: &SceneParts, center: DVec3) -> impl Iterator<Item = [DVec3; 3]> {
+    let surfaces = parts.surfaces.iter().flat_map(|part| &part.triangles);
+    let captors = parts.captors.iter().flat_map(|captor| &captor.triangles);
+    let lamps = parts.lights.iter().flat_map(|light| light.shape.triangles());
+    let tubes = parts.lights.iter().filter_map(|light| match &light.shape {
+        LightShape::Tube { from, to, radius }
+        | LightShape::ApertureTube { from, to, radius, .. } => {
+            Some([(*from, *radius), (*to, *radius)])
+        }
+        _ => None,
+    });
+    let tubes = tubes.flatten().map(|(end, radius)| {
+        let radius = DVec3::splat(radius);
+        [end - radius, end, end + radius]
+    });
+    let triangles = surfaces.chain(captors).chain(lamps).copied();
+    triangles.chain(tubes).map(move |corners| corners.map(|corner| corner - center))
 }
 
 /// Refuses a shape that is so small where it stands that single precision changes its area.

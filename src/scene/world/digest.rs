@@ -34,6 +34,9 @@ impl Scene {
         if let Some(hours) = self.period_h.filter(|hours| *hours < 24.0) {
             let _ = write!(hash, " {hours:?}");
         }
+        if let Some(lattice) = self.lattice() {
+            let _ = write!(hash, " {lattice:?}");
+        }
         for (triangle, surface) in self.triangles().iter().zip(&self.surfaces) {
             hash.0.update(surface.material.to_le_bytes());
             hash.0.update(surface.captor.to_le_bytes());

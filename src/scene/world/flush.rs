@@ -34,35 +34,37 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) ->
     let mut flush = Vec::new();
     for (l, light) in lights.iter_mut().enumerate() {
         let lifted = light.is_delta();
-        let mut near: Vec<usize> = Vec::new();
+        let mut near: Vec<u32> = Vec::new();
         let mut lift = 0f32;
         for place in light.places(PLACES) {
             let reach = light.tube_radius() + closeness(place);
             let widest = reach + closeness(Vec3::splat(radius));
             shapes.surface_bvh.near(place, widest, |triangle| {
-                let shape = &shapes.triangles[triangle as usize];
+                let shape = shapes.surface_shape(triangle);
                 let reach = reach + 4.0 * shape.offset();
                 if shape.nearest_point(place).distance(place) <= reach && !crosses(light, shape) {
-                    near.push(triangle as usize);
+                    near.push(triangle);
                     lift = lift.max(2.0 * closeness(place) + 6.0 * shape.offset());
                 }
             });
         }
         near.sort_unstable();
-        let Some(&triangle) = near.first() else { continue };
+        let Some(&first) = near.first() else { continue };
+        let triangle = shapes.surface_origin(first) as usize;
         flush.push(FlushLight { light: l, triangle, lifted });
         if lifted {
             let highest = shapes.lifts.iter().copied().fold(0.0, f32::max);
             for place in light.places(PLACES) {
                 shapes.captor_bvh.near(place, lift + highest, |triangle| {
-                    let captor = shapes.captor_of_triangle[triangle as usize] as usize;
+                    let triangle = shapes.captor_origin(triangle) as usize;
+                    let captor = shapes.captor_of_triangle[triangle] as usize;
                     if let Ok(captor) = shapes.in_surface.binary_search(&captor) {
                         lift = lift.max(1.5 * shapes.lifts[captor]);
                     }
                 });
             }
             for t in near {
-                leave(light, &shapes.triangles[t], middle, lift);
+                leave(light, shapes.surface_shape(t), middle, lift);
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::{
     },
     scene::{
         daylight::InfiniteLight,
-        light::{Emission, EmitterHit, LightHit, Strata},
+        light::{Emission, EmitterHit, LightHit, LightSample, Strata, Toward},
     },
 };
 
@@ -44,8 +44,8 @@ impl Scene {
     #[cold]
     fn is_last_opening(&self, light: usize, back: &Ray) -> bool {
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
-        entrance.is_none_or(|entrance| {
-            entrance.last_opening(back, closeness(back.origin)).is_none()
+        entrance.is_none_or(|_| {
+            self.last_opening_in_cells(light, back, closeness(back.origin)).is_none()
                 && self.closest(back).is_none()
         })
     }
@@ -55,7 +55,7 @@ impl Scene {
     /// nothing beyond the last one.
     pub fn is_let_in(&self, light: usize, ray: &Ray) -> bool {
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
-        entrance.is_none_or(|entrance| match entrance.last_opening(ray, 0.0) {
+        entrance.is_none_or(|_| match self.last_opening_in_cells(light, ray, 0.0) {
             Some((t, true)) => {
                 let beyond = Ray { origin: ray.at(t), direction: ray.direction };
                 self.closest(&beyond).is_none()
@@ -77,6 +77,9 @@ impl Scene {
 
     /// Visits every light surface that a ray meets on its bright side before `t_max`, in any order.
     pub fn emitters_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(usize, EmitterHit)) {
+        if let Some(repeats) = &self.shapes.repeats {
+            return self.emitters_in_cells(repeats, ray, t_max, visit);
+        }
         for (light, shape) in self.lights.iter().enumerate() {
             if let Some(hit) = shape.tube_hit(ray).filter(|hit| hit.t < t_max) {
                 visit(light, hit);
@@ -86,13 +89,87 @@ impl Scene {
             return;
         }
         self.light_bvh.crossings(ray, t_max, |hit| {
-            let light = self.light_of_triangle[hit.triangle as usize] as usize;
-            let normal = self.light_triangles[hit.triangle as usize].normal();
-            let cos = -ray.direction.dot(normal);
-            if let Some(emitted) = self.lights[light].emitted_radiance(ray.direction, cos) {
-                visit(light, EmitterHit { t: hit.t, cos: cos.abs(), emitted });
+            if let Some((light, hit)) = self.emitter_hit(ray, hit.triangle, hit.t) {
+                visit(light, hit);
             }
         });
+    }
+
+    /// Returns the light to which a triangle that a ray meets belongs, and how it shines there;
+    /// `None` on its dark side.
+    pub(super) fn emitter_hit(
+        &self,
+        ray: &Ray,
+        triangle: u32,
+        t: f32,
+    ) -> Option<(usize, EmitterHit)> {
+        let light = self.light_of_triangle[triangle as usize] as usize;
+        let cos = -ray.direction.dot(self.light_triangles[triangle as usize].normal());
+        let emitted = self.lights[light].emitted_radiance(ray.direction, cos)?;
+        Some((light, EmitterHit { t, cos: cos.abs(), emitted, image: [0, 0] }))
+    }
+
+    /// Samples a direction in which `point` may see a light, as
+    /// [`Light::sample_toward`](crate::scene::light::Light::sample_toward). In a scene that repeats
+    /// it is that of any image of the light, chosen by chance.
+    pub fn sample_toward<L: Lanes>(
+        &self,
+        light: usize,
+        point: Vec3,
+        rng: &mut Stream,
+    ) -> Option<LightSample<L>> {
+        let light = &self.lights[light];
+        let Some(lattice) = self.lattice().filter(|_| light.entrance().is_none()) else {
+            return light.sample_toward(point, rng);
+        };
+        let (middle, radius) = light.ball();
+        let cell = lattice.choose_image(point, middle, radius, rng);
+        let shift = lattice.shift(cell).as_vec3();
+        let chance = lattice.probability(point, middle, radius, cell);
+        let sample = light.sample_toward::<L>(point - shift, rng)?;
+        let target = match sample.target {
+            Toward::Point { point, end } => {
+                Toward::Point { point: point + shift, end: end + shift }
+            }
+            direction @ Toward::Direction(_) => direction,
+        };
+        Some(LightSample {
+            target,
+            radiance_over_pdf: sample.radiance_over_pdf.scaled(1.0 / chance),
+            pdf: sample.pdf.map(|pdf| pdf * chance),
+            per_watt: sample.per_watt / chance,
+        })
+    }
+
+    /// Returns the density, 1/sr, with which [`sample_toward`](Self::sample_toward) from `point`
+    /// samples the direction of a ray that comes from there, straight or through panes, and meets a
+    /// light.
+    pub fn pdf_toward(&self, point: Vec3, ray: &Ray, hit: &LightHit) -> f32 {
+        let light = &self.lights[hit.light];
+        let pdf = light.pdf_toward(point, ray, hit.on.as_ref());
+        match (self.lattice(), &hit.on) {
+            (Some(lattice), Some(on)) => {
+                let (middle, radius) = light.ball();
+                pdf * lattice.probability(point, middle, radius, on.image)
+            }
+            _ => pdf,
+        }
+    }
+
+    /// Returns an estimate of the irradiance that a light brings to `point` per W of its power,
+    /// 1/m2, as [`Light::importance`](crate::scene::light::Light::importance). Where the scene
+    /// repeats it is never 0, as an image may shine where the light itself does not.
+    pub fn importance(&self, light: usize, point: Vec3, normal: Option<Vec3>) -> f32 {
+        let light = &self.lights[light];
+        match self.lattice().filter(|_| light.entrance().is_none()) {
+            None => light.importance(point, normal),
+            Some(lattice) => {
+                let (middle, radius) = light.ball();
+                let d2 = lattice.nearest_squared(point, middle);
+                1.0 / d2.max(radius * radius).max(f32::MIN_POSITIVE)
+                    + lattice.area().map_or(0.0, |area| (1.0 / area) as f32)
+            }
+        }
     }
 
     /// Returns the lights at infinity, with their indices.
@@ -118,6 +195,9 @@ impl Scene {
 
     /// Returns the same fraction along a ray, as far as `distance`, m.
     pub fn visibility_along<L: Lanes>(&self, ray: &Ray, distance: f32) -> Option<Spectrum<L>> {
+        if let Some(repeats) = &self.shapes.repeats {
+            return self.visibility_in_cells(repeats, ray, distance);
+        }
         let mut through = Spectrum::splat(self.lanes(), 1.0);
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];

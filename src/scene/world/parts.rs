@@ -8,6 +8,7 @@ use crate::{
     math::{geometry::Transform, units::Quantity},
     scene::{
         captor::{CaptorKind, Sensor},
+        lattice::Lattice,
         light::LightShape,
         material::Material,
     },
@@ -124,4 +125,7 @@ pub struct SceneParts {
     pub captors: Vec<CaptorPart>,
     /// Names of the groups, unique.
     pub groups: Vec<String>,
+    /// How the scene repeats, m from the user's origin; `None` if it does not. Powers of lamps are
+    /// then those of one cell.
+    pub lattice: Option<Lattice>,
 }

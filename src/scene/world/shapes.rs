@@ -2,6 +2,7 @@
 //! time to build, and they do not depend on its materials and powers.
 
 use std::{
+    borrow::Cow,
     collections::BTreeMap,
     ops::Range,
     sync::{Arc, Mutex, PoisonError, Weak},
@@ -12,7 +13,10 @@ use rayon::prelude::*;
 
 use crate::{
     math::geometry::{Ray, Triangle, closeness},
-    scene::bvh::Bvh,
+    scene::{
+        bvh::Bvh,
+        lattice::{Images, Repeats},
+    },
 };
 
 /// Triangles, before search structures are built.
@@ -24,6 +28,49 @@ pub struct Outlines {
     pub captor_triangles: Vec<Triangle>,
     /// Index of the captor of each of `captor_triangles`.
     pub captor_of_triangle: Vec<u32>,
+    /// How they repeat; `None` if they do not.
+    pub repeats: Option<Box<Repeats>>,
+}
+
+impl Outlines {
+    /// Returns a triangle that the search structure of surfaces knows by this index, which may be
+    /// an image of a triangle of the scene.
+    #[inline]
+    pub fn surface_shape(&self, index: u32) -> &Triangle {
+        shape(&self.triangles, self.repeats.as_ref().map(|repeats| &repeats.surfaces), index)
+    }
+
+    /// Returns the index of the triangle of a surface of which the search structure knows this
+    /// image, or which it is itself.
+    pub fn surface_origin(&self, index: u32) -> u32 {
+        let own = self.triangles.len();
+        self.repeats.as_ref().map_or(index, |repeats| repeats.surfaces.origin(index, own).0)
+    }
+
+    /// Does the same for triangles of captors.
+    pub fn captor_origin(&self, index: u32) -> u32 {
+        let own = self.captor_triangles.len();
+        self.repeats.as_ref().map_or(index, |repeats| repeats.captors.origin(index, own).0)
+    }
+}
+
+#[inline]
+fn shape<'t>(own: &'t [Triangle], images: Option<&'t Images>, index: u32) -> &'t Triangle {
+    let index = index as usize;
+    match images {
+        Some(images) if index >= own.len() => &images.shapes[index - own.len()],
+        _ => &own[index],
+    }
+}
+
+/// Returns the triangles with their images.
+fn with_images<'t>(own: &'t [Triangle], images: Option<&Images>) -> Cow<'t, [Triangle]> {
+    match images {
+        Some(images) if !images.shapes.is_empty() => {
+            Cow::Owned(own.iter().chain(&images.shapes).copied().collect())
+        }
+        _ => Cow::Borrowed(own),
+    }
 }
 
 /// Triangles with their search structures.
@@ -85,12 +132,17 @@ impl Shapes {
     /// surface counts as lying off it, on the side to which its normal points: its triangles move
     /// above the points that rays start from.
     fn new(outlines: Outlines) -> Self {
-        let Outlines { triangles, captor_triangles, captor_of_triangle } = &outlines;
-        let copies = copies(triangles);
+        let Outlines { triangles, captor_triangles, captor_of_triangle, repeats } = &outlines;
+        let repeats = repeats.as_deref();
+        let all = with_images(triangles, repeats.map(|repeats| &repeats.surfaces));
+        let mut copies = copies(&all);
         let is_copy = |i: &u32| copies.binary_search_by_key(i, |[copy, _]| *copy).is_ok();
-        let distinct = (0..triangles.len() as u32).filter(|i| !is_copy(i));
-        let surface_bvh = Bvh::build_of(triangles, distinct);
-        let captor_bvh = Bvh::build_for_few(captor_triangles);
+        let distinct = (0..all.len() as u32).filter(|i| !is_copy(i));
+        let surface_bvh = Bvh::build_of(&all, distinct);
+        drop(all);
+        copies.retain(|[copy, _]| (*copy as usize) < triangles.len());
+        let all_captors = with_images(captor_triangles, repeats.map(|repeats| &repeats.captors));
+        let captor_bvh = Bvh::build_for_few(&all_captors);
         // the largest offset of the surfaces in which a captor's triangle lies
         let offset_below = |triangle: &Triangle| {
             let normal = triangle.normal();
@@ -99,8 +151,9 @@ impl Shapes {
             let mut largest: Option<f32> = None;
             for point in points.map(|&(u, v)| triangle.point(u, v)) {
                 let reach = closeness(point) + 4.0 * triangle.offset();
-                has_parallel(&surface_bvh, triangles, point, normal, reach, |t| {
-                    let offset = triangles[t as usize].offset();
+                let shape = |t| *outlines.surface_shape(t);
+                has_parallel(&surface_bvh, shape, point, normal, reach, |t| {
+                    let offset = shape(t).offset();
                     largest = Some(largest.map_or(offset, |other| other.max(offset)));
                     false
                 });
@@ -121,7 +174,9 @@ impl Shapes {
                 let (middle, normal) = (t.centroid(), t.normal());
                 let reach = closeness(middle) + 4.0 * t.offset();
                 let mut least = None;
-                has_parallel(&captor_bvh, captor_triangles, middle, normal, reach, |t| {
+                let shape = |t: u32| all_captors[t as usize];
+                has_parallel(&captor_bvh, shape, middle, normal, reach, |t| {
+                    let t = outlines.captor_origin(t);
                     least = Some(least.map_or(t, |other: u32| other.min(t)));
                     false
                 });
@@ -134,22 +189,30 @@ impl Shapes {
                 *largest = largest.max(offset);
             }
         }
-        let mut lifted = captor_triangles.clone();
+        let mut lifted = all_captors.into_owned();
         let mut lifts = Vec::with_capacity(below.len());
+        let of_images = repeats.map_or(&[][..], |repeats| &repeats.captors.of);
         for (captor, range) in captors.iter().filter(|(captor, _)| below.contains_key(captor)) {
             let own = &mut lifted[range.clone()];
             let apart = |t: &Triangle| closeness(t.reach()) + 4.0 * t.offset();
             let lift = own.iter().map(apart).fold(0.0, f32::max) + 2.0 * below[captor];
-            for triangle in own {
-                let shift = lift * triangle.normal();
-                *triangle = [triangle.a + shift, triangle.b + shift, triangle.c + shift].into();
-            }
+            own.iter_mut().for_each(|triangle| *triangle = lifted_by(triangle, lift));
             lifts.push(lift);
+            let images = lifted[captor_triangles.len()..].iter_mut().zip(of_images);
+            for (triangle, _) in images.filter(|(_, (of, _))| range.contains(&(*of as usize))) {
+                *triangle = lifted_by(triangle, lift);
+            }
         }
         let captor_bvh = if lifts.is_empty() { captor_bvh } else { Bvh::build_for_few(&lifted) };
         let in_surface = below.into_keys().collect();
         Self { outlines, copies, surface_bvh, captor_bvh, in_surface, lifts }
     }
+}
+
+/// Returns a triangle moved by `lift`, m, to the side of its front.
+fn lifted_by(triangle: &Triangle, lift: f32) -> Triangle {
+    let shift = lift * triangle.normal();
+    [triangle.a + shift, triangle.b + shift, triangle.c + shift].into()
 }
 
 /// Returns each virtual captor with the range of its triangles, which are contiguous.
@@ -182,12 +245,13 @@ fn copies(triangles: &[Triangle]) -> Vec<[u32; 2]> {
 /// worst place, which is spent for every point that is asked for.
 pub const LOOKED_AT: usize = 100;
 
-/// Returns whether any triangle within `reach`, m, of `point` along `normal` that is perpendicular
+/// Returns whether any triangle of the structure, of which `shape` gives the corners, within
+/// `reach`, m, of `point` along `normal` that is perpendicular
 /// to `normal` is `wanted`. `None` if more than [`LOOKED_AT`] triangles lie there and none of those
 /// looked at is wanted.
 pub fn has_parallel(
     bvh: &Bvh,
-    triangles: &[Triangle],
+    shape: impl Fn(u32) -> Triangle,
     point: Vec3,
     normal: Vec3,
     reach: f32,
@@ -200,7 +264,7 @@ pub fn has_parallel(
     let (mut looked_at, mut found) = (0, false);
     bvh.crosses(&ray, 2.0 * reach, |hit| {
         looked_at += 1;
-        let parallel = triangles[hit.triangle as usize].normal().dot(normal).abs() > 0.999_999;
+        let parallel = shape(hit.triangle).normal().dot(normal).abs() > 0.999_999;
         found = looked_at <= LOOKED_AT && parallel && wanted(hit.triangle);
         found || looked_at > LOOKED_AT
     });
@@ -217,6 +281,7 @@ mod tests {
             triangles: vec![[Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, z)].into()],
             captor_triangles: Vec::new(),
             captor_of_triangle: Vec::new(),
+            repeats: None,
         };
         let kept = KeptShapes::default();
         let (first, other) = (kept.shapes(outlines(0.0)), kept.shapes(outlines(1.0)));
@@ -239,8 +304,12 @@ mod tests {
         triangles.extend([at(1.0); 1000]);
         let turned = at(1.0);
         triangles.push([turned.b, turned.c, turned.a].into());
-        let outlines =
-            Outlines { triangles, captor_triangles: Vec::new(), captor_of_triangle: Vec::new() };
+        let outlines = Outlines {
+            triangles,
+            captor_triangles: Vec::new(),
+            captor_of_triangle: Vec::new(),
+            repeats: None,
+        };
         let shapes = KeptShapes::default().shapes(outlines);
         assert_eq!(shapes.copies, (2..1002).map(|copy| [copy, 0]).collect::<Vec<_>>());
         let ray = Ray { origin: Vec3::new(0.2, 0.2, -1.0), direction: Vec3::Z };
@@ -262,10 +331,17 @@ mod tests {
             let mut asked = 0;
             let middle = triangles[0].centroid();
             let bvh = Bvh::build(&triangles);
-            let found = has_parallel(&bvh, &triangles, middle, Vec3::Z, 1e-5, |_| {
-                asked += 1;
-                wanted
-            });
+            let found = has_parallel(
+                &bvh,
+                |t| triangles[t as usize],
+                middle,
+                Vec3::Z,
+                1e-5,
+                |_| {
+                    asked += 1;
+                    wanted
+                },
+            );
             (found, asked)
         };
         assert_eq!(looked_at(LOOKED_AT, false), (Some(false), LOOKED_AT));

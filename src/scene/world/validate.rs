@@ -61,6 +61,9 @@ impl SceneParts {
                 return Err(Error::input(place, problem).remedy("give indices of its surfaces"));
             }
         }
+        if let Some(lattice) = &self.lattice {
+            check(lattice.check(), "periodic", place)?;
+        }
         for captor in &self.captors {
             check(captor.check(self), format_args!("captor `{}`", captor.id), place)?;
         }

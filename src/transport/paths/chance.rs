@@ -23,7 +23,7 @@ use crate::{
     scene::{
         captor::{CHANNELS, Captor},
         material::LobeKind,
-        world::Scene,
+        world::{Scene, SurfaceHit},
     },
     transport::{
         tally::Totals,
@@ -72,6 +72,8 @@ pub struct Source<'a> {
     light: usize,
     /// The ray of the photon as it left its light.
     ray: Ray,
+    /// Length of its way so far, m.
+    length: f32,
     /// Whether the light also sends photons to paths.
     sent: bool,
     way: Way,
@@ -95,12 +97,18 @@ impl<'a> Source<'a> {
         let sent = pilot.spots.as_ref().is_some_and(|spots| spots.has(light));
         let infinite = scene.lights[light].entrance().is_some();
         let way = if infinite { Way::Known(0.0) } else { Way::Straight };
-        Self { scene, light, ray, sent, way }
+        Self { scene, light, ray, length: 0.0, sent, way }
     }
 
     /// Takes in that the photon has arrived at a point of a surface, which sends it on by `lobe`.
     /// `None`: the photon ends there.
-    pub fn arrived(&mut self, point: Vec3, normal: Vec3, lobe: Option<LobeKind>) {
+    pub fn arrived(&mut self, hit: &SurfaceHit, normal: Vec3, lobe: Option<LobeKind>) {
+        self.length += hit.t;
+        let point = match (self.way, self.scene.lattice()) {
+            // as far from the lamp as the light has come
+            (Way::Straight, Some(_)) => self.ray.at(self.length),
+            _ => hit.point,
+        };
         let own = self.scene.lights[self.light].exitance();
         self.way = match (self.way, lobe) {
             (Way::Straight, Some(lobe)) if lobe.is_specular() => Way::Known(own.unwrap_or(0.0)),

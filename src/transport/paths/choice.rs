@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::light::Light;
+use crate::scene::world::Scene;
 
 /// The largest number of lights that [`LightChoice::roughly`] looks at.
 pub(super) const ROUGH: usize = 256;
@@ -23,24 +23,24 @@ pub(super) struct LightChoice {
 impl LightChoice {
     /// Computes the chances at a point. With a normal `one_sided`, light from behind does not
     /// count.
-    pub(super) fn new(lights: &[Light], point: Vec3, one_sided: Option<Vec3>) -> Self {
-        Self::of_each(lights, 1, point, one_sided)
+    pub(super) fn new(scene: &Scene, point: Vec3, one_sided: Option<Vec3>) -> Self {
+        Self::of_each(scene, 1, point, one_sided)
     }
 
     /// Estimates the chances at a point that is on no surface, in a time that does not grow with
     /// the number of lights: of more than [`ROUGH`], some stand for all.
-    pub(super) fn roughly(lights: &[Light], point: Vec3) -> Self {
-        Self::of_each(lights, lights.len().div_ceil(ROUGH).max(1), point, None)
+    pub(super) fn roughly(scene: &Scene, point: Vec3) -> Self {
+        Self::of_each(scene, scene.lights.len().div_ceil(ROUGH).max(1), point, None)
     }
 
     /// Computes the chances from each `step`-th light.
-    fn of_each(lights: &[Light], step: usize, point: Vec3, one_sided: Option<Vec3>) -> Self {
+    fn of_each(scene: &Scene, step: usize, point: Vec3, one_sided: Option<Vec3>) -> Self {
         let mut choice = Self { point, one_sided, total: 0.0, count: 0 };
-        if lights.len() == 1 {
+        if scene.lights.len() == 1 {
             return choice;
         }
-        for light in lights.iter().step_by(step) {
-            let importance = choice.importance(light);
+        for light in (0..scene.lights.len()).step_by(step) {
+            let importance = choice.importance(scene, light);
             choice.total += importance;
             choice.count += usize::from(importance > 0.0);
         }
@@ -53,14 +53,14 @@ impl LightChoice {
     /// no light can shine. A light that is alone is always chosen and needs no number.
     pub(super) fn choose(
         &self,
-        lights: &[Light],
+        scene: &Scene,
         number: impl FnOnce() -> f32,
     ) -> Option<(usize, f32)> {
-        if lights.len() == 1 {
+        if scene.lights.len() == 1 {
             return Some((0, 1.0));
         }
         let mut rest = number();
-        let chances = (0..lights.len()).map(|light| (light, self.chance(lights, light)));
+        let chances = (0..scene.lights.len()).map(|light| (light, self.chance(scene, light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
             rest < 0.0
@@ -68,11 +68,11 @@ impl LightChoice {
     }
 
     /// Returns the chance with which a light is chosen, in [0, 1].
-    pub(super) fn chance(&self, lights: &[Light], light: usize) -> f32 {
-        if lights.len() == 1 {
+    pub(super) fn chance(&self, scene: &Scene, light: usize) -> f32 {
+        if scene.lights.len() == 1 {
             return 1.0;
         }
-        let importance = self.importance(&lights[light]);
+        let importance = self.importance(scene, light);
         if importance == 0.0 {
             return 0.0;
         }
@@ -82,8 +82,8 @@ impl LightChoice {
 
     /// Returns the approximate irradiance of a light at the point, W/m2 or umol/m2/s; zero only
     /// where the light sheds none directly.
-    fn importance(&self, light: &Light) -> f32 {
-        let power = light.power.iter().copied().fold(0.0, f64::max) as f32;
-        if power > 0.0 { power * light.importance(self.point, self.one_sided) } else { 0.0 }
+    fn importance(&self, scene: &Scene, light: usize) -> f32 {
+        let power = scene.lights[light].power.iter().copied().fold(0.0, f64::max) as f32;
+        if power > 0.0 { power * scene.importance(light, self.point, self.one_sided) } else { 0.0 }
     }
 }

@@ -154,7 +154,7 @@ impl<'a> Face<'a> {
     fn vertex(&self, point: Vec3, normal: Vec3) -> Vertex {
         let arrival = Some(Arrival { from: self.middle, density: 1.0 / self.area });
         let one_sided = Some(normal);
-        let choice = LightChoice::new(&self.scene.lights, point, one_sided);
+        let choice = LightChoice::new(self.scene, point, one_sided);
         Vertex { point, step: None, one_sided, arrival, choice }
     }
 

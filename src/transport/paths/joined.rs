@@ -20,7 +20,7 @@ use crate::{
 /// W/m2/sr or umol/m2/s/sr. Tests compare pictures with it.
 #[cfg(test)]
 pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
-    let camera = Vertex::new(&scene.lights, ray.origin);
+    let camera = Vertex::new(scene, ray.origin);
     let leg = super::Leg { at: camera, ray, density: None, aimed: None, unbroken: true };
     Path { scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false }.follow(leg)
 }
@@ -46,7 +46,7 @@ impl<'a> Joined<'a> {
         point: Vec3,
     ) -> Self {
         let one_sided = (!material.transmits_diffusely()).then_some(interaction.normal);
-        let choice = LightChoice::new(&scene.lights, point, one_sided);
+        let choice = LightChoice::new(scene, point, one_sided);
         let offset = scene.surface(interaction.triangle as usize).offset;
         let at = Vertex { point, step: Some((normal, offset)), one_sided, arrival: None, choice };
         Self { scene, material, normal, interaction, at }

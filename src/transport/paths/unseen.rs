@@ -183,7 +183,7 @@ fn count<L: Lanes>(
                 on_surfaces.add(photon.weights, power, finding.hidden);
                 finding.arrived(hit.triangle, lobe);
                 if let Some(source) = &mut source {
-                    source.arrived(hit.point, surface.normal, lobe);
+                    source.arrived(hit, surface.normal, lobe);
                 }
             }
         });

@@ -4,9 +4,8 @@ use glam::Vec3;
 
 use super::choice::LightChoice;
 use crate::scene::{
-    light::Light,
     material::{Interaction, Material},
-    world::Surface,
+    world::{Scene, Surface},
 };
 
 /// The way by which a path came to a point.
@@ -36,14 +35,14 @@ pub(super) struct Vertex {
 impl Vertex {
     /// Creates a point that is on no surface: light counts from all directions.
     #[cfg(test)]
-    pub fn new(lights: &[Light], point: Vec3) -> Self {
-        let choice = LightChoice::new(lights, point, None);
+    pub fn new(scene: &Scene, point: Vec3) -> Self {
+        let choice = LightChoice::new(scene, point, None);
         Self { point, step: None, one_sided: None, arrival: None, choice }
     }
 
     /// Creates a point of a surface, to which a path has come.
     pub fn on(
-        lights: &[Light],
+        scene: &Scene,
         surface: &Surface,
         material: &Material,
         interaction: &Interaction,
@@ -52,7 +51,7 @@ impl Vertex {
         let one_sided = matches!(material, Material::Lambert(_)).then_some(interaction.normal);
         // a surface that only mirrors or transmits is joined with no light
         let choice = match material.is_diffuse() {
-            true => LightChoice::new(lights, point, one_sided),
+            true => LightChoice::new(scene, point, one_sided),
             false => LightChoice::default(),
         };
         Self {

@@ -11,7 +11,7 @@ use super::{
     tried::{Found, RAYS, affordable, of_a_trial},
 };
 use crate::{
-    error::Result,
+    error::{Error, Result},
     math::rng::Purpose,
     scene::{
         captor::{Captor, CaptorKind},
@@ -56,6 +56,9 @@ impl<'a> Plan<'a> {
         if settings.estimator == Estimator::Paths || scene.captors.is_empty() {
             settings.guiding = Guiding::Off;
         }
+        if scene.lattice().is_some() {
+            settings.guiding = unguided(settings.guiding)?;
+        }
         let guidance = match settings.guiding {
             Guiding::Off => None,
             Guiding::Aim => Guidance::aim(scene),
@@ -71,6 +74,18 @@ impl<'a> Plan<'a> {
         };
         settings.estimator = choice.as_ref().map_or(settings.estimator, |choice| choice.estimator);
         Ok(Self { settings, choice, guidance })
+    }
+}
+
+/// Returns that photons are not guided, in a scene that repeats: captors and lamps have images
+/// without end there. Error: guiding is asked for.
+fn unguided(asked: Guiding) -> Result<Guiding> {
+    match asked {
+        Guiding::Off | Guiding::Auto => Ok(Guiding::Off),
+        Guiding::Aim | Guiding::Full => {
+            let problem = "photons of a scene that repeats (`periodic`) are not guided";
+            Err(Error::input("guiding", problem).remedy("use --guiding off, or --estimator paths"))
+        }
     }
 }
 

@@ -8,8 +8,9 @@ use crate::math::geometry::Extent;
 fn lights(powers: &[f64]) -> Vec<Light> {
     let point = LightShape::Point { position: DVec3::ZERO };
     // two bands, of which the largest decides
-    let light =
-        |&p: &f64| Light::new("lamp".into(), vec![0.3 * p, p], &point, DVec3::ZERO, &Extent::EMPTY);
+    let light = |&p: &f64| {
+        Light::new("lamp".into(), vec![0.3 * p, p], &point, DVec3::ZERO, &Extent::EMPTY.into())
+    };
     powers.iter().map(light).collect()
 }
 

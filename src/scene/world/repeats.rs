@@ -1,0 +1,333 @@
+//! Rays in a scene that repeats.
+//!
+//! The search structures hold everything that reaches into the cell (0, 0), from whichever cell.
+//! A ray is followed from cell to cell. What it meets is reported where the scene describes it: a
+//! hit has the index of the triangle itself and the point there, and the next ray starts from that
+//! point. Lengths are those of the ray's way.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+
+use super::{Crossing, MARGINS, MAX_TRIANGLES, Scene, SceneParts, SurfaceHit};
+use crate::{
+    error::Problem,
+    math::{
+        geometry::{Ray, Triangle},
+        spectrum::{Lanes, Spectrum},
+    },
+    scene::{
+        bvh::Hit,
+        lattice::{Cell, Images, Lattice, Layers, Repeats, Stretch, Walk},
+        light::{EmitterHit, Light},
+    },
+};
+
+/// Images of lights and of the openings of lights at infinity that reach into the cell (0, 0).
+#[derive(Debug, Default)]
+pub struct LightImages {
+    /// Images of the triangles of area lights.
+    pub triangles: Images,
+    /// The tubes, by the index of the light, with the cells from which their images come, their own
+    /// among them.
+    pub tubes: Vec<(usize, Cell)>,
+    /// The openings of each light that has any.
+    openings: BTreeMap<usize, Openings>,
+}
+
+/// The openings of a light.
+#[derive(Debug)]
+struct Openings {
+    layers: Layers,
+    images: Images,
+}
+
+/// Returns a triangle's corners in double precision.
+fn corners(triangle: &Triangle) -> [DVec3; 3] {
+    [triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3)
+}
+
+fn rounded(corners: &[DVec3; 3]) -> Triangle {
+    corners.map(|corner| corner.as_vec3()).into()
+}
+
+impl LightImages {
+    /// Finds the images of lights, whose `triangles` are those of all area lights.
+    pub fn new(lattice: &Lattice, slack: f64, lights: &[Light], triangles: &[Triangle]) -> Self {
+        let images = |triangles: &[Triangle]| {
+            let corners: Vec<[DVec3; 3]> = triangles.iter().map(corners).collect();
+            Images::new(lattice, slack, corners.iter(), rounded)
+        };
+        let tubes = lights.iter().enumerate().filter(|(_, light)| light.tube_radius() > 0.0);
+        let tubes = tubes.flat_map(|(l, light)| {
+            let extent = light.extent();
+            let box_ends = [extent.min.as_dvec3(), extent.max.as_dvec3()];
+            let [[x0, x1], [y0, y1]] = lattice.images_of(&box_ends, slack);
+            (x0..=x1).flat_map(move |x| (y0..=y1).map(move |y| (l, [x, y])))
+        });
+        let with_openings = lights.iter().enumerate().filter_map(|(l, light)| {
+            let openings = light.entrance().filter(|entrance| entrance.has_openings())?.openings();
+            let layers = Layers::new(lattice, openings.iter().map(corners));
+            Some((l, Openings { layers, images: images(openings) }))
+        });
+        Self {
+            triangles: images(triangles),
+            tubes: tubes.collect(),
+            openings: with_openings.collect(),
+        }
+    }
+}
+
+/// Refuses shapes that reach over so many periods that their images would take too much memory.
+pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Result<(), Problem> {
+    let mut all = 0u64;
+    let surfaces = parts.surfaces.iter().flat_map(|part| {
+        let name = part.object.map_or("a surface", |object| parts.objects[object].as_str());
+        part.triangles.iter().map(move |corners| (name, corners.as_slice()))
+    });
+    let captors = parts.captors.iter().flat_map(|captor| {
+        captor.triangles.iter().map(|corners| (captor.id.as_str(), corners.as_slice()))
+    });
+    let lights = parts.lights.iter().flat_map(|light| {
+        let triangles = light.shape.triangles().iter();
+        triangles.map(|corners| (light.name.as_str(), corners.as_slice()))
+    });
+    for (name, corners) in surfaces.chain(captors).chain(lights) {
+        all = all.saturating_add(lattice.count_images(corners, slack));
+        if all > MAX_TRIANGLES as u64 {
+            return Err(Problem::new(
+                format!(
+                    "what reaches over the cell's borders has more than {MAX_TRIANGLES} images in \
+                    it, at `{name}`"
+                ),
+                "make the ground as large as the cell, or the cell larger",
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl Scene {
+    /// The search of [`closest`](Self::closest).
+    #[inline(never)]
+    pub(super) fn closest_in_cells(&self, repeats: &Repeats, ray: &Ray) -> Option<SurfaceHit> {
+        let slack = repeats.layers.slack as f32;
+        for stretch in repeats.walk(ray) {
+            let t_max = stretch.inside[1] + slack;
+            if let Some(hit) = self.shapes.surface_bvh.closest(&stretch.ray, t_max) {
+                return Some(self.hit_in_cell(repeats, &stretch, hit));
+            }
+        }
+        None
+    }
+
+    /// The search of [`meet`](Self::meet).
+    #[inline(never)]
+    pub(super) fn meet_in_cells(
+        &self,
+        repeats: &Repeats,
+        ray: &Ray,
+        mut visit: impl FnMut(Crossing),
+    ) -> Option<SurfaceHit> {
+        let slack = repeats.layers.slack as f32;
+        for stretch in repeats.walk(ray) {
+            let t_max = stretch.inside[1] + slack;
+            let hit = self.shapes.surface_bvh.closest(&stretch.ray, t_max);
+            if !self.shapes.captor_bvh.is_empty() {
+                let [from, to] = stretch.inside;
+                let t = hit.map(|hit| hit.t);
+                let to = t.map_or(to, f32::next_up);
+                self.cross_in_cell(repeats, &stretch, [from, to], t, &mut visit);
+            }
+            if let Some(hit) = hit {
+                return Some(self.hit_in_cell(repeats, &stretch, hit));
+            }
+        }
+        None
+    }
+
+    /// The search of [`crossings`](Self::crossings).
+    #[inline(never)]
+    pub(super) fn crossings_in_cells(
+        &self,
+        repeats: &Repeats,
+        ray: &Ray,
+        t_max: f32,
+        mut visit: impl FnMut(Crossing),
+    ) {
+        let t_max = f64::from(t_max);
+        for stretch in repeats.walk(ray).take_while(|stretch| stretch.start < t_max) {
+            let [from, to] = stretch.inside;
+            let to = to.min((t_max - stretch.start) as f32);
+            self.cross_in_cell(repeats, &stretch, [from, to], None, &mut visit);
+        }
+    }
+
+    /// Visits the captors that a ray crosses at the distances `from <= t < to` of a stretch. `hit`
+    /// is the distance at which it meets a surface.
+    fn cross_in_cell(
+        &self,
+        repeats: &Repeats,
+        stretch: &Stretch,
+        [from, to]: [f32; 2],
+        hit: Option<f32>,
+        visit: &mut impl FnMut(Crossing),
+    ) {
+        let own = self.captor_triangles().len();
+        self.shapes.captor_bvh.crossings(&stretch.ray, to, |mut crossed| {
+            if crossed.t < from {
+                return;
+            }
+            let (triangle, cell) = repeats.captors.origin(crossed.triangle, own);
+            crossed.triangle = triangle;
+            crossed.point -= repeats.lattice.shift(cell).as_vec3();
+            self.crossing(&stretch.ray, &mut *visit)(crossed, hit == Some(crossed.t));
+        });
+    }
+
+    /// Returns the hit of a surface where the scene describes it.
+    fn hit_in_cell(&self, repeats: &Repeats, stretch: &Stretch, mut hit: Hit) -> SurfaceHit {
+        let own = self.triangles().len();
+        let of = |hit: &Hit| repeats.surfaces.origin(hit.triangle, own).0 as usize;
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        let surface = &self.surfaces[of(&hit)];
+        if weights.cmplt(surface.change * (MARGINS * (surface.reach + hit.t))).any() {
+            hit = self.front_at_edge(&stretch.ray, &hit, surface.reach);
+        }
+        let triangle = of(&hit);
+        let point = self.triangles()[triangle].point(hit.u, hit.v);
+        let point = self.off_edges(triangle, point, hit.u, hit.v);
+        SurfaceHit { t: (stretch.start + f64::from(hit.t)) as f32, triangle, point }
+    }
+
+    /// Returns whether a ray that meets no surface was given up: it runs level through more cells
+    /// than are followed.
+    pub fn is_endless(&self, ray: &Ray) -> bool {
+        self.shapes.repeats.as_ref().is_some_and(|repeats| {
+            let mut walk = repeats.walk(ray);
+            walk.by_ref().for_each(drop);
+            walk.is_lost
+        })
+    }
+
+    /// Returns the whole periods from the place where the scene describes a hit to where the ray has
+    /// met it; zero in a scene that does not repeat.
+    pub fn periods_to(&self, ray: &Ray, hit: &SurfaceHit) -> Vec3 {
+        self.lattice().map_or(Vec3::ZERO, |lattice| {
+            let met = ray.origin.as_dvec3() + f64::from(hit.t) * ray.direction.as_dvec3();
+            lattice.shift(lattice.between(hit.point.as_dvec3(), met)).as_vec3()
+        })
+    }
+
+    /// The search of [`emitters_met`](Self::emitters_met).
+    #[inline(never)]
+    pub(super) fn emitters_in_cells(
+        &self,
+        repeats: &Repeats,
+        ray: &Ray,
+        t_max: f32,
+        mut visit: impl FnMut(usize, EmitterHit),
+    ) {
+        if self.light_triangles.is_empty() && self.light_images.tubes.is_empty() {
+            return;
+        }
+        for stretch in repeats.walk(ray).take_while(|stretch| stretch.start < f64::from(t_max)) {
+            let [from, to] = stretch.inside;
+            let to = to.min((f64::from(t_max) - stretch.start) as f32);
+            let mut met = |light: usize, cell: Cell, hit: EmitterHit| {
+                if (from..to).contains(&hit.t) {
+                    let t = (stretch.start + f64::from(hit.t)) as f32;
+                    let image = [0, 1].map(|axis| stretch.cell[axis] + cell[axis]);
+                    visit(light, EmitterHit { t, image, ..hit });
+                }
+            };
+            for &(light, cell) in &self.light_images.tubes {
+                let origin = stretch.ray.origin - repeats.lattice.shift(cell).as_vec3();
+                if let Some(hit) = self.lights[light].tube_hit(&Ray { origin, ..stretch.ray }) {
+                    met(light, cell, hit);
+                }
+            }
+            if self.light_triangles.is_empty() {
+                continue;
+            }
+            let own = self.light_triangles.len();
+            self.light_bvh.crossings(&stretch.ray, to, |hit| {
+                let (triangle, cell) = self.light_images.triangles.origin(hit.triangle, own);
+                if let Some((light, hit)) = self.emitter_hit(&stretch.ray, triangle, hit.t) {
+                    met(light, cell, hit);
+                }
+            });
+        }
+    }
+
+    /// The search of [`visibility_along`](Self::visibility_along).
+    #[inline(never)]
+    pub(super) fn visibility_in_cells<L: Lanes>(
+        &self,
+        repeats: &Repeats,
+        ray: &Ray,
+        distance: f32,
+    ) -> Option<Spectrum<L>> {
+        let mut through = Spectrum::splat(self.lanes(), 1.0);
+        let (slack, own) = (repeats.layers.slack as f32, self.triangles().len());
+        let mut walk = repeats.walk(ray);
+        for stretch in walk.by_ref() {
+            if stretch.start >= f64::from(distance) {
+                break;
+            }
+            let [from, to] = stretch.inside;
+            let left = (f64::from(distance) - stretch.start) as f32;
+            let occluded =
+                self.shapes.surface_bvh.occluded(&stretch.ray, left.min(to + slack), |hit| {
+                    let triangle = repeats.surfaces.origin(hit.triangle, own).0;
+                    let surface = &self.surfaces[triangle as usize];
+                    let material = self.material(surface);
+                    let straight = material.straight::<L>(ray.direction, surface.normal);
+                    let Some(straight) = straight else { return true };
+                    // on a border only one of the two cells counts it
+                    if hit.owned && (from..to).contains(&hit.t) {
+                        through = through.clone() * straight;
+                    }
+                    false
+                });
+            if occluded {
+                return None;
+            }
+        }
+        (!walk.is_lost).then_some(through)
+    }
+
+    /// Returns the farthest opening of a light at infinity that a ray crosses, as
+    /// [`Entrance::last_opening`](crate::scene::light::Entrance::last_opening).
+    pub(super) fn last_opening_in_cells(
+        &self,
+        light: usize,
+        ray: &Ray,
+        offset: f32,
+    ) -> Option<(f32, bool)> {
+        let entrance = self.lights[light].entrance()?;
+        let Some(repeats) = &self.shapes.repeats else { return entrance.last_opening(ray, offset) };
+        let openings = self.light_images.openings.get(&light)?;
+        let shapes = || entrance.openings().iter().chain(&openings.images.shapes);
+        let starts_in: Vec<bool> = {
+            let shift = repeats.lattice.shift(repeats.lattice.cell_of(ray.origin.as_dvec3()));
+            let origin = (ray.origin.as_dvec3() - shift).as_vec3();
+            let near = |t: &Triangle| (origin - t.a).dot(t.normal()).abs() < offset;
+            shapes().map(near).collect()
+        };
+        let mut last = None;
+        for stretch in Walk::new(&repeats.lattice, &openings.layers, ray) {
+            let [from, to] = stretch.inside;
+            for (triangle, _) in shapes().zip(&starts_in).filter(|(_, starts_in)| !**starts_in) {
+                let crossed = triangle.crossed_at(&stretch.ray);
+                if let Some(t) = crossed.filter(|t| *t > 0.0 && (from..to).contains(t)) {
+                    let t = (stretch.start + f64::from(t)) as f32;
+                    if last.is_none_or(|(before, _)| before < t) {
+                        last = Some((t, triangle.normal().dot(ray.direction) > 0.0));
+                    }
+                }
+            }
+        }
+        last
+    }
+}
