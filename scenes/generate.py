@@ -371,6 +371,24 @@ def beaker():
 
 
 # ------------------------------------------------------------------------------------- captors
+def rows():
+    """One cell of a field of tomato rows, and one of a field under panels: ground, plants, a panel."""
+    for name, what, x, y in (("row-ground", "two rows of tomatoes", 1.6, 1.2), ("field-ground", "panels", 6, 2)):
+        parts = defaultdict(list)
+        parts["ground", None] += room((0, 0, 0), (x, y, 1))["floor"]
+        write_obj(SCENES / f"{name}.obj", f"ground of a cell of {what}, {x} x {y} m; normals up", parts)
+    parts = defaultdict(list)
+    parts["front", "cell"] += polygon((-1.15, -1, 0), (1.15, -1, 0), (1.15, 1, 0), (-1.15, 1, 0))
+    parts["back", "backsheet"] += polygon((-1.15, -1, -0.03), (-1.15, 1, -0.03), (1.15, 1, -0.03), (1.15, -1, -0.03))
+    write_obj(SCENES / "panel.obj", "solar panels, 2.3 m wide, 2 m of a row along y; axis at the origin", parts)
+    # plants stand in two rows 0.5 m apart, 0.3 m from each other; each is turned and grown otherwise
+    lines = ["x,y,z,turn_deg,scale"]
+    for i in range(8):
+        x, y = 0.55 + 0.5 * (i // 4), 0.15 + 0.3 * (i % 4)
+        lines.append(f"{x:.2f},{y:.2f},0,{GOLDEN_ANGLE * i % 360:.1f},{2.3 + 0.1 * (i * 5 % 4):.1f}")
+    save(SCENES / "rows.csv", lines)
+
+
 def greenhouse_captors():
     """Discs on the benches, within the canopy and below it, and a plane over each bench."""
     up, down, bench_grid, inside, below, planes = (0, 0, 1), (0, 0, -1), [], [], [], defaultdict(list)
@@ -522,7 +540,7 @@ def save_scene(path, scene):
 def main():
     """Write every file."""
     CAPTORS.mkdir(exist_ok=True)
-    for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker,
+    for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker, rows,
                  greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day):
         make()
 

@@ -142,7 +142,7 @@ fn across(normal: Point) -> (Point, Point) {
 /// A scene under construction, with its meshes as files.
 #[derive(Clone, Debug)]
 pub struct World {
-    scene: Value,
+    pub scene: Value,
     files: Vec<(String, String)>,
     /// Units of length per metre.
     per_metre: f64,

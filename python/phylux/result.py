@@ -305,6 +305,40 @@ class Result:
                 cells.append((name, value, error))
         return self._tidy("group", values, cells)
 
+    @cached_property
+    def layers(self) -> Any:
+        """A pandas DataFrame of what surface captors absorbed by layers, from the lowest up; None without layers.
+
+        Columns: from_m, to_m, area (m2, one side), band, absorbed, standard_error, and per_area (absorbed over area).
+        """
+        found = self._head.get("layers")
+        if found is None:
+            return None
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise ImportError("layers need pandas: pip install pandas") from error
+        rows = [
+            (layer["from"], layer["to"], layer["area"], band, value, np.nan if se is None else se)
+            for layer in found
+            for band, value, se in zip(self.bands, layer["absorbed"], layer["absorbed_se"], strict=True)
+        ]
+        frame = pd.DataFrame(rows, columns=["from_m", "to_m", "area", "band", "absorbed", "standard_error"])
+        frame["per_area"] = frame["absorbed"] / frame["area"]
+        return frame
+
+    @property
+    def canopy(self) -> dict[str, dict[str, float]] | None:
+        """The shares of the light of sun and sky by band: absorbed, reflected, transmitted, ground, each with `_se`.
+
+        None unless the scene repeats along x and y, has no lamp, and was traced by photons. ``incident`` is the power that comes into one cell. Without a standard error the entry is NaN.
+        """
+        found = self._head.get("canopy")
+        if found is None:
+            return None
+        number = lambda value: float("nan") if value is None else float(value)  # noqa: E731
+        return {name: dict(zip(self.bands, map(number, values), strict=True)) for name, values in found.items()}
+
     def _tidy(self, key: str, values: Values, cells: list[tuple[str, Floats, Floats]]) -> Any:
         try:
             import pandas as pd

@@ -14,6 +14,8 @@ use crate::{
 pub(super) const SHOWN_BANDS: usize = 8;
 /// The most groups that are shown.
 const SHOWN_GROUPS: usize = 20;
+/// The most layers that are shown.
+const SHOWN_LAYERS: usize = 20;
 /// Share of a captor's area above which the disc of a k-nearest estimate is no longer local.
 const WIDE_DISC: f64 = 0.5;
 
@@ -52,6 +54,8 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     }
     groups(&mut text, result);
     uniformity(&mut text, result);
+    canopy(&mut text, result);
+    layers(&mut text, result);
     let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
     Summary { text, warnings }
 }
@@ -243,6 +247,49 @@ fn uniformity(text: &mut String, result: &RunResult) {
     }
     if even.len() > SHOWN_GROUPS {
         let _ = writeln!(text, "  and {} more", even.len() - SHOWN_GROUPS);
+    }
+}
+
+/// Writes which shares of the light of sun and sky plants and ground take, per band.
+fn canopy(text: &mut String, result: &RunResult) {
+    let Some(canopy) = &result.canopy else { return };
+    let names = result.bands.iter().take(SHOWN_BANDS);
+    let names: String = names.map(|band| format!("{:>20}", band.name)).collect();
+    let _ = writeln!(text, "\n{:<27}{names}", "share of sun and sky");
+    for (name, shares, errors) in canopy.shares() {
+        let cell = |(share, error): (&f64, &Option<f64>)| match error {
+            Some(error) => format!("{:>20}", format!("{share:.4} ± {error:.4}")),
+            None => format!("{share:>20.4}"),
+        };
+        let cells: String = shares.iter().zip(errors).take(SHOWN_BANDS).map(cell).collect();
+        let what = match name {
+            "absorbed" => "absorbed by all but ground",
+            "reflected" => "reflected upwards",
+            "transmitted" => "arrived on the ground",
+            _ => "absorbed by the ground",
+        };
+        let _ = writeln!(text, "  {what:<27}{}", cells.trim_end().get(2..).unwrap_or_default());
+    }
+}
+
+/// Writes what the surface captors of each layer absorb per area, from the highest layer down.
+fn layers(text: &mut String, result: &RunResult) {
+    let Some(layers) = &result.layers else { return };
+    let names = result.bands.iter().take(SHOWN_BANDS);
+    let names: String = names.map(|band| format!("{:>14}", band.name)).collect();
+    let unit = &result.unit.irradiance;
+    let _ = writeln!(text, "\n{:<24}{:>10}{names}   {unit}", "absorbed by layer, m", "area, m2");
+    for layer in layers.iter().rev().take(SHOWN_LAYERS) {
+        let name = format!("  {} to {}", short(layer.from), short(layer.to));
+        let per_area = |value: &f64| match layer.area > 0.0 {
+            true => format!("{:>14}", short(value / layer.area)),
+            false => format!("{:>14}", "-"),
+        };
+        let cells: String = layer.absorbed.iter().take(SHOWN_BANDS).map(per_area).collect();
+        let _ = writeln!(text, "{name:<24}{:>10}{cells}", short(layer.area));
+    }
+    if layers.len() > SHOWN_LAYERS {
+        let _ = writeln!(text, "  and {} more", layers.len() - SHOWN_LAYERS);
     }
 }
 

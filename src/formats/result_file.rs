@@ -22,7 +22,7 @@ use crate::{
         unfinished::{keep_mode, remove_leftovers, unfinished_folder},
     },
     math::units::UnitNames,
-    results::result::{BandResult, CaptorResult, FaceResult, RunResult},
+    results::result::{BandResult, CanopyResult, CaptorResult, FaceResult, RunResult},
 };
 
 pub use read::{parse_json, read_json};
@@ -244,7 +244,8 @@ pub fn file_names<'a>(ids: impl Iterator<Item = &'a str>, ending: &str) -> Vec<S
 }
 
 /// Writes a tidy table: one row per captor, face, band and quantity, with the captor's position,
-/// area and groups; then, for each group of several captors, rows about its uniformity.
+/// area and groups; then, for each group of several captors, rows about its uniformity; then rows of
+/// the layers, at their middle heights, and of the shares of sun and sky.
 pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let place = ["x", "y", "z", "area", "group"];
@@ -285,6 +286,28 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
                     }
                 }
             }
+        }
+    }
+    for layer in result.layers.iter().flatten() {
+        let (middle, area) = (0.5 * (layer.from + layer.to), layer.area);
+        let place = ["", "", &middle.to_string(), &area.to_string(), ""].map(String::from);
+        let name = format!("layer {} to {}", layer.from as f32, layer.to as f32);
+        for (b, band) in result.bands.iter().enumerate() {
+            let key = [&name, "", &band.name, "absorbed"];
+            write_row(&mut table, key, layer.absorbed[b], layer.absorbed_se[b], &place)?;
+        }
+    }
+    for (share, values, errors) in result.canopy.iter().flat_map(CanopyResult::shares) {
+        let quantity = format!("share_{share}");
+        for (b, band) in result.bands.iter().enumerate() {
+            let key = ["canopy", "", &band.name, &quantity];
+            write_row(
+                &mut table,
+                key,
+                values[b],
+                errors[b],
+                &["", "", "", "", ""].map(String::from),
+            )?;
         }
     }
     table.flush()

@@ -43,7 +43,7 @@ use sha2::{Digest, Sha256};
 
 pub use daylight::OpenField;
 pub use format::{Count, SceneFile};
-use format::{LightFile, PeriodicFile};
+use format::{LayersFile, LightFile, PeriodicFile};
 pub use hourly_lights::{HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
@@ -250,6 +250,14 @@ impl Loader<'_> {
         }
         self.parts.lattice =
             file.periodic.as_ref().map(|cell| self.lattice(cell, file.unit)).transpose()?;
+        if let Some(LayersFile { dz }) = file.layers {
+            if !(dz.is_finite() && dz > 0.0) {
+                return Err(self
+                    .error("/layers/dz", format!("{dz}, must be above 0"))
+                    .remedy("give the height of a layer in the scene's unit"));
+            }
+            self.parts.layers = Some(dz * file.unit.metres());
+        }
         self.load_spectra(file)?;
         self.load_materials(&file.materials)?;
         self.load_objects(&file.objects)?;

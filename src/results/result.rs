@@ -1,8 +1,8 @@
 //! The result of a run: plain data, in the form of the results file. Lengths are metres, fluxes W
 //! or umol/s, errors standard errors (1 sigma).
 //!
-//! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `dli`
-//! adds daily light integrals, `warnings` adds warnings, `mix` rescales lamps, and `validate`
+//! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `stand`
+//! what plants do with the light as a whole, `dli` adds daily light integrals, `warnings` adds warnings, `mix` rescales lamps, and `validate`
 //! checks results that were read from a file.
 
 mod dli;
@@ -10,6 +10,7 @@ mod found;
 mod mix;
 mod settings;
 mod spread;
+mod stand;
 pub mod validate;
 mod warnings;
 
@@ -27,6 +28,7 @@ use crate::{
 pub use mix::Factor;
 pub use settings::RunSettings;
 pub use spread::Uniformity;
+pub use stand::{CanopyResult, LayerResult};
 pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
@@ -106,6 +108,14 @@ pub struct RunResult {
     pub captors: Vec<CaptorResult>,
     /// One entry per group of captors.
     pub groups: Vec<GroupResult>,
+    /// What the surface captors absorbed in each layer, from the lowest up; absent unless the scene
+    /// asks for layers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers: Option<Vec<LayerResult>>,
+    /// Where the light of sun and sky went; absent unless the scene repeats along x and y, has no
+    /// lamp, and was traced by photons.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub canopy: Option<CanopyResult>,
 }
 
 /// A band, or a sum over bands.

@@ -33,6 +33,7 @@ use crate::{
         lattice::Lattice,
         light::{Light, Prism, sources},
         material::Material,
+        stand::Stand,
     },
 };
 use repeats::LightImages;
@@ -135,6 +136,7 @@ pub struct Scene {
     /// The first triangle of each surface part, and the index of its object.
     object_parts: Vec<(usize, Option<usize>)>,
     flush_lights: Vec<FlushLight>,
+    stand: Stand,
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
@@ -201,6 +203,17 @@ impl Scene {
     /// Returns the prism by whose faces light from infinitely far away comes in.
     pub fn inside(&self) -> &Prism {
         &self.inside
+    }
+
+    /// Returns what is summed of the plants as a whole.
+    #[inline]
+    pub fn stand(&self) -> &Stand {
+        &self.stand
+    }
+
+    /// Returns whether a triangle of a surface belongs to the ground.
+    pub fn is_ground(&self, triangle: usize) -> bool {
+        self.object(triangle).is_some_and(|o| self.stand.is_ground.get(o) == Some(&true))
     }
 
     /// Returns the triangles of all surfaces.

@@ -5,7 +5,7 @@ mod objects;
 mod remarks;
 mod solids;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -83,6 +83,7 @@ pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
     pool.map_err(|e| Error::run("threads", e))?.install(|| {
         let mut remarks = Remarks::default();
         check_coincident(scene, &mut remarks);
+        check_own_images(scene, &mut remarks);
         check_flush_lights(scene, &mut remarks);
         if scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
             solids::check_solids(scene, &mesh::weld(scene.triangles()), &mut remarks);
@@ -116,6 +117,8 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_areas(scene, &mut remarks);
     let vertices = mesh::weld(scene.triangles());
     check_coincident(scene, &mut remarks);
+    check_own_images(scene, &mut remarks);
+    note_periods(scene, &mut remarks);
     solids::check_solids(scene, &vertices, &mut remarks);
     solids::check_sheets(scene, &vertices, &mut remarks);
     objects::check_slips(scene, &mut remarks);
@@ -263,8 +266,10 @@ fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
 }
 
 fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
+    // in a scene that repeats nothing is outside
+    let bounded = !scene.triangles().is_empty() && scene.lattice().is_none();
     let outside = scene.captors.iter().filter(|captor| {
-        matches!(captor.kind, CaptorKind::Virtual { .. }) && !scene.triangles().is_empty() && {
+        bounded && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
             let extent = Extent::of_triangles(scene.triangles_of(captor));
             extent.is_clear_of(lit, closeness(extent.max.abs().max(extent.min.abs())))
         }
@@ -318,6 +323,44 @@ fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
         down = scene.pass(&hit, Vec3::NEG_Z);
     }
     true
+}
+
+/// Notes of a scene that repeats how large its cell is and what reaches out of it.
+fn note_periods(scene: &Scene, remarks: &mut Remarks) {
+    let Some(lattice) = scene.lattice() else { return };
+    let along = |axis: usize, name: &str| {
+        let length = lattice.period(axis)?.length;
+        Some(format!("{} m along {name}", number(length)))
+    };
+    let periods: Vec<String> = [along(0, "x"), along(1, "y")].into_iter().flatten().collect();
+    let (out, all) = (scene.reaching_out(), scene.triangles().len());
+    remarks.notes.push(format!(
+        "the scene repeats each {}; powers and sums are those of one cell; {out} of {all} triangles reach out of the \
+        cell, whole",
+        periods.join(" and ")
+    ));
+}
+
+/// Warns of surfaces that lie on their own images.
+fn check_own_images(scene: &Scene, remarks: &mut Remarks) {
+    if scene.lattice().is_none() {
+        return;
+    }
+    let mut objects = BTreeSet::new();
+    for triangle in 0..scene.triangles().len() {
+        let object = scene.object(triangle);
+        if !objects.contains(&object) && scene.lies_on_its_image(triangle) {
+            objects.insert(object);
+        }
+    }
+    let surface = "a surface".to_owned();
+    let name = |object: Option<usize>| object.map_or(&surface, |o| &scene.objects[o]);
+    remarks.warn_of(quoted(objects.into_iter().map(name)), |list| {
+        format!(
+            "objects that lie on their own images, so that light meets only one of them: {list}; \
+            make ground exactly as large as the cell (`periodic`)"
+        )
+    });
 }
 
 /// Notes how much of the light of the sky comes in, where it comes in only through openings.

@@ -414,9 +414,7 @@ impl Path<'_, '_> {
                     leg = match scatter.lobe {
                         // light beyond a pane can still be joined with the vertex before the pane
                         LobeKind::Straight => {
-                            // in the coordinates of that vertex, however many periods away
-                            let origin = ray.origin + scene.periods_to(&leg.ray, &hit);
-                            let ray = Ray { origin, ..ray };
+                            let ray = scene.leave_on(&leg.ray, &hit, side, scatter.direction);
                             Leg { ray, unbroken: false, aimed: None, ..leg }
                         }
                         lobe if lobe.is_specular() => {

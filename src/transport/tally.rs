@@ -9,6 +9,7 @@ use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
         captor::{Captor, CaptorKind, Channel},
+        stand::Balance,
         world::Scene,
     },
     transport::{
@@ -138,7 +139,7 @@ impl Tally {
         let bands = scene.bands.len();
         Self {
             bands,
-            places: vec![0; scene.channels()],
+            places: vec![0; scene.channels() + scene.stand().channels()],
             touched: Vec::new(),
             counts: Vec::new(),
             weighed: None,
@@ -160,10 +161,11 @@ impl Tally {
     /// Returns about how many bytes a tally takes for `scene` with so many parts, when anything was
     /// counted in at most `touched` channels.
     pub fn bytes(scene: &Scene, parts: usize, touched: usize) -> usize {
-        let touched = touched.min(scene.channels());
+        let all = scene.channels() + scene.stand().channels();
+        let touched = touched.min(all);
         let ledger = (scene.materials.len() + 3) * scene.bands.len();
         let sums = (touched * scene.bands.len() + ledger) * size_of::<f64>();
-        let places = scene.channels() * size_of::<u32>();
+        let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
         (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
     }
@@ -221,7 +223,7 @@ impl Tally {
                     *chance += (f64::from(before[b]) - f64::from(after[b])) * weights[b];
                 }
             }
-            Event::Arrival { surface, interaction, power, scattered, .. } => {
+            Event::Arrival { hit, surface, interaction, power, scattered, .. } => {
                 self.segments += 1;
                 let first = surface.material as usize * self.bands;
                 let absorbed = self.ledger.absorbed[first..][..self.bands].iter_mut();
@@ -236,29 +238,69 @@ impl Tally {
                     };
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);
+                    if let Some(layers) = &scene.stand().layers
+                        && !scene.is_ground(hit.triangle)
+                    {
+                        self.add(scene.channels() + layers.of(hit.point), weights, &absorbed);
+                    }
+                }
+                if scene.stand().balances {
+                    self.balance_arrival(scene, weights, event);
                 }
             }
-            Event::Escaped { power, missed } => {
+            Event::Escaped { power, missed, direction } => {
                 self.segments += 1;
                 accumulate(&mut self.ledger.escaped, weights, power);
                 if missed && scene.has_daylight() {
                     self.ledger.missed.resize(self.bands, 0.0);
                     accumulate(&mut self.ledger.missed, weights, power);
                 }
+                if scene.stand().balances {
+                    let way = if direction.z > 0.0 { Balance::Up } else { Balance::Down };
+                    self.add(scene.channels() + scene.stand().channel(way), weights, power);
+                }
             }
             Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
         }
     }
 
+    /// Scores what an arrival means for the balance of the light of sun and sky. Kept out of line,
+    /// because most scenes have none.
+    #[cold]
+    #[inline(never)]
+    fn balance_arrival<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
+        let Event::Arrival { hit, interaction, power, scattered, .. } = *event else { return };
+        let channel = |balance| scene.channels() + scene.stand().channel(balance);
+        let absorbed = power.clone().zip(scattered, |before, after| before - after);
+        if scene.is_ground(hit.triangle) {
+            if interaction.direction.z < 0.0 {
+                self.add(channel(Balance::OnGround), weights, power);
+            }
+            self.add(channel(Balance::ByGround), weights, &absorbed);
+        } else {
+            self.add(channel(Balance::ByStand), weights, &absorbed);
+        }
+    }
+
     /// Scores what a path has found for a captor's face.
-    pub fn score_path<L: Lanes>(&mut self, captor: &Captor, face: Channel, score: &PathScore<L>) {
+    pub fn score_path<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        captor: &Captor,
+        face: Channel,
+        score: &PathScore<L>,
+    ) {
         let ones = std::iter::repeat(&1.0);
         self.history += 1;
         self.segments += u64::from(score.rays);
         self.cut_off += u64::from(score.cut_off);
         self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
         if captor.kind == CaptorKind::Surface {
-            self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
+            let channel = captor.first_channel + Channel::Absorbed as usize;
+            self.add(channel, ones.clone(), &score.absorbed);
+            if let Some(layer) = score.layer {
+                self.add(scene.channels() + layer, ones, &score.absorbed);
+            }
         }
     }
 

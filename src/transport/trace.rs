@@ -68,6 +68,8 @@ pub enum Event<'a, L> {
         power: &'a Spectrum<L>,
         /// Whether it has met no surface at all.
         missed: bool,
+        /// Its direction, a unit vector.
+        direction: Vec3,
     },
     /// The photon, with this power, is given up because its path is longer than the limits allow.
     Lost(&'a Spectrum<L>),
@@ -262,7 +264,7 @@ fn follow<'s, L: Lanes>(
             if scene.is_endless(&ray) {
                 break;
             }
-            return on(Event::Escaped { power: &power, missed: interactions == 0 });
+            return on(Event::Escaped { power: &power, missed: interactions == 0, direction });
         };
         let surface = scene.surface(hit.triangle);
         let material = scene.material(surface);

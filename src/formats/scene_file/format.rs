@@ -57,6 +57,8 @@ pub struct SceneFile {
     pub groups: BTreeMap<String, Patterns>,
     /// The cell of a scene that repeats for ever: surfaces, captors, lights, sun and sky.
     pub periodic: Option<PeriodicFile>,
+    /// Layers in which the light that surface captors absorb is summed.
+    pub layers: Option<LayersFile>,
     /// Defaults of a run; options of the command line override them.
     #[serde(default)]
     pub settings: SettingsFile,
@@ -84,6 +86,15 @@ pub struct PeriodicFile {
     /// By how much the ground rises over one period along x and along y (default [0, 0]).
     #[serde(default)]
     pub slope: [f64; 2],
+}
+
+/// Layers of equal height, of which one begins at the height 0.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayersFile {
+    /// Height of a layer, in the scene's unit.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub dz: f64,
 }
 
 /// A place on the earth.
@@ -728,6 +739,10 @@ pub struct ObjectFile {
     pub captor: SurfaceCaptorFile,
     /// Name of one more group that the captors of the object belong to.
     pub group: Option<String>,
+    /// Whether the object is ground below plants: layers leave it out, and results say what arrives
+    /// there (default false).
+    #[serde(default)]
+    pub ground: bool,
 }
 
 /// Which axis of a file points up.

@@ -99,6 +99,9 @@ impl Loader<'_> {
             &object.obj,
             file.material.as_deref(),
         );
+        if file.ground {
+            self.parts.ground.push(self.parts.objects.len());
+        }
         self.parts.objects.push(object.name.clone());
         let turn = Turn::of(&object.obj, file.up);
         let placements =

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::{
     Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FORMAT,
     FaceResult, GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult,
-    WorstResult, spread::Spread, warnings::FEW_HISTORIES,
+    WorstResult, spread::Spread, stand, warnings::FEW_HISTORIES,
 };
 use crate::{
     math::{
@@ -91,6 +91,8 @@ impl RunResult {
             }),
             groups: group_results(scene, simulation, &captors),
             captors,
+            layers: stand::layers(scene, simulation),
+            canopy: stand::canopy(scene, simulation),
         };
         result.add_dli();
         result.with_warnings()

@@ -78,6 +78,9 @@ impl RunResult {
             map: None,
             captors,
             groups,
+            // these are not kept by light
+            layers: None,
+            canopy: None,
             ..self.clone()
         };
         result.add_dli();

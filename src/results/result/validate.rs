@@ -34,6 +34,8 @@ impl RunResult {
             && self.tolerance.iter().all(ToleranceResult::is_valid)
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)
+            && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
+            && self.canopy.iter().all(|canopy| canopy.is_valid(bands))
     }
 }
 

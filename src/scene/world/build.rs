@@ -21,6 +21,7 @@ use crate::{
         captor::{Captor, CaptorKind, Moments},
         lattice::{Images, Layers, Repeats},
         light::{Entrance, Light, LightShape, MARGIN, Prism},
+        stand::{LayerBins, Stand},
     },
 };
 
@@ -96,6 +97,23 @@ impl Scene {
         let of_surfaces = images(&mut surface_parts.iter().flat_map(|(_, part)| &part.triangles));
         let virtual_triangles = parts.captors.iter().flat_map(|captor| &captor.triangles);
         let of_captors = images(&mut virtual_triangles.into_iter());
+        let mut stand = Stand::default();
+        if !parts.ground.is_empty() {
+            stand.is_ground = vec![false; parts.objects.len()];
+            parts.ground.iter().for_each(|&object| stand.is_ground[object] = true);
+        }
+        if let Some(dz) = parts.layers {
+            let is_ground = |object: Option<usize>| {
+                object.is_some_and(|object| stand.is_ground.get(object) == Some(&true))
+            };
+            let counts = |part: &SurfacePart| part.captor.is_some() && !is_ground(part.object);
+            let counted = surface_parts.iter().filter(|(_, part)| counts(part));
+            let corners = counted.flat_map(|(_, part)| &part.triangles);
+            let bins = LayerBins::new(dz, center.z, corners);
+            stand.layers = Some(bins.map_err(|problem| problem.of("layers").at(place()))?);
+        }
+        stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
+            && parts.lights.iter().all(|l| matches!(l.shape, LightShape::Infinite(_)));
         let mut triangles = Vec::new();
         let mut surfaces = Vec::new();
         let mut tangents = vec![Vec::new(); parts.materials.len()];
@@ -240,6 +258,7 @@ impl Scene {
             surfaces,
             object_parts,
             flush_lights,
+            stand,
             light_bvh,
             light_triangles,
             light_images,

@@ -34,6 +34,9 @@ impl Scene {
         if let Some(hours) = self.period_h.filter(|hours| *hours < 24.0) {
             let _ = write!(hash, " {hours:?}");
         }
+        if self.stand.channels() > 0 {
+            let _ = write!(hash, " {:?}", self.stand);
+        }
         if let Some(lattice) = self.lattice() {
             let _ = write!(hash, " {lattice:?}");
         }

@@ -125,6 +125,10 @@ pub struct SceneParts {
     pub captors: Vec<CaptorPart>,
     /// Names of the groups, unique.
     pub groups: Vec<String>,
+    /// Height of the layers in which surface captors are summed, m; `None` for no layers.
+    pub layers: Option<f64>,
+    /// Indices of the objects that are ground, below the plants.
+    pub ground: Vec<usize>,
     /// How the scene repeats, m from the user's origin; `None` if it does not. Powers of lamps are
     /// then those of one cell.
     pub lattice: Option<Lattice>,

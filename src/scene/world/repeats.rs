@@ -9,11 +9,13 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 
-use super::{Crossing, MARGINS, MAX_TRIANGLES, Scene, SceneParts, SurfaceHit};
+use super::{
+    Crossing, MARGINS, MAX_TRIANGLES, Scene, SceneParts, SurfaceHit, shapes::has_parallel,
+};
 use crate::{
     error::Problem,
     math::{
-        geometry::{Ray, Triangle},
+        geometry::{Ray, Triangle, closeness},
         spectrum::{Lanes, Spectrum},
     },
     scene::{
@@ -200,6 +202,47 @@ impl Scene {
         SurfaceHit { t: (stretch.start + f64::from(hit.t)) as f32, triangle, point }
     }
 
+    /// Returns the number of triangles of surfaces that reach into other cells than the middle of
+    /// their object.
+    pub fn reaching_out(&self) -> usize {
+        let Some(repeats) = &self.shapes.repeats else { return 0 };
+        let cell = |p: Vec3| repeats.lattice.cell_of(p.as_dvec3());
+        let reaches =
+            |t: &&Triangle| [t.a, t.b, t.c].into_iter().any(|corner| cell(corner) != [0, 0]);
+        let slack = repeats.layers.slack as f32;
+        // what only touches the border stays in the cell
+        let shrunk = |t: &Triangle| -> Triangle {
+            let middle = t.centroid();
+            let inwards = |p: Vec3| p + 4.0 * slack * (middle - p).normalize_or_zero();
+            [inwards(t.a), inwards(t.b), inwards(t.c)].into()
+        };
+        self.triangles().iter().map(shrunk).filter(|t| reaches(&t)).count()
+    }
+
+    /// Returns whether a triangle of a surface lies in the plane of an image of its own object, which
+    /// overlaps it. It looks at its middle and close to its corners.
+    pub fn lies_on_its_image(&self, triangle: usize) -> bool {
+        let Some(repeats) = self.shapes.repeats.as_ref().filter(|r| !r.surfaces.of.is_empty())
+        else {
+            return false;
+        };
+        let (own, shape) = (self.triangles().len(), self.triangles()[triangle]);
+        let object = self.object(triangle);
+        let places = [(1.0 / 3.0, 1.0 / 3.0), (0.02, 0.02), (0.96, 0.02), (0.02, 0.96)];
+        places.map(|(u, v)| shape.point(u, v)).into_iter().any(|point| {
+            let cell = repeats.lattice.cell_of(point.as_dvec3());
+            let inside = point - repeats.lattice.shift(cell).as_vec3();
+            let reach = closeness(inside) + 4.0 * shape.offset();
+            let corners = |t| *self.shapes.surface_shape(t);
+            let bvh = &self.shapes.surface_bvh;
+            has_parallel(bvh, corners, inside, shape.normal(), reach, |t| {
+                let (of, image) = repeats.surfaces.origin(t, own);
+                let in_place = image == cell.map(|i| -i);
+                !in_place && self.object(of as usize) == object
+            }) == Some(true)
+        })
+    }
+
     /// Returns whether a ray that meets no surface was given up: it runs level through more cells
     /// than are followed.
     pub fn is_endless(&self, ray: &Ray) -> bool {
@@ -210,9 +253,17 @@ impl Scene {
         })
     }
 
+    /// Returns the ray that leaves a surface where `before` has met it, like
+    /// [`leave`](Self::leave), but in the coordinates of that ray, however many periods away the
+    /// scene describes the surface.
+    pub fn leave_on(&self, before: &Ray, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
+        let ray = self.leave(hit, side, direction);
+        Ray { origin: ray.origin + self.periods_to(before, hit), ..ray }
+    }
+
     /// Returns the whole periods from the place where the scene describes a hit to where the ray has
     /// met it; zero in a scene that does not repeat.
-    pub fn periods_to(&self, ray: &Ray, hit: &SurfaceHit) -> Vec3 {
+    fn periods_to(&self, ray: &Ray, hit: &SurfaceHit) -> Vec3 {
         self.lattice().map_or(Vec3::ZERO, |lattice| {
             let met = ray.origin.as_dvec3() + f64::from(hit.t) * ray.direction.as_dvec3();
             lattice.shift(lattice.between(hit.point.as_dvec3(), met)).as_vec3()

@@ -61,6 +61,15 @@ impl SceneParts {
                 return Err(Error::input(place, problem).remedy("give indices of its surfaces"));
             }
         }
+        if let Some(dz) = self.layers
+            && !(dz.is_finite() && dz > 0.0)
+        {
+            let problem = Problem::new(format!("a height of {} m", number(dz)), "give one above 0");
+            return Err(problem.of("layers").at(place));
+        }
+        for &object in &self.ground {
+            check(check_index("object", object, self.objects.len()), "ground", place)?;
+        }
         if let Some(lattice) = &self.lattice {
             check(lattice.check(), "periodic", place)?;
         }

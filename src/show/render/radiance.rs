@@ -183,7 +183,10 @@ impl Whitted<'_> {
                 let side =
                     if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
                 ways.push(Way {
-                    ray: scene.leave(&hit, side, scatter.direction),
+                    ray: match scatter.lobe {
+                        LobeKind::Straight => scene.leave_on(&ray, &hit, side, scatter.direction),
+                        _ => scene.leave(&hit, side, scatter.direction),
+                    },
                     throughput: throughput.scaled(1.0 / chance),
                     surfaces: surfaces + 1,
                     length,

@@ -110,7 +110,8 @@ pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
         // daylight has no place
         .filter(|(_, extent)| extent.min.is_finite())
         .collect();
-    let room = room(scene, &pieces, &lamps);
+    // a cell of a scene that repeats is no room
+    let room = room(scene, &pieces, &lamps).filter(|_| scene.lattice().is_none());
     check_heights(scene, &pieces, room, &lamps, remarks);
     if let Some(room) = room {
         check_room(scene, &pieces, room, &lamps, remarks);

@@ -41,6 +41,8 @@ pub struct PathScore<L> {
     /// found is missing. If surfaces have left only a fraction of the path, this is true with that
     /// probability.
     pub cut_off: bool,
+    /// The layer in which the path starts, where a surface captor counts in one.
+    pub layer: Option<usize>,
 }
 
 /// A face of a captor, from which paths start.
@@ -131,7 +133,8 @@ impl<'a> Face<'a> {
         });
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
-        let mut score = PathScore { flux, absorbed, rays, cut_off };
+        let mut score =
+            PathScore { flux, absorbed, rays, cut_off, layer: self.layer(triangle, point) };
         for (direction, flux) in direct.chain(indirect) {
             score.absorbed += self.absorbed(triangle, direction, &flux, rng);
             score.flux += self.read(flux, direction.dot(normal));
@@ -140,6 +143,15 @@ impl<'a> Face<'a> {
             self.sent(spots, free, &mut score, rng);
         }
         score
+    }
+
+    /// Returns the layer in which a point of a triangle of the captor counts.
+    fn layer(&self, triangle: usize, point: Vec3) -> Option<usize> {
+        let layers = self.scene.stand().layers.as_ref()?;
+        let of = &self.scene.captors[self.captor];
+        let counts =
+            of.kind == CaptorKind::Surface && !self.scene.is_ground(of.triangles.start + triangle);
+        counts.then(|| layers.of(point))
     }
 
     /// Returns what the sensor reads of flux that comes at this cosine to the normal of the face.

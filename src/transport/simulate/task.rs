@@ -99,7 +99,8 @@ impl Run<'_> {
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
                 let score = face.path::<L>(pilot, &mut rng);
-                tally.score_path(&self.scene.captors[face.captor], face.channel, &score);
+                let captor = &self.scene.captors[face.captor];
+                tally.score_path(self.scene, captor, face.channel, &score);
                 brightest = brightest.zip(&score.flux, f32::max);
             }
             let area = self.scene.captors[face.captor].area;

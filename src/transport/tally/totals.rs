@@ -8,8 +8,8 @@ use crate::{
     scene::{captor::CHANNELS, world::Scene},
 };
 
-/// The sums over all batches: running sums for each channel of the captors, then of the groups; in
-/// each channel for each band, then for each sum over bands.
+/// The sums over all batches: running sums for each channel of the captors, then of the groups, then
+/// of the stand; in each channel for each band, then for each sum over bands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Totals {
     /// Number of batches so far.
@@ -45,7 +45,7 @@ impl Totals {
     pub fn new(scene: &Scene, parts: usize) -> Self {
         let columns = scene.bands.len() + scene.sums.len();
         let group_channels = scene.groups.len() * CHANNELS.len();
-        let channels = scene.channels() + group_channels;
+        let channels = scene.channels() + group_channels + scene.stand().channels();
         let captor_of_channel = scene
             .captors
             .iter()
@@ -77,7 +77,8 @@ impl Totals {
         let of_channel = columns * size_of::<Running>() + size_of::<[u64; 2]>();
         let of_group = columns * size_of::<f64>();
         let ledger = (scene.materials.len() + 3) * scene.bands.len() * size_of::<f64>();
-        let sums = (scene.channels() + groups) * of_channel + groups * of_group + ledger;
+        let channels = scene.channels() + groups + scene.stand().channels();
+        let sums = channels * of_channel + groups * of_group + ledger;
         (parts + 1) * (size_of::<Self>() + sums)
     }
 
@@ -95,6 +96,14 @@ impl Totals {
                 row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
             }
             let photons = batch.photons[i];
+            if channel >= scene.channels() {
+                // those of the stand come after the groups
+                let channel = channel + scene.groups.len() * CHANNELS.len();
+                self.photons[channel] += photons;
+                let running = &mut self.running[channel * self.columns..];
+                running.iter_mut().zip(&row).for_each(|(running, value)| running.add(*value));
+                continue;
+            }
             self.photons[channel] += photons;
             self.arrived[channel] += batch.histories[i];
             if let Some(theirs) = batch.weighed.get(i) {
@@ -223,6 +232,12 @@ impl Totals {
     pub fn equal_histories(&self, channel: usize) -> Option<f64> {
         let [sum, squares] = *self.weighed.get(channel)?;
         Some(if squares > 0.0 { sum * sum / squares } else { 0.0 })
+    }
+
+    /// Returns the running mean and standard error of one of the sums of the stand, per band, then
+    /// per sum over bands.
+    pub fn of_stand(&self, scene: &Scene, channel: usize) -> &[Running] {
+        self.running(scene.channels() + scene.groups.len() * CHANNELS.len() + channel)
     }
 
     /// Returns the running mean and standard error of a channel, per band, then per sum.
