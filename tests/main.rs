@@ -31,6 +31,7 @@ mod interrupts;
 mod invariance;
 mod layers;
 mod manners;
+mod many_lights;
 mod masks;
 mod mesh_files;
 mod meshes_in_memory;

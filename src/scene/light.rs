@@ -2,7 +2,8 @@
 //! ([`Light::sample_toward`], [`Light::pdf_toward`], [`Light::radiance`]).
 //!
 //! Read [`LightShape`] (`shape`) first, then [`Light`], then `illuminate` for light as a point sees
-//! it and `strata` for the way in which histories are shared among lights. `intensity` holds
+//! it, `strata` for the way in which histories are shared among lights, and `tree` for the choice
+//! among many. `intensity` holds
 //! luminaires, `entrance` light from infinitely far away. Nothing here knows surfaces: whether one
 //! stands between a light and a point is for the caller to find out.
 
@@ -30,6 +31,7 @@ mod start;
 mod strata;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 pub use entrance::{Entrance, EntryFace, MARGIN, Prism};
 pub use illuminate::{EmittedRadiance, EmitterHit, LightHit, LightSample, Toward};
@@ -41,6 +43,7 @@ pub use shape::{
 };
 pub use start::Start;
 pub use strata::{Emission, Strata, sources};
+pub use tree::LightTree;
 
 /// A light: the power that it emits in each band, and a way to emit it.
 #[derive(Clone, Debug)]

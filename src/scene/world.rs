@@ -31,11 +31,12 @@ use crate::{
         bvh::{Bvh, Hit},
         captor::{Captor, CaptorKind},
         lattice::Lattice,
-        light::{Light, Prism, sources},
+        light::{Light, LightTree, Prism, sources},
         material::Material,
         stand::Stand,
     },
 };
+use lights_met::Tubes;
 use repeats::LightImages;
 use shapes::{Shapes, has_parallel};
 
@@ -137,6 +138,9 @@ pub struct Scene {
     object_parts: Vec<(usize, Option<usize>)>,
     flush_lights: Vec<FlushLight>,
     stand: Stand,
+    /// The tree by which one of many lights is chosen.
+    light_tree: Option<LightTree>,
+    tubes: Tubes,
     light_triangles: Vec<Triangle>,
     light_of_triangle: Vec<u32>,
     light_bvh: Bvh,
@@ -203,6 +207,13 @@ impl Scene {
     /// Returns the prism by whose faces light from infinitely far away comes in.
     pub fn inside(&self) -> &Prism {
         &self.inside
+    }
+
+    /// Returns the tree of the lights, if there are so many that scanning them takes longer. A scene
+    /// that repeats has none.
+    #[inline]
+    pub fn light_tree(&self) -> Option<&LightTree> {
+        self.light_tree.as_ref()
     }
 
     /// Returns what is summed of the plants as a whole.

@@ -133,7 +133,7 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let (l, chance) = at.choice.choose(scene, || self.rng.uniform())?;
+        let (l, chance) = at.choice.choose(scene, None, self.rng)?;
         let sample = scene.sample_toward::<L>(l, at.point, self.rng)?;
         let toward = match sample.target {
             Toward::Point { point, .. } => (point - at.point).try_normalize()?,

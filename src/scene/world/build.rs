@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::{
     CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
+    lights_met::{MANY, Tubes},
     mirrors::{FlatMirrors, shows_images},
     repeats::{LightImages, check_images},
     shapes::{KeptShapes, Outlines},
@@ -20,7 +21,7 @@ use crate::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
         lattice::{Images, Layers, Repeats},
-        light::{Entrance, Light, LightShape, MARGIN, Prism},
+        light::{Entrance, Light, LightShape, LightTree, MARGIN, Prism},
         stand::{LayerBins, Stand},
     },
 };
@@ -248,7 +249,6 @@ impl Scene {
             has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
             flat_mirrors,
             infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
-            lights,
             captors,
             groups: parts.groups,
             center,
@@ -259,6 +259,9 @@ impl Scene {
             object_parts,
             flush_lights,
             stand,
+            light_tree: (lights.len() > MANY && lattice.is_none()).then(|| LightTree::new(&lights)),
+            tubes: Tubes::new(&lights),
+            lights,
             light_bvh,
             light_triangles,
             light_images,

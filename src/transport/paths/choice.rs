@@ -2,14 +2,20 @@
 
 use glam::Vec3;
 
-use crate::scene::world::Scene;
+use crate::{math::rng::Stream, scene::world::Scene};
 
 /// The largest number of lights that [`LightChoice::roughly`] looks at.
 pub(super) const ROUGH: usize = 256;
 
+/// Fraction of the choices among many lights that are the same for all of them.
+const EVEN: f64 = 0.2;
+
 /// The chances of the lights at a point. One half of the chance is in proportion to what each light
 /// may contribute there. The other half is the same for all lights that may contribute anything,
 /// for the sake of a dim lamp in a room that a bright lamp does not reach.
+///
+/// Where the scene has many lights, its [tree](Scene::light_tree) chooses four fifths of them by
+/// what they may contribute, and the rest is the same for all lights.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LightChoice {
     point: Vec3,
@@ -39,6 +45,12 @@ impl LightChoice {
         if scene.lights.len() == 1 {
             return choice;
         }
+        if let Some(tree) = scene.light_tree() {
+            choice.total = tree.importance(point, one_sided);
+            choice.total += choice.infinite(scene).map(|(_, importance)| importance).sum::<f32>();
+            choice.count = scene.lights.len();
+            return choice;
+        }
         for light in (0..scene.lights.len()).step_by(step) {
             let importance = choice.importance(scene, light);
             choice.total += importance;
@@ -49,17 +61,22 @@ impl LightChoice {
         choice
     }
 
-    /// Returns the index of the light that a number in [0, 1) selects, and its chance. `None` where
-    /// no light can shine. A light that is alone is always chosen and needs no number.
+    /// Returns the index of a light chosen by chance, and its chance; `number` in [0, 1), if given,
+    /// decides among few lights. `None` where no light can shine. A light that is alone is always
+    /// chosen and needs no number.
     pub(super) fn choose(
         &self,
         scene: &Scene,
-        number: impl FnOnce() -> f32,
+        number: Option<f32>,
+        rng: &mut Stream,
     ) -> Option<(usize, f32)> {
         if scene.lights.len() == 1 {
             return Some((0, 1.0));
         }
-        let mut rest = number();
+        if scene.light_tree().is_some() {
+            return self.choose_of_many(scene, rng);
+        }
+        let mut rest = number.unwrap_or_else(|| rng.uniform());
         let chances = (0..scene.lights.len()).map(|light| (light, self.chance(scene, light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
@@ -67,10 +84,51 @@ impl LightChoice {
         })
     }
 
+    #[inline(never)]
+    fn choose_of_many(&self, scene: &Scene, rng: &mut Stream) -> Option<(usize, f32)> {
+        if self.total <= 0.0 {
+            return None;
+        }
+        let number = rng.uniform_fine();
+        let light = if number < EVEN {
+            (number / EVEN * self.count as f64) as usize
+        } else {
+            let mut rest = (number - EVEN) / (1.0 - EVEN) * f64::from(self.total);
+            let at_infinity = self.infinite(scene).find(|(_, importance)| {
+                rest -= f64::from(*importance);
+                rest < 0.0
+            });
+            match at_infinity {
+                Some((light, _)) => light,
+                None => {
+                    let tree = scene.light_tree()?;
+                    let all = tree.importance(self.point, self.one_sided);
+                    let number = (rest / f64::from(all)).clamp(0.0, 1.0 - f64::EPSILON);
+                    tree.choose(self.point, self.one_sided, number)?.0
+                }
+            }
+        };
+        let light = light.min(self.count - 1);
+        Some((light, self.chance(scene, light)))
+    }
+
     /// Returns the chance with which a light is chosen, in [0, 1].
     pub(super) fn chance(&self, scene: &Scene, light: usize) -> f32 {
         if scene.lights.len() == 1 {
             return 1.0;
+        }
+        if let Some(tree) = scene.light_tree() {
+            if self.total <= 0.0 {
+                return 0.0;
+            }
+            let share = match scene.lights[light].entrance() {
+                Some(_) => self.importance(scene, light) / self.total,
+                None => {
+                    tree.importance(self.point, self.one_sided) / self.total
+                        * tree.probability(self.point, self.one_sided, light)
+                }
+            };
+            return (1.0 - EVEN as f32) * share + EVEN as f32 / self.count as f32;
         }
         let importance = self.importance(scene, light);
         if importance == 0.0 {
@@ -78,6 +136,11 @@ impl LightChoice {
         }
         // an estimate may have left out the brightest light
         (0.5 * (importance / self.total + 1.0 / self.count.max(1) as f32)).min(1.0)
+    }
+
+    /// Returns the lights at infinity, with what they may contribute.
+    fn infinite(&self, scene: &Scene) -> impl Iterator<Item = (usize, f32)> {
+        scene.infinite_lights().map(|(light, _)| (light, self.importance(scene, light)))
     }
 
     /// Returns the approximate irradiance of a light at the point, W/m2 or umol/m2/s; zero only

@@ -88,7 +88,7 @@ impl Reflectors {
         u: f32,
         rng: &mut Stream,
     ) -> Option<(usize, Vec3)> {
-        let (light, _) = at.choice.choose(scene, || u)?;
+        let (light, _) = at.choice.choose(scene, Some(u), rng)?;
         let lit = &self.lit[light];
         if lit.triangles.is_empty() {
             return None;
