@@ -71,7 +71,7 @@ impl Spots {
     /// surface. `None` if there is no such lamp. The spots that paths find often enough because
     /// they aim at `reflectors` do not count.
     pub fn find(scene: &Scene, reflectors: Option<&Reflectors>, seed: u64) -> Option<Self> {
-        let photons = PHOTONS.min((MOST_PHOTONS / scene.lights.len().max(1) as u64).max(64));
+        let photons = PHOTONS.min((MOST_PHOTONS / scene.lights.len().max(1) as u64).max(16));
         let streams = Streams::new(seed, Purpose::Spots, 0);
         let is_spot = |&light: &usize| {
             let first = light as u64 * photons;
