@@ -222,8 +222,9 @@ struct Run<'a> {
     /// The most bytes that the arrivals of the photon map may take, and whether they took more.
     map_room: u64,
     map_too_large: AtomicBool,
-    /// For paths, per band: the bits of the largest irradiance that one path has found, W/m2 or
-    /// umol/m2/s. The bits of floats that are not negative have the same order as the floats.
+    /// Per band, the bits of the largest irradiance that one path has found, W/m2 or umol/m2/s, or,
+    /// for guided photons of a run with a tolerance, of the largest power times the histories of a
+    /// task with which one has come to a captor, W or umol/s. The bits of floats that are not negative have the same order as the floats.
     brightest: Vec<AtomicU64>,
 }
 

@@ -213,6 +213,12 @@ impl Entrance {
         &self.faces[face].power
     }
 
+    /// Returns the largest ratio, in a band, of the power of a photon that enters by a face to the
+    /// mean of all photons that enter there.
+    pub fn largest_factor(&self, face: usize, band: usize) -> f64 {
+        self.faces[face].entry.largest_factor(band)
+    }
+
     /// Returns whether the light that enters by a face is that of a sun.
     pub fn is_sun(&self, face: usize) -> bool {
         self.faces[face].is_sun

@@ -14,7 +14,6 @@ use crate::{
     math::stats::{Running, rate_bound},
     scene::{
         captor::{CHANNELS, Channel},
-        light::Strata,
         world::Scene,
     },
     transport::tally::Totals,
@@ -137,21 +136,28 @@ impl Run<'_> {
         let powers: Vec<f64> = powers.collect();
         let batch = schedule.batches - 1;
         let histories = schedule.batch(batch) as f64;
+        let brightest = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
+        let brightest: Vec<f64> = brightest.map(f64::from_bits).collect();
         let (flux, irradiance) = match &self.work {
             Work::Photons(_) => {
-                let mut most = vec![0.0; bands];
+                let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
+                // what guided photons have brought may be more than any was emitted with
+                let mut most = brightest;
                 for task in [0, schedule.tasks(batch) - 1] {
                     let (_, length) = schedule.range(batch, task);
-                    let strata = Strata::new(&self.scene.lights, length, bands);
-                    for weights in (0..self.scene.lights.len()).map(|l| strata.weights(l)) {
-                        most.iter_mut().zip(weights).for_each(|(most, w)| *most = w.max(*most));
+                    let strata = self.strata(length);
+                    for source in 0..strata.sources() {
+                        let more = lamps.map_or(1.0, |lamps| lamps.most(source));
+                        for (band, most) in most.iter_mut().enumerate() {
+                            let own = strata.most(&self.scene.lights, source, band);
+                            *most = most.max(more * own);
+                        }
                     }
                 }
                 (most, vec![0.0; bands])
             }
             Work::Paths(..) => {
-                let bits = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
-                let irradiance: Vec<f64> = bits.map(f64::from_bits).collect();
+                let irradiance = brightest;
                 // where no path has found anything, assume that one may bring all the power there
                 // is
                 let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
@@ -172,8 +178,8 @@ impl Run<'_> {
 /// The most that one history can contribute to the estimate of a batch, per band and sum over
 /// bands.
 struct Brightest {
-    /// For photons: the power of the heaviest one, W or umol/s, divided by the histories of a
-    /// batch.
+    /// For photons: the power of the heaviest one that is emitted or, where photons are guided, has
+    /// come to a captor, W or umol/s, divided by the histories of a batch.
     flux: Vec<f64>,
     /// For paths: the largest irradiance that one has found on any face, W/m2 or umol/m2/s, divided
     /// likewise.
