@@ -185,6 +185,12 @@ impl Entrance {
         !self.light.through.is_empty()
     }
 
+    /// Returns the triangles of the openings, with their fronts to the sky; empty if the light comes
+    /// in everywhere.
+    pub fn openings(&self) -> &[Triangle] {
+        &self.openings
+    }
+
     /// Returns the farthest opening that a ray crosses: the distance along the ray, m, and whether
     /// the ray crosses it towards the sky. Openings whose plane the start of the ray lies in, to
     /// within `offset` metres, are left out.
