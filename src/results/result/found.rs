@@ -332,8 +332,7 @@ struct Sums {
 
 impl Sums {
     fn of(totals: &Totals, channel: usize) -> Self {
-        let estimates: Vec<_> =
-            totals.running(channel).iter().map(|r: &Running| r.estimate(totals.batches)).collect();
+        let estimates: Vec<Estimate> = totals.estimates(channel).collect();
         let arrived = |mean: f64| mean != 0.0;
         Self {
             mean: estimates.iter().map(|e| e.mean).collect(),

@@ -11,7 +11,7 @@ use std::sync::atomic::Ordering;
 
 use super::{Run, Work, schedule::Schedule, watched::Watched};
 use crate::{
-    math::stats::{Running, rate_bound},
+    math::stats::{Estimate, Running, rate_bound},
     scene::{
         captor::{CHANNELS, Channel},
         world::Scene,
@@ -75,7 +75,8 @@ struct Found {
     on_surface: bool,
     at: FaceBand,
     running: Running,
-    irradiance: f64,
+    /// Flux, W or umol/s.
+    estimate: Estimate,
 }
 
 impl Found {
@@ -102,7 +103,7 @@ impl Run<'_> {
             let found = found(watched, totals, band);
             let medians = Medians::of(&found);
             for face in &found {
-                let Found { area, at, running, .. } = *face;
+                let Found { area, at, running, estimate, .. } = *face;
                 let batches_with_light = running.above_zero();
                 if !face.is_enough() {
                     let history = brightest.on(area, band).max(running.largest());
@@ -113,7 +114,6 @@ impl Run<'_> {
                         continue;
                     }
                 }
-                let estimate = running.estimate(totals.batches);
                 let error = estimate.standard_error.filter(|_| batches_with_light > 0);
                 let relative_error = error.map(|error| error / estimate.mean);
                 // about how many times as many histories are needed
@@ -207,8 +207,8 @@ fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<Found> {
     let found = |watched: &Watched| {
         let Watched { captor, face, channel, area, on_surface, .. } = *watched;
         let running = totals.running(channel)[band];
-        let irradiance = running.estimate(totals.batches).mean / area;
-        Found { area, on_surface, at: FaceBand { captor, face, band }, running, irradiance }
+        let estimate = totals.estimates(channel).nth(band).expect("it has all bands");
+        Found { area, on_surface, at: FaceBand { captor, face, band }, running, estimate }
     };
     of_band.map(found).collect()
 }
@@ -225,7 +225,7 @@ impl Medians {
     fn of(found: &[Found]) -> Self {
         let median = |of: &dyn Fn(&Found) -> bool| {
             let lit = found.iter().filter(|face| face.is_enough() && of(face));
-            let mut values: Vec<f64> = lit.map(|face| face.irradiance).collect();
+            let mut values: Vec<f64> = lit.map(|face| face.estimate.mean / face.area).collect();
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
         };
