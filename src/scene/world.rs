@@ -12,6 +12,7 @@ mod digest;
 mod flush;
 mod lights_met;
 mod mirrors;
+mod outside;
 mod parts;
 mod shapes;
 mod validate;
@@ -37,6 +38,7 @@ use shapes::{Shapes, has_parallel};
 
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
+pub use outside::Outside;
 pub use parts::{
     Band, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts, SurfacePart,
 };

@@ -186,6 +186,12 @@ impl Entrance {
         !self.light.through.is_empty()
     }
 
+    /// Returns the triangles of the openings, with their fronts to the sky; empty if the light comes
+    /// in everywhere.
+    pub fn openings(&self) -> &[Triangle] {
+        &self.openings
+    }
+
     /// Returns the farthest opening that a ray crosses: the distance along the ray, m, and whether
     /// the ray crosses it towards the sky. Openings whose plane the start of the ray lies in, to
     /// within `offset` metres, are left out.
@@ -212,6 +218,12 @@ impl Entrance {
     /// Returns the flux that enters by a face, per band, W or umol/s.
     pub fn power(&self, face: usize) -> &[f64] {
         &self.faces[face].power
+    }
+
+    /// Returns the largest ratio, in a band, of the power of a photon that enters by a face to the
+    /// mean of all photons that enter there.
+    pub fn largest_factor(&self, face: usize, band: usize) -> f64 {
+        self.faces[face].entry.largest_factor(band)
     }
 
     /// Returns whether the light that enters by a face is that of a sun.
