@@ -144,7 +144,7 @@ fn keys_and_types() {
             &["/sun: unknown key `sun`; it is kept for a later version (keys here: name"],
         ),
         ("sky", "{}", &["/sky: unknown key `sky`"]),
-        ("periodic", "true", &["/periodic: unknown key `periodic`"]),
+        ("endless", "true", &["/endless: unknown key `endless`"]),
         ("a\\n\\u001bb", "1", &["unknown key `a\\n\\u{1b}b`"]),
         ("name", "5", &["/name: 5, must be a string"]),
         ("unit", "\"km\"", &["/unit: unknown value `km`", "m, cm, mm"]),

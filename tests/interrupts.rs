@@ -179,3 +179,28 @@ fn commands_that_read_end_soon() {
         ends_soon(&folder, line, after);
     }
 }
+
+/// An environment map of 2 million texels is read for longer than an end may take, by commands that
+/// read scenes once and by one that reads them again for each of its runs.
+#[test]
+fn commands_that_read_maps_end_soon() {
+    let scene = r#"{
+        "materials": {"grey": {"type": "lambert", "reflectance": 0.5}},
+        "objects": [{"name": "room", "obj": "box.obj", "material": "grey"}],
+        "lights": [{"type": "environment", "file": "sky.hdr"}],
+        "captors": [{"name": "s", "disc": {"center": [0.5, 0.5, 2], "normal": [0, 0, 1], "radius": 1}}],
+        "settings": {"photons": 1000, "threads": 1}
+    }"#;
+    let scene = TestScene::new(scene, &[("box.obj", BOX)]);
+    let (width, height) = (2048u32, 1024u32);
+    let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n");
+    let texels = (0..width * height).flat_map(|i| [100, (i % 90) as u8 + 60, (i % 7) as u8, 128]);
+    let map: Vec<u8> = head.into_bytes().into_iter().chain(texels).collect();
+    fs::write(scene.path("sky.hdr"), map).expect("a map");
+    let sweep = r#"{"scene": "scene.json", "vary": {"/materials/grey/reflectance": [0.1, 0.2]}}"#;
+    fs::write(scene.path("s.json"), sweep).expect("a sweep");
+    let folder = scene.path("");
+    for line in ["chart scene.json -o charts", "sweep s.json -o out"] {
+        ends_soon(&folder, line, 0.08);
+    }
+}

@@ -115,7 +115,6 @@ fn masks_that_cannot_cut_are_said() {
     for (mtl, file, warning) in [
         (LEAF, None, "cannot be used (there is no such file): its faces are not cut"),
         (LEAF, Some(b"\xff\xd8\xff\xe0".to_vec()), "is a JPEG file"),
-        (LEAF, Some(opaque()), "is its colour and has no alpha"),
         ("newmtl blade\nmap_d -t 1 leaf.png\n", Some(half()), "turbulence"),
         ("newmtl blade\nmap_Kd leaf.png\n", Some(half()), "50.0 % of its texture `leaf.png`"),
         ("newmtl blade\nmap_d C:\\x\\leaf.png\n", Some(half()), "cuts 50.0 %"),
@@ -132,6 +131,18 @@ fn masks_that_cannot_cut_are_said() {
         assert!(said[0].contains(warning), "{mtl}: {said:?}");
         assert!(said[0].contains("card.mtl:1: ") || said[0].contains("scene.json"), "{said:?}");
     }
+    // the colours of an opaque leaf, with an alpha channel and without
+    for (colours, texels) in
+        [(png::ColorType::Rgba, vec![40, 90, 30, 255]), (png::ColorType::Rgb, vec![40, 90, 30])]
+    {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+        encoder.set_color(colours);
+        encoder.write_header().unwrap().write_image_data(&texels).unwrap();
+        let loaded = load(&scene(LEAF, "", &[("leaf.png", bytes)]));
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert_eq!(loaded.scene.triangles().len(), 2);
+    }
     // neither vt nor a picture that repeats without end
     let bare = scene(LEAF, "", &[("leaf.png", half())]);
     let path = bare.path("card.obj");
@@ -141,4 +152,25 @@ fn masks_that_cannot_cut_are_said() {
     fs::write(&path, CARD.replace("vt 1 1", "vt 1e9 1e9")).expect("an OBJ file");
     let error = phylux::load(Path::new(&bare.path("scene.json"))).unwrap_err().to_string();
     assert!(error.contains("repeats") && error.contains("\"mask\": false"), "{error}");
+}
+
+/// Masks cut objects alone. Where one would cut the mesh of a captor or of a light, it is said; an
+/// opaque one says nothing.
+#[test]
+fn masks_of_captors_and_lights_are_said() {
+    let warnings = |rule: fn(f64, f64) -> bool| {
+        let text = r#"{"materials": {}, "objects": [],
+            "captors": [{"name": "leaf", "obj": "card.obj"}],
+            "lights": [{"name": "panel", "type": "area", "power": 1, "obj": "card.obj"}]}"#;
+        let scene = TestScene::new(text, &[("card.obj", CARD), ("card.mtl", LEAF)]);
+        fs::write(scene.path("leaf.png"), picture(16, rule)).expect("a mask");
+        load(&scene).warnings
+    };
+    let said = warnings(|x, _| x < 0.5);
+    assert_eq!(said.len(), 2, "{said:?}");
+    for place in ["/captors/0/obj: ", "/lights/0/obj: "] {
+        let found = said.iter().find(|warning| warning.contains(place)).expect(place);
+        assert!(found.contains("the mask `leaf.png` of "), "{found}");
+    }
+    assert!(warnings(|_, _| true).is_empty());
 }

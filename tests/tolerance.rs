@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path, process::Command};
 
-use phylux::{Estimator, Guiding, RunResult, Settings};
+use phylux::{Estimator, Guiding, RunResult, Settings, Target};
 use serde_json::Value;
 
 use crate::common::{TestScene, binary, front, run_file};
@@ -155,6 +155,109 @@ fn faces_without_light_are_dark() {
         let error = worst.relative_error.expect("an error");
         assert!(error <= 0.02 && worst.batches_with_light >= 30, "{worst:?}");
     }
+}
+
+/// A black floor in the open under a high sun of 80 W/m2, with a faint sky before it in the list of
+/// lights. The large sensor gets many photons, and the small one 0.2 a round on average.
+fn under_the_sun() -> TestScene {
+    TestScene::new(
+        r#"{
+            "name": "sun", "sun_at": { "elevation_deg": 90, "azimuth_deg": 0 },
+            "materials": { "black": { "type": "lambert", "reflectance": 0 } },
+            "objects": [{ "name": "floor", "obj": "floor.obj", "material": "black" }],
+            "lights": [
+                { "type": "sky", "model": "overcast", "irradiance": 1e-4 },
+                { "type": "sun", "irradiance": 80 }
+            ],
+            "captors": [
+                { "name": "large", "disc": { "center": [5, 5, 0.1], "normal": [0, 0, 1], "radius": 4 } },
+                { "name": "small", "disc": { "center": [-5, -5, 0.1], "normal": [0, 0, 1], "radius": 0.01 } }
+            ]
+        }"#,
+        &[("floor.obj", "v -10 -10 0\nv 10 -10 0\nv 10 10 0\nv -10 10 0\nf 1 2 3 4\n")],
+    )
+}
+
+/// A sensor that no photon has met yet is not dark where one photon of the sun would be much light
+/// on it, whichever of the many sources of daylight is the first. In a round it is met with odds of
+/// 1/5; this seed does not meet it.
+#[test]
+fn a_small_sensor_in_the_sun_is_not_dark() {
+    let run = until(&under_the_sun().path("scene.json"), |settings| {
+        (settings.tolerance, settings.tolerance_limit) = (Some(0.1), Some(262_144));
+        settings.guiding = Guiding::Off;
+    });
+    let tolerance = run.tolerance.as_ref().expect("a tolerance");
+    assert_eq!(front(&run, "small").photons, 0);
+    assert!(!tolerance.met && tolerance.dark.is_empty(), "{tolerance:?}");
+    assert_eq!(tolerance.worst.as_ref().map(|worst| worst.captor.as_str()), Some("small"));
+}
+
+/// The closed box of [`shut`], and a sensor that looks at a small grey wall in the light of the lamp.
+fn beside_a_wall() -> TestScene {
+    let scene = shut();
+    let text = fs::read_to_string(scene.path("scene.json")).expect("a scene");
+    let text = text
+        .replace(
+            r#""reflectance": 0 }"#,
+            r#""reflectance": 0 }, "grey": { "type": "lambert", "reflectance": 0.5 }"#,
+        )
+        .replace(
+            r#""objects": ["#,
+            r#""objects": [
+            { "name": "wall", "obj": "wall.obj", "material": "grey" },"#,
+        )
+        .replace(
+            r#""center": [0, 0, 1.5], "normal": [0, 0, -1], "radius": 0.1"#,
+            r#""center": [1.9, 0, 1], "normal": [1, 0, 0], "radius": 0.05"#,
+        );
+    let wall = "v 2 -0.1 0.9\nv 2 0.1 0.9\nv 2 0.1 1.1\nv 2 -0.1 1.1\nf 1 4 3 2\n";
+    fs::write(scene.path("wall.obj"), wall).expect("a wall");
+    fs::write(scene.path("scene.json"), text).expect("a scene");
+    scene
+}
+
+/// A photon of guided lamps counts up to five times as much as one of lamps that are not guided, so
+/// the bound of a dark face is as many times as large. Here lamps are guided to the near sensor's
+/// surroundings: a grey wall. The test does not depend on chance.
+#[test]
+fn guided_photons_may_be_heavier_where_it_is_dark() {
+    let scene = beside_a_wall();
+    let bound = |guiding| {
+        let run = until(&scene.path("scene.json"), |settings| {
+            (settings.tolerance, settings.guiding) = (Some(0.1), guiding);
+        });
+        let tolerance = run.tolerance.as_ref().expect("a tolerance");
+        let dark = tolerance.dark.iter().find(|dark| dark.captor == "shut").expect("it is dark");
+        let area = run.captors.iter().find(|captor| captor.id == "shut").expect("a captor").area;
+        assert_eq!(run.settings.as_ref().expect("settings").guiding, Some(guiding));
+        dark.below * area * run.photons as f64 / (-f64::ln(0.05) * run.energy.power[0])
+    };
+    let (plain, guided) = (bound(Guiding::Off), bound(Guiding::Full));
+    assert!((plain - 1.0).abs() < 0.01, "{plain}");
+    assert!((4.0..=100.0).contains(&guided), "{guided}");
+}
+
+/// An entry with one captor is also a group of the same name: what is dark, or farthest from the tolerance, says which
+/// of the two it is.
+#[test]
+fn a_captor_and_a_group_of_one_name_are_told_apart() {
+    let shut = shut();
+    let run = |of: &str| {
+        let run = until(&shut.path("scene.json"), |settings| {
+            (settings.tolerance, settings.guiding) = (Some(0.02), Guiding::Off);
+            settings.of = vec![Target::parse(of).expect("a target")];
+        });
+        run.tolerance.expect("a tolerance")
+    };
+    let dark = run("shut:back:blue").dark;
+    let dark: Vec<_> = dark.iter().map(|dark| (dark.captor.as_str(), dark.group)).collect();
+    assert_eq!(dark, [("shut", false), ("shut", true)]);
+    let (code, said, result) =
+        ended(&shut, &["--tolerance", "0.001", "--of", "open", "--photons", "3e5"]);
+    assert_eq!(code, Some(3), "{said}");
+    let worst = &result["tolerance"]["worst"];
+    assert_eq!([&worst["captor"], &worst["group"]], [&"open".into(), &Value::Null], "{said}");
 }
 
 /// Runs the scene. Returns the exit code, the summary and the results file.

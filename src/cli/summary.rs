@@ -68,8 +68,8 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
     if let Some(worst) = &found.worst {
         let _ = writeln!(text, "farthest from the tolerance of {asked} %: {}", far_off(worst));
     }
-    let faces: HashSet<(&str, &str)> =
-        found.dark.iter().map(|dark| (dark.captor.as_str(), &*dark.face)).collect();
+    let faces: HashSet<(&str, bool, &str)> =
+        found.dark.iter().map(|dark| (dark.captor.as_str(), dark.group, &*dark.face)).collect();
     let below = found.dark.iter().map(|dark| dark.below).fold(0.0, f64::max);
     let (irradiance, s) = (&result.unit.irradiance, if faces.len() == 1 { " is" } else { "s are" });
     if !faces.is_empty() {
@@ -85,7 +85,7 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
 
 /// Says what is farthest from a tolerance, and how far off it is.
 pub(super) fn far_off(worst: &WorstResult) -> String {
-    let WorstResult { captor, face, band, relative_error, batches_with_light } = worst;
+    let WorstResult { captor, group, face, band, relative_error, batches_with_light } = worst;
     let error = match relative_error {
         Some(error) => format!("{:.2} %", 100.0 * error),
         None => "no error is known".into(),
@@ -95,7 +95,8 @@ pub(super) fn far_off(worst: &WorstResult) -> String {
         1..30 => format!(", from light in {batches_with_light} batches only"),
         _ => String::new(),
     };
-    format!("{error} at {captor}, {face}, {band}{few}")
+    let kind = if *group { "group " } else { "" };
+    format!("{error} at {kind}{captor}, {face}, {band}{few}")
 }
 
 fn energy(text: &mut String, result: &RunResult) {

@@ -51,7 +51,7 @@ use loader::{Loader, Sources};
 pub use notes::TableNote;
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, LISTED, Result, some},
     formats::{
         input::{Fetch, hex, read_bytes},
         json,
@@ -61,7 +61,7 @@ use crate::{
     scene::{
         camera::View,
         lattice::{Lattice, Period},
-        world::Scene,
+        world::{Outside, Scene},
     },
     transport::settings::Settings,
 };
@@ -290,7 +290,10 @@ impl Loader<'_> {
             Some(kept) => Scene::with_kept(self.parts, &kept.shapes),
             None => Scene::new(self.parts),
         };
-        let scene = scene.map_err(|e| e.at(name))?;
+        let scene = scene.map_err(|e| e.at(&name))?;
+        let outside = scene.outside_openings();
+        self.warnings
+            .extend(outside.iter().map(|outside| outside_openings(&name, &scene, outside)));
         Ok(LoadedScene {
             scene,
             unit: file.unit,
@@ -307,4 +310,21 @@ impl Loader<'_> {
             files: self.files.into_inner(),
         })
     }
+}
+
+/// Says that light is missing that would come in by way of surfaces outside openings.
+fn outside_openings(file: &str, scene: &Scene, outside: &Outside) -> String {
+    let Outside { lights, share, names } = outside;
+    let lights = lights.iter().map(|&light| format!("`{}`", scene.lights[light].name));
+    let percent = 100.0 * share;
+    let names = some(names.iter().map(|name| format!("`{name}`")), LISTED);
+    format!(
+        "{}: {} come in through openings alone, and {percent:.*} % of what these see towards the sky \
+        is surfaces ({names}), which get none of this light: what they would send in is missing; \
+        put the openings outside of these surfaces, or leave `through` out; in place of a ground \
+        give the lights `ground`",
+        json::place(file, "/lights"),
+        some(lights, LISTED),
+        usize::from(percent < 9.95),
+    )
 }

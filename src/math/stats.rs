@@ -181,6 +181,25 @@ pub struct Estimate {
     pub standard_error: Option<f64>,
 }
 
+impl Estimate {
+    /// Returns the estimate with an error that is honest where strata make batches alike.
+    ///
+    /// Where nearly every one of `histories` histories brings the same, because each batch has the
+    /// same number of photons of each light and nearly all of them arrive, the mean varies by the
+    /// few that miss. Batches without a miss are all equal, so a run without one would have no
+    /// error at all. With k misses the variance of their number is taken to be k + 1, in units of
+    /// what one history brings to the mean. This is done where the variance is below a quarter of
+    /// that of as many independent histories of equal power; other errors are not changed.
+    pub fn with_misses(self, histories: u64) -> Self {
+        let n = histories as f64;
+        let honest = |error: f64| match n > 0.0 && 4.0 * error * error * n < self.mean * self.mean {
+            true => error.hypot(self.mean / n),
+            false => error,
+        };
+        Self { standard_error: self.standard_error.map(honest), ..self }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -243,6 +262,38 @@ mod tests {
         assert!((of(&[[0.0, 1.0]; 100])[0] / -2.508 - 1.0).abs() < 0.03);
         assert_eq!(of(&[[3.0, 0.5], [90.0, 1.0]]), [3.0, 0.25]);
         assert_eq!((of(&[[1.0, 0.0], [2.0, 0.0]]), of(&[])), ([1.0, 0.0], [0.0; 2]));
+    }
+
+    /// Of 2000 histories of a run each misses with a probability such that 1/4 to 16 misses are
+    /// expected. The 95 % intervals hold the mean in at least 85 % of the runs, where the numbers of
+    /// misses follow Poisson's distribution; without the correction it is 22 % and more. The errors
+    /// of histories that arrive independently do not change, nor does that of a mean of 0.
+    #[test]
+    fn errors_of_means_that_few_histories_miss() {
+        let n = 2000.0;
+        let held = |expected: f64, corrected: bool| {
+            let (mut sum, mut odds) = (0.0, (-expected).exp());
+            for misses in 0..200 {
+                let k = f64::from(misses);
+                let found = Estimate { mean: 1.0 - k / n, standard_error: Some(k.sqrt() / n) };
+                let found = if corrected { found.with_misses(2000 - misses as u64) } else { found };
+                let away = (found.mean - (1.0 - expected / n)).abs();
+                sum += if away <= 1.98 * found.standard_error.unwrap() { odds } else { 0.0 };
+                odds *= expected / (k + 1.0);
+            }
+            sum
+        };
+        for expected in [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0] {
+            let (before, after) = (held(expected, false), held(expected, true));
+            assert!(after >= before.max(0.85), "{expected}: {before} {after}");
+        }
+        assert!(held(0.25, false) < 0.25);
+        let poisson = Estimate { mean: 30.0, standard_error: Some(30f64.sqrt()) };
+        assert_eq!(poisson.with_misses(30), poisson);
+        for mean in [0.0, 1.0] {
+            let none = Estimate { mean, standard_error: Some(0.0) };
+            assert_eq!(none.with_misses(0), none);
+        }
     }
 
     #[test]

@@ -44,8 +44,8 @@ impl FlatResult {
                 let cell = c * CHANNELS.len() + channel;
                 let of_scene = captor.first_channel + channel;
                 flat.photons[cell] = totals.photons(of_scene);
-                for (column, running) in totals.running(of_scene).iter().enumerate() {
-                    let Estimate { mean, standard_error } = running.estimate(totals.batches);
+                for (column, estimate) in totals.estimates(of_scene).enumerate() {
+                    let Estimate { mean, standard_error } = estimate;
                     let i = cell * columns + column;
                     flat.flux[i] = mean;
                     let known = standard_error.filter(|_| mean != 0.0);

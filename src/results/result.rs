@@ -204,6 +204,9 @@ pub struct ToleranceResult {
 pub struct WorstResult {
     /// Id of the captor, or name of the group.
     pub captor: String,
+    /// Whether it is a group; absent where it is a captor, which may have the name of a group.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub group: bool,
     /// `front`, `back` or `absorbed`.
     pub face: Cow<'static, str>,
     /// Name of the band or sum.
@@ -221,6 +224,9 @@ pub struct WorstResult {
 pub struct DarkResult {
     /// Id of the captor, or name of the group.
     pub captor: String,
+    /// Whether it is a group; absent where it is a captor, which may have the name of a group.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub group: bool,
     /// `front`, `back` or `absorbed`.
     pub face: Cow<'static, str>,
     /// Name of the band or sum.

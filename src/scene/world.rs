@@ -10,11 +10,14 @@
 mod build;
 mod digest;
 mod flush;
+mod images;
 mod lights_met;
 mod mirrors;
+mod outside;
 mod parts;
 mod repeats;
 mod shapes;
+mod tubes;
 mod validate;
 
 use std::{ops::Range, sync::Arc};
@@ -36,12 +39,13 @@ use crate::{
         stand::Stand,
     },
 };
-use lights_met::Tubes;
-use repeats::LightImages;
+use images::LightImages;
 use shapes::{Shapes, has_parallel};
+use tubes::Tubes;
 
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
+pub use outside::Outside;
 pub use parts::{
     Band, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts, SurfacePart,
 };

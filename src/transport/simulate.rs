@@ -31,7 +31,7 @@ mod watched;
 
 use std::{
     sync::{
-        Mutex, MutexGuard, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::Instant,
@@ -146,11 +146,10 @@ pub fn simulate_kept(
         ));
     }
     catch_panic("run", || {
-        let Plan { settings, choice, guidance } = &Plan::make(scene, settings, control)?;
-        let part_of = part_of(scene, settings);
-        let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-        let run = Run { keeper, ..run.guided_by(guidance.clone()) };
-        Ok(Simulation { choice: choice.clone(), ..run.go()? })
+        let plan = &Plan::make(scene, settings, control)?;
+        let run = Run::planned(scene, plan, part_of(scene, settings), control)?;
+        let run = Run { keeper, ..run };
+        Ok(Simulation { choice: plan.choice.clone(), ..run.go()? })
     })
 }
 
@@ -191,9 +190,8 @@ pub fn simulate_split(
     control: &Control,
 ) -> Result<Simulation> {
     catch_panic("run", || {
-        let Plan { settings, guidance, .. } = &Plan::make(scene, settings, control)?;
-        let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-        run.guided_by(guidance.clone()).go()
+        let plan = &Plan::make(scene, settings, control)?;
+        Run::planned(scene, plan, part_of, control)?.go()
     })
 }
 
@@ -222,8 +220,9 @@ struct Run<'a> {
     /// The most bytes that the arrivals of the photon map may take, and whether they took more.
     map_room: u64,
     map_too_large: AtomicBool,
-    /// For paths, per band: the bits of the largest irradiance that one path has found, W/m2 or
-    /// umol/m2/s. The bits of floats that are not negative have the same order as the floats.
+    /// Per band, the bits of the largest irradiance that one path has found, W/m2 or umol/m2/s, or,
+    /// for guided photons of a run with a tolerance, of the largest power times the histories of a
+    /// task with which one has come to a captor, W or umol/s. The bits of floats that are not negative have the same order as the floats.
     brightest: Vec<AtomicU64>,
 }
 
@@ -244,16 +243,41 @@ enum Work<'a> {
     /// A photon. The strata hold the lights' shares in a task of the usual length.
     Photons(Strata),
     /// A path from each of these faces, and what the pilot photons have found for the paths.
-    Paths(Vec<Face<'a>>, Pilot),
+    Paths(Vec<Face<'a>>, Arc<Pilot>),
 }
 
 impl<'a> Run<'a> {
+    /// A run as it was planned: planning is part of its time.
+    fn planned(
+        scene: &'a Scene,
+        plan: &'a Plan<'a>,
+        part_of: Vec<usize>,
+        control: &'a Control<'a>,
+    ) -> Result<Self> {
+        let Plan { settings, guidance, of_paths, started, .. } = plan;
+        let (keep, known) = (Keep::OnCaptors, of_paths.clone());
+        let run = Self::knowing(scene, settings, part_of, keep, control, known)?;
+        Ok(Self { started: *started, ..run.guided_by(guidance.clone()) })
+    }
+
     fn new(
         scene: &'a Scene,
         settings: &'a Settings,
         part_of: Vec<usize>,
         keep: Keep<'a>,
         control: &'a Control<'a>,
+    ) -> Result<Self> {
+        Self::knowing(scene, settings, part_of, keep, control, None)
+    }
+
+    /// A run whose paths take what pilot photons have found from `known`, if it is given.
+    fn knowing(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        part_of: Vec<usize>,
+        keep: Keep<'a>,
+        control: &'a Control<'a>,
+        known: Option<Arc<Pilot>>,
     ) -> Result<Self> {
         let started = Instant::now();
         let pool = machine::pool(settings.threads)?;
@@ -273,7 +297,10 @@ impl<'a> Run<'a> {
                 return Err(Error::input("captors", "there are none for paths to start from")
                     .remedy("add a captor, or run photons"));
             }
-            Estimator::Paths => Work::Paths(faces(scene), Pilot::run(scene, settings.seed)),
+            Estimator::Paths => {
+                let pilot = known.unwrap_or_else(|| Arc::new(Pilot::run(scene, settings.seed)));
+                Work::Paths(faces(scene), pilot)
+            }
         };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
         let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();

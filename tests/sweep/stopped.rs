@@ -5,6 +5,7 @@
 
 use std::{
     process::{Child, Command, Stdio},
+    sync::{Mutex, atomic::AtomicBool},
     thread::sleep,
     time::{Duration, Instant},
 };
@@ -54,6 +55,23 @@ fn a_killed_sweep_ends_like_any_other() {
         sweeps += 1;
         assert!(sweeps < 100, "it ends before it can be killed");
     }
+}
+
+/// A sweep says that it runs before the files of its first run are read, which may take long.
+#[test]
+fn running_is_reported_before_the_first_run() {
+    let folder = folder(r#"{"scene": "scene.json", "vary": {"/lights/0/power": [1, 2]}}"#);
+    let file = phylux::Sweep::load(&folder.path("sweep.json")).expect("a sweep");
+    let first = Mutex::new(None);
+    let progress = |progress: phylux::SweepProgress| {
+        if progress.step == phylux::Step::Running {
+            first.lock().expect("no panic").get_or_insert(progress.runs);
+        }
+    };
+    let control = phylux::SweepControl { stop: &AtomicBool::new(false), progress: &progress };
+    let plan = phylux::SweepPlan { shard: phylux::Shard::WHOLE, threads: 1, jobs: 1 };
+    phylux::sweep(&file, &folder.path("out"), &plan, &control).expect("it runs");
+    assert_eq!(*first.lock().expect("no panic"), Some(0.0));
 }
 
 /// Ctrl-C ends a sweep in order: finished runs stay, no incomplete file is left, and the sweep can

@@ -47,18 +47,23 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
     let gammas = values.count(6, "the number of angles gamma (Ng)", 2, MOST)?;
     let factor = values.number(24, "the conversion factor")?;
     let sets = values.count(26, "the number of lamp sets", 1, 20)?;
-    // the sets are alternatives: the luminaire holds one of them at a time
-    let scale = |set: usize| {
-        let line = 27 + SET * set + 2;
-        let lumens = values.number(line, "the flux of the lamps, lm")?;
+    // the sets are alternatives: the luminaire holds one of them at a time, and some are empty
+    let (mut scales, mut any_lamps) = (Vec::new(), Vec::new());
+    for set in 0..sets {
+        let line = 27 + SET * set;
+        let lumens = values.number(line + 2, "the flux of the lamps, lm")?;
         let scale = lumens / 1000.0 * factor;
-        if !(scale > 0.0 && scale.is_finite()) {
+        let no_light = set + 1 == sets && lumens == 0.0 && scales.iter().all(|&scale| scale == 0.0);
+        if !(factor > 0.0 && lumens >= 0.0 && scale.is_finite()) || no_light {
             let problem = format!("lamps of {lumens} lm and a conversion factor of {factor}");
-            return Err(file.error(line - 1, problem).remedy("both must be above 0"));
+            return Err(file.error(line + 1, problem).remedy("both must be above 0"));
         }
-        Ok(scale)
-    };
-    let scales = (0..sets).map(scale).collect::<Result<Vec<f64>>>()?;
+        scales.push(scale);
+        any_lamps.push(values.word(line, "the number of lamps")?.parse() != Ok(0.0));
+    }
+    let with_light = |&set: &usize| scales[set] > 0.0;
+    let with_lamps = |&set: &usize| scales[set] > 0.0 && any_lamps[set];
+    let usual = (0..sets).find(with_lamps).or_else(|| (0..sets).find(with_light)).unwrap_or(0);
     let first = 27 + SET * sets + 10;
     let c = values.list(first, planes, "C angle")?;
     let v = values.list(first + planes, gammas, "angle gamma")?;
@@ -123,5 +128,6 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
         let problem = "a number comes after the last intensity";
         return Err(file.error(i, problem).remedy(FETCH));
     }
-    Photometry::new(file, half_planes, symmetry, &v, &scales)
+    let read = Photometry::new(file, half_planes, symmetry, &v, &scales)?;
+    Ok(Photometry { usual, ..read })
 }

@@ -22,8 +22,10 @@ pub struct Photometry {
     pub table: Arc<IntensityTable>,
     /// The flux that the lamp emits according to the file, lm: the integral of its intensities
     /// (candela times the factors of the file) over all directions. An EULUMDAT file has one for
-    /// each of the lamp sets that may be in the luminaire.
+    /// each of the lamp sets that may be in the luminaire; a set without light has 0.
     pub fluxes: Vec<f64>,
+    /// Index of the first set that has lamps and light.
+    pub usual: usize,
     /// Whether the flux depends on the lamp's tilt; it is that of tilt 0.
     pub tilted: bool,
 }
@@ -43,11 +45,13 @@ impl Photometry {
         let table = IntensityTable::new(&c, v, values)
             .map_err(|problem| problem.at(file.path.display()))?;
         let fluxes: Vec<f64> = scales.iter().map(|scale| scale * table.flux()).collect();
-        if let Some(flux) = fluxes.iter().find(|flux| !(1e-30..1e30).contains(*flux)) {
+        if let Some(flux) =
+            fluxes.iter().find(|flux| **flux != 0.0 && !(1e-30..1e30).contains(*flux))
+        {
             let problem = format!("a flux of {flux:e} lm");
             return Err(Error::input(file.path.display(), problem).remedy(FETCH));
         }
-        Ok(Self { fluxes, table: Arc::new(table), tilted: false })
+        Ok(Self { fluxes, usual: 0, table: Arc::new(table), tilted: false })
     }
 }
 

@@ -231,6 +231,33 @@ fn lamp_sets_are_alternatives() {
     assert_eq!((one.fluxes.len(), two.fluxes.len()), (1, 2));
     assert!((two.fluxes[0] / one.fluxes[0] - 1.0).abs() < 1e-12);
     assert!((two.fluxes[1] / one.fluxes[0] - 2.5).abs() < 1e-12);
+    assert_eq!((one.usual, two.usual), (0, 0));
+}
+
+/// A set of 0 lm is empty, and so is one without lamps where another one has some: the first of the
+/// others is taken. A file whose only set says 0 lamps, as some do, is read as it is.
+#[test]
+fn lamp_sets_may_be_empty() {
+    let of = |sets: &[(i32, u32)]| {
+        let set = |&(lamps, lumens): &(i32, u32)| {
+            format!("{lamps}\r\nLED\r\n{lumens}\r\n4000\r\n80\r\n50\r\n")
+        };
+        let one = "\r\n1\r\n1\r\nLED\r\n1000\r\n4000\r\n80\r\n50\r\n";
+        let all: String = sets.iter().map(set).collect();
+        let text = ldt(1, &[0.0], Symmetry::Axial);
+        let text = text.replacen(one, &format!("\r\n{}\r\n{all}", sets.len()), 1);
+        read(&text).map(|read| (read.usual, read.fluxes.iter().map(|f| *f > 0.0).collect()))
+    };
+    let usual = |sets: &[(i32, u32)]| -> (usize, Vec<bool>) { of(sets).unwrap() };
+    assert_eq!(usual(&[(1, 0), (1, 1000)]), (1, vec![false, true]));
+    assert_eq!(usual(&[(1, 1000), (0, 0), (1, 0)]), (0, vec![true, false, false]));
+    assert_eq!(usual(&[(0, 900), (-1, 1000)]), (1, vec![true, true]));
+    assert_eq!(usual(&[(0, 900)]), (0, vec![true]));
+    assert_eq!(usual(&[(0, 0), (0, 900)]), (1, vec![false, true]));
+    for dark in [&[(1, 0)][..], &[(0, 0), (2, 0)]] {
+        let error = of(dark).map(|(usual, _): (usize, Vec<bool>)| usual).unwrap_err().to_string();
+        assert!(error.contains("lamps of 0 lm and a conversion factor of 1"), "{error}");
+    }
 }
 
 const WORDS: &[&str] = &["TILT=NONE", "TILT=", "NONE", "360", "180", "90", "7", "IESNA91"];

@@ -287,6 +287,7 @@ impl Loader<'_> {
     fn load_captor_obj(&mut self, entry: &Entry, file: &str) -> Result<()> {
         let obj = self.obj(&format!("{}/obj", entry.pointer), file)?;
         self.say_merged(file, &obj);
+        self.say_not_cut(&format!("{}/obj", entry.pointer), &obj);
         let path = self.sibling(file);
         let metres = self.metres_of(&obj);
         let identity = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);

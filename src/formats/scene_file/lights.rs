@@ -386,6 +386,7 @@ impl Loader<'_> {
             }
             (None, Some(file)) => {
                 let obj = self.obj(&format!("{pointer}/obj"), file)?;
+                self.say_not_cut(&format!("{pointer}/obj"), &obj);
                 let metres = self.metres_of(&obj);
                 let instances = light.instances.as_deref();
                 let mut copies = Vec::new();

@@ -84,7 +84,8 @@ impl Loader<'_> {
                 read
             }
         };
-        let set = lamp.set.map_or(1, |set| set.0);
+        let usual = photometry.usual as u64 + 1;
+        let set = lamp.set.map_or(usual, |set| set.0);
         let fluxes = &photometry.fluxes;
         let index = usize::try_from(set).ok().and_then(|set| set.checked_sub(1));
         let Some(&flux) = index.and_then(|index| fluxes.get(index)) else {
@@ -95,6 +96,11 @@ impl Loader<'_> {
             };
             return Err(self.error(format!("{pointer}/set"), problem).remedy(remedy));
         };
+        if flux == 0.0 {
+            let problem = format!("lamp set {set} of {file} has no light (0 lm)");
+            let remedy = format!("leave `set` out, which takes set {usual}, or pick another one");
+            return Err(self.error(format!("{pointer}/set"), problem).remedy(remedy));
+        }
         Ok(Some(Measured { photometry, flux }))
     }
 
@@ -220,15 +226,19 @@ impl Loader<'_> {
     /// Warns where a file has more than one flux, of which one had to be chosen.
     fn remark_on_flux(&mut self, pointer: &str, lamp: LampFile, file: &str, measured: &Measured) {
         let place = self.place(format!("{pointer}/photometry"));
-        let Photometry { fluxes, tilted, .. } = &measured.photometry;
+        let Photometry { fluxes, usual, tilted, .. } = &measured.photometry;
         if lamp.set.is_none() && fluxes.len() > 1 {
-            let others = fluxes.iter().enumerate().skip(1);
+            let others = fluxes.iter().enumerate().filter(|(i, _)| i != usual);
             let others = others.map(|(i, flux)| format!("set {}: {flux:.1} lm", i + 1));
+            let taken = match *usual {
+                0 => "the first".into(),
+                usual => format!("set {}, the first with lamps and light,", usual + 1),
+            };
             let problem = format!(
-                "{file} has {} sets of lamps, of which one at a time is in the luminaire: the first is \
+                "{file} has {} sets of lamps, of which one at a time is in the luminaire: {taken} is \
                 taken, {:.1} lm ({}); `set` picks one",
                 fluxes.len(),
-                fluxes[0],
+                fluxes[*usual],
                 some(others, LISTED)
             );
             self.warn(&place, problem);

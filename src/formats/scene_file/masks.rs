@@ -1,7 +1,7 @@
 //! Cuts the triangles of objects along the masks that their MTL entries name (`map_d`).
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -177,6 +177,27 @@ impl Loader<'_> {
         self.warn(of_entry(entry), problem);
     }
 
+    /// Says which masks do not cut a mesh, because it is a captor or a light and no object.
+    pub(super) fn say_not_cut(&mut self, pointer: &str, obj: &ObjFile) {
+        let names: BTreeSet<&str> =
+            obj.parts.iter().filter_map(|part| part.material.as_deref()).collect();
+        for name in names {
+            if obj.mtl.written(name).is_none_or(|entry| entry.map_d.is_none()) {
+                continue;
+            }
+            let Some((entry, map, bitmap)) = self.mask_of(obj, name) else { continue };
+            if bitmap.share() < 1.0 {
+                let problem = format!(
+                    "the mask {} of {} does not cut it, since masks cut objects alone: its faces are \
+                    whole, and its area may be too large; give a mesh with the outline itself",
+                    quoted(&map.file),
+                    of_entry(&entry)
+                );
+                self.warn(self.place(pointer), problem);
+            }
+        }
+    }
+
     /// Reads the mask that the MTL entry of a material names, if it names one.
     fn mask_of(&mut self, obj: &ObjFile, material: &str) -> Option<(MtlEntry, TextureMap, Bitmap)> {
         // an error in the entry is reported where its colours are needed
@@ -213,11 +234,10 @@ impl Loader<'_> {
                     true => Channel::Alpha,
                     false => Channel::Luminance,
                 });
-                // the colours of a leaf are no mask
+                // programs name the picture of the colours for its alpha, which then is opaque
                 let is_colour = colour.is_some_and(|colour| colour.file == map.file);
                 if map.channel.is_none() && !picture.has_alpha() && !picture.is_grey() && is_colour
                 {
-                    self.no_mask(&entry, &map.file, "is its colour and has no alpha");
                     return None;
                 }
                 let bitmap = picture.bitmap(channel, map.range);

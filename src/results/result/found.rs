@@ -121,8 +121,8 @@ fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
 impl ToleranceResult {
     fn new(scene: &Scene, accuracy: &Accuracy) -> Self {
         let dark = |dark: &Dark| {
-            let (captor, face, band) = names(scene, &dark.at);
-            DarkResult { captor, face: face.into(), band, below: dark.below }
+            let Names { captor, group, face, band } = names(scene, &dark.at);
+            DarkResult { captor, group, face: face.into(), band, below: dark.below }
         };
         Self {
             asked: accuracy.tolerance,
@@ -136,14 +136,21 @@ impl ToleranceResult {
 impl WorstResult {
     /// Makes the entry, with the names that captor and band have in `scene`.
     pub fn new(scene: &Scene, worst: &Worst) -> Self {
-        let (captor, face, band) = names(scene, &worst.at);
+        let Names { captor, group, face, band } = names(scene, &worst.at);
         let Worst { relative_error, batches_with_light, .. } = *worst;
-        Self { captor, face: face.into(), band, relative_error, batches_with_light }
+        Self { captor, group, face: face.into(), band, relative_error, batches_with_light }
     }
 }
 
-/// Returns the names of captor or group, face and band.
-fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
+/// The names of a value: those of captor or group, face and band.
+struct Names {
+    captor: String,
+    group: bool,
+    face: &'static str,
+    band: String,
+}
+
+fn names(scene: &Scene, at: &FaceBand) -> Names {
     let face = match at.face {
         Channel::Front => "front",
         Channel::Back => "back",
@@ -154,7 +161,8 @@ fn names(scene: &Scene, at: &FaceBand) -> (String, &'static str, String) {
         Some(captor) => &captor.id,
         None => &scene.groups[at.captor - scene.captors.len()],
     };
-    (name.clone(), face, band.into())
+    let group = at.captor >= scene.captors.len();
+    Names { captor: name.clone(), group, face, band: band.into() }
 }
 
 /// Returns the energy balance of a run of photons.
@@ -326,8 +334,7 @@ struct Sums {
 
 impl Sums {
     fn of(totals: &Totals, channel: usize) -> Self {
-        let estimates: Vec<_> =
-            totals.running(channel).iter().map(|r: &Running| r.estimate(totals.batches)).collect();
+        let estimates: Vec<Estimate> = totals.estimates(channel).collect();
         let arrived = |mean: f64| mean != 0.0;
         Self {
             mean: estimates.iter().map(|e| e.mean).collect(),

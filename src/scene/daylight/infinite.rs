@@ -350,6 +350,16 @@ impl InfiniteLight {
 }
 
 impl InfiniteEntry {
+    /// Returns the largest [`factor`](Entering::factor) of a photon in a band.
+    pub fn largest_factor(&self, band: usize) -> f64 {
+        match &self.shape {
+            EntryShape::Map(map, _, Some(factors)) => {
+                f64::from(factors.get(band).map_or(0.0, |factor| factor * map.most(band)))
+            }
+            EntryShape::Suns(..) | EntryShape::Map(_, _, None) => 1.0,
+        }
+    }
+
     /// Draws a photon that enters through the face; the density of its direction is in proportion
     /// to radiance x cosine.
     pub fn sample<L: Lanes>(&self, rng: &mut Stream) -> Entering<L> {

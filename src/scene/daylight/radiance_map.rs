@@ -53,6 +53,8 @@ impl fmt::Debug for RadianceMap {
 struct Spectral {
     bands: usize,
     values: Vec<f32>,
+    /// Largest ratio of the radiance of a cell to its density, per band.
+    most: Vec<f32>,
 }
 
 /// Row and column of a cell.
@@ -87,7 +89,7 @@ impl RadianceMap {
     /// Makes a map from relative radiances per band; the values of a cell stand side by side.
     /// Directions are sampled by the sum over bands of the radiance relative to the mean of the
     /// band.
-    pub fn spectral(columns: usize, start: f64, bands: usize, mut values: Vec<f32>) -> Self {
+    pub fn spectral(columns: usize, start: f64, bands: usize, values: Vec<f32>) -> Self {
         let grid = Grid::new(columns, values.len() / bands / columns, start);
         let mut totals = vec![0.0; bands];
         for (row, cells) in grid.rows.iter().zip(values.chunks(bands * columns)) {
@@ -99,11 +101,17 @@ impl RadianceMap {
         }
         let weight = |b: usize| if totals[b] > 0.0 { 1.0 / totals[b] } else { 0.0 };
         let weights: Vec<f64> = (0..bands).map(weight).collect();
-        let density = values.chunks_mut(bands).map(|radiance| {
-            radiance.iter().zip(&weights).map(|(&l, w)| f64::from(l) * w).sum::<f64>() as f32
+        let mut most = vec![0.0f32; bands];
+        let density = values.chunks(bands).map(|radiance| {
+            let relative = radiance.iter().zip(&weights).map(|(&l, w)| f64::from(l) * w);
+            let density = relative.sum::<f64>() as f32;
+            if density > 0.0 {
+                most.iter_mut().zip(radiance).for_each(|(most, l)| *most = most.max(l / density));
+            }
+            density
         });
         let density = density.collect();
-        Self::build(columns, start, density, Some(Spectral { bands, values }))
+        Self::build(columns, start, density, Some(Spectral { bands, values, most }))
     }
 
     /// Makes a map with radiance 1 below the horizon and 0 above.
@@ -168,6 +176,12 @@ impl RadianceMap {
     #[inline]
     pub fn density(&self, cell: Cell) -> f32 {
         self.density[self.grid.index(cell)]
+    }
+
+    /// Returns the largest ratio of the [`radiance`](Self::radiance) of a cell in a band to its
+    /// [`density`](Self::density).
+    pub fn most(&self, band: usize) -> f32 {
+        self.spectral.as_ref().map_or(1.0, |spectral| spectral.most[band])
     }
 
     /// Returns the number of bands, or `None` where all bands are alike.

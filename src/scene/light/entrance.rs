@@ -242,14 +242,15 @@ impl Entrance {
         Self { light, faces, openings, running, irradiance: irradiance as f32 }
     }
 
-    /// Returns the triangles of the openings.
-    pub fn openings(&self) -> &[Triangle] {
-        &self.openings
-    }
-
     /// Returns whether the light comes in through openings alone.
     pub fn has_openings(&self) -> bool {
         !self.light.through.is_empty()
+    }
+
+    /// Returns the triangles of the openings, with their fronts to the sky; empty if the light comes
+    /// in everywhere.
+    pub fn openings(&self) -> &[Triangle] {
+        &self.openings
     }
 
     /// Returns the farthest opening that a ray crosses: the distance along the ray, m, and whether
@@ -278,6 +279,12 @@ impl Entrance {
     /// Returns the flux that enters by a face, per band, W or umol/s.
     pub fn power(&self, face: usize) -> &[f64] {
         &self.faces[face].power
+    }
+
+    /// Returns the largest ratio, in a band, of the power of a photon that enters by a face to the
+    /// mean of all photons that enter there.
+    pub fn largest_factor(&self, face: usize, band: usize) -> f64 {
+        self.faces[face].entry.largest_factor(band)
     }
 
     /// Returns whether the light that enters by a face is that of a sun.

@@ -158,6 +158,20 @@ impl Strata {
         &self.weights[source * self.lanes..][..self.lanes]
     }
 
+    /// Returns the largest power of a photon of the stratum `source` in a band, times the number of
+    /// histories of the task, W or umol/s.
+    pub fn most(&self, lights: &[Light], source: usize, band: usize) -> f64 {
+        let (light, face) = self.sources[source];
+        let entrance = lights.get(light).and_then(Light::entrance).filter(|e| e.faces() > 0);
+        let factor = entrance.map_or(1.0, |entrance| entrance.largest_factor(face, band));
+        self.weights(source)[band] * factor
+    }
+
+    /// Returns the number of strata.
+    pub fn sources(&self) -> usize {
+        self.sources.len()
+    }
+
     /// Returns whether the light of the stratum `source` is that of a point, a line or the sun,
     /// which no path meets by chance.
     pub fn is_delta(&self, lights: &[Light], source: usize) -> bool {

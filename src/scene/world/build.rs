@@ -6,10 +6,10 @@ use glam::{DVec3, Vec3};
 
 use super::{
     CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
-    lights_met::{MANY, Tubes},
+    images::{LightImages, check_images},
     mirrors::{FlatMirrors, shows_images},
-    repeats::{LightImages, check_images},
     shapes::{KeptShapes, Outlines},
+    tubes::{MANY, Tubes},
 };
 use crate::{
     error::{Error, Result, number},
@@ -345,7 +345,10 @@ fn check_rounding(
     local: impl Fn(&[DVec3; 3]) -> Triangle,
 ) -> Result<()> {
     const TOLERATED: f64 = 0.02;
+    /// Smallest area relative to the squared distance from the centre, and at all (m2): no ray finds
+    /// a shape of a nanometre.
     const SMALLEST: f64 = 1e-12;
+    const NANOMETRE: f64 = 1e-18;
     let exact = Moments::of(corners).area;
     let far = corners.iter().map(|t| local(t).reach().max_element()).fold(0.0, f32::max);
     let rounded = |t| {
@@ -353,7 +356,7 @@ fn check_rounding(
         [a, b, c].map(|p| p.as_dvec3())
     };
     let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
-    let seen = exact >= SMALLEST * f64::from(far).powi(2);
+    let seen = exact >= (SMALLEST * f64::from(far).powi(2)).max(NANOMETRE);
     if seen && (rounded - exact).abs() <= TOLERATED * exact {
         return Ok(());
     }

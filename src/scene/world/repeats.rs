@@ -5,109 +5,20 @@
 //! hit has the index of the triangle itself and the point there, and the next ray starts from that
 //! point. Lengths are those of the ray's way.
 
-use std::collections::BTreeMap;
+use glam::Vec3;
 
-use glam::{DVec3, Vec3};
-
-use super::{
-    Crossing, MARGINS, MAX_TRIANGLES, Scene, SceneParts, SurfaceHit, shapes::has_parallel,
-};
+use super::{Crossing, MARGINS, Scene, SurfaceHit, shapes::has_parallel};
 use crate::{
-    error::Problem,
     math::{
         geometry::{Ray, Triangle, closeness},
         spectrum::{Lanes, Spectrum},
     },
     scene::{
         bvh::Hit,
-        lattice::{Cell, Images, Lattice, Layers, Repeats, Stretch, Walk},
-        light::{EmitterHit, Light},
+        lattice::{Cell, Repeats, Stretch, Walk},
+        light::EmitterHit,
     },
 };
-
-/// Images of lights and of the openings of lights at infinity that reach into the cell (0, 0).
-#[derive(Debug, Default)]
-pub struct LightImages {
-    /// Images of the triangles of area lights.
-    pub triangles: Images,
-    /// The tubes, by the index of the light, with the cells from which their images come, their own
-    /// among them.
-    pub tubes: Vec<(usize, Cell)>,
-    /// The openings of each light that has any.
-    openings: BTreeMap<usize, Openings>,
-}
-
-/// The openings of a light.
-#[derive(Debug)]
-struct Openings {
-    layers: Layers,
-    images: Images,
-}
-
-/// Returns a triangle's corners in double precision.
-fn corners(triangle: &Triangle) -> [DVec3; 3] {
-    [triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3)
-}
-
-fn rounded(corners: &[DVec3; 3]) -> Triangle {
-    corners.map(|corner| corner.as_vec3()).into()
-}
-
-impl LightImages {
-    /// Finds the images of lights, whose `triangles` are those of all area lights.
-    pub fn new(lattice: &Lattice, slack: f64, lights: &[Light], triangles: &[Triangle]) -> Self {
-        let images = |triangles: &[Triangle]| {
-            let corners: Vec<[DVec3; 3]> = triangles.iter().map(corners).collect();
-            Images::new(lattice, slack, corners.iter(), rounded)
-        };
-        let tubes = lights.iter().enumerate().filter(|(_, light)| light.tube_radius() > 0.0);
-        let tubes = tubes.flat_map(|(l, light)| {
-            let extent = light.extent();
-            let box_ends = [extent.min.as_dvec3(), extent.max.as_dvec3()];
-            let [[x0, x1], [y0, y1]] = lattice.images_of(&box_ends, slack);
-            (x0..=x1).flat_map(move |x| (y0..=y1).map(move |y| (l, [x, y])))
-        });
-        let with_openings = lights.iter().enumerate().filter_map(|(l, light)| {
-            let openings = light.entrance().filter(|entrance| entrance.has_openings())?.openings();
-            let layers = Layers::new(lattice, openings.iter().map(corners));
-            Some((l, Openings { layers, images: images(openings) }))
-        });
-        Self {
-            triangles: images(triangles),
-            tubes: tubes.collect(),
-            openings: with_openings.collect(),
-        }
-    }
-}
-
-/// Refuses shapes that reach over so many periods that their images would take too much memory.
-pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Result<(), Problem> {
-    let mut all = 0u64;
-    let surfaces = parts.surfaces.iter().flat_map(|part| {
-        let name = part.object.map_or("a surface", |object| parts.objects[object].as_str());
-        part.triangles.iter().map(move |corners| (name, corners.as_slice()))
-    });
-    let captors = parts.captors.iter().flat_map(|captor| {
-        captor.triangles.iter().map(|corners| (captor.id.as_str(), corners.as_slice()))
-    });
-    let lights = parts.lights.iter().flat_map(|light| {
-        let triangles = light.shape.triangles().iter();
-        triangles.map(|corners| (light.name.as_str(), corners.as_slice()))
-    });
-    for (name, corners) in surfaces.chain(captors).chain(lights) {
-        all = all.saturating_add(lattice.count_images(corners, slack));
-        if all > MAX_TRIANGLES as u64 {
-            return Err(Problem::new(
-                format!(
-                    "what reaches over the cell's borders has more than {MAX_TRIANGLES} images in \
-                    it, at `{name}`"
-                ),
-                "make the ground as large as the cell, or the cell larger",
-            ));
-        }
-    }
-    Ok(())
-}
 
 impl Scene {
     /// The search of [`closest`](Self::closest).

@@ -113,6 +113,8 @@ impl<'a> Work<'a> {
             found: Mutex::default(),
             broken: Mutex::new(None),
         };
+        // the files of the first runs may take long to read
+        (self.control.progress)(SweepProgress { step: Step::Running, runs: 0.0, of: all.runs });
         thread::scope(|scope| {
             for worker in 0..workers {
                 let all = &all;

@@ -38,6 +38,12 @@ pub struct Lamps {
 }
 
 impl Lamps {
+    /// Returns the most that a photon of the stratum `source` can count, in photons that are not
+    /// guided.
+    pub fn most(&self, source: usize) -> f64 {
+        self.trees[source].as_ref().map_or(1.0, EmissionTree::most)
+    }
+
     /// Emits history `index` of some strata. Returns the photon, with its full power, and the
     /// density with which it was chosen, relative to the density without guiding.
     pub fn emit<'s, L: Lanes>(
@@ -128,6 +134,12 @@ impl EmissionTree {
         let before = self.chances.last().copied().unwrap_or(0.0);
         self.chances.push(before + chance);
         self.boxes.push(Part { density: (chance / volume) as f32, ..part });
+    }
+
+    /// Returns one over the smallest density with which a point is drawn.
+    fn most(&self) -> f64 {
+        let densities = self.boxes.iter().map(|part| part.density);
+        f64::from(densities.fold(f32::INFINITY, f32::min)).recip()
     }
 
     /// Draws a point, and returns with it the density with which it is drawn.

@@ -11,10 +11,9 @@ use std::sync::atomic::Ordering;
 
 use super::{Run, Work, schedule::Schedule, watched::Watched};
 use crate::{
-    math::stats::{Running, rate_bound},
+    math::stats::{Estimate, Running, rate_bound},
     scene::{
         captor::{CHANNELS, Channel},
-        light::Strata,
         world::Scene,
     },
     transport::tally::Totals,
@@ -76,7 +75,8 @@ struct Found {
     on_surface: bool,
     at: FaceBand,
     running: Running,
-    irradiance: f64,
+    /// Flux, W or umol/s.
+    estimate: Estimate,
 }
 
 impl Found {
@@ -103,7 +103,7 @@ impl Run<'_> {
             let found = found(watched, totals, band);
             let medians = Medians::of(&found);
             for face in &found {
-                let Found { area, at, running, .. } = *face;
+                let Found { area, at, running, estimate, .. } = *face;
                 let batches_with_light = running.above_zero();
                 if !face.is_enough() {
                     let history = brightest.on(area, band).max(running.largest());
@@ -114,7 +114,6 @@ impl Run<'_> {
                         continue;
                     }
                 }
-                let estimate = running.estimate(totals.batches);
                 let error = estimate.standard_error.filter(|_| batches_with_light > 0);
                 let relative_error = error.map(|error| error / estimate.mean);
                 // about how many times as many histories are needed
@@ -137,21 +136,28 @@ impl Run<'_> {
         let powers: Vec<f64> = powers.collect();
         let batch = schedule.batches - 1;
         let histories = schedule.batch(batch) as f64;
+        let brightest = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
+        let brightest: Vec<f64> = brightest.map(f64::from_bits).collect();
         let (flux, irradiance) = match &self.work {
             Work::Photons(_) => {
-                let mut most = vec![0.0; bands];
+                let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
+                // what guided photons have brought may be more than any was emitted with
+                let mut most = brightest;
                 for task in [0, schedule.tasks(batch) - 1] {
                     let (_, length) = schedule.range(batch, task);
-                    let strata = Strata::new(&self.scene.lights, length, bands);
-                    for weights in (0..self.scene.lights.len()).map(|l| strata.weights(l)) {
-                        most.iter_mut().zip(weights).for_each(|(most, w)| *most = w.max(*most));
+                    let strata = self.strata(length);
+                    for source in 0..strata.sources() {
+                        let more = lamps.map_or(1.0, |lamps| lamps.most(source));
+                        for (band, most) in most.iter_mut().enumerate() {
+                            let own = strata.most(&self.scene.lights, source, band);
+                            *most = most.max(more * own);
+                        }
                     }
                 }
                 (most, vec![0.0; bands])
             }
             Work::Paths(..) => {
-                let bits = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
-                let irradiance: Vec<f64> = bits.map(f64::from_bits).collect();
+                let irradiance = brightest;
                 // where no path has found anything, assume that one may bring all the power there
                 // is
                 let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
@@ -172,8 +178,8 @@ impl Run<'_> {
 /// The most that one history can contribute to the estimate of a batch, per band and sum over
 /// bands.
 struct Brightest {
-    /// For photons: the power of the heaviest one, W or umol/s, divided by the histories of a
-    /// batch.
+    /// For photons: the power of the heaviest one that is emitted or, where photons are guided, has
+    /// come to a captor, W or umol/s, divided by the histories of a batch.
     flux: Vec<f64>,
     /// For paths: the largest irradiance that one has found on any face, W/m2 or umol/m2/s, divided
     /// likewise.
@@ -201,8 +207,8 @@ fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<Found> {
     let found = |watched: &Watched| {
         let Watched { captor, face, channel, area, on_surface, .. } = *watched;
         let running = totals.running(channel)[band];
-        let irradiance = running.estimate(totals.batches).mean / area;
-        Found { area, on_surface, at: FaceBand { captor, face, band }, running, irradiance }
+        let estimate = totals.estimates(channel).nth(band).expect("it has all bands");
+        Found { area, on_surface, at: FaceBand { captor, face, band }, running, estimate }
     };
     of_band.map(found).collect()
 }
@@ -219,7 +225,7 @@ impl Medians {
     fn of(found: &[Found]) -> Self {
         let median = |of: &dyn Fn(&Found) -> bool| {
             let lit = found.iter().filter(|face| face.is_enough() && of(face));
-            let mut values: Vec<f64> = lit.map(|face| face.irradiance).collect();
+            let mut values: Vec<f64> = lit.map(|face| face.estimate.mean / face.area).collect();
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
         };

@@ -5,6 +5,8 @@
 //! faces of all captors. The decisions depend on the scene and the seed alone, so that two runs
 //! with the same number of photons find the same bytes.
 
+use std::{sync::Arc, time::Instant};
+
 use super::{
     Choice, Control, Keep, Run,
     pilot::Pilot,
@@ -19,6 +21,7 @@ use crate::{
     },
     transport::{
         guiding::Guidance,
+        paths,
         settings::{Estimator, Guiding, Settings},
         tally::Totals,
     },
@@ -46,11 +49,16 @@ pub struct Plan<'a> {
     pub choice: Option<Choice>,
     /// What guides the photons; `None` if they are not guided.
     pub(super) guidance: Option<Guidance<'a>>,
+    /// What pilot photons have found for paths, if a trial of paths has needed it.
+    pub(super) of_paths: Option<Arc<paths::Pilot>>,
+    /// When planning began, from where a limit on time counts.
+    pub(super) started: Instant,
 }
 
 impl<'a> Plan<'a> {
     /// Plans a run of `scene` with these settings. Errors: those of a run.
     pub fn make(scene: &'a Scene, settings: &Settings, control: &Control) -> Result<Self> {
+        let started = Instant::now();
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
         if settings.estimator == Estimator::Paths || scene.captors.is_empty() {
@@ -68,12 +76,15 @@ impl<'a> Plan<'a> {
         if settings.guiding == Guiding::Auto {
             settings.guiding = guidance.as_ref().map_or(Guiding::Off, Guidance::guiding);
         }
-        let choice = match settings.estimator {
-            Estimator::Auto => Some(Choice::make(scene, &settings, guidance.clone(), control)?),
-            _ => None,
+        let (choice, of_paths) = match settings.estimator {
+            Estimator::Auto => {
+                let (choice, pilot) = Choice::make(scene, &settings, guidance.clone(), control)?;
+                (Some(choice), pilot)
+            }
+            _ => (None, None),
         };
         settings.estimator = choice.as_ref().map_or(settings.estimator, |choice| choice.estimator);
-        Ok(Self { settings, choice, guidance })
+        Ok(Self { settings, choice, guidance, of_paths, started })
     }
 }
 

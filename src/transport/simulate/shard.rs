@@ -53,14 +53,14 @@ pub fn check_shardable(settings: &Settings) -> Result<()> {
 /// settings are not [shardable](check_shardable).
 pub fn simulate_shard(
     scene: &Scene,
-    Plan { settings, guidance, .. }: &Plan,
+    plan: &Plan,
     shard: Shard,
     control: &Control,
 ) -> Result<ShardSums> {
-    check_shardable(settings)?;
+    check_shardable(&plan.settings)?;
     catch_panic("run", || {
-        let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
-        run.guided_by(guidance.clone()).shard_sums(shard)
+        let part_of = part_of(scene, &plan.settings);
+        Run::planned(scene, plan, part_of, control)?.shard_sums(shard)
     })
 }
 

@@ -130,6 +130,8 @@ impl Run<'_> {
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| GUIDED);
         let mut copies = Vec::new();
+        let mut brightest = vec![0.0f64; bands];
+        let heavy = GUIDED && self.settings.tolerance.is_some();
         for index in 0..histories {
             if self.stopped() {
                 return;
@@ -164,6 +166,11 @@ impl Run<'_> {
                     return;
                 }
                 tally.score(self.scene, part, weights, &event);
+                if let Some(counted) = event.counted(self.scene).filter(|_| heavy) {
+                    let values = counted.power.values().iter().zip(weights);
+                    let brought = values.map(|(power, weight)| f64::from(*power) * weight);
+                    brightest.iter_mut().zip(brought).for_each(|(most, own)| *most = most.max(own));
+                }
                 let Some(task) = &mut stored else { return };
                 let kept = self.keep.arrival(self.scene, &event, way);
                 if let Some((mut arrival, power)) = kept {
@@ -204,6 +211,9 @@ impl Run<'_> {
             copies.clear();
             let guide = Guided::new(self.scene, aimed, windows, &mut copies);
             trace(self.scene, ray, power, guide, &mut rng, on);
+        }
+        for (all, &most) in self.brightest.iter().zip(&brightest) {
+            all.fetch_max(most.to_bits(), Ordering::Relaxed);
         }
         if let (Some(map), Some(stored)) = (map, stored) {
             let mut map = lock(map);

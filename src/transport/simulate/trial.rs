@@ -4,6 +4,8 @@
 //! This is the number of rays for a relative standard error of 1; other errors take 1 / error^2
 //! times as many.
 
+use std::sync::Arc;
+
 use super::{
     BATCHES, Control, Keep, Run, Simulation, Work, faces,
     tried::{Found, RAYS, of_a_trial},
@@ -52,14 +54,15 @@ pub struct Choice {
 impl Choice {
     /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
     /// tolerance, for the root mean square error over the captors. Photons are guided by
-    /// `guidance`. Errors: those of a run.
+    /// `guidance`. Returns with the choice what pilot photons have found for paths, if these were
+    /// tried. Errors: those of a run.
     pub(super) fn make<'a>(
         scene: &'a Scene,
         settings: &Settings,
         guidance: Option<Guidance<'a>>,
         control: &Control,
-    ) -> Result<Self> {
-        let photons = |why: String| Ok(Self { estimator: Estimator::Photons, why });
+    ) -> Result<(Self, Option<Arc<Pilot>>)> {
+        let photons = |why: String| Ok((Self { estimator: Estimator::Photons, why }, None));
         if settings.by_light {
             return photons("only photons know which light they come from".into());
         }
@@ -74,7 +77,8 @@ impl Choice {
             return photons("there is no captor for paths to start from".into());
         }
         let photons = photons_of(scene, settings, guidance, RAYS, control)?;
-        let paths = paths_of(scene, settings, RAYS, control)?;
+        let pilot = Arc::new(Pilot::run(scene, settings.seed));
+        let paths = paths_of(scene, settings, &pilot, RAYS, control)?;
         let hardest = settings.tolerance.is_some();
         let times = paths.work(&photons, hardest) / photons.work(&paths, hardest);
         let (estimator, other, times) = match times < 1.0 {
@@ -90,7 +94,7 @@ impl Choice {
             "{percent} % {of} takes {photons_needed} photons, or {paths_needed} paths; {other} are {times:.1} times \
              the work"
         );
-        Ok(Self { estimator, why })
+        Ok((Self { estimator, why }, Some(pilot)))
     }
 }
 
@@ -115,7 +119,8 @@ pub fn other_estimator(
         }
         _ => {
             let own = Tried::new(scene, &run.totals, run.totals.histories, 1);
-            (own, paths_of(scene, settings, rays.min(RAYS), control)?, Estimator::Paths)
+            let pilot = Arc::new(Pilot::run(scene, settings.seed));
+            (own, paths_of(scene, settings, &pilot, rays.min(RAYS), control)?, Estimator::Paths)
         }
     };
     let share = other.work(&own, false) / own.work(&other, false);
@@ -159,13 +164,20 @@ fn photons_of<'a>(
 }
 
 /// Runs a trial of paths that takes up to about `rays` rays.
-fn paths_of(scene: &Scene, settings: &Settings, rays: u64, control: &Control) -> Result<Tried> {
+fn paths_of(
+    scene: &Scene,
+    settings: &Settings,
+    pilot: &Arc<Pilot>,
+    rays: u64,
+    control: &Control,
+) -> Result<Tried> {
     let settings = Settings { estimator: Estimator::Paths, ..of_a_trial(settings) };
     let (tried_faces, all) = (tried_faces(scene), faces(scene).len());
     let share = tried_faces.len() as f64 / all as f64;
     let each = TRIAL / tried_faces.len() as u64;
-    let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
-    let work = Work::Paths(tried_faces, Pilot::run(scene, settings.seed));
+    let (keep, known) = (Keep::OnCaptors, Some(pilot.clone()));
+    let run = Run::knowing(scene, &settings, Vec::new(), keep, control, known)?;
+    let work = Work::Paths(tried_faces, pilot.clone());
     let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, rays))?;
     let tried = Tried::new(scene, &totals, histories, all as u64);
     Ok(Tried { rays: tried.rays / share, ..tried })

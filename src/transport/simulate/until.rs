@@ -155,7 +155,7 @@ impl Run<'_> {
             if fit >= most as f64 {
                 break;
             }
-            if taken >= limit / 32 {
+            if taken >= limit / 32 || left.is_zero() {
                 return Ok(Some(cut((fit as u64).max(1))));
             }
             parts *= 2;
@@ -173,12 +173,80 @@ fn next_look(round: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::next_look;
+    use std::sync::{Arc, atomic::AtomicBool};
+
+    use glam::DVec3;
+
+    use super::{
+        super::{Control, Plan},
+        *,
+    };
+    use crate::{
+        scene::{
+            captor::{CaptorKind, Sensor},
+            light::LightShape,
+            world::{Band, CaptorPart, LightPart, Scene, SceneParts},
+        },
+        transport::settings::{Estimator, Settings},
+    };
 
     #[test]
     fn looks_become_rarer() {
         let looks: Vec<u64> =
             std::iter::successors(Some(1), |&at| Some(next_look(at))).take(13).collect();
         assert_eq!(looks, [1, 2, 3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 31]);
+    }
+
+    /// A lamp in the open, and a sensor.
+    fn scene() -> Scene {
+        let shape = LightShape::Point { position: DVec3::ZERO };
+        let scene = Scene::new(SceneParts {
+            bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
+            lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+            captors: vec![CaptorPart {
+                id: "sensor".into(),
+                kind: CaptorKind::Virtual { both_sides: false },
+                triangles: vec![[DVec3::Z, DVec3::Z + DVec3::Y, DVec3::Z + DVec3::X]],
+                groups: Vec::new(),
+                sensor: Sensor::default(),
+            }],
+            ..SceneParts::default()
+        });
+        scene.expect("a scene")
+    }
+
+    /// Where planning has taken longer than the limit on time, the run is as short as can be: one
+    /// photon in each batch.
+    #[test]
+    fn planning_is_part_of_the_time() {
+        let (scene, stop) = (scene(), AtomicBool::new(false));
+        let control = Control { stop: &stop, progress: &|_| {} };
+        let limit = Duration::from_secs(60);
+        let settings = Settings {
+            estimator: Estimator::Photons,
+            max_time: Some(limit),
+            photons: Some(1 << 40),
+            threads: 1,
+            ..Settings::default()
+        };
+        let mut plan = Plan::make(&scene, &settings, &control).expect("a plan");
+        plan.started = Instant::now().checked_sub(2 * limit).expect("a time before");
+        let run = Run::planned(&scene, &plan, Vec::new(), &control).expect("a run");
+        let simulation = run.go().expect("results");
+        assert_eq!((simulation.totals.histories, simulation.end), (BATCHES, End::Time));
+    }
+
+    /// What pilot photons have found for the trial of paths is used again by the run.
+    #[test]
+    fn the_pilot_of_paths_is_run_once() {
+        let (scene, stop) = (scene(), AtomicBool::new(false));
+        let control = Control { stop: &stop, progress: &|_| {} };
+        let settings = Settings { estimator: Estimator::Auto, threads: 1, ..Settings::default() };
+        let plan = Plan::make(&scene, &settings, &control).expect("a plan");
+        let run = Run::planned(&scene, &plan, Vec::new(), &control).expect("a run");
+        let (Work::Paths(_, own), Some(known)) = (&run.work, &plan.of_paths) else {
+            panic!("{:?}", plan.choice)
+        };
+        assert!(Arc::ptr_eq(own, known));
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Ledger, Sums, sums::MOST};
 use crate::{
-    math::stats::{Running, is_possible},
+    math::stats::{Estimate, Running, is_possible},
     scene::{captor::CHANNELS, world::Scene},
 };
 
@@ -243,6 +243,16 @@ impl Totals {
     /// Returns the running mean and standard error of a channel, per band, then per sum.
     pub fn running(&self, channel: usize) -> &[Running] {
         &self.running[channel * self.columns..][..self.columns]
+    }
+
+    /// Returns the mean and the standard error of a channel, per band, then per sum.
+    pub fn estimates(&self, channel: usize) -> impl Iterator<Item = Estimate> {
+        // paths emit nothing, and their batches are alike because they find what they look for
+        let of_photons = self.ledger.emitted.iter().any(|power| *power > 0.0);
+        let counted = self.histories_in(channel).unwrap_or(self.photons(channel));
+        let histories = if of_photons { counted } else { 0 };
+        let running = self.running(channel).iter();
+        running.map(move |running| running.estimate(self.batches).with_misses(histories))
     }
 
     /// Returns the power balance, averaged over the batches, in W or umol/s.
