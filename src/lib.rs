@@ -75,9 +75,10 @@ pub use results::calibration::{
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{
-    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, Factor,
-    GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Uniformity,
-    Warning, WorstResult,
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, DarkResult, Electricity, Energy,
+    FaceResult, Factor, GroupElectricity, GroupResult, LampElectricity, MapResult, NearestResult,
+    RatioResult, Ratios, RunResult, RunSettings, Share, Shares, SumUnit, ToleranceResult,
+    Uniformity, Warning, WorstResult,
 };
 pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;
@@ -95,7 +96,7 @@ pub use scene::material::{
 pub use scene::patches::Patches;
 pub use scene::tiles::{TileCopies, TilePart, Tiles};
 pub use scene::world::{
-    Band, BandSum, CaptorPart, CopyPart, Crossing, FlushLight, LightPart, NamedMaterial,
+    Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, FlushLight, LightPart, NamedMaterial,
     ObjectCopy, Scene, SceneParts, Surface, SurfaceHit, SurfacePart,
 };
 #[cfg(feature = "show")]

@@ -19,6 +19,7 @@ mod compare;
 mod contract;
 mod coverage;
 mod daylight;
+mod electricity;
 mod exact;
 mod examples;
 mod figures;
@@ -53,6 +54,7 @@ mod spectra;
 
 mod stability;
 mod study;
+mod sums;
 mod surfaces;
 mod sweep;
 mod tables;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
-        captor::{Captor, CaptorKind, Channel},
+        captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
         world::Scene,
     },
     transport::{
@@ -229,13 +229,17 @@ impl Tally {
                 for (absorbed, ((came, left), weight)) in absorbed.zip(powers) {
                     *absorbed += (f64::from(*came) - f64::from(*left)) * weight;
                 }
-                if let Some(Counted { captor, .. }) = counted {
+                if let Some(Counted { captor, face, .. }) = counted {
                     let absorbed = match scene.material(surface).absorptance::<L>(interaction) {
                         Some(absorptance) => absorptance * power,
                         None => power.clone().zip(scattered, |before, after| before - after),
                     };
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);
+                    if captor.by_face {
+                        let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
+                        self.add(channel, weights, &absorbed);
+                    }
                 }
             }
             Event::Escaped { power, missed } => {
@@ -258,7 +262,12 @@ impl Tally {
         self.cut_off += u64::from(score.cut_off);
         self.add(captor.first_channel + face as usize, ones.clone(), &score.flux);
         if captor.kind == CaptorKind::Surface {
-            self.add(captor.first_channel + Channel::Absorbed as usize, ones, &score.absorbed);
+            let channel = captor.first_channel + Channel::Absorbed as usize;
+            self.add(channel, ones.clone(), &score.absorbed);
+            if captor.by_face {
+                let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
+                self.add(channel, ones, &score.absorbed);
+            }
         }
     }
 
