@@ -70,7 +70,7 @@ pub use math::spectrum::{Lanes, Spectrum, Wide};
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
 pub use results::calibration::{
-    Calibration, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
+    Calibration, EvenPowers, Lit, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
 };
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
@@ -120,6 +120,8 @@ pub use show::rendered::{RenderPlan, RenderStage, RenderedScene};
 pub use show::view::{check_view, write_view};
 #[cfg(feature = "show")]
 pub use show::vtk::VtkKind;
+#[cfg(feature = "studies")]
+pub use studies::calibrate::{EvenPlan, even};
 #[cfg(feature = "studies")]
 pub use studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, check_meshes};
 #[cfg(feature = "studies")]

@@ -515,6 +515,40 @@ class Result:
         file = None if calibration is None else os.fspath(calibration)
         return Result(self._found.mix(given, file), self._loaded)
 
+    def even(
+        self,
+        captors: str,
+        *,
+        mean: float | None = None,
+        minimum: float | None = None,
+        band: str | None = None,
+        groups: Sequence[str] = (),
+    ) -> dict[str, Any]:
+        """Finds the powers of lamps that light captors most evenly; it needs ``by_light=True``.
+
+        Args:
+            captors: a pattern of groups or, where no group fits, of captors, as in ``"bench*"``; their fronts count.
+            mean: the mean irradiance to reach; if not given, the present one.
+            minimum: the least irradiance of each captor, which is reached with the least power, in place of `mean`.
+            band: the band or sum that counts; if not given, the only band, or the first sum.
+            groups: patterns of names of lights that share a factor.
+
+        Returns:
+            The report of ``phylux calibrate --even``: ``factors`` for each light (one for each band), and ``before``
+            and ``after``. ``result.mix(report["factors"])`` is the result with these powers.
+        """
+        for name, value in (("mean", mean), ("minimum", minimum)):
+            if value is not None and not 1e-30 <= value <= 1e30:
+                raise wrong(name, f"{value} is no irradiance above 0", "give a number above 0")
+        if mean is not None and minimum is not None:
+            raise wrong("minimum", "a mean is given, too", "give one of them")
+        if not self.lights:
+            raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
+        lamps = (self.electricity or {}).get("lights", {})
+        watts = {name: float(lamp["watts"]) for name, lamp in lamps.items()}
+        report: dict[str, Any] = json.loads(self._found.even(captors, watts, mean, minimum, band, list(groups)))
+        return report
+
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
 

@@ -1,14 +1,15 @@
 //! The results of a run as flat arrays for numpy, and as files.
 
 use std::{
+    collections::BTreeMap,
     io::{self, Write},
     path::PathBuf,
 };
 
 use numpy::PyArray1;
 use phylux::{
-    Absorbed, AbsorbedByFace, ByLight, CaptorResult, FaceResult, Factor, FilesRead, GroupResult,
-    OutputFile, OutputFolder, Ratios, RunResult, Uniformity,
+    Absorbed, AbsorbedByFace, ByLight, CaptorResult, EvenPlan, FaceResult, Factor, FilesRead,
+    GroupResult, OutputFile, OutputFolder, Ratios, RunResult, Uniformity,
     cli::embedded::{self, Words},
 };
 use pyo3::{
@@ -215,6 +216,24 @@ impl Found {
         let factors = factors.into_iter().map(|(name, factors)| (name, factors.into())).collect();
         let mixed = py.detach(|| embedded::mixed(&self.result, factors, calibration.as_deref()));
         Ok(Self::new(raised(py, mixed)?, self.files.clone()))
+    }
+
+    /// Returns the powers of lamps that light these captors evenly, as JSON. `watts` are the electric
+    /// powers of lights.
+    #[pyo3(signature = (captors, watts, mean=None, minimum=None, band=None, groups=Vec::new()))]
+    fn even(
+        &self,
+        py: Python<'_>,
+        captors: String,
+        watts: BTreeMap<String, f64>,
+        mean: Option<f64>,
+        minimum: Option<f64>,
+        band: Option<String>,
+        groups: Vec<String>,
+    ) -> PyResult<String> {
+        let plan = EvenPlan { captors, band, mean, minimum, groups };
+        let found = raised(py, py.detach(|| phylux::even(&self.result, &watts, &plan)))?;
+        Ok(serde_json::to_string(&found).unwrap_or_default())
     }
 
     /// Returns the ids of the captors, or of the groups.

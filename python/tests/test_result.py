@@ -345,3 +345,21 @@ def test_electricity_and_absorbed_by_face(tmp_path):
     table = table[table.captor.isin(found.ids)]
     assert table.quantity.tolist() == found.frame.quantity.astype(str).tolist()
     np.testing.assert_array_equal(table.value, found.frame.value)
+
+
+def test_even_light():
+    scene = px.Scene("row")
+    for i in range(3):
+        scene.light(f"l{i}", type="point", position=[0.5 * i, 0, 0.5], power=100, watts=10)
+    scene.captor("line", discs=px.grid(np.linspace(0, 1, 9), [0.0], z=0, radius=0.03))
+    found = scene.run(photons=20_000, by_light=True)
+    report = found.even("line", mean=30)
+    assert report["after"]["cv"] < report["before"]["cv"]
+    assert abs(report["after"]["mean"] - 30) < 1e-6
+    mixed = found.mix(report["factors"])
+    assert abs(mixed.irradiance[:, 0, 0].mean() - 30) < 1e-6
+    assert report["after"]["watts"] is not None
+    with pytest.raises(ValueError, match="no group and no captor"):
+        found.even("nothing")
+    with pytest.raises(ValueError, match="a mean is given"):
+        found.even("line", mean=1, minimum=1)

@@ -30,7 +30,7 @@ pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Sha
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
 pub use settings::RunSettings;
-pub use spread::Uniformity;
+pub use spread::{Evenness, Uniformity};
 pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.

@@ -44,7 +44,7 @@ impl RatioResult {
     }
 
     /// Returns both sums of the values of bands.
-    fn sums(&self, values: &[f64]) -> [f64; 2] {
+    pub(crate) fn sums(&self, values: &[f64]) -> [f64; 2] {
         [&self.numerator, &self.denominator]
             .map(|weights| weights.iter().zip(values).map(|(weight, value)| weight * value).sum())
     }

@@ -105,7 +105,7 @@ impl<'a> Chosen<'a> {
     }
 
     pub fn per_area(&self) -> &'a str {
-        &self.result.units(self.band)[1]
+        self.result.units(self.band)[1]
     }
 }
 
