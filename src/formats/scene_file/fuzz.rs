@@ -340,7 +340,8 @@ fn check_result(result: &RunResult) {
 fn check_finite(value: &Value, key: &str) {
     match value {
         Value::Null => assert!(
-            key.ends_with("_se") || ["knn", "radiance", "min_over_mean", "cv"].contains(&key),
+            key.ends_with("_se")
+                || ["knn", "radiance", "min_over_mean", "cv", "ratio"].contains(&key),
             "{key}"
         ),
         Value::Array(values) if key == "radiance" => {
