@@ -28,6 +28,7 @@ mod placed;
 mod radiance;
 mod rooms;
 mod spectra;
+mod sums;
 mod tables;
 #[cfg(test)]
 mod tests;

@@ -139,7 +139,11 @@ impl Year {
                 weights[slot_of_hour[h]].push((light.light, factor));
             }
         }
-        let par = |band: &BandResult| scene.quantity == Quantity::Watt || band.is_par(&bands);
+        // a sum with a unit of its own is not in MJ
+        let par = |band: &BandResult| match scene.quantity {
+            Quantity::Watt => band.unit.is_none(),
+            Quantity::Micromole => band.has_dli(&bands, true),
+        };
         let responses = responses(&run, &ids, scene.lights.len());
         let mut year = Self {
             integrated: bands.iter().map(par).collect(),
@@ -175,10 +179,21 @@ impl Year {
             few("the lamps", &|l| lit.contains(&scene.lights[l].name)).filter(|_| !lit.is_empty()),
         ];
         let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
-        let warnings = warnings.into_iter().chain([unseen, year.interpolated()]);
+        let warnings = warnings.into_iter().chain([unseen, year.interpolated(), year.no_ratios()]);
         let warnings: Vec<String> = warnings.flatten().collect();
         year.warnings.extend(warnings);
         Ok(year)
+    }
+
+    /// Returns a warning if the scene asks for ratios, which a year does not compute.
+    fn no_ratios(&self) -> Option<String> {
+        let names: Vec<&str> = self.run.ratios.iter().map(|ratio| ratio.name.as_str()).collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "a year has no ratios: {} are not in its tables; divide the sums that they are made of",
+                names.join(", ")
+            )
+        })
     }
 
     /// Returns the number of bands and sums.

@@ -105,6 +105,7 @@ impl<'a> Loader<'a> {
         let stem = stem(path);
         loader.parts.name = file.name.clone().unwrap_or(stem);
         loader.parts.quantity = file.quantity;
+        loader.parts.absorbed_by_face = file.absorbed_by_face;
         loader.load_bands(file)?;
         Ok(loader)
     }
