@@ -14,9 +14,15 @@ from .errors import InputError, RunError, missing
 #: the command, run in a way that does not need its installed script to be on the PATH
 _COMMAND = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())"]
 
+#: columns of numbers that may be missing
+_NUMBERS = ["standard_error", "back", "back_se", "absorbed", "absorbed_se", "sunlit", "sunlit_se", "kwh"]
+
 
 class Year:
     """The light that every captor and group receives hour by hour, and its integrals over days, months and the period.
+
+    ``value`` is the light on the front; ``back`` and ``absorbed`` are those of leaves, and ``sunlit`` is the fraction of
+    the area that sees the sun. Each has its standard error (``back_se``, ...), and is missing where it does not exist.
 
     The tables are files in ``folder`` (docs/year.md). Each is read when it is used, which needs pandas.
     """
@@ -29,24 +35,24 @@ class Year:
 
     @property
     def hours(self) -> Any:
-        """Irradiance, or PPFD for scenes in umol/s: captor, time (start of the hour), band, value, standard_error."""
+        """Irradiance, or PPFD for scenes in umol/s: captor, time (start of the hour), band, value, standard_error, back, absorbed, sunlit."""
         whole = self.folder / "hours.parquet"
         return _pandas().read_parquet(whole) if whole.is_file() else self._table("hours")
 
     @property
     def days(self) -> Any:
-        """Daily light integrals: captor, day, band, unit, value, standard_error."""
+        """Daily light integrals: captor, day, band, unit, value, standard_error, back, absorbed, sunlit."""
         return self._table("days")
 
     @property
     def months(self) -> Any:
         """Daily light integrals, averaged over the days of each month: captor, month, band, unit, value,
-        standard_error."""
+        standard_error, back, absorbed, sunlit."""
         return self._table("months")
 
     @property
     def total(self) -> Any:
-        """Daily light integrals, averaged over the whole period: captor, period, band, unit, value, standard_error."""
+        """Daily light integrals, averaged over the whole period: captor, period, band, unit, value, standard_error, back, absorbed, sunlit."""
         return self._table("year")
 
     @property
@@ -56,7 +62,7 @@ class Year:
 
     def _table(self, name: str) -> Any:
         # a captor may be named "NA", which must not be read as a missing value
-        return _pandas().read_csv(self.folder / f"{name}.csv", keep_default_na=False, na_values={"standard_error": [""], "kwh": [""]})
+        return _pandas().read_csv(self.folder / f"{name}.csv", keep_default_na=False, na_values={column: [""] for column in _NUMBERS})
 
 
 def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[str]]:

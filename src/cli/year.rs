@@ -23,14 +23,16 @@ use crate::{
         output::{FilesRead, Temporary, folder_of},
         scene_file::{LoadedScene, SkyDivision, load_by_hour},
     },
+    scene::captor::Channel,
     studies::{
         check::check_meshes,
         year::{
-            Year,
-            tables::{YearTables, month, write},
+            HoursOf, Year, YearOptions,
+            tables::{YearTables, write},
         },
     },
     transport::{
+        direct_sun::SunRays,
         settings::{Guiding, Settings},
         simulate::{Control, Progress},
     },
@@ -66,12 +68,39 @@ pub(super) struct Arguments {
     /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = super::run::splitting)]
     splitting: Option<u64>,
+    /// Captors and groups whose hours are written: groups, all, none, or a pattern of ids, such as
+    /// "tomato*" [default: all, or groups if there are more than 1000]
+    #[arg(long, value_name = "WHICH", value_parser = hours)]
+    hours: Option<HoursOf>,
+    /// Points of each captor from which the sun is looked for in every hour [default: 16, or fewer
+    /// for more than 5000 captors]
+    #[arg(long, value_name = "N", value_parser = sun_rays, allow_negative_numbers = true)]
+    sun_rays: Option<u64>,
     /// Write the table of hours as CSV, not as Parquet
     #[arg(long)]
     csv: bool,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<usize>,
+}
+
+fn hours(text: &str) -> std::result::Result<HoursOf, String> {
+    Ok(match text {
+        "" => return Err("is empty: say groups, all, none, or a pattern of ids".into()),
+        "all" => HoursOf::All,
+        "groups" => HoursOf::Groups,
+        "none" => HoursOf::None,
+        pattern => HoursOf::Like(pattern.into()),
+    })
+}
+
+fn sun_rays(text: &str) -> std::result::Result<u64, String> {
+    let (least, most) = SunRays::RANGE.into_inner();
+    let number = super::run::count(text)?;
+    match SunRays::RANGE.contains(&number) {
+        true => Ok(number),
+        false => Err(format!("must be {least} to {most}")),
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -155,43 +184,52 @@ fn find(
     let progress = |progress: Progress| show(&bar, progress);
     let watched = Control { stop: interrupt.stop(), progress: &progress };
     let path = arguments.control.as_deref().map(|path| path.display().to_string());
-    let file = control.as_ref().zip(path.as_deref());
-    let year = Year::find(&loaded, file, &settings, &watched);
+    let options = YearOptions {
+        control: control.as_ref().zip(path.as_deref()),
+        hours: arguments.hours.clone().unwrap_or_default(),
+        sun_rays: arguments.sun_rays,
+        scratch: arguments.output.clone(),
+    };
+    let year = Year::find(&loaded, &options, &settings, &watched);
     bar.finish_and_clear();
     let year = year?;
     interrupt.writing();
     during("writing the tables", || write(&year, tables, &read))?;
     super::terminal::warn(&year.warnings);
     let wrote = format!("\nwrote {}\n", arguments.output.display());
-    super::terminal::print(&(describe(&loaded, &year) + &wrote))
+    super::terminal::print(&(describe(&loaded, &year)? + &wrote))
 }
 
-fn describe(loaded: &LoadedScene, year: &Year) -> String {
+fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {
     let hours = year.slots.len();
     let lights = loaded.scene.lights.len();
     let mut text = format!(
         "{}: {hours} hours from {} photons of {lights} lights, seed {}\n",
-        loaded.scene.name, year.run.photons, year.run.seed
+        loaded.scene.name, year.photons, year.seed
     );
-    let months: Vec<_> = year.periods(month).into_iter().take(MONTHS).collect();
-    let sums: Vec<_> = months.iter().map(|(_, slots)| year.daily(slots)).collect();
-    let width = year.bands.len();
+    let months: Vec<&String> = year.months.keys().take(MONTHS).collect();
+    let sums: Vec<_> = (0..months.len()).map(|m| year.month(m)).collect::<Result<_>>()?;
+    let ids = &year.places.ids;
     // if there are groups, they are shown in place of captors, for they say more
-    let first = if year.ids.len() > year.run.captors.len() { year.run.captors.len() } else { 0 };
+    let first = if ids.len() > year.places.captors { year.places.captors } else { 0 };
     for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
         let _ = write!(text, "\n{:<24}", format!("{}, {}", band.name, year.unit));
-        months.iter().for_each(|(name, _)| {
+        months.iter().for_each(|name| {
             let _ = write!(text, "{name:>9}");
         });
         text.push('\n');
-        for (i, id) in year.ids.iter().enumerate().skip(first).take(SHOWN) {
+        for (i, id) in ids.iter().enumerate().skip(first).take(SHOWN) {
             let _ = write!(text, "  {id:<22}");
             for sums in &sums {
-                let _ = write!(text, "{:>9}", short(sums[i * width + b].mean));
+                let _ = write!(
+                    text,
+                    "{:>9}",
+                    short(sums.light(i, Channel::Front, b).map_or(0.0, |light| light.mean))
+                );
             }
             text.push('\n');
         }
-        match year.ids.len().saturating_sub(first + SHOWN) {
+        match ids.len().saturating_sub(first + SHOWN) {
             0 => {}
             more => {
                 let _ = writeln!(text, "  and {more} more");
@@ -206,5 +244,5 @@ fn describe(loaded: &LoadedScene, year: &Year) -> String {
         let energy = energy.map_or(String::new(), |e| format!(", {} kWh", short(e)));
         let _ = writeln!(text, "\n{} lamps: {} h{energy}", year.lamps.len(), short(hours));
     }
-    text
+    Ok(text)
 }

@@ -13,6 +13,8 @@ mod spread;
 pub mod validate;
 mod warnings;
 
+pub(crate) use found::band_results;
+
 use std::borrow::Cow;
 
 use indexmap::IndexMap;

@@ -138,7 +138,7 @@ impl Run<'_> {
         let batch = schedule.batches - 1;
         let histories = schedule.batch(batch) as f64;
         let (flux, irradiance) = match &self.work {
-            Work::Photons(_) => {
+            Work::Photons(_) | Work::Lights => {
                 let mut most = vec![0.0; bands];
                 for task in [0, schedule.tasks(batch) - 1] {
                     let (_, length) = schedule.range(batch, task);
