@@ -133,7 +133,8 @@ pub use studies::sweep::{
 };
 #[cfg(feature = "studies")]
 pub use studies::year::{
-    HoursOf, Lamp, Places, Value, Values, Year, YearOptions, tables::YearTables,
+    HoursOf, Lamp, Needs, Places, StateScene, Value, Values, Year, YearOptions, YearScenes,
+    tables::YearTables,
 };
 pub use transport::photon_map::{
     Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,

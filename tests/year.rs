@@ -10,6 +10,7 @@ use phylux::{
 use serde_json::{Value, json};
 
 mod leaves;
+mod states;
 
 use crate::{
     bad_input::{phylux, refused},
@@ -78,13 +79,14 @@ fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivisi
     let file = control.map(|path| ControlFile::load(path).expect("a control file"));
     let control = file.as_ref().map(|file| (file, "control.json"));
     let options = YearOptions { control, sun_rays: Some(64), ..YearOptions::default() };
-    find(&loaded, &options, &settings)
+    find(loaded, &options, &settings)
 }
 
-fn find(loaded: &phylux::LoadedScene, options: &YearOptions, settings: &Settings) -> Year {
+fn find(loaded: phylux::LoadedScene, options: &YearOptions, settings: &Settings) -> Year {
     let stop = AtomicBool::new(false);
     let watched = Control { stop: &stop, progress: &|_| {} };
-    Year::find(loaded, options, settings, &watched).unwrap_or_else(|e| panic!("{e}"))
+    let scenes = phylux::YearScenes::plain(loaded);
+    Year::find(&scenes, options, settings, &watched).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Returns the light on the fronts of all captors and groups, band by band.
@@ -530,7 +532,10 @@ fn wrong_years_have_their_sentence() {
             r#"{"lights": "lamp", "below": 5, "of": "upp"}"#,
             "/lamps/0/of: no captor or group `upp`; did you mean `up`?",
         ),
-        (r#"{"lights": "lamp", "of": "up"}"#, "/lamps/0/of: goes with `below` or `until_dli` only"),
+        (
+            r#"{"lights": "lamp", "of": "up"}"#,
+            "/lamps/0/of: goes with `below` or `until_dli` only, or `fill_to`",
+        ),
         (
             r#"{"lights": "lamp", "until_dli": 5, "of": "up", "band": "far"}"#,
             "/lamps/0/until_dli: no daily light integral of band `far`",

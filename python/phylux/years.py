@@ -15,7 +15,7 @@ from .errors import InputError, RunError, missing
 _COMMAND = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())"]
 
 #: columns of numbers that may be missing
-_NUMBERS = ["standard_error", "back", "back_se", "absorbed", "absorbed_se", "sunlit", "sunlit_se", "kwh"]
+_NUMBERS = ["x", "y", "z", "nx", "ny", "nz", "standard_error", "back", "back_se", "absorbed", "absorbed_se", "sunlit", "sunlit_se", "kwh"]
 
 
 class Year:
@@ -59,6 +59,33 @@ class Year:
     def lamps(self) -> Any:
         """Operation of the lamps: light, month (or ``all``), hours, kwh."""
         return self._table("lamps")
+
+    @property
+    def states(self) -> Any:
+        """When the states of the control file held: state, month (or ``all``), hours."""
+        return self._table("states")
+
+    @property
+    def captors(self) -> Any:
+        """Captors and groups: captor, kind, x, y, z, nx, ny, nz, area, groups."""
+        return self._table("captors")
+
+    def xarray(self) -> Any:
+        """Returns the hours as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and their ``_se`` by time, captor
+        and band, and ``sunlit`` by time and captor."""
+        try:
+            import xarray as xr
+        except ImportError:
+            raise missing("xarray", "a dataset") from None
+        hours = self.hours.rename(columns={"value": "front", "standard_error": "front_se"})
+        order = {key: list(dict.fromkeys(hours[key])) for key in ("time", "captor", "band")}
+        shape = tuple(len(names) for names in order.values())
+        dims = tuple(order)
+        data = {name: (dims, hours[name].to_numpy(dtype=float).reshape(shape)) for name in hours.columns[3:]}
+        for name in ("sunlit", "sunlit_se"):
+            data[name] = (dims[:2], data[name][1][..., 0])
+        order["time"] = _pandas().to_datetime(order["time"]).tz_localize(None)
+        return xr.Dataset(data, coords=order)
 
     def _table(self, name: str) -> Any:
         # a captor may be named "NA", which must not be read as a missing value

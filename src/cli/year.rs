@@ -21,13 +21,13 @@ use crate::{
     formats::{
         control_file::ControlFile,
         output::{FilesRead, Temporary, folder_of},
-        scene_file::{LoadedScene, SkyDivision, load_by_hour},
+        scene_file::{LoadedScene, SkyDivision},
     },
     scene::captor::Channel,
     studies::{
         check::check_meshes,
         year::{
-            HoursOf, Year, YearOptions,
+            HoursOf, Year, YearOptions, YearScenes, gigabytes,
             tables::{YearTables, write},
         },
     },
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     /// Folder for the tables (hours, days, months, year and lamps); made if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Control file (JSON): when lamps are on. Without it all lamps are off
+    /// Control file (JSON): when lamps are on and when screens close. Without it all lamps are off
     #[arg(long, value_name = "FILE")]
     control: Option<PathBuf>,
     /// Patches that the sky is divided into: 577 of some 6 degrees, or 145 of 12
@@ -163,12 +163,16 @@ fn find(
         Patches::Tregenza => SkyDivision::Tregenza,
         Patches::Reinhart => SkyDivision::Reinhart,
     };
-    let loaded = during("reading the scene", || load_by_hour(&arguments.scene, division))?;
+    let of_control = control.as_ref().zip(arguments.control.as_deref());
+    let scenes =
+        during("reading the scene", || YearScenes::load(&arguments.scene, division, of_control))?;
+    let loaded = &scenes.scenes[0].loaded;
     loaded.check_captors()?;
     let files: Vec<PathBuf> = loaded.files.iter().chain(&arguments.control).cloned().collect();
     let read = FilesRead::new(&files);
     check_places(places, &read)?;
     super::terminal::warn(&loaded.warnings);
+    super::terminal::warn(&scenes.warnings);
     super::terminal::warn(&check_meshes(&loaded.scene)?);
     let settings = Settings {
         photons: arguments.photons.or(loaded.settings.photons),
@@ -180,7 +184,11 @@ fn find(
         ..loaded.settings.clone()
     };
     let bar = terminal_bar("{bar:30} {percent}% {human_pos} {msg}, {speed}, {eta} left");
-    bar.set_message("photons or rays to the sun");
+    let phase = |phase: &str| {
+        bar.set_message(phase.to_owned());
+        bar.set_position(0);
+        bar.reset();
+    };
     let progress = |progress: Progress| show(&bar, progress);
     let watched = Control { stop: interrupt.stop(), progress: &progress };
     let path = arguments.control.as_deref().map(|path| path.display().to_string());
@@ -189,15 +197,34 @@ fn find(
         hours: arguments.hours.clone().unwrap_or_default(),
         sun_rays: arguments.sun_rays,
         scratch: arguments.output.clone(),
+        phase: &phase,
     };
-    let year = Year::find(&loaded, &options, &settings, &watched);
-    bar.finish_and_clear();
-    let year = year?;
+    let needs = Year::needs(&scenes, &options, &settings)?;
+    if needs.disk > 0 && !super::terminal::is_quiet() {
+        let [memory, disk] = [needs.memory, needs.disk].map(gigabytes);
+        let text = "GB on the disk while it is calculated";
+        super::terminal::complain(&format!(
+            "takes about {memory} GB of memory and {disk} {text}\n"
+        ));
+    }
+    let year = Year::find(&scenes, &options, &settings, &watched);
+    let year = match year {
+        Ok(year) => year,
+        Err(error) => {
+            bar.finish_and_clear();
+            return Err(error);
+        }
+    };
     interrupt.writing();
-    during("writing the tables", || write(&year, tables, &read))?;
+    phase("hours in tables");
+    let done = write(&year, tables, &read, &|photons, of| {
+        show(&bar, Progress { photons, of: Some(of), worst: None });
+    });
+    bar.finish_and_clear();
+    done?;
     super::terminal::warn(&year.warnings);
     let wrote = format!("\nwrote {}\n", arguments.output.display());
-    super::terminal::print(&(describe(&loaded, &year)? + &wrote))
+    super::terminal::print(&(describe(loaded, &year)? + &wrote))
 }
 
 fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {
@@ -239,8 +266,7 @@ fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {
     if !year.lamps.is_empty() {
         let all = || 0..year.slots.len();
         let hours: f64 = year.lamps.iter().map(|lamp| year.hours_on(lamp, all())).sum();
-        let energy = |lamp| Some(year.hours_on(lamp, all()) * lamp.watts? / 1000.0);
-        let energy: Option<f64> = year.lamps.iter().map(energy).sum();
+        let energy: Option<f64> = year.lamps.iter().map(|lamp| year.energy(lamp, all())).sum();
         let energy = energy.map_or(String::new(), |e| format!(", {} kWh", short(e)));
         let _ = writeln!(text, "\n{} lamps: {} h{energy}", year.lamps.len(), short(hours));
     }

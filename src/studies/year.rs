@@ -12,38 +12,40 @@
 //! [`product`] for the light of the hours, [`interpolated`] for what the grid costs and [`tables`]
 //! for what is written.
 
+mod conditions;
 mod control;
 mod hours;
 mod interpolated;
 mod matrix;
+mod needs;
 mod part;
 mod places;
 mod product;
 mod responses;
+mod states;
 pub mod tables;
 mod value;
 
 pub use hours::Lamp;
+pub use needs::{Needs, gigabytes};
 pub use places::Places;
+pub use states::{StateScene, YearScenes};
 pub use value::Value;
 
 use std::path::PathBuf;
 
+use conditions::Outside;
 use control::Controlled;
 use hours::{day, month, of_a_day, periods};
 use indexmap::IndexMap;
 use interpolated::MANY;
 use matrix::Matrix;
-use part::Part;
+use part::{Part, too_few_photons};
 use product::{Product, Wanted, daylight_at};
 
 use crate::{
     error::{Error, Result},
-    formats::{
-        control_file::ControlFile,
-        scene_file::{HourlyLights, LoadedScene},
-        weather::Slot,
-    },
+    formats::{control_file::ControlFile, scene_file::HourlyLights, weather::Slot},
     math::{machine, pattern, units::Quantity},
     results::result::{BandResult, band_results},
     scene::captor::Channel,
@@ -57,7 +59,7 @@ const UNSEEN: f64 = 1e-3;
 const CHARTED: usize = 6;
 
 /// How a year is to be found.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct YearOptions<'a> {
     /// A control file and its name.
     pub control: Option<(&'a ControlFile, &'a str)>,
@@ -68,12 +70,15 @@ pub struct YearOptions<'a> {
     pub sun_rays: Option<u64>,
     /// A folder on a disk that has room for what does not fit into memory.
     pub scratch: PathBuf,
+    /// Is told what is done next: what the progress counts from here on.
+    pub phase: &'a (dyn Fn(&str) + Sync),
 }
 
 impl Default for YearOptions<'_> {
     fn default() -> Self {
         let scratch = std::env::temp_dir();
-        Self { control: None, hours: HoursOf::default(), sun_rays: None, scratch }
+        let hours = HoursOf::default();
+        Self { control: None, hours, sun_rays: None, scratch, phase: &|_| {} }
     }
 }
 
@@ -135,6 +140,8 @@ pub struct Year {
     pub slots: Vec<Slot>,
     /// The lamps that are controlled.
     pub lamps: Vec<Lamp>,
+    /// For each state its name, and for each hour the fraction of it in which it holds.
+    pub states: Vec<(String, Vec<f64>)>,
     /// Warnings that a user should read.
     pub warnings: Vec<String>,
     /// Number of photons, and the seed.
@@ -201,14 +208,17 @@ impl Values<'_> {
 }
 
 impl Year {
-    /// Traces a scene that was loaded by the hour. Errors: those of a run; a control file or a
+    /// Traces a scene that was loaded by the hour, in each combination of its states. Errors: those of a run; a control file or a
     /// pattern that names what the scene does not have.
     pub fn find(
-        loaded: &LoadedScene,
+        scenes: &YearScenes,
         options: &YearOptions,
         settings: &Settings,
         control: &Control,
     ) -> Result<Self> {
+        let Some(StateScene { loaded, .. }) = scenes.scenes.first() else {
+            return Err(Error::input("scene", "there is none").remedy("load one by the hour"));
+        };
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
             Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
@@ -219,25 +229,47 @@ impl Year {
         let par = |band: &BandResult| scene.quantity == Quantity::Watt || band.is_par(&bands);
         let integrated: Vec<bool> = bands.iter().map(par).collect();
         let wanted_hours = options.hours.chosen(&places)?;
-        let suns = slots.iter().filter(|slot| is_sunny(hourly, slot)).count();
+        let sunny = |s: usize| {
+            let hourly = scenes.scenes.iter().filter_map(|scene| scene.loaded.hourly.as_ref());
+            hourly.into_iter().any(|hourly| is_sunny(hourly, &hourly.slots[s]))
+        };
+        let has_sun: Vec<bool> = (0..slots.len()).map(sunny).collect();
+        let suns = has_sun.iter().filter(|has_sun| **has_sun).count();
         let rays = match options.sun_rays {
             Some(rays) => SunRays::new(rays),
             None => SunRays::usual(scene.captors.len(), suns),
         };
+        let outside = Outside::new(scene, hourly, &bands);
         let controlled = Controlled {
             places: &places,
             bands: &bands,
             integrated: &integrated,
-            slots: &slots,
-            daylight: &|parts, at| daylight_at(parts, &places, at, rays, settings.seed, control),
+            outside: &outside,
+            daylight: &|parts, at| daylight_at(parts, &places, at, rays, control),
         };
         let mut warnings = Vec::new();
         let lamps: Vec<&str> = lamp_names(scene, hourly);
         let entries = controlled.entries(&lamps, options.control, &mut warnings)?;
         let folder = &options.scratch;
-        let whole = vec![1.0; slots.len()];
-        let mut parts = vec![Part::trace(loaded, whole, &places, settings, folder, control)?];
+        Self::needs(scenes, options, settings)?.check(places.captors, folder)?;
+        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let mut parts = Vec::new();
+        for (part, (scene, share)) in scenes.scenes.iter().zip(energies(scenes)).enumerate() {
+            let settings = Settings {
+                photons: Some((share * photons as f64).round() as u64),
+                // the parts are independent
+                seed: settings.seed ^ (part as u64) << 56,
+                ..settings.clone()
+            };
+            let of = match (part, scenes.scenes.len()) {
+                (_, 1) => String::new(),
+                (part, all) => format!(" (scene {} of {all})", part + 1),
+            };
+            (options.phase)(&format!("photons{of}"));
+            parts.push(Part::trace(scene, &places, &settings, folder, control)?);
+        }
         let pool = machine::pool(settings.threads)?;
+        (options.phase)("rays to the sun");
         let switched = pool.install(|| controlled.switch_lamps(&mut parts, entries))?;
         let parts = parts;
 
@@ -250,7 +282,7 @@ impl Year {
             daylight: Vec::new(),
         };
         let lit = |slot: usize| parts.iter().any(|part| !part.weights[slot].is_empty());
-        let lit = (0..slots.len()).map(|s| lit(s) || is_sunny(hourly, &slots[s]));
+        let lit = (0..slots.len()).map(|s| lit(s) || has_sun[s]);
         let wanted = Wanted {
             hours: numbered(wanted_hours.into_iter()),
             rows: numbered(lit),
@@ -266,7 +298,6 @@ impl Year {
                 _ => (Vec::new(), 0, 0),
             },
             rays,
-            seed: settings.seed,
             folder,
         };
         let found = pool.install(|| Product::new(&parts, &places, &wanted, control).find())?;
@@ -281,8 +312,9 @@ impl Year {
                 Quantity::Watt => "MJ/m2/d",
                 Quantity::Micromole => "mol/m2/d",
             },
-            has_sun: slots.iter().map(|slot| is_sunny(hourly, slot)).collect(),
-            photons: settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+            states: scenes.states.clone(),
+            has_sun,
+            photons,
             seed: settings.seed,
             lamps: switched.into_iter().map(|(_, lamp)| lamp).collect(),
             sums: found.periods,
@@ -298,6 +330,13 @@ impl Year {
             bands,
             integrated,
         })
+    }
+
+    /// Returns about how many bytes a year takes. Error: a pattern that nothing fits.
+    pub fn needs(scenes: &YearScenes, options: &YearOptions, settings: &Settings) -> Result<Needs> {
+        let places = Places::new(&scenes.scenes[0].loaded.scene);
+        let hours = options.hours.chosen(&places)?.iter().filter(|chosen| **chosen).count();
+        Ok(Needs::of(scenes, &places, hours, machine::threads(settings.threads)))
     }
 
     /// Returns the light of an hour on the captors and groups whose hours were asked for. Its
@@ -353,6 +392,43 @@ impl Year {
     pub fn hours_on(&self, lamp: &Lamp, slots: impl Iterator<Item = usize>) -> f64 {
         slots.map(|s| lamp.on[s] * self.slots[s].length).sum()
     }
+
+    /// Returns the electric energy that a lamp took in some slots, kWh; `None` if its power is not
+    /// known.
+    pub fn energy(&self, lamp: &Lamp, slots: impl Iterator<Item = usize>) -> Option<f64> {
+        let hours: f64 = slots.map(|s| lamp.power[s] * self.slots[s].length).sum();
+        lamp.watts.map(|watts| watts * hours / 1000.0)
+    }
+}
+
+/// Returns the fractions of the photons for the combinations of states: by their energy, but at least
+/// 2 % for each. Lamps are taken to be as bright as daylight, since it is not yet known when they are
+/// on.
+fn energies(scenes: &YearScenes) -> Vec<f64> {
+    const LEAST: f64 = 0.02;
+    let of = |scene: &StateScene| {
+        let slots = scene.loaded.hourly.iter().flat_map(|hourly| &hourly.slots);
+        let (mut energy, mut time) = (0.0, 0.0);
+        for (slot, share) in slots.zip(&scene.shares) {
+            energy += share * slot.length * slot.global.max(0.0);
+            time += share * slot.length;
+        }
+        [energy, time]
+    };
+    let each: Vec<[f64; 2]> = scenes.scenes.iter().map(of).collect();
+    let total = |i: usize| each.iter().map(|sums| sums[i]).sum::<f64>();
+    let lamps = scenes.scenes.iter().all(|scene| {
+        let daylight = scene.loaded.hourly.as_ref().map_or(0, |hourly| hourly.lights.len());
+        scene.loaded.scene.lights.len() > daylight
+    });
+    let part = |sums: &[f64; 2], i: usize| if total(i) > 0.0 { sums[i] / total(i) } else { 0.0 };
+    let share = |sums| match lamps {
+        true => 0.5 * (part(sums, 0) + part(sums, 1)),
+        false => part(sums, 0),
+    };
+    let shares: Vec<f64> = each.iter().map(|sums| share(sums).max(LEAST)).collect();
+    let all: f64 = shares.iter().sum();
+    shares.iter().map(|share| share / all).collect()
 }
 
 /// Numbers what is wanted, from 0.
@@ -379,15 +455,11 @@ fn lamp_names<'s>(scene: &'s crate::scene::world::Scene, hourly: &HourlyLights) 
 fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
     let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
     let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
-    let part = &parts[0];
-    let daylight = part.has_daylight().then(|| {
+    let daylight = parts.iter().any(Part::has_daylight).then(|| {
         let of = "daylight, but for what comes straight from the sun or by one flat mirror,";
-        part.few_photons(of, None)
+        too_few_photons(parts, of, None)
     });
-    let of_lamps = (!lit.is_empty()).then(|| {
-        let lights: Vec<usize> = lit.iter().map(|&lamp| part.lamps[lamp]).collect();
-        part.few_photons("the lamps", Some(&lights))
-    });
+    let of_lamps = (!lit.is_empty()).then(|| too_few_photons(parts, "the lamps", Some(&lit)));
     [daylight, of_lamps].into_iter().flatten().flatten().collect()
 }
 

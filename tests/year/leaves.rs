@@ -16,7 +16,7 @@ fn year(scene: &TestScene, photons: u64, options: &YearOptions) -> Year {
     let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let loaded = loaded.expect("a scene");
     let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
-    find(&loaded, options, &settings)
+    find(loaded, options, &settings)
 }
 
 fn id(year: &Year, name: &str) -> usize {

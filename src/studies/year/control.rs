@@ -1,6 +1,9 @@
 //! Control of lamps by the hour, as a control file says.
 
+use std::path::Path;
+
 use super::{
+    conditions::{Outside, Wrong},
     hours::{HOUR, Lamp, local},
     part::Part,
     places::Places,
@@ -8,9 +11,9 @@ use super::{
 use crate::{
     error::{Error, Result, nearest},
     formats::{
-        control_file::{ControlFile, LampControl},
+        control_file::{ControlFile, DimFile, LampControl},
         json,
-        weather::Slot,
+        output::folder_of,
     },
     results::result::BandResult,
 };
@@ -22,7 +25,13 @@ struct Entry<'a> {
     lights: Vec<usize>,
     /// Index of the captor or group and band in the list of all places.
     place: Option<usize>,
+    /// For each slot the fraction of it in which they may be on by the clock and the light outside,
+    /// and the fraction of their power to which they are dimmed.
+    may: Vec<f64>,
+    dim: Vec<f64>,
+    /// For each slot the fraction of it in which they are on, and the fraction of their energy.
     on: Vec<f64>,
+    power: Vec<f64>,
 }
 
 /// The entries of a control file, and the places that they are about.
@@ -35,15 +44,18 @@ pub(super) struct Entries<'a> {
 /// A captor or group and a band, by index.
 pub(super) type Place = (usize, usize);
 
+/// Finds daylight in each slot.
+type DaylightAt<'a> = dyn Fn(&[Part], Place) -> Result<Vec<f64>> + Sync + 'a;
+
 /// What a control decides by.
 pub(super) struct Controlled<'a> {
     pub places: &'a Places,
     pub bands: &'a [BandResult],
     /// For each band or sum, whether it has a daily light integral.
     pub integrated: &'a [bool],
-    pub slots: &'a [Slot],
+    pub outside: &'a Outside<'a>,
     /// Finds daylight on the front of a captor or group in a band, for each slot.
-    pub daylight: &'a (dyn Fn(&[Part], Place) -> Result<Vec<f64>> + Sync),
+    pub daylight: &'a DaylightAt<'a>,
 }
 
 impl Controlled<'_> {
@@ -84,7 +96,19 @@ impl Controlled<'_> {
                         places.len() - 1
                     })
                 });
-                entries.push(Entry { lamps, lights, place, on: Vec::new() });
+                let folder = folder_of(Path::new(path));
+                let slots = self.outside.slots.len();
+                let dim = match &lamps.dim {
+                    None => vec![1.0; slots],
+                    Some(DimFile::Fraction(dim)) => vec![*dim; slots],
+                    Some(DimFile::Series(series)) => {
+                        let wrong: Wrong = &|key, problem| wrong(&format!("/dim{key}"), problem);
+                        self.outside.series(series, &folder, wrong)?
+                    }
+                };
+                let may = self.outside.shares(&lamps.when(), &folder, &wrong)?;
+                let (on, power) = (Vec::new(), Vec::new());
+                entries.push(Entry { lamps, lights, place, may, dim, on, power });
             }
         }
         let off: Vec<String> =
@@ -112,16 +136,16 @@ impl Controlled<'_> {
         for entry in entries {
             for &lamp in &entry.lights {
                 for part in &mut *parts {
-                    for (slot, on) in entry.on.iter().enumerate() {
-                        let strength = on * part.shares[slot];
+                    for (slot, power) in entry.power.iter().enumerate() {
+                        let strength = power * part.shares[slot];
                         if strength > 0.0 {
                             part.weights[slot].push((part.lamps[lamp], strength));
                         }
                     }
                 }
                 let name = parts[0].scene.lights[parts[0].lamps[lamp]].name.clone();
-                let (watts, on) = (entry.lamps.watts, entry.on.clone());
-                switched.push((lamp, Lamp { name, watts, on }));
+                let (watts, on, power) = (entry.lamps.watts, entry.on.clone(), entry.power.clone());
+                switched.push((lamp, Lamp { name, watts, on, power }));
             }
         }
         Ok(switched)
@@ -185,8 +209,8 @@ impl Controlled<'_> {
             places.iter().map(|&place| (self.daylight)(parts, place)).collect::<Result<_>>()?;
         let mut since_midnight = vec![0.0; places.len()];
         let mut today = None;
-        for (s, slot) in self.slots.iter().enumerate() {
-            let (day, start) = local(slot);
+        for (s, slot) in self.outside.slots.iter().enumerate() {
+            let (day, _) = local(slot);
             if today.replace(day) != Some(day) {
                 since_midnight.fill(0.0);
             }
@@ -195,6 +219,8 @@ impl Controlled<'_> {
             for (sum, daylight) in since_midnight.iter_mut().zip(&daylight) {
                 *sum += amount * daylight;
             }
+            // daylight and the lamps of the entries so far
+            let mut light = daylight.clone();
             for (e, entry) in entries.iter_mut().enumerate() {
                 let full: Vec<f64> = (0..places.len())
                     .map(|p| {
@@ -202,23 +228,31 @@ impl Controlled<'_> {
                     })
                     .collect();
                 let lamps = entry.lamps;
-                let mut on = lamps.allowed(start, slot.length);
+                let (mut on, mut strength) = (entry.may[s], entry.dim[s]);
                 let dim = |place: usize| lamps.below.is_none_or(|below| daylight[place] < below);
-                if lamps.outside_below.is_some_and(|below| slot.global >= below)
-                    || !entry.place.is_none_or(dim)
-                {
+                if !entry.place.is_none_or(dim) {
                     on = 0.0;
+                }
+                if let (Some(fill_to), Some(place)) = (lamps.fill_to, entry.place) {
+                    let missing = fill_to - light[place];
+                    if missing < strength * full[place] {
+                        strength = missing.max(0.0) / full[place];
+                    }
                 }
                 if let (Some(until), Some(place)) = (lamps.until_dli, entry.place) {
                     let missing = (until - since_midnight[place]).max(0.0);
-                    let brought = amount * full[place];
+                    let brought = amount * strength * full[place];
                     on = if missing < on * brought { missing / brought } else { on };
                     on = if missing > 0.0 { on } else { 0.0 };
                 }
-                for (sum, full) in since_midnight.iter_mut().zip(&full) {
-                    *sum += amount * on * full;
+                on = if strength > 0.0 { on } else { 0.0 };
+                let power = on * strength;
+                for ((sum, light), full) in since_midnight.iter_mut().zip(&mut light).zip(&full) {
+                    *light += power * full;
+                    *sum += amount * power * full;
                 }
                 entry.on.push(on);
+                entry.power.push(power);
             }
         }
         Ok(())

@@ -2,11 +2,16 @@
 
 use indexmap::IndexMap;
 
-use super::product::Period;
 use crate::{formats::weather::Slot, scene::daylight::Date};
 
 /// Light of 1 umol/m2/s in an hour, mol/m2, or of 1 W/m2, MJ/m2.
 pub(super) const HOUR: f64 = 3600.0 * 1e-6;
+
+/// Hours whose light is added up.
+pub(super) struct Period {
+    /// The hours, and the weight of each in the sum.
+    pub slots: Vec<(usize, f64)>,
+}
 
 /// A lamp, with the times when it was on.
 #[derive(Clone, Debug)]
@@ -17,6 +22,8 @@ pub struct Lamp {
     pub watts: Option<f64>,
     /// For each hour, the fraction of it during which the lamp was on, in [0, 1].
     pub on: Vec<f64>,
+    /// For each hour, its energy over that of a whole hour at full power, in [0, 1].
+    pub power: Vec<f64>,
 }
 
 /// Returns the day and the hours since midnight at which a slot starts, on the clock of the weather

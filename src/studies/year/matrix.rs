@@ -32,9 +32,9 @@ impl Matrix {
     /// cannot be made.
     pub fn new(rows: usize, width: usize, folder: &Path) -> Result<Self> {
         let bytes = Self::bytes(rows, width);
-        let store = match bytes <= IN_MEMORY {
-            true => Store::Memory(vec![[0.0; 2]; rows * width]),
-            false => {
+        let store = match Self::is_on_disk(bytes) {
+            false => Store::Memory(vec![[0.0; 2]; rows * width]),
+            true => {
                 let file = tempfile::tempfile_in(folder)
                     .and_then(|file| file.set_len(bytes).map(|()| file));
                 Store::File(file.map_err(failed)?)
@@ -43,7 +43,7 @@ impl Matrix {
         Ok(Self { rows, width, store: Mutex::new(store) })
     }
 
-    /// Returns the number of bytes of a matrix, and whether it is kept in a file.
+    /// Returns the number of bytes of a matrix.
     pub fn bytes(rows: usize, width: usize) -> u64 {
         (rows as u64).saturating_mul(width as u64).saturating_mul(PAIR as u64)
     }
@@ -54,8 +54,7 @@ impl Matrix {
     }
 
     /// Returns whether a matrix of that many bytes is kept in a file.
-    #[cfg(test)]
-    fn is_on_disk(bytes: u64) -> bool {
+    pub fn is_on_disk(bytes: u64) -> bool {
         bytes > IN_MEMORY
     }
 

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use super::{matrix::Matrix, places::Places};
+use super::{matrix::Matrix, places::Places, states::StateScene};
 use crate::{
     error::{Error, Result},
-    formats::scene_file::{HourlyLight, HourlyLights, LoadedScene},
+    formats::scene_file::{HourlyLight, HourlyLights},
     results::result::FEW_HISTORIES,
     scene::{
         captor::{CHANNELS, Channel},
@@ -35,7 +35,11 @@ pub(super) struct Part<'a> {
     /// These suns.
     pub lights: Vec<InfiniteLight>,
     /// For each slot, the fraction of it in which the scene is as it is here.
-    pub shares: Vec<f64>,
+    pub shares: &'a [f64],
+    /// For each id the area that counts for each channel, m2.
+    pub areas: Vec<[f64; CHANNELS.len()]>,
+    /// Seed of its random numbers.
+    pub seed: u64,
     /// For each light, whether it is daylight.
     pub is_daylight: Vec<bool>,
     /// The lights that are not.
@@ -50,8 +54,7 @@ impl<'a> Part<'a> {
     /// Traces the lights of a scene that was loaded by the hour. `folder` takes what does not fit
     /// into memory. Errors: those of a run.
     pub fn trace(
-        loaded: &'a LoadedScene,
-        shares: Vec<f64>,
+        StateScene { loaded, shares, .. }: &'a StateScene,
         places: &Places,
         settings: &Settings,
         folder: &Path,
@@ -84,6 +87,8 @@ impl<'a> Part<'a> {
             suns,
             lights,
             shares,
+            areas: Places::new(scene).areas,
+            seed: settings.seed,
             lamps: (0..scene.lights.len()).filter(|&light| !is_daylight[light]).collect(),
             is_daylight,
             arrived: vec![0; scene.captors.len()],
@@ -116,7 +121,7 @@ impl<'a> Part<'a> {
                 if !places.has(id, *channel) {
                     continue;
                 }
-                let area = places.areas[id][*channel as usize];
+                let area = self.areas[id][*channel as usize];
                 let running = totals.running(places.channel(self.scene, id, *channel));
                 for (out, running) in row.iter_mut().zip(running) {
                     let found = running.estimate(totals.batches);
@@ -133,24 +138,6 @@ impl<'a> Part<'a> {
         self.hourly.iter().any(|light| !light.factors.is_empty())
     }
 
-    /// Returns a warning of captors on whose fronts too few photons arrived, of daylight or of those
-    /// of these `lamps` that are lit, to estimate an error; `None` if there are no such captors.
-    pub fn few_photons(&self, of: &str, lamps: Option<&[usize]>) -> Option<String> {
-        let arrived = |captor: usize| match lamps {
-            None => self.arrived[captor],
-            Some(lamps) => lamps.iter().map(|&l| u64::from(self.of_lamps[l][captor])).sum(),
-        };
-        let all = self.scene.captors.len();
-        let mut few = (0..all).filter(|&captor| arrived(captor) < FEW_HISTORIES);
-        let first = few.next()?;
-        Some(format!(
-            "fewer than {FEW_HISTORIES} photons of {of} arrived at {} of {all} captors (`{}` is the first): neither these \
-             values nor their errors can be relied on, and a 0 may be chance; trace more photons",
-            1 + few.count(),
-            self.scene.captors[first].id
-        ))
-    }
-
     /// Returns what a light brings to the front of an id in a band.
     pub fn front(&self, places: &Places, light: usize, id: usize, band: usize) -> Result<f64> {
         let mut value = [[0.0; 2]];
@@ -158,6 +145,26 @@ impl<'a> Part<'a> {
         self.responses.read(light, place, &mut value)?;
         Ok(f64::from(value[0][0]))
     }
+}
+
+/// Returns a warning of captors on whose fronts too few photons arrived in all parts, of daylight or
+/// of these `lamps`, to estimate an error; `None` if there are no such captors.
+pub(super) fn too_few_photons(parts: &[Part], of: &str, lamps: Option<&[usize]>) -> Option<String> {
+    let in_part = |part: &Part, captor: usize| match lamps {
+        None => part.arrived[captor],
+        Some(lamps) => lamps.iter().map(|&l| u64::from(part.of_lamps[part.lamps[l]][captor])).sum(),
+    };
+    let captors = &parts[0].scene.captors;
+    let arrived = |captor: usize| parts.iter().map(|part| in_part(part, captor)).sum::<u64>();
+    let mut few = (0..captors.len()).filter(|&captor| arrived(captor) < FEW_HISTORIES);
+    let first = few.next()?;
+    Some(format!(
+        "fewer than {FEW_HISTORIES} photons of {of} arrived at {} of {} captors (`{}` is the first): neither these \
+         values nor their errors can be relied on, and a 0 may be chance; trace more photons",
+        1 + few.count(),
+        captors.len(),
+        captors[first].id
+    ))
 }
 
 /// Returns for each slot the index of its sun, and these suns as lights.

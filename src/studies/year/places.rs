@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use glam::DVec3;
+
 use crate::scene::{
     captor::{CHANNELS, CaptorKind, Channel},
     world::Scene,
@@ -14,6 +16,32 @@ pub(super) enum Of {
     Captor(usize),
     /// A group, by its index.
     Group(usize),
+}
+
+/// A captor, or a group, which has no place.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    pub kind: &'static str,
+    pub center: Option<DVec3>,
+    pub normal: Option<DVec3>,
+    /// Names of its groups, separated by semicolons.
+    pub groups: String,
+}
+
+impl Shape {
+    fn new(scene: &Scene, of: Of) -> Self {
+        let Of::Captor(captor) = of else {
+            return Self { kind: "group", center: None, normal: None, groups: String::new() };
+        };
+        let captor = &scene.captors[captor];
+        let groups: Vec<&str> = captor.groups.iter().map(|&g| scene.groups[g].as_str()).collect();
+        let kind = match captor.kind {
+            CaptorKind::Virtual { .. } => "virtual",
+            CaptorKind::Surface => "surface",
+        };
+        let (center, normal) = (Some(captor.center), Some(captor.normal));
+        Self { kind, center, normal, groups: groups.join("; ") }
+    }
 }
 
 /// The captors, then the groups that have no captor's id, and how their values stand in a row: id
@@ -32,6 +60,10 @@ pub struct Places {
     pub(super) columns: usize,
     /// For each id the area that counts for each channel, m2: 0 where nothing counts.
     pub(super) areas: Vec<[f64; CHANNELS.len()]>,
+    /// What each id is, and where.
+    pub(super) shapes: Vec<Shape>,
+    /// For each captor the groups that it belongs to.
+    groups: Vec<Vec<usize>>,
     /// For each group, the id that stands for it.
     pub(super) id_of_group: Vec<Option<usize>>,
 }
@@ -70,11 +102,26 @@ impl Places {
                 })
                 .collect(),
             id_of_group,
+            groups: scene.captors.iter().map(|captor| captor.groups.clone()).collect(),
+            shapes: of.iter().map(|&of| Shape::new(scene, of)).collect(),
             of,
             captors,
             channels: scene.captors.iter().map(|c| c.kind.channels()).max().unwrap_or(1),
             columns: scene.bands.len() + scene.sums.len(),
         }
+    }
+
+    /// Returns the first captor or group that another scene does not have in the same place, with the
+    /// same faces and members, or that only the other has.
+    pub(super) fn differs<'p>(&'p self, other: &'p Self) -> Option<&'p str> {
+        let ids = self.ids.iter().zip(&other.ids).enumerate();
+        let mut others = ids.filter(|(i, (a, b))| {
+            a != b
+                || CHANNELS.iter().any(|&c| self.has(*i, c) != other.has(*i, c))
+                || self.groups.get(*i) != other.groups.get(*i)
+        });
+        let more = || self.ids.get(other.ids.len()).or(other.ids.get(self.ids.len()));
+        others.next().map(|(_, (a, _))| a).or_else(more).map(String::as_str)
     }
 
     /// Returns the number of values of an id without the sunlit share.

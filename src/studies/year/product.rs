@@ -11,6 +11,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, linalg::general_mat_mul};
 use rayon::prelude::*;
 
 use super::{
+    hours::Period,
     interpolated::{FACTOR, HOURS, bends},
     matrix::Matrix,
     part::Part,
@@ -28,17 +29,11 @@ use crate::{
 };
 
 /// Number of captors or groups of a block.
-const BLOCK: usize = 16;
+pub(super) const BLOCK: usize = 16;
 /// Number of hours that are multiplied at once.
 const SLOTS: usize = 256;
 /// Lights that shine in at least one of this many hours are multiplied as a dense matrix.
 const DENSE: usize = 4;
-
-/// Hours whose light is added up.
-pub(super) struct Period {
-    /// The hours, and the weight of each in the sum.
-    pub slots: Vec<(usize, f64)>,
-}
 
 /// What is to be found.
 pub(super) struct Wanted<'a> {
@@ -53,7 +48,6 @@ pub(super) struct Wanted<'a> {
     /// are given.
     pub daylight: (Vec<usize>, usize, usize),
     pub rays: SunRays,
-    pub seed: u64,
     pub folder: &'a Path,
 }
 
@@ -205,8 +199,9 @@ impl<'a> Product<'a> {
                 .map(|ids| self.block(ids.clone(), self.direct_of_captors(ids.clone())))
                 .collect::<Result<_>>()?;
             for block in done {
-                for (of_groups, direct) in of_groups.iter_mut().zip(&block.direct) {
-                    self.add_to_groups(of_groups, block.ids.clone(), direct);
+                for ((part, groups), direct) in parts.iter().zip(&mut of_groups).zip(&block.direct)
+                {
+                    self.add_to_groups(part, groups, block.ids.clone(), direct);
                 }
                 self.put(&block, &mut found)?;
             }
@@ -233,7 +228,7 @@ impl<'a> Product<'a> {
     }
 
     fn direct(&self, part: &Part, captor: usize) -> Vec<[f32; 2]> {
-        let Wanted { seed, rays, .. } = *self.wanted;
+        let (rays, seed) = (self.wanted.rays, part.seed);
         let stop = self.control.stop;
         let rows =
             direct_sun(part.scene, captor, self.places.channels, &part.lights, seed, rays, stop);
@@ -249,17 +244,17 @@ impl<'a> Product<'a> {
     /// Adds the sunlight of some captors to that of their groups, by their areas.
     fn add_to_groups(
         &self,
+        part: &Part,
         groups: &mut [Vec<Value>],
         ids: Range<usize>,
         direct: &[Vec<[f32; 2]>],
     ) {
         let places = self.places;
-        let scene = self.parts[0].scene;
         for (captor, rows) in ids.zip(direct) {
-            let own = places.areas[captor];
-            let of = scene.captors[captor].groups.iter();
+            let own = part.areas[captor];
+            let of = part.scene.captors[captor].groups.iter();
             for id in of.filter_map(|&group| places.id_of_group[group]) {
-                let (sums, all) = (&mut groups[id - places.captors], places.areas[id]);
+                let (sums, all) = (&mut groups[id - places.captors], part.areas[id]);
                 let share = |c: usize| if all[c] > 0.0 { own[c] / all[c] } else { 0.0 };
                 let shares: [f64; CHANNELS.len()] = std::array::from_fn(share);
                 let row = places.row();
@@ -472,7 +467,6 @@ pub(super) fn daylight_at(
     places: &Places,
     (id, band): (usize, usize),
     rays: SunRays,
-    seed: u64,
     control: &Control,
 ) -> Result<Vec<f64>> {
     let mut sums = vec![0.0; parts[0].weights.len()];
@@ -490,7 +484,8 @@ pub(super) fn daylight_at(
         let rows: Vec<Vec<[f32; 2]>> = captors
             .par_iter()
             .map(|&c| {
-                direct_sun(part.scene, c, places.channels, &part.lights, seed, rays, control.stop)
+                let (stop, lights) = (control.stop, &part.lights);
+                direct_sun(part.scene, c, places.channels, lights, part.seed, rays, stop)
             })
             .collect();
         stopped(control.stop)?;

@@ -22,7 +22,8 @@ use crate::{
 };
 
 /// The files beside the table of hours: tables that are always CSV, and the chart.
-const OTHERS: [&str; 5] = ["days.csv", "months.csv", "year.csv", "lamps.csv", CHART];
+const OTHERS: [&str; 7] =
+    ["days.csv", "months.csv", "year.csv", "lamps.csv", CHART, "captors.csv", "states.csv"];
 const CHART: &str = "dli.svg";
 /// The record of these files in their folder, and what to do about one that is not of it.
 const RECORD: &str = "year.written.json";
@@ -62,12 +63,18 @@ impl Year {
     /// Writes the tables into an existing folder.
     pub fn write_tables(&self, folder: &Path, csv: bool) -> Result<()> {
         let tables = YearTables::create(folder, csv, OutputFile::create)?;
-        write(self, tables, &FilesRead::default())
+        write(self, tables, &FilesRead::default(), &|_, _| {})
     }
 }
 
 /// Writes all tables and the chart. None of them may replace a file that was `read`.
-pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
+/// `progress` is told how many hours are written, and of how many.
+pub fn write(
+    year: &Year,
+    tables: YearTables,
+    read: &FilesRead,
+    progress: &dyn Fn(u64, u64),
+) -> Result<()> {
     let YearTables { written, files, parquet } = tables;
     let mut files = files.into_iter();
     let mut next = || {
@@ -76,7 +83,7 @@ pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
     };
     let mut complete =
         vec![table(next()?, &columns(&["captor", "time", "band"]), parquet, |file| {
-            hours(year, file)
+            hours(year, file, progress)
         })?];
     let days = || year.days.keys().enumerate().map(|(d, name)| (name.as_str(), year.day(d)));
     let months = || year.months.keys().enumerate().map(|(m, name)| (name.as_str(), year.month(m)));
@@ -94,6 +101,9 @@ pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
     let mut file = next()?;
     file.write_all(chart(year)?.as_bytes()).map_err(unwritten)?;
     complete.push(file.complete()?);
+    complete.push(table(next()?, &CAPTORS, false, |file| captors(year, file))?);
+    let columns = [("state", Kind::Text), ("month", Kind::Text), ("hours", Kind::Number)];
+    complete.push(table(next()?, &columns, false, |file| states(year, file))?);
     written.put(complete)
 }
 
@@ -130,10 +140,15 @@ fn table<'a>(
     table.end().map_err(unwritten)?.complete()
 }
 
-fn hours<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+fn hours<W: Write + Send>(
+    year: &Year,
+    table: &mut TableFile<W>,
+    progress: &dyn Fn(u64, u64),
+) -> Result<()> {
     let ids: Vec<usize> = year.with_hours().collect();
     for (s, slot) in year.slots.iter().enumerate().filter(|_| !ids.is_empty()) {
         rows(year, &ids, &time(slot), None, &year.hour(s)?, table)?;
+        progress(s as u64 + 1, year.slots.len() as u64);
     }
     Ok(())
 }
@@ -233,15 +248,62 @@ fn lamps<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
     Ok(())
 }
 
+/// Adds the hours in which each state held for every month, then for the whole period.
+fn states<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+    let all: Vec<usize> = (0..year.slots.len()).collect();
+    for (name, shares) in &year.states {
+        let months = year.months.iter().map(|(month, slots)| (month.as_str(), slots));
+        for (when, slots) in months.chain([("all", &all)]) {
+            let hours = slots.iter().map(|&s| shares[s] * year.slots[s].length).sum();
+            let cells = [Cell::Text(name), Cell::Text(when), Cell::Number(hours)];
+            table.row(&cells).map_err(unwritten)?;
+        }
+    }
+    Ok(())
+}
+
+const CAPTORS: [(&str, Kind); 10] = [
+    ("captor", Kind::Text),
+    ("kind", Kind::Text),
+    ("x", Kind::Number),
+    ("y", Kind::Number),
+    ("z", Kind::Number),
+    ("nx", Kind::Number),
+    ("ny", Kind::Number),
+    ("nz", Kind::Number),
+    ("area", Kind::Number),
+    ("groups", Kind::Text),
+];
+
+/// Adds a row for each captor and group: what it is, and where.
+fn captors<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+    let places = &year.places;
+    for (id, (name, shape)) in places.ids.iter().zip(&places.shapes).enumerate() {
+        let mut cells = vec![Cell::Text(name), Cell::Text(shape.kind)];
+        match shape.center.zip(shape.normal) {
+            Some((center, normal)) => {
+                cells.extend(
+                    center.to_array().into_iter().chain(normal.to_array()).map(Cell::Number),
+                );
+            }
+            None => cells.resize(8, Cell::Nothing),
+        }
+        cells.push(Cell::Number(places.areas[id][Channel::Front as usize]));
+        cells.push(Cell::Text(&shape.groups));
+        table.row(&cells).map_err(unwritten)?;
+    }
+    Ok(())
+}
+
 fn lamp_row<W: Write + Send>(
     year: &Year,
     lamp: &Lamp,
     when: &str,
-    slots: impl Iterator<Item = usize>,
+    slots: impl Iterator<Item = usize> + Clone,
     table: &mut TableFile<W>,
 ) -> Result<()> {
-    let hours = year.hours_on(lamp, slots);
-    let energy = lamp.watts.map(|watts| watts * hours / 1000.0);
+    let hours = year.hours_on(lamp, slots.clone());
+    let energy = year.energy(lamp, slots);
     let cells =
         [Cell::Text(&lamp.name), Cell::Text(when), Cell::Number(hours), Cell::number(energy)];
     table.row(&cells).map_err(unwritten)
