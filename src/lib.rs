@@ -135,7 +135,10 @@ pub use studies::sweep::{
     Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };
 #[cfg(feature = "studies")]
-pub use studies::year::{Lamp, Value, Year, tables::YearTables};
+pub use studies::year::{
+    HoursOf, Lamp, Needs, Places, StateScene, Value, Values, Year, YearOptions, YearScenes,
+    tables::YearTables,
+};
 pub use transport::photon_map::{
     Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,
 };

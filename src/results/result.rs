@@ -16,6 +16,8 @@ mod stand;
 pub mod validate;
 mod warnings;
 
+pub(crate) use found::band_results;
+
 use std::borrow::Cow;
 
 use indexmap::IndexMap;

@@ -908,6 +908,9 @@ pub enum DialectFile {
 pub struct ObjectFile {
     /// Name of the object (default: the file's name without extension).
     pub name: Option<String>,
+    /// Whether the object is there (default true). An object that is not may come in at times, by a
+    /// state of a control file of `phylux year`.
+    pub present: Option<bool>,
     /// Mesh, relative to the scene file: an OBJ, PLY, STL or glTF file (.gltf, .glb).
     pub obj: Option<String>,
     /// File in the format of Radiance, in place of a mesh.

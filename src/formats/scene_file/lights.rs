@@ -67,8 +67,8 @@ impl Loader<'_> {
 
     /// Adds a light that is infinitely far away, if `file` is one, and returns whether it is.
     fn load_infinite(&mut self, pointer: &str, file: &LightFile, sky: &Sky) -> Result<bool> {
-        if let Some(division) = self.sources.by_hour
-            && self.load_by_hour(pointer, file, sky, division)?
+        if let Some(by_hour) = self.sources.by_hour
+            && self.load_by_hour(pointer, file, sky, by_hour)?
         {
             return Ok(true);
         }

@@ -200,7 +200,8 @@ fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     }
 }
 
-fn band_results(scene: &Scene) -> Vec<BandResult> {
+/// Returns the bands of a scene, then its sums.
+pub fn band_results(scene: &Scene) -> Vec<BandResult> {
     let bands = scene.bands.iter().map(|band| BandResult {
         name: band.name.clone(),
         from_nm: band.from_nm,
