@@ -134,7 +134,7 @@ fn of_captor<L: Lanes>(
             for sums in sums.chunks_exact_mut(columns) {
                 let (of_bands, of_sums) = sums.split_at_mut(bands);
                 for (value, sum) in of_sums.iter_mut().zip(&scene.sums) {
-                    *value = sum.bands.iter().map(|&b| of_bands[b]).sum();
+                    *value = sum.of(of_bands);
                 }
             }
             sums[row - 1] = sunlit;
