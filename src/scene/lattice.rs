@@ -29,7 +29,7 @@ const LEAST_HEIGHT: f64 = 0.25;
 const FAR: f64 = 50.0;
 
 /// Indices of a cell along x and y; (0, 0) is the one that the scene describes.
-pub type Cell = [i64; 2];
+pub type Cell = [i32; 2];
 
 /// The periods of a scene along x, y or both. Lengths are in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +100,7 @@ impl Lattice {
         (0..2).fold(DVec3::ZERO, |shift, axis| match self.periods[axis] {
             Some(Period { length, rise, .. }) => {
                 let along = if axis == 0 { DVec3::X } else { DVec3::Y };
-                shift + cell[axis] as f64 * (length * along + rise * DVec3::Z)
+                shift + f64::from(cell[axis]) * (length * along + rise * DVec3::Z)
             }
             None => shift,
         })
@@ -109,7 +109,7 @@ impl Lattice {
     /// Returns the cell in which a point lies.
     pub fn cell_of(&self, point: DVec3) -> Cell {
         [0, 1].map(|axis| {
-            let along = |p: Period| ((point[axis] - p.from) / p.length).floor() as i64;
+            let along = |p: Period| ((point[axis] - p.from) / p.length).floor() as i32;
             self.periods[axis].map_or(0, along)
         })
     }
@@ -126,23 +126,23 @@ impl Lattice {
     /// Returns the whole periods between two points that are images of each other but for rounding.
     pub fn between(&self, from: DVec3, to: DVec3) -> Cell {
         [0, 1].map(|axis| {
-            let along = |p: Period| ((to[axis] - from[axis]) / p.length).round() as i64;
+            let along = |p: Period| ((to[axis] - from[axis]) / p.length).round() as i32;
             self.periods[axis].map_or(0, along)
         })
     }
 
     /// Returns the range of cells along an axis in which images of what reaches from `min` to `max`
     /// come into the cell (0, 0), to within `slack`.
-    fn images_along(&self, axis: usize, min: f64, max: f64, slack: f64) -> [i64; 2] {
+    fn images_along(&self, axis: usize, min: f64, max: f64, slack: f64) -> [i32; 2] {
         let Some(Period { from, length, .. }) = self.periods[axis] else { return [0, 0] };
         let first = ((from - slack - max) / length).ceil();
         let last = ((from + length + slack - min) / length).floor();
-        [first as i64, last as i64]
+        [first as i32, last as i32]
     }
 
     /// Returns the cells in which a shape has images that reach into the cell (0, 0), to within
     /// `slack`, as first and last along x and y.
-    pub fn images_of(&self, corners: &[DVec3], slack: f64) -> [[i64; 2]; 2] {
+    pub fn images_of(&self, corners: &[DVec3], slack: f64) -> [[i32; 2]; 2] {
         [0, 1].map(|axis| {
             let along = corners.iter().map(|corner| corner[axis]);
             let min = along.clone().fold(f64::INFINITY, f64::min);
@@ -154,8 +154,11 @@ impl Lattice {
     /// Returns the number of those cells.
     pub fn count_images(&self, corners: &[DVec3], slack: f64) -> u64 {
         let counts = self.images_of(corners, slack);
-        let along = |[first, last]: [i64; 2]| last.saturating_sub(first).saturating_add(1).max(0);
-        counts.map(|range| along(range) as u64).iter().fold(1, |all, one| all.saturating_mul(*one))
+        let along = |[first, last]: Cell| i64::from(last) - i64::from(first) + 1;
+        counts
+            .map(|range| along(range).max(0) as u64)
+            .iter()
+            .fold(1, |all, one| all.saturating_mul(*one))
     }
 
     /// Returns the difference of heights by which images of a lamp are drawn, and the horizontal
@@ -191,7 +194,7 @@ impl Lattice {
             _ => DVec2::splat(height * (PI * (rng.uniform_fine() - 0.5)).tan()),
         };
         [0, 1].map(|axis| {
-            let image = |p: Period| ((away[axis] + way[axis]) / p.length).round() as i64;
+            let image = |p: Period| ((away[axis] + way[axis]) / p.length).round() as i32;
             self.periods[axis].map_or(0, image)
         })
     }
@@ -201,7 +204,7 @@ impl Lattice {
         let (height, away) = self.seen(point, middle, radius);
         let side = |axis: usize| {
             self.periods[axis]
-                .map(|Period { length, .. }| (cell[axis] as f64 * length - away[axis], length))
+                .map(|Period { length, .. }| (f64::from(cell[axis]) * length - away[axis], length))
         };
         let probability = match [side(0), side(1)] {
             [Some((x, a)), Some((y, b))] => {
@@ -395,8 +398,8 @@ impl Iterator for Walk<'_> {
             let d = self.direction[axis];
             match self.lattice.periods[axis] {
                 Some(Period { from, length, .. }) if d != 0.0 => {
-                    let border = self.cell[axis] + i64::from(d > 0.0);
-                    (from + border as f64 * length - self.origin[axis]) / d
+                    let border = f64::from(self.cell[axis]) + f64::from(u8::from(d > 0.0));
+                    (from + border * length - self.origin[axis]) / d
                 }
                 _ => f64::INFINITY,
             }

@@ -347,10 +347,10 @@ impl Scene {
     /// Returns the nearest surface that a ray meets, and visits every virtual captor that the ray
     /// crosses before it, in any order.
     #[inline]
-    pub fn meet(&self, ray: &Ray, visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
+    pub fn meet(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
         if let Some(repeats) = &self.shapes.repeats {
-            return self.meet_in_cells(repeats, ray, visit);
+            return self.meet_in_cells(repeats, ray, &mut visit);
         }
         let hit = if captor_bvh.is_empty() {
             surface_bvh.closest(ray, f32::INFINITY)
@@ -361,9 +361,9 @@ impl Scene {
     }
 
     /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
-    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(Crossing)) {
+    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Crossing)) {
         if let Some(repeats) = &self.shapes.repeats {
-            return self.crossings_in_cells(repeats, ray, t_max, visit);
+            return self.crossings_in_cells(repeats, ray, t_max, &mut visit);
         }
         let mut visit = self.crossing(ray, visit);
         self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
@@ -372,10 +372,10 @@ impl Scene {
     /// Visits every virtual captor that a ray crosses before it meets a surface, in any order.
     /// Surfaces are searched only as far as the farthest captor: less work than
     /// [`meet`](Self::meet) where few rays cross a captor.
-    pub fn glance(&self, ray: &Ray, visit: impl FnMut(Crossing)) {
+    pub fn glance(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
         if let Some(repeats) = &self.shapes.repeats {
-            self.meet_in_cells(repeats, ray, visit);
+            self.meet_in_cells(repeats, ray, &mut visit);
             return;
         }
         let mut farthest = 0.0;

@@ -6,10 +6,11 @@ use glam::{DVec3, Vec3};
 
 use super::{
     CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
-    images::{LightImages, check_images},
+    images::LightImages,
     mirrors::{FlatMirrors, shows_images},
     shapes::{KeptShapes, Outlines},
     tubes::{MANY, Tubes},
+    validate::check_images,
 };
 use crate::{
     error::{Error, Result, number},
@@ -75,7 +76,8 @@ impl Scene {
             layers
         });
         if let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) {
-            check_images(&parts, lattice, layers.slack).map_err(|problem| problem.at(place()))?;
+            let checked = check_images(&parts, lattice, layers.slack);
+            checked.map_err(|problem| problem.at(place()))?;
         }
 
         for light in &parts.lights {

@@ -11,7 +11,8 @@ use crate::{
     },
     scene::{
         daylight::InfiniteLight,
-        light::{Emission, EmitterHit, LightHit, LightSample, Strata, Toward},
+        lattice::Lattice,
+        light::{Emission, EmitterHit, Light, LightHit, LightSample, Strata, Toward},
     },
 };
 
@@ -78,7 +79,7 @@ impl Scene {
     /// Visits every light surface that a ray meets on its bright side before `t_max`, in any order.
     pub fn emitters_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(usize, EmitterHit)) {
         if let Some(repeats) = &self.shapes.repeats {
-            return self.emitters_in_cells(repeats, ray, t_max, visit);
+            return self.emitters_in_cells(repeats, ray, t_max, &mut visit);
         }
         self.tubes.near(ray, |light| {
             if let Some(hit) = self.lights[light].tube_hit(ray).filter(|hit| hit.t < t_max) {
@@ -112,6 +113,7 @@ impl Scene {
     /// Samples a direction in which `point` may see a light, as
     /// [`Light::sample_toward`](crate::scene::light::Light::sample_toward). In a scene that repeats
     /// it is that of any image of the light, chosen by chance.
+    #[inline]
     pub fn sample_toward<L: Lanes>(
         &self,
         light: usize,
@@ -119,31 +121,16 @@ impl Scene {
         rng: &mut Stream,
     ) -> Option<LightSample<L>> {
         let light = &self.lights[light];
-        let Some(lattice) = self.lattice().filter(|_| light.entrance().is_none()) else {
-            return light.sample_toward(point, rng);
-        };
-        let (middle, radius) = light.ball();
-        let cell = lattice.choose_image(point, middle, radius, rng);
-        let shift = lattice.shift(cell).as_vec3();
-        let chance = lattice.probability(point, middle, radius, cell);
-        let sample = light.sample_toward::<L>(point - shift, rng)?;
-        let target = match sample.target {
-            Toward::Point { point, end } => {
-                Toward::Point { point: point + shift, end: end + shift }
-            }
-            direction @ Toward::Direction(_) => direction,
-        };
-        Some(LightSample {
-            target,
-            radiance_over_pdf: sample.radiance_over_pdf.scaled(1.0 / chance),
-            pdf: sample.pdf.map(|pdf| pdf * chance),
-            per_watt: sample.per_watt / chance,
-        })
+        match self.lattice() {
+            Some(lattice) if light.entrance().is_none() => sample_image(lattice, light, point, rng),
+            _ => light.sample_toward(point, rng),
+        }
     }
 
     /// Returns the density, 1/sr, with which [`sample_toward`](Self::sample_toward) from `point`
     /// samples the direction of a ray that comes from there, straight or through panes, and meets a
     /// light.
+    #[inline]
     pub fn pdf_toward(&self, point: Vec3, ray: &Ray, hit: &LightHit) -> f32 {
         let light = &self.lights[hit.light];
         let pdf = light.pdf_toward(point, ray, hit.on.as_ref());
@@ -159,6 +146,7 @@ impl Scene {
     /// Returns an estimate of the irradiance that a light brings to `point` per W of its power,
     /// 1/m2, as [`Light::importance`](crate::scene::light::Light::importance). Where the scene
     /// repeats it is never 0, as an image may shine where the light itself does not.
+    #[inline]
     pub fn importance(&self, light: usize, point: Vec3, normal: Option<Vec3>) -> f32 {
         let light = &self.lights[light];
         match self.lattice().filter(|_| light.entrance().is_none()) {
@@ -211,4 +199,30 @@ impl Scene {
         });
         (!occluded).then_some(through)
     }
+}
+
+/// Samples a direction in which `point` may see any image of a light, chosen by chance.
+#[cold]
+#[inline(never)]
+fn sample_image<L: Lanes>(
+    lattice: &Lattice,
+    light: &Light,
+    point: Vec3,
+    rng: &mut Stream,
+) -> Option<LightSample<L>> {
+    let (middle, radius) = light.ball();
+    let cell = lattice.choose_image(point, middle, radius, rng);
+    let shift = lattice.shift(cell).as_vec3();
+    let chance = lattice.probability(point, middle, radius, cell);
+    let sample = light.sample_toward::<L>(point - shift, rng)?;
+    let target = match sample.target {
+        Toward::Point { point, end } => Toward::Point { point: point + shift, end: end + shift },
+        direction @ Toward::Direction(_) => direction,
+    };
+    Some(LightSample {
+        target,
+        radiance_over_pdf: sample.radiance_over_pdf.scaled(1.0 / chance),
+        pdf: sample.pdf.map(|pdf| pdf * chance),
+        per_watt: sample.per_watt / chance,
+    })
 }

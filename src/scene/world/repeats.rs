@@ -22,6 +22,7 @@ use crate::{
 
 impl Scene {
     /// The search of [`closest`](Self::closest).
+    #[cold]
     #[inline(never)]
     pub(super) fn closest_in_cells(&self, repeats: &Repeats, ray: &Ray) -> Option<SurfaceHit> {
         let slack = repeats.layers.slack as f32;
@@ -35,12 +36,13 @@ impl Scene {
     }
 
     /// The search of [`meet`](Self::meet).
+    #[cold]
     #[inline(never)]
     pub(super) fn meet_in_cells(
         &self,
         repeats: &Repeats,
         ray: &Ray,
-        mut visit: impl FnMut(Crossing),
+        visit: &mut dyn FnMut(Crossing),
     ) -> Option<SurfaceHit> {
         let slack = repeats.layers.slack as f32;
         for stretch in repeats.walk(ray) {
@@ -50,7 +52,7 @@ impl Scene {
                 let [from, to] = stretch.inside;
                 let t = hit.map(|hit| hit.t);
                 let to = t.map_or(to, f32::next_up);
-                self.cross_in_cell(repeats, &stretch, [from, to], t, &mut visit);
+                self.cross_in_cell(repeats, &stretch, [from, to], t, visit);
             }
             if let Some(hit) = hit {
                 return Some(self.hit_in_cell(repeats, &stretch, hit));
@@ -60,19 +62,20 @@ impl Scene {
     }
 
     /// The search of [`crossings`](Self::crossings).
+    #[cold]
     #[inline(never)]
     pub(super) fn crossings_in_cells(
         &self,
         repeats: &Repeats,
         ray: &Ray,
         t_max: f32,
-        mut visit: impl FnMut(Crossing),
+        visit: &mut dyn FnMut(Crossing),
     ) {
         let t_max = f64::from(t_max);
         for stretch in repeats.walk(ray).take_while(|stretch| stretch.start < t_max) {
             let [from, to] = stretch.inside;
             let to = to.min((t_max - stretch.start) as f32);
-            self.cross_in_cell(repeats, &stretch, [from, to], None, &mut visit);
+            self.cross_in_cell(repeats, &stretch, [from, to], None, visit);
         }
     }
 
@@ -84,7 +87,7 @@ impl Scene {
         stretch: &Stretch,
         [from, to]: [f32; 2],
         hit: Option<f32>,
-        visit: &mut impl FnMut(Crossing),
+        visit: &mut dyn FnMut(Crossing),
     ) {
         let own = self.captor_triangles().len();
         self.shapes.captor_bvh.crossings(&stretch.ray, to, |mut crossed| {
@@ -182,13 +185,14 @@ impl Scene {
     }
 
     /// The search of [`emitters_met`](Self::emitters_met).
+    #[cold]
     #[inline(never)]
     pub(super) fn emitters_in_cells(
         &self,
         repeats: &Repeats,
         ray: &Ray,
         t_max: f32,
-        mut visit: impl FnMut(usize, EmitterHit),
+        visit: &mut dyn FnMut(usize, EmitterHit),
     ) {
         if self.light_triangles.is_empty() && self.light_images.tubes.is_empty() {
             return;
@@ -223,6 +227,7 @@ impl Scene {
     }
 
     /// The search of [`visibility_along`](Self::visibility_along).
+    #[cold]
     #[inline(never)]
     pub(super) fn visibility_in_cells<L: Lanes>(
         &self,

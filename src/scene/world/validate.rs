@@ -8,6 +8,7 @@ use crate::{
     math::spectrum::MAX_BANDS,
     scene::{
         captor::{CaptorKind, Sensor},
+        lattice::Lattice,
         light::{LightShape, check_power},
     },
 };
@@ -256,4 +257,33 @@ impl CaptorPart {
         }
         Ok(())
     }
+}
+
+/// Refuses shapes that reach over so many periods that their images would take too much memory.
+pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checked {
+    let mut all = 0u64;
+    let surfaces = parts.surfaces.iter().flat_map(|part| {
+        let name = part.object.map_or("a surface", |object| parts.objects[object].as_str());
+        part.triangles.iter().map(move |corners| (name, corners.as_slice()))
+    });
+    let captors = parts.captors.iter().flat_map(|captor| {
+        captor.triangles.iter().map(|corners| (captor.id.as_str(), corners.as_slice()))
+    });
+    let lights = parts.lights.iter().flat_map(|light| {
+        let triangles = light.shape.triangles().iter();
+        triangles.map(|corners| (light.name.as_str(), corners.as_slice()))
+    });
+    for (name, corners) in surfaces.chain(captors).chain(lights) {
+        all = all.saturating_add(lattice.count_images(corners, slack));
+        if all > MAX_TRIANGLES as u64 {
+            return Err(Problem::new(
+                format!(
+                    "what reaches over the cell's borders has more than {MAX_TRIANGLES} images in \
+                    it, at `{name}`"
+                ),
+                "make the ground as large as the cell, or the cell larger",
+            ));
+        }
+    }
+    Ok(())
 }

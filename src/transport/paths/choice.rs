@@ -29,6 +29,7 @@ pub(super) struct LightChoice {
 impl LightChoice {
     /// Computes the chances at a point. With a normal `one_sided`, light from behind does not
     /// count.
+    #[inline]
     pub(super) fn new(scene: &Scene, point: Vec3, one_sided: Option<Vec3>) -> Self {
         Self::of_each(scene, 1, point, one_sided)
     }
@@ -64,6 +65,7 @@ impl LightChoice {
     /// Returns the index of a light chosen by chance, and its chance; `number` in [0, 1), if given,
     /// decides among few lights. `None` where no light can shine. A light that is alone is always
     /// chosen and needs no number.
+    #[inline]
     pub(super) fn choose(
         &self,
         scene: &Scene,
@@ -113,6 +115,7 @@ impl LightChoice {
     }
 
     /// Returns the chance with which a light is chosen, in [0, 1].
+    #[inline]
     pub(super) fn chance(&self, scene: &Scene, light: usize) -> f32 {
         if scene.lights.len() == 1 {
             return 1.0;
