@@ -209,7 +209,7 @@ function shownValue(part, tile, channel, band) {
 
 const state = {
   quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: facts.local ? "local" : "captor",
-  low: 0, high: 1, log: false, cut: 0, dark: true, shade: true,
+  low: 0, high: 1, log: false, cut: 0, clear: false, dark: true, shade: true,
   photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
   listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),

@@ -282,7 +282,7 @@ function makePanel() {
   makeList("objects", "object", facts.objects, (key) => state.hidden.object.has(key));
   makeList("materials", "material", facts.materials.map((m) => m.name), (key) => state.hidden.material.has(key));
   for (const [id, value] of [["quantity", state.quantity], ["cut", state.cut]]) element(id).value = value;
-  for (const [id, value] of [["log", state.log], ["dark", state.dark], ["shade", state.shade]]) element(id).checked = value;
+  for (const [id, value] of [["log", state.log], ["clear", state.clear], ["dark", state.dark], ["shade", state.shade]]) element(id).checked = value;
   makeLamps();
   makeTime();
   makeClip();
@@ -320,6 +320,7 @@ function makePanel() {
     });
   }
   on("cut", "input", (e) => { state.cut = Number(e.target.value); draw(); });
+  on("clear", "change", (e) => { state.clear = e.target.checked; draw(); });
   on("dark", "change", (e) => { state.dark = e.target.checked; draw(); });
   on("shade", "change", (e) => { state.shade = e.target.checked; draw(); });
   on("find", "change", (e) => find(e.target.value));
@@ -426,16 +427,18 @@ function zoom(factor) {
   draw();
 }
 
-function resetView() {
-  controls.target.copy(new T.Vector3(...facts.min).addScaledVector(new T.Vector3(...facts.size), 0.5));
-  lookAtAll();
+/** Returns to the captors or, with `all`, shows the whole scene. */
+function resetView(all) {
+  if (all) lookAtAll();
+  else lookAtCaptors();
+  element("clear").checked = state.clear;
   draw();
 }
 
 function watchKeys() {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   const keys = {
-    "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: resetView,
+    "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: () => resetView(false), a: () => resetView(true),
     f: () => element("find").focus(), p: savePicture, t: () => element("tableButtons").firstElementChild?.click(),
     Escape: () => { tables.of = ""; showTables(); showTip(-1); },
   };

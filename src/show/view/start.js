@@ -3,13 +3,14 @@
 function start() {
   makeRenderer();
   resize();
-  lookAtAll();
   // glass would hide what is behind it
   facts.materials.forEach((material, key) => material.clear && state.hidden.material.add(key));
   findDarkSides();
   if (hours) state.hour = brightestHour();
-  const ranged = readLink();
   makeMeshes();
+  paintTiles();
+  lookAtCaptors();
+  const ranged = readLink();
   makeLights();
   if (photons) makePhotons();
   makePanel();
