@@ -172,6 +172,7 @@ function showTheme() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
   element("theme").textContent = isDark() ? "light" : "dark";
   renderer.setClearColor(paper(), 1);
+  outlines.material.color.set(isDark() ? 0xd0d4da : 0x444444);
   draw();
 }
 
@@ -375,11 +376,8 @@ function makeLights() {
 /** Number of times that tiles were painted: each time other tiles may be hidden. */
 let paints = 0;
 
-let mark = null;
-/** Marks tiles with a veil and an outline that nothing hides. */
-function markTiles(tiles) {
-  mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
-  const triangles = tiles.map(cornersOf);
+/** Returns the edges that are not shared by two of the tiles, as pairs of corners. */
+function edgesAround(triangles) {
   const edges = new Map();
   for (const corners of triangles) {
     for (const [p, q] of [[0, 1], [1, 2], [2, 0]]) {
@@ -388,6 +386,29 @@ function markTiles(tiles) {
       if (!edges.delete(ends)) edges.set(ends, [corners[p], corners[q]]);
     }
   }
+  return [...edges.values()];
+}
+
+function tilesOf(part) {
+  return Array.from({ length: part.end - part.first }, (_, i) => part.first + i);
+}
+
+let outlines = null;
+/** Draws large planes as outlines, which leave in view what is behind them. */
+function makeOutlines() {
+  const ends = parts.filter((part) => part.large).flatMap((part) => edgesAround(tilesOf(part).map(cornersOf)));
+  const geometry = new T.BufferGeometry();
+  geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends.flat(2)), 3));
+  outlines = new T.LineSegments(geometry, new T.LineBasicMaterial());
+  outlines.frustumCulled = false;
+  scene.add(outlines);
+}
+
+let mark = null;
+/** Marks tiles with a veil and an outline that nothing hides. */
+function markTiles(tiles) {
+  mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
+  const triangles = tiles.map(cornersOf);
   const geometry = (points) => {
     const geometry = new T.BufferGeometry();
     return geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(points.flat(2)), 3));
@@ -395,7 +416,7 @@ function markTiles(tiles) {
   const seen = { depthTest: false, transparent: true };
   const veil = new T.RawShaderMaterial({ glslVersion: T.GLSL3, vertexShader: MARK_VERTEX, fragmentShader: MARK_COLOUR, side: T.DoubleSide, ...seen });
   const line = new T.LineBasicMaterial({ color: 0xe6198c, ...seen });
-  mark = [new T.Mesh(geometry(triangles), veil), new T.LineSegments(geometry([...edges.values()]), line)];
+  mark = [new T.Mesh(geometry(triangles), veil), new T.LineSegments(geometry(edgesAround(triangles)), line)];
   mark.forEach((object) => { object.frustumCulled = false; scene.add(object); });
 }
 
@@ -406,7 +427,8 @@ function paintTiles() {
   const listed = new Set(state.listed.filter((row) => row.captor >= 0).map((row) => row.captor));
   const channels = state.quantity === "absorbed" ? [ABSORBED, ABSORBED] : [FRONT, BACK];
   for (const part of parts) {
-    const hidden = state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
+    const isOutline = part.large && !state.planes;
+    const hidden = isOutline || state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
     const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * (part.captor >= 0 && listed.has(part.captor));
     for (let tile = part.first; tile < part.end; tile++) {
       for (const face of [FRONT, BACK]) {
@@ -417,6 +439,7 @@ function paintTiles() {
     }
   }
   valueTexture.needsUpdate = true;
+  outlines.visible = !state.planes && !state.hidden.object.has(-1);
 }
 
 /** Returns the sensors' values of the quantity shown, sorted; the values of all captors if there are few sensors. */

@@ -6,7 +6,7 @@ function linkText() {
   const off = (kind) => [...state.hidden[kind]].join(",");
   return new URLSearchParams({
     quantity: state.quantity, band: facts.bands[state.band].name, values: state.values,
-    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clear: Number(state.clear), clip: list(state.clip),
+    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clear: Number(state.clear), planes: Number(state.planes), clip: list(state.clip),
     unlit: Number(state.dark), shading: Number(state.shade), objects: off("object"), materials: off("material"),
     eye: list(camera.position), at: list(controls.target),
     ...(hours && { time: timeText() || "all" }),
@@ -38,6 +38,7 @@ function readLink() {
   if (band >= 0) state.band = band;
   state.log = flag("log", state.log);
   state.clear = flag("clear", state.clear);
+  state.planes = flag("planes", state.planes);
   state.dark = flag("unlit", state.dark);
   state.shade = flag("shading", state.shade);
   const inside = (n) => Math.min(Math.max(n, 0), 1);

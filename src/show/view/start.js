@@ -7,7 +7,9 @@ function start() {
   facts.materials.forEach((material, key) => material.clear && state.hidden.material.add(key));
   findDarkSides();
   if (hours) state.hour = brightestHour();
+  findLargePlanes();
   makeMeshes();
+  makeOutlines();
   paintTiles();
   lookAtCaptors();
   const ranged = readLink();
