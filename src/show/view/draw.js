@@ -259,12 +259,13 @@ function lookAtCaptors() {
       for (const across of [ACROSS, -ACROSS]) {
         const away = direction(side + across, up);
         lookAt(captorBox, away);
-        for (const clear of [false, true]) {
+        const [plain, clear] = [false, true].map((clear) => {
           state.clear = clear;
-          const score = captorPixels();
-          // on the same side a little counts
-          if (score > (away === best.away ? 1.03 : 1.15) * best.score) best = { score, away, clear };
-        }
+          return captorPixels();
+        });
+        // what is seen only through something counts half
+        const score = (plain + clear) / 2;
+        if (score > 1.15 * best.score) best = { score, away, clear: clear > 1.05 * plain };
       }
     }
   }
