@@ -11,7 +11,8 @@ const meshes = [];
 const VERTEX = `
 precision highp float; precision highp int; precision highp sampler2D;
 uniform mat4 modelViewMatrix, projectionMatrix;
-uniform sampler2D values;
+uniform sampler2D values, corners;
+uniform bool smoothed;
 uniform vec3 boxMin, boxSize;
 in vec3 position;
 in vec4 row0, row1, row2; // of the matrix of the copy
@@ -19,12 +20,18 @@ in float first; // tile of the copy
 flat out vec4 tile;
 flat out int index;
 out vec3 view, inBox;
+out vec2 here; // smoothed light on the front and the back
 void main() {
   vec4 own = vec4(position, 1.0);
   vec3 place = vec3(dot(row0, own), dot(row1, own), dot(row2, own));
   inBox = (place - boxMin) / boxSize;
   index = int(first) + gl_VertexID / 3;
   tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
+  here = tile.xy;
+  if (smoothed) {
+    ivec2 at = ivec2(2 * (index % 1024), index / 1024);
+    here = vec2(texelFetch(corners, at, 0)[gl_VertexID % 3], texelFetch(corners, at + ivec2(1, 0), 0)[gl_VertexID % 3]);
+  }
   vec4 at = modelViewMatrix * vec4(place, 1.0);
   view = at.xyz;
   gl_Position = projectionMatrix * at;
@@ -62,10 +69,11 @@ const COLOUR = `${SEEN}
 uniform sampler2D colours;
 uniform float low, high, hovered;
 uniform bool logarithmic, shaded;
+in vec2 here;
 out vec4 colour;
 void main() {
   skipUnseen();
-  float value = gl_FrontFacing ? tile.x : tile.y;
+  float value = gl_FrontFacing ? here.x : here.y;
   vec3 paint = vec3(0.87);
   if (value >= 0.0) {
     float f = logarithmic ? log(max(value, 1e-30) / low) / log(high / low) : (value - low) / (high - low);
@@ -304,7 +312,7 @@ function makeMeshes() {
 
   const uniforms = {
     boxMin: { value: new T.Vector3(...facts.min) }, boxSize: { value: sides() },
-    values: { value: valueTexture }, colours: { value: colourTexture },
+    values: { value: valueTexture }, corners: { value: cornerTexture }, smoothed: { value: false }, colours: { value: colourTexture },
     low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false }, shaded: { value: true },
     nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
     clipLow: { value: new T.Vector3() }, clipHigh: { value: new T.Vector3() },
@@ -440,6 +448,7 @@ function paintTiles() {
     }
   }
   valueTexture.needsUpdate = true;
+  if (isSmooth()) paintCorners();
   outlines.visible = !state.planes && !state.hidden.object.has(-1);
 }
 
@@ -507,6 +516,7 @@ function setUniforms() {
   uniforms.high.value = state.high;
   uniforms.logarithmic.value = state.log;
   uniforms.shaded.value = state.shade;
+  uniforms.smoothed.value = isSmooth();
   uniforms.seeThrough.value = state.dark;
   // things in the faces of the box stay visible
   uniforms.clipLow.value.set(...[0, 2, 4].map((i) => state.clip[i] - (state.clip[i] <= 0)));

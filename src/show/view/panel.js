@@ -281,7 +281,7 @@ function makePanel() {
   makeList("objects", "object", facts.objects, (key) => state.hidden.object.has(key));
   makeList("materials", "material", facts.materials.map((m) => m.name), (key) => state.hidden.material.has(key));
   for (const [id, value] of [["quantity", state.quantity], ["cut", state.cut]]) element(id).value = value;
-  for (const [id, value] of [["log", state.log], ["clear", state.clear], ["planes", state.planes], ["dark", state.dark], ["shade", state.shade]]) element(id).checked = value;
+  for (const [id, value] of [["log", state.log], ["clear", state.clear], ["planes", state.planes], ["dark", state.dark], ["shade", state.shade], ["smooth", state.smooth]]) element(id).checked = value;
   makeLamps();
   makeTime();
   makeClip();
@@ -324,6 +324,8 @@ function makePanel() {
   element("planesLabel").hidden = !parts.some((part) => part.large);
   on("planes", "change", (e) => { state.planes = e.target.checked; repaint(false); });
   on("shade", "change", (e) => { state.shade = e.target.checked; draw(); });
+  element("smoothLabel").hidden = !meeting;
+  on("smooth", "change", (e) => { state.smooth = e.target.checked; repaint(false); });
   on("find", "change", (e) => find(e.target.value));
   on("copy", "click", () => copyText(csv(), "copy"));
   on("clear", "click", () => { state.listed = []; showListed(); });

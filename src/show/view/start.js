@@ -8,6 +8,7 @@ function start() {
   findDarkSides();
   if (hours) state.hour = brightestHour();
   findLargePlanes();
+  makeSmooth();
   makeMeshes();
   makeOutlines();
   paintTiles();

@@ -39,7 +39,10 @@ function linesOf(part, tile) {
   }
   if (tile < surfaceTiles) {
     const line = (name, channel, quantity, face) => {
-      const values = each((band) => ({ value: localValue(tile, channel, band), error: NaN }));
+      const values = each((band) => {
+        const value = localValue(tile, channel, band);
+        return { value, error: value > 0 ? value * facts.localError : NaN };
+      });
       lines.push({ name, values, unit: irradiance, quantity, face });
     };
     line("here, front", FRONT, "local_irradiance", "front");
