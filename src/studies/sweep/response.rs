@@ -155,7 +155,7 @@ impl Responses {
             linear_x: true,
             linear_y: true,
             series,
-            levels: Vec::new(),
+            ..Chart::default()
         }
     }
 }

@@ -169,43 +169,107 @@ fn rows<W: Write + Send>(
 /// The largest number of groups, or of captors if there are no groups, that the chart shows.
 const CHARTED: usize = 6;
 
-/// Draws the daily light integral of each day, in the last band or sum that has one.
+/// Draws the daily light integral in the last band or sum that has one: the mean of each month with
+/// the range of its days, or each day if there is one month alone.
 fn chart(year: &Year) -> Result<String> {
-    let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
     let first = match year.ids.len() > year.run.captors.len() {
         true => year.run.captors.len(),
         false => 0,
     };
-    let shown = year.ids.iter().enumerate().skip(first).take(CHARTED);
+    let shown: Vec<(usize, &String)> =
+        year.ids.iter().enumerate().skip(first).take(CHARTED).collect();
+    let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
     // sums come after bands, so the last one is taken
     if let Some(band) = year.integrated.iter().rposition(|&integrated| integrated) {
         let name = &year.bands[band].name;
         chart.title = format!("daily light integral, {name}");
         chart.y = format!("{name}, {}", year.unit);
-        let days = year.periods(day);
-        chart.x =
-            days.first().map_or(String::new(), |(first, _)| format!("day, the first is {first}"));
-        let place = |id: usize| id * year.bands.len() + band;
-        let all: Vec<_> = days.values().map(|slots| year.daily(slots)).collect();
-        let daylight: Vec<_> = match year.lamps.is_empty() {
-            true => Vec::new(),
-            false => days.values().map(|slots| year.daily_daylight(slots)).collect(),
+        let places: Vec<usize> = shown.iter().map(|(id, _)| id * year.bands.len() + band).collect();
+        let months = year.periods(month);
+        let is_by_month = months.len() > 1;
+        let split = if is_by_month { months } else { year.periods(day) };
+        let all = integrals(split.values().map(|slots| year.daily(slots)), &places);
+        let daylight = match year.lamps.is_empty() {
+            true => vec![Vec::new(); places.len()],
+            false => integrals(split.values().map(|slots| year.daily_daylight(slots)), &places),
         };
-        for (colour, (id, name)) in shown.enumerate() {
-            for (values, stroke) in [(&all, Stroke::Line), (&daylight, Stroke::Dashed)] {
-                let points = values.iter().zip(1..).map(|(v, d)| (f64::from(d), v[place(id)].mean));
-                let points: Vec<(f64, f64)> = points.collect();
-                let name = (stroke == Stroke::Line).then(|| name.clone());
+        let ranges = if is_by_month { ranges(year, &places) } else { Vec::new() };
+        for (colour, ((_, id), (all, daylight))) in
+            shown.iter().zip(all.into_iter().zip(daylight)).enumerate()
+        {
+            let mut add = |name: Option<&String>, stroke, points: Vec<(f64, f64)>| {
                 if !points.is_empty() {
-                    chart.series.push(Series { name, colour, stroke, points });
+                    chart.series.push(Series { name: name.cloned(), colour, stroke, points });
                 }
+            };
+            if !is_by_month {
+                add(Some(id), Stroke::Line, all);
+                add(None, Stroke::Dashed, daylight);
+                continue;
             }
+            let width = 0.8 / shown.len() as f64;
+            let aside = width * (colour as f64 - 0.5 * (shown.len() as f64 - 1.0));
+            let beside = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
+                points.into_iter().map(|(x, y)| (x + aside, y)).collect()
+            };
+            let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
+            add(Some(id), column(!year.lamps.is_empty()), beside(all));
+            add(None, column(false), beside(daylight));
+            add(None, Stroke::Bars, beside(ranges[colour].clone()));
+        }
+        if is_by_month {
+            chart.x = "month, with the range of its days".into();
+            let names = split.keys().zip(1..).map(|(name, i)| (f64::from(i), month_name(name)));
+            chart.x_names = names.collect();
+        } else {
+            let first = split.keys().next();
+            chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
+        }
+        if !year.lamps.is_empty() {
+            chart.title += match is_by_month {
+                true => " (dark: daylight alone)",
+                false => " (dashed: daylight alone)",
+            };
         }
     }
-    if !year.lamps.is_empty() {
-        chart.title += " (dashed: daylight alone)";
-    }
     chart.svg().map_err(|e| Error::run(CHART, e))
+}
+
+/// Returns the name of a month at the axis, such as `Jun` for `2005-06`.
+fn month_name(month: &str) -> String {
+    let names =
+        ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+    let number: Option<usize> = month.rsplit('-').next().and_then(|number| number.parse().ok());
+    number.and_then(|n| names.get(n.wrapping_sub(1))).map_or(month.into(), |name| name.to_string())
+}
+
+/// Returns the means at each of some places in period after period, which count from 1.
+fn integrals(periods: impl Iterator<Item = Vec<Value>>, places: &[usize]) -> Vec<Vec<(f64, f64)>> {
+    let mut points = vec![Vec::new(); places.len()];
+    for (values, x) in periods.zip(1..) {
+        for (points, &place) in points.iter_mut().zip(places) {
+            points.push((f64::from(x), values[place].mean));
+        }
+    }
+    points
+}
+
+/// Returns the least and the greatest daily integral of each month, one after the other, at each
+/// place.
+fn ranges(year: &Year, places: &[usize]) -> Vec<Vec<(f64, f64)>> {
+    let mut ranges = vec![Vec::new(); places.len()];
+    for (slots, x) in year.periods(month).values().zip(1..) {
+        let date = |slot: usize| local(&year.slots[slot]).0;
+        let days = slots.chunk_by(|&a, &b| date(a) == date(b));
+        let days: Vec<Vec<Value>> = days.map(|slots| year.daily(slots)).collect();
+        for (ranges, &place) in ranges.iter_mut().zip(places) {
+            let of =
+                |best: fn(f64, f64) -> f64| days.iter().map(|day| day[place].mean).reduce(best);
+            let ends = [of(f64::min), of(f64::max)].into_iter().flatten();
+            ranges.extend(ends.map(|end| (f64::from(x), end)));
+        }
+    }
+    ranges
 }
 
 /// Adds the hours and energy of each lamp for every month, then for the whole period.
