@@ -78,7 +78,7 @@ function heading(table, names) {
 /** Returns all bands or, of more than five, the chosen one and the sums; on a phone only the chosen one. The table of clicked
  *  tiles has all. */
 function bandsOfTip() {
-  if (stage.clientWidth < 500) return [state.band];
+  if (stage.clientWidth < 640) return [state.band];
   const all = facts.bands.map((_, band) => band);
   if (all.length <= 5) return all;
   return all.filter((band) => band === state.band || facts.bands[band].sum).slice(0, 5);
