@@ -505,7 +505,6 @@ fn months_are_columns_from_0() {
     assert!((heights[0] / heights[1] - 2.0).abs() < 0.1, "{heights:?}");
 }
 
-
 #[test]
 fn wrong_years_have_their_sentence() {
     let captor = || Mesh::square([0.0; 3], UP, 1.0);

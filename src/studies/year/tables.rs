@@ -215,7 +215,9 @@ fn chart(year: &Year) -> Result<String> {
             let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
             add(Some(id), column(!year.lamps.is_empty()), beside(all));
             add(None, column(false), beside(daylight));
-            add(None, Stroke::Bars, beside(ranges[colour].clone()));
+            // grey is seen on columns and beside them
+            let (colour, points) = (Series::GREY, beside(ranges[colour].clone()));
+            chart.series.push(Series { name: None, colour, stroke: Stroke::Bars, points });
         }
         if is_by_month {
             chart.x = "month, with the range of its days".into();
