@@ -62,7 +62,7 @@ pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
             else {
                 break;
             };
-            ray = scene.leave(hit.point, interaction.normal, on.direction);
+            ray = scene.leave(&hit, interaction.normal, on.direction);
             rays.push(ray);
             if rays.len() == count {
                 return rays;

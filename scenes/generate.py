@@ -385,7 +385,7 @@ def rows():
     lines = ["x,y,z,turn_deg,scale"]
     for i in range(8):
         x, y = 0.55 + 0.5 * (i // 4), 0.15 + 0.3 * (i % 4)
-        lines.append(f"{x:.2f},{y:.2f},0,{GOLDEN_ANGLE * i % 360:.1f},{2.3 + 0.1 * (i * 5 % 4):.1f}")
+        lines.append(f"{x:.2f},{y:.2f},0.03,{GOLDEN_ANGLE * i % 360:.1f},{2.3 + 0.1 * (i * 5 % 4):.1f}")
     save(SCENES / "rows.csv", lines)
 
 

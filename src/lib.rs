@@ -70,14 +70,15 @@ pub use math::spectrum::{Lanes, Spectrum, Wide};
 pub use math::stats::{Estimate, Running};
 pub use math::units::{LengthUnit, Quantity, UnitNames};
 pub use results::calibration::{
-    Calibration, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
+    Calibration, EvenPowers, Lit, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
 };
 pub use results::compare::{Comparison, Difference};
 pub use results::flat::FlatResult;
 pub use results::result::{
-    Absorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FaceResult, Factor,
-    GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult, Uniformity,
-    Warning, WorstResult,
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, DarkResult, Electricity, Energy,
+    FaceResult, Factor, GroupElectricity, GroupResult, LampElectricity, MapResult, NearestResult,
+    RatioResult, Ratios, RunResult, RunSettings, Share, Shares, SumUnit, ToleranceResult,
+    Uniformity, Warning, WorstResult,
 };
 pub use results::saved::ResultsFile;
 pub use scene::bvh::Kernel;
@@ -95,7 +96,7 @@ pub use scene::material::{
 pub use scene::patches::Patches;
 pub use scene::tiles::{TileCopies, TilePart, Tiles};
 pub use scene::world::{
-    Band, BandSum, CaptorPart, CopyPart, Crossing, FlushLight, LightPart, NamedMaterial,
+    Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, FlushLight, LightPart, NamedMaterial,
     ObjectCopy, Scene, SceneParts, Surface, SurfaceHit, SurfacePart,
 };
 #[cfg(feature = "show")]
@@ -120,6 +121,8 @@ pub use show::view::{check_view, write_view};
 #[cfg(feature = "show")]
 pub use show::vtk::VtkKind;
 #[cfg(feature = "studies")]
+pub use studies::calibrate::{EvenPlan, even};
+#[cfg(feature = "studies")]
 pub use studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, check_meshes};
 #[cfg(feature = "studies")]
 pub use studies::convergence::{
@@ -132,7 +135,10 @@ pub use studies::sweep::{
     Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };
 #[cfg(feature = "studies")]
-pub use studies::year::{Lamp, Value, Year, tables::YearTables};
+pub use studies::year::{
+    HoursOf, Lamp, Needs, Places, StateScene, Value, Values, Year, YearOptions, YearScenes,
+    tables::YearTables,
+};
 pub use transport::photon_map::{
     Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way,
 };

@@ -206,7 +206,7 @@ fn keys_and_types() {
         (
             "objects",
             r#"[{"obj": "a.obj", "material": "wall", "captor": "yes"}]"#,
-            &["/objects/0/captor: \"yes\", must be true, false or \"triangle\""],
+            &["/objects/0/captor: \"yes\", must be true, false, \"triangle\" or \"instance\""],
         ),
         (
             "objects",

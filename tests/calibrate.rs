@@ -100,8 +100,8 @@ fn known_factors_are_found_again() {
     let mixed = phylux::read_json(&scene.path("mixed.json")).expect("results");
     for (reading, captor) in found.readings.chunks(2).zip(&mixed.captors) {
         let face = &captor.front;
-        assert!((face.irradiance[0] / reading[0].measured - 1.0).abs() < 1e-6);
-        assert!((face.irradiance[1] / reading[1].measured - 1.0).abs() < 1e-6);
+        assert!((face.irradiance[0] / reading[0].measured.expect("a reading") - 1.0).abs() < 1e-6);
+        assert!((face.irradiance[1] / reading[1].measured.expect("a reading") - 1.0).abs() < 1e-6);
         let sum = face.irradiance[0] + face.irradiance[1];
         assert!((face.irradiance[2] / sum - 1.0).abs() < 1e-12);
         assert!(face.irradiance_se[0].is_some() && face.irradiance_se[2].is_none());
@@ -370,5 +370,169 @@ fn needs_shared_chamber_is_calibrated() {
         }
         let inside = found.test_inside.expect("tests");
         assert!((0.86..=0.99).contains(&inside), "{inside}");
+    }
+}
+
+/// Four lamps in a row at 0.5 m over 21 sensors along it: the evenest light has brighter ends, is
+/// symmetrical, and is what a search by hand (Nelder-Mead on the exact inverse squares, done here by
+/// scanning the one free ratio) finds. Its mean is the one that was asked for.
+#[test]
+fn a_row_of_lamps_lights_a_line_evenly() {
+    let scene = row_of_lamps();
+    let (code, told, warned) =
+        command(&scene, "calibrate scene.json --even line --mean 50 --threads 1 -o even.json");
+    assert_eq!(code, Some(0), "{warned}");
+    for word in ["before", "after", "coefficient of variation", "±", "wrote even.json"] {
+        assert!(told.contains(word), "{told}");
+    }
+    let report: Value = serde_json::from_slice(
+        &std::fs::read(scene.path("even-calibration.json")).expect("a report"),
+    )
+    .expect("JSON");
+    let factor = |lamp: usize| report["factors"][format!("l{lamp}")][0].as_f64().expect("a factor");
+    let (outer, inner) = (factor(0), factor(1));
+    assert!((factor(3) / outer - 1.0).abs() < 0.02 && (factor(2) / inner - 1.0).abs() < 0.02);
+    // cos / r² of each lamp at each sensor, in closed form
+    let at = |lamp: usize, sensor: usize| {
+        let (x, h) = (sensor as f64 * 0.075 - lamp as f64 * 0.5, 0.5f64);
+        h / (x * x + h * h).powf(1.5)
+    };
+    let cv = |ratio: f64| {
+        let light: Vec<f64> =
+            (0..21).map(|s| ratio * (at(0, s) + at(3, s)) + at(1, s) + at(2, s)).collect();
+        let mean = light.iter().sum::<f64>() / 21.0;
+        (light.iter().map(|e| (e / mean - 1.0).powi(2)).sum::<f64>() / 21.0).sqrt()
+    };
+    let best = (0..4000).map(|i| f64::from(i) * 1e-3).min_by(|a, b| cv(*a).total_cmp(&cv(*b)));
+    let best = best.expect("a ratio");
+    assert!((outer / inner / best - 1.0).abs() < 0.03, "{} {best}", outer / inner);
+    for (when, ratio) in [("before", 1.0), ("after", best)] {
+        let found = report[when]["cv"].as_f64().expect("a CV");
+        let error = report[when]["cv_se"].as_f64().expect("an error");
+        assert!((found - cv(ratio)).abs() < 4.0 * error + 0.002, "{when}: {found} {}", cv(ratio));
+    }
+    // the scene that was written has this mean, and its lamps the watts that go with their light
+    let (code, _, warned) = command(&scene, "run even.json --threads 1 -o again.json --quiet");
+    assert_eq!(code, Some(0), "{warned}");
+    let again = phylux::read_json(&scene.path("again.json")).expect("results");
+    let line = again.groups.iter().find(|group| group.id == "line").expect("the group");
+    assert!((line.front.irradiance[0] / 50.0 - 1.0).abs() < 0.02);
+    let watts = again.electricity.as_ref().expect("electricity").lights["l0"].watts;
+    assert!((watts / (10.0 * outer) - 1.0).abs() < 1e-9);
+    // a mix takes the same factors
+    for arguments in [
+        "run scene.json --by-light --threads 1 -o all.json --quiet",
+        "mix all.json --calibration even-calibration.json -o mixed.json --quiet",
+        "calibrate scene.json --even line --results all.json --minimum 40 -o least.json",
+        "calibrate scene.json --even line/1* --results all.json --group l* --band all -o joined.json",
+    ] {
+        let (code, _, warned) = command(&scene, arguments);
+        assert_eq!(code, Some(0), "{arguments}: {warned}");
+    }
+    let mixed = phylux::read_json(&scene.path("mixed.json")).expect("results");
+    let mean = mixed.groups[0].front.irradiance[0];
+    assert!((mean / 50.0 - 1.0).abs() < 1e-6, "{mean}");
+    // the least power reaches the minimum exactly somewhere, with less power than the evenest light
+    // that does
+    let read = |name: &str| -> Value {
+        serde_json::from_slice(&std::fs::read(scene.path(name)).expect("a report")).expect("JSON")
+    };
+    let least = read("least-calibration.json");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    assert!((number(&least["after"]["min"]) / 40.0 - 1.0).abs() < 1e-6);
+    let scale = 40.0 / number(&report["after"]["min"]);
+    assert!(
+        number(&least["after"]["power"]) <= scale * number(&report["after"]["power"]) * 1.000_001
+    );
+    let joined = read("joined-calibration.json");
+    assert_eq!(joined["factors"]["l0"], joined["factors"]["l3"]);
+    assert!((number(&joined["factors"]["l0"][0]) - 1.0).abs() < 1e-9);
+}
+
+fn row_of_lamps() -> TestScene {
+    let lamps: Vec<Value> = (0..4)
+        .map(|i| {
+            json!({ "name": format!("l{i}"), "type": "point", "position": [0.5 * f64::from(i), 0, 0.5],
+                    "power": 100, "watts": 10 })
+        })
+        .collect();
+    let mut captors = "id,x,y,z,radius,nx,ny,nz\n".to_string();
+    for i in 0..21 {
+        captors += &format!("{i},{},0,0,0.02,0,0,1\n", 0.075 * f64::from(i));
+    }
+    let scene = json!({ "name": "row", "lights": lamps, "captors": [{ "csv": "line.csv" }],
+        "settings": { "photons": 200_000, "k": 0, "guiding": "aim" } });
+    TestScene::new(&scene.to_string(), &[("line.csv", &captors)])
+}
+
+/// What `--even` cannot do is said with the cure, and options that do not fit are refused.
+#[test]
+fn even_light_of_nothing_is_refused() {
+    let scene = row_of_lamps();
+    let run = "run scene.json --by-light --photons 20000 --threads 1 -o all.json --quiet";
+    assert_eq!(command(&scene, run).0, Some(0));
+    for (arguments, expected) in [
+        (
+            "--even bench",
+            "--even: no group and no captor is like `bench`; `*` stands for any characters; there are the groups line",
+        ),
+        ("--even line --band PAR", "--even line --band PAR"),
+        ("--even line --mean 0", "must be a number above 0"),
+        ("--even line --mean 5 --minimum 3", "cannot be used with"),
+        ("--even line --group x*", "no light fits `x*`"),
+        ("--mean 5", "required"),
+        ("--even line --model lamps", "cannot be used with"),
+    ] {
+        let arguments = format!("calibrate scene.json --results all.json {arguments}");
+        let (code, _, error) = command(&scene, &arguments);
+        assert_eq!(code, Some(2), "{arguments}: {error}");
+        let expected = if expected.starts_with("--even line --band") {
+            "no band or sum `PAR`"
+        } else {
+            expected
+        };
+        assert!(error.contains(expected), "{arguments}: {error}");
+    }
+    assert_eq!(command(&scene, "calibrate scene.json").0, Some(2));
+}
+
+/// A row without a value is predicted as a reading kept for a test is, does not change the fit, and
+/// has no measured value.
+#[test]
+fn places_without_a_reading_are_predicted() {
+    let scene = scene();
+    let code = command(
+        &scene,
+        "run scene.json --by-light --photons 100000 --threads 1 -o all.json --quiet",
+    )
+    .0;
+    assert_eq!(code, Some(0));
+    let result = phylux::read_json(&scene.path("all.json")).expect("results");
+    let text = readings(&result, |i| 0.01 * (i as f64).sin());
+    let tested = text.clone();
+    let predicted: String = text
+        .lines()
+        .map(|line| match line.strip_suffix(",test") {
+            Some(start) => format!("{},,\n", start.rsplit_once(',').expect("a value").0),
+            None => format!("{line}\n"),
+        })
+        .collect();
+    let mut found = Vec::new();
+    for text in [tested, predicted] {
+        std::fs::write(scene.path("m.csv"), text).expect("a file");
+        let (code, told, error) =
+            command(&scene, "calibrate scene.json m.csv --results all.json --model lamps");
+        assert_eq!(code, Some(0), "{error}");
+        found.push((calibration(&scene.path("")), told));
+    }
+    let [(a, _), (b, told)] = &found[..] else { panic!() };
+    assert_eq!(a.factors, b.factors);
+    assert!(told.contains("predicted readings") && told.contains("95 % interval"), "{told}");
+    assert_eq!((b.test_inside, a.readings.len()), (None, b.readings.len()));
+    for (a, b) in a.readings.iter().zip(&b.readings) {
+        assert_eq!((a.calibrated, a.interval), (b.calibrated, b.interval));
+        let purpose = if a.purpose == "test" { "predict" } else { "fit" };
+        assert_eq!(b.purpose, purpose);
+        assert_eq!(b.measured.is_none(), purpose == "predict");
     }
 }

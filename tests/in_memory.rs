@@ -42,7 +42,7 @@ fn parts() -> SceneParts {
     SceneParts {
         name: "made".into(),
         bands: vec![band("blue"), band("red"), band("far red")],
-        sums: vec![BandSum { name: "PAR".into(), bands: vec![0, 1] }],
+        sums: vec![BandSum { name: "PAR".into(), bands: vec![0, 1], ..BandSum::default() }],
         materials: vec![
             material("soil", Material::Lambert(Lambert::new(&[0.1, 0.2, 0.3]))),
             material("mirror", Material::Mirror(Mirror::new(&[0.9, 0.9, 1.0]))),

@@ -20,6 +20,7 @@ mod contract;
 mod copies;
 mod coverage;
 mod daylight;
+mod electricity;
 mod exact;
 mod examples;
 mod figures;
@@ -56,6 +57,7 @@ mod spectra;
 
 mod stability;
 mod study;
+mod sums;
 mod surfaces;
 mod sweep;
 mod tables;

@@ -170,11 +170,11 @@ fn lattice_irradiance(center: [f64; 2], side: f64, h: f64, along_y: bool) -> f64
 /// A point lamp in each cell, and one in each cell of a row: irradiance below the lamp and half way
 /// to the next, on squares that reach over the border, and on a plane wider than the cell.
 ///
-/// Seed 1; standard errors at most 0.5 % of the exact value. 14 comparisons, odds of a false alarm
+/// Seed 1; standard errors at most 0.6 % of the exact value. 14 comparisons, odds of a false alarm
 /// 9e-4.
 #[test]
 fn lamps_stand_in_every_cell() {
-    let mut check = Comparisons::new("lamp lattice", 0.005).rounding(1e-4);
+    let mut check = Comparisons::new("lamp lattice", 0.006).rounding(1e-4);
     for (what, along_y) in [("x and y", true), ("x", false)] {
         let mut cell = json!({ "x": [0, 1], "y": [0, 1] });
         if !along_y {

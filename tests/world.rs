@@ -279,6 +279,12 @@ impl World {
         self
     }
 
+    /// Changes the scene's JSON.
+    pub fn edited(mut self, edit: impl FnOnce(&mut Value)) -> Self {
+        edit(&mut self.scene);
+        self
+    }
+
     /// Writes the scene to a temporary folder. Photons are not guided unless the scene's settings
     /// say so.
     pub fn write(&self) -> TestScene {

@@ -40,6 +40,11 @@ class Values:
         photons: (n, 2), number of photons counted.
         absorbed, absorbed_se: (n, bands), power that surfaces absorbed, both faces together, W or umol/s.
         has_back: (n,), whether light on the back is counted.
+        ratios, ratios_se: (n, 2, ratios), ratios of the light that arrived, in the order of `Result.ratios`; None except
+            in scenes with ``ratios``.
+        absorbed_ratios, absorbed_ratios_se: (n, ratios), the same of the light that surfaces absorbed.
+        absorbed_by_face, absorbed_by_face_se: (n, 2, bands), what surfaces absorbed of the light on each face; None except
+            in scenes with ``absorbed_by_face``.
         dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None except in scenes in umol/s over a period.
     """
 
@@ -55,6 +60,12 @@ class Values:
     has_back: npt.NDArray[np.bool_]
     dli: Floats | None = None
     dli_se: Floats | None = None
+    ratios: Floats | None = None
+    ratios_se: Floats | None = None
+    absorbed_ratios: Floats | None = None
+    absorbed_ratios_se: Floats | None = None
+    absorbed_by_face: Floats | None = None
+    absorbed_by_face_se: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -120,9 +131,20 @@ class Result:
         return [band["name"] for band in self._head["bands"]]
 
     @property
+    def ratios(self) -> list[str]:
+        """Names of the ratios of sums over bands; empty where the scene has none."""
+        return [ratio["name"] for ratio in self._head.get("ratios", [])]
+
+    @property
     def energy(self) -> dict[str, Any]:
         """Balance of the power, per band: emitted = absorbed + escaped + lost; see docs/results.md."""
         return dict(self._head["energy"])
+
+    @property
+    def electricity(self) -> dict[str, Any] | None:
+        """What the light costs and where it goes, in scenes with ``watts`` of lights; see docs/results.md."""
+        found: dict[str, Any] | None = self._head.get("electricity")
+        return found
 
     @property
     def tolerance(self) -> dict[str, Any] | None:
@@ -276,19 +298,20 @@ class Result:
         """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error. These are the rows of captors
         in the table of ``--csv``.
 
-        ``quantity`` is flux, irradiance, dli, knn_irradiance, knn_radiance or absorbed, in the units of `unit`;
-        ``face`` is missing for absorbed; ``standard_error`` is NaN where it is not known. Names are categories.
+        ``quantity`` is flux, irradiance, dli, knn_irradiance, knn_radiance or absorbed, in the units of `unit` (of sums
+        with units of their own, in those); of ratios, whose names stand as ``band``, it is ratio or absorbed_ratio;
+        ``face`` is missing for absorbed and absorbed_ratio; ``standard_error`` is NaN where it is not known. Names are categories.
         """
         values, nearest = self.values, self.nearest
         cells = _arrived(values)
         cells += [(name, nearest[name], nearest[f"{name}_se"]) for name in ("knn_irradiance", "knn_radiance") if nearest]
-        return self._tidy("captor", values, cells)
+        return self._with_ratios("captor", values, self._tidy("captor", values, cells))
 
     @cached_property
     def groups(self) -> Any:
         """A tidy pandas DataFrame of the groups of captors: group, face, band, quantity, value, standard_error.
 
-        The quantities are those of `frame` without the k-nearest estimates. Groups of several captors have more:
+        The quantities are those of `frame` without the k-nearest estimates, ratios included. Groups of several captors have more:
         ``irradiance_min`` and ``irradiance_max``, the smallest and the largest irradiance among the captors, and
         ``min_over_mean`` and ``cv`` (coefficient of variation), which say how uniform the light is.
         """
@@ -303,7 +326,23 @@ class Result:
             if name in ranges:
                 value, error = (ranges[key].reshape(values.flux.shape) for key in (name, f"{name}_se"))
                 cells.append((name, value, error))
-        return self._tidy("group", values, cells)
+        return self._with_ratios("group", values, self._tidy("group", values, cells))
+
+    def _with_ratios(self, key: str, values: Values, table: Any) -> Any:
+        """Returns the table with rows for ratios, and for what was absorbed by face, after all others."""
+        if values.ratios is not None:
+            assert values.ratios_se is not None and values.absorbed_ratios is not None
+            assert values.absorbed_ratios_se is not None
+            found = np.concatenate([values.ratios, values.absorbed_ratios[:, None]], axis=1)
+            errors = np.concatenate([values.ratios_se, values.absorbed_ratios_se[:, None]], axis=1)
+            kinds: tuple[str, ...] = ("ratio", "ratio", "absorbed_ratio")
+            table = _with_rows(table, key, values.ids, self.ratios, kinds, found, errors)
+        if values.absorbed_by_face is not None:
+            assert values.absorbed_by_face_se is not None
+            kinds = ("absorbed_by_face",) * 2
+            found, errors = values.absorbed_by_face, values.absorbed_by_face_se
+            table = _with_rows(table, key, values.ids, self.bands, kinds, found, errors)
+        return table
 
     @cached_property
     def layers(self) -> Any:
@@ -417,10 +456,15 @@ class Result:
         }
         if self.values.dli is not None:
             names |= {"dli": ("captor", "face", "band"), "dli_se": ("captor", "face", "band")}
+        if self.values.ratios is not None:
+            names |= {"ratios": ("captor", "face", "ratio"), "ratios_se": ("captor", "face", "ratio")}
+            names |= {"absorbed_ratios": ("captor", "ratio"), "absorbed_ratios_se": ("captor", "ratio")}
+        if self.values.absorbed_by_face is not None:
+            names |= {name: ("captor", "face", "band") for name in ("absorbed_by_face", "absorbed_by_face_se")}
         data = {}
         for name, dims in names.items():
             attributes = {}
-            if name != "photons":
+            if name != "photons" and "ratio" not in name:
                 quantity = name.removesuffix("_se")
                 attributes["units"] = unit[quantity if quantity in unit else "flux"]
             if name.endswith("_se"):
@@ -437,6 +481,7 @@ class Result:
             "captor": self.ids,
             "face": list(FACES),
             "band": self.bands,
+            **({"ratio": self.ratios} if self.ratios else {}),
             **({"light": self.lights} if split else {}),
             "area": ("captor", self.area, {"units": units["area"]}),
             **places,
@@ -504,6 +549,40 @@ class Result:
         file = None if calibration is None else os.fspath(calibration)
         return Result(self._found.mix(given, file), self._loaded)
 
+    def even(
+        self,
+        captors: str,
+        *,
+        mean: float | None = None,
+        minimum: float | None = None,
+        band: str | None = None,
+        groups: Sequence[str] = (),
+    ) -> dict[str, Any]:
+        """Finds the powers of lamps that light captors most evenly; it needs ``by_light=True``.
+
+        Args:
+            captors: a pattern of groups or, where no group fits, of captors, as in ``"bench*"``; their fronts count.
+            mean: the mean irradiance to reach; if not given, the present one.
+            minimum: the least irradiance of each captor, which is reached with the least power, in place of `mean`.
+            band: the band or sum that counts; if not given, the only band, or the first sum.
+            groups: patterns of names of lights that share a factor.
+
+        Returns:
+            The report of ``phylux calibrate --even``: ``factors`` for each light (one for each band), and ``before``
+            and ``after``. ``result.mix(report["factors"])`` is the result with these powers.
+        """
+        for name, value in (("mean", mean), ("minimum", minimum)):
+            if value is not None and not 1e-30 <= value <= 1e30:
+                raise wrong(name, f"{value} is no irradiance above 0", "give a number above 0")
+        if mean is not None and minimum is not None:
+            raise wrong("minimum", "a mean is given, too", "give one of them")
+        if not self.lights:
+            raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
+        lamps = (self.electricity or {}).get("lights", {})
+        watts = {name: float(lamp["watts"]) for name, lamp in lamps.items()}
+        report: dict[str, Any] = json.loads(self._found.even(captors, watts, mean, minimum, band, list(groups)))
+        return report
+
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
 
@@ -553,6 +632,10 @@ class Result:
             "absorbed": (-1, bands),
             "absorbed_se": (-1, bands),
             "has_back": (-1,),
+            "ratios": (-1, 2, len(self.ratios)),
+            "ratios_se": (-1, 2, len(self.ratios)),
+            "absorbed_ratios": (-1, len(self.ratios)),
+            "absorbed_ratios_se": (-1, len(self.ratios)),
         }
         names = [field.name for field in fields(Values) if field.name != "ids"]
         shaped = {name: arrays[name].reshape(shapes.get(name, (-1, 2, bands))) for name in names if name in arrays}
@@ -565,6 +648,29 @@ def _arrived(values: Values) -> list[tuple[str, Any, Any]]:
     """Returns the quantities of faces with their errors, in the order of the command's table."""
     cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
     return cells if values.dli is None else [*cells, ("dli", values.dli, values.dli_se)]
+
+
+def _with_rows(
+    table: Any, key: str, ids: list[str], bands: list[str], kinds: tuple[str, ...], found: Floats, errors: Floats
+) -> Any:
+    """Returns the table with a row for each value of captors, faces and bands; the third face has no name."""
+    import pandas as pd
+
+    rows, face, band = np.nonzero(~np.isnan(found))
+    names = {
+        key: np.array(ids, dtype=object)[rows],
+        "face": np.array([*FACES, None], dtype=object)[face],
+        "band": np.array(bands, dtype=object)[band],
+        "quantity": np.array(kinds, dtype=object)[face],
+    }
+    whole: dict[str, Any] = {}
+    for name, more in names.items():
+        known = [*table[name].cat.categories, *(one for one in more if one is not None)]
+        joined = np.concatenate([table[name].astype(object).to_numpy(), more])
+        whole[name] = pd.Categorical(joined, categories=list(dict.fromkeys(known)))
+    whole["value"] = np.concatenate([table["value"], found[rows, face, band]])
+    whole["standard_error"] = np.concatenate([table["standard_error"], errors[rows, face, band]])
+    return pd.DataFrame(whole, copy=False)
 
 
 def _fixed(array: _Array) -> _Array:

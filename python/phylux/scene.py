@@ -253,7 +253,7 @@ class Scene:
             guiding: as for `run`.
             csv: write the table of hours as CSV and not as Parquet.
             threads: number of threads; 0 uses all processors. The results do not depend on it.
-            options: any other option of ``phylux year``.
+            options: any other option of ``phylux year``, such as ``hours="groups"`` or ``sun_rays=64``.
 
         Returns:
             the tables ``hours``, ``days``, ``months``, ``total`` and ``lamps``, as DataFrames.

@@ -1,14 +1,15 @@
 //! The results of a run as flat arrays for numpy, and as files.
 
 use std::{
+    collections::BTreeMap,
     io::{self, Write},
     path::PathBuf,
 };
 
 use numpy::PyArray1;
 use phylux::{
-    Absorbed, ByLight, CaptorResult, FaceResult, Factor, FilesRead, GroupResult, OutputFile,
-    OutputFolder, RunResult, Uniformity,
+    Absorbed, AbsorbedByFace, ByLight, CaptorResult, EvenPlan, FaceResult, Factor, FilesRead,
+    GroupResult, OutputFile, OutputFolder, Ratios, RunResult, Uniformity,
     cli::embedded::{self, Words},
 };
 use pyo3::{
@@ -69,6 +70,8 @@ struct Row<'a> {
     area: f64,
     faces: [Option<&'a FaceResult>; 2],
     absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
+    absorbed_ratios: Option<&'a Ratios>,
+    by_face: Option<&'a AbsorbedByFace>,
 }
 
 impl<'a> Row<'a> {
@@ -77,6 +80,8 @@ impl<'a> Row<'a> {
             area: captor.area,
             faces: [Some(&captor.front), captor.back.as_ref()],
             absorbed: captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref()),
+            absorbed_ratios: captor.absorbed_ratios.as_ref(),
+            by_face: captor.absorbed_by_face.as_ref(),
         }
     }
 
@@ -85,6 +90,8 @@ impl<'a> Row<'a> {
             area: group.area,
             faces: [Some(&group.front), group.back.as_ref()],
             absorbed: group.absorbed.as_deref().zip(group.absorbed_se.as_deref()),
+            absorbed_ratios: group.absorbed_ratios.as_ref(),
+            by_face: group.absorbed_by_face.as_ref(),
         }
     }
 
@@ -95,6 +102,8 @@ impl<'a> Row<'a> {
         Self {
             faces: self.faces.map(|face| face.and_then(of_face)),
             absorbed: absorbed.map(|(_, a)| (&a.absorbed[..], &a.absorbed_se[..])),
+            absorbed_ratios: absorbed.and_then(|(_, a)| a.absorbed_ratios.as_ref()),
+            by_face: absorbed.and_then(|(_, a)| a.absorbed_by_face.as_ref()),
             ..self
         }
     }
@@ -120,6 +129,12 @@ impl Numbers {
         let into = &mut self.values[row * self.width..][..self.width];
         into.iter_mut().zip(values).for_each(|(into, value)| *into = value.unwrap_or(f64::NAN));
     }
+}
+
+/// Puts ratios and their standard errors into a row.
+fn put_ratios([values, errors]: &mut [Numbers; 2], row: usize, found: &Ratios) {
+    values.put_known(row, &found.ratio);
+    errors.put_known(row, &found.ratio_se);
 }
 
 /// A dictionary of flat arrays.
@@ -203,6 +218,24 @@ impl Found {
         Ok(Self::new(raised(py, mixed)?, self.files.clone()))
     }
 
+    /// Returns the powers of lamps that light these captors evenly, as JSON. `watts` are the electric
+    /// powers of lights.
+    #[pyo3(signature = (captors, watts, mean=None, minimum=None, band=None, groups=Vec::new()))]
+    fn even(
+        &self,
+        py: Python<'_>,
+        captors: String,
+        watts: BTreeMap<String, f64>,
+        mean: Option<f64>,
+        minimum: Option<f64>,
+        band: Option<String>,
+        groups: Vec<String>,
+    ) -> PyResult<String> {
+        let plan = EvenPlan { captors, band, mean, minimum, groups };
+        let found = raised(py, py.detach(|| phylux::even(&self.result, &watts, &plan)))?;
+        Ok(serde_json::to_string(&found).unwrap_or_default())
+    }
+
     /// Returns the ids of the captors, or of the groups.
     fn ids(&self, groups: bool) -> Vec<&str> {
         match groups {
@@ -246,6 +279,10 @@ impl Found {
         let even = ["min_over_mean", "min_over_mean_se", "cv", "cv_se"];
         let mut even = even.map(|name| (name, faces()));
         let (mut dli, mut dli_se) = (faces(), faces());
+        let ratios = self.result.ratios.len();
+        let mut ratio = [(); 2].map(|()| Numbers::new(2 * count, ratios));
+        let mut absorbed_ratio = [(); 2].map(|()| Numbers::new(count, ratios));
+        let (mut by_face, mut by_face_se, mut has_faces) = (faces(), faces(), false);
         let mut absorbed = Numbers::new(count, bands);
         let mut absorbed_se = Numbers::new(count, bands);
         let mut area = Numbers::new(count, 1);
@@ -264,6 +301,7 @@ impl Found {
                 irradiance_se.put_known(at, &face.irradiance_se);
                 face.dli.iter().for_each(|values| dli.put_known(at, values));
                 face.dli_se.iter().for_each(|values| dli_se.put_known(at, values));
+                face.ratios.iter().for_each(|found| put_ratios(&mut ratio, at, found));
                 photons[at] = face.photons.cast_signed();
                 histories[at] = face.histories.unwrap_or(0).cast_signed();
                 if let (Some(least), Some(most)) = (&face.min, &face.max) {
@@ -280,6 +318,14 @@ impl Found {
                 absorbed.put(i, power);
                 absorbed_se.put_known(i, error);
             }
+            if let Some(AbsorbedByFace { front, front_se, back, back_se }) = row.by_face {
+                has_faces = true;
+                by_face.put(2 * i, front);
+                by_face.put(2 * i + 1, back);
+                by_face_se.put_known(2 * i, front_se);
+                by_face_se.put_known(2 * i + 1, back_se);
+            }
+            row.absorbed_ratios.iter().for_each(|found| put_ratios(&mut absorbed_ratio, i, found));
         }
         let arrays = Arrays::new(py);
         arrays.add("flux", flux)?;
@@ -293,6 +339,18 @@ impl Found {
         arrays.add_counts("has_back", has_back)?;
         if !groups {
             arrays.add_counts("histories", histories)?;
+        }
+        if ratios > 0 {
+            let [values, errors] = ratio;
+            arrays.add("ratios", values)?;
+            arrays.add("ratios_se", errors)?;
+            let [values, errors] = absorbed_ratio;
+            arrays.add("absorbed_ratios", values)?;
+            arrays.add("absorbed_ratios_se", errors)?;
+        }
+        if has_faces {
+            arrays.add("absorbed_by_face", by_face)?;
+            arrays.add("absorbed_by_face_se", by_face_se)?;
         }
         if has_dli {
             arrays.add("dli", dli)?;

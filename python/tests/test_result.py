@@ -295,3 +295,71 @@ def test_daily_light_integrals(tmp_path):
     table = pd.read_csv(tmp_path / "r.csv")
     assert found.frame.quantity.astype(str).tolist() == table.quantity.tolist()
     np.testing.assert_array_equal(found.frame.value, table.value)
+
+
+def test_ratios_and_weighted_sums(tmp_path):
+    scene = chamber()
+    scene.keys["sums"] = {"PAR": ["blue", "red"], "lux": "photopic", "YPFD": "YPF"}
+    scene.keys["ratios"] = {"b:r": {"numerator": "blue", "denominator": "red"}, "yield": {"numerator": "YPFD", "denominator": "PAR"}}
+    found = scene.run(photons=5_000, seed=1, by_light=True)
+    assert found.ratios == ["b:r", "yield"]
+    assert found.bands == ["blue", "red", "PAR", "YPFD", "lux"]
+    expected = found.flux[:, :, 0] / np.where(found.flux[:, :, 1] > 0, found.flux[:, :, 1], np.nan)
+    np.testing.assert_allclose(found.values.ratios[:, :, 0], expected, rtol=1e-12)
+    assert (found.values.ratios_se[~np.isnan(expected)] >= 0).all()
+    sole = found.light("lamp").ratios
+    np.testing.assert_allclose(sole[:, :, 0][~np.isnan(sole[:, :, 0])], (found.light("lamp").flux[:, :, 0] / found.light("lamp").flux[:, :, 1])[~np.isnan(sole[:, :, 0])], rtol=1e-12)
+    dimmed = found.mix({"lamp": 0.5})
+    assert not np.allclose(dimmed.values.ratios, found.values.ratios, equal_nan=True)
+    found.save_csv(tmp_path / "r.csv")
+    import pandas as pd
+
+    table = pd.read_csv(tmp_path / "r.csv", dtype={"band": str})
+    table = table[table.captor.isin(found.ids)]
+    assert table.quantity.tolist() == found.frame.quantity.astype(str).tolist()
+    assert table.band.tolist() == found.frame.band.astype(str).tolist()
+    np.testing.assert_array_equal(table.value, found.frame.value)
+    np.testing.assert_array_equal(table.standard_error, found.frame.standard_error)
+    assert set(found.groups.quantity) >= {"ratio", "absorbed_ratio"}
+    assert found.xarray().ratios.dims == ("captor", "face", "ratio", "light")
+
+
+def test_electricity_and_absorbed_by_face(tmp_path):
+    scene = chamber()
+    scene.keys["absorbed_by_face"] = True
+    for light in scene.keys["lights"]:
+        light["watts"] = 40
+    found = scene.run(photons=5_000, seed=1)
+    assert found.electricity["watts"] == 80
+    shares = found.electricity["shares"]
+    every = [*shares["absorbed_by"].values(), shares["outside"], shares["lost"]]
+    np.testing.assert_allclose(np.sum([one["share"] for one in every], axis=0), 1, rtol=1e-9)
+    faces = found.values.absorbed_by_face
+    surface = found.is_surface
+    np.testing.assert_allclose(faces[surface].sum(axis=1), found.absorbed[surface], rtol=1e-12)
+    assert np.isnan(faces[~surface]).all()
+    found.save_csv(tmp_path / "r.csv")
+    import pandas as pd
+
+    table = pd.read_csv(tmp_path / "r.csv", dtype={"band": str})
+    table = table[table.captor.isin(found.ids)]
+    assert table.quantity.tolist() == found.frame.quantity.astype(str).tolist()
+    np.testing.assert_array_equal(table.value, found.frame.value)
+
+
+def test_even_light():
+    scene = px.Scene("row")
+    for i in range(3):
+        scene.light(f"l{i}", type="point", position=[0.5 * i, 0, 0.5], power=100, watts=10)
+    scene.captor("line", discs=px.grid(np.linspace(0, 1, 9), [0.0], z=0, radius=0.03))
+    found = scene.run(photons=20_000, by_light=True)
+    report = found.even("line", mean=30)
+    assert report["after"]["cv"] < report["before"]["cv"]
+    assert abs(report["after"]["mean"] - 30) < 1e-6
+    mixed = found.mix(report["factors"])
+    assert abs(mixed.irradiance[:, 0, 0].mean() - 30) < 1e-6
+    assert report["after"]["watts"] is not None
+    with pytest.raises(ValueError, match="no group and no captor"):
+        found.even("nothing")
+    with pytest.raises(ValueError, match="a mean is given"):
+        found.even("line", mean=1, minimum=1)

@@ -34,7 +34,11 @@ def test_a_year_is_that_of_the_command(greenhouse, tmp_path):
     lamps = {"lamps": [{"lights": "lamp", "watts": 60, "hours": [20, 24]}]}
     year = greenhouse.year(tmp_path / "lit", control=lamps, photons=300_000, seed=1, threads=1)
     dark = greenhouse.year(tmp_path / "unlit", photons=300_000, seed=1, csv=True)
-    assert list(year.hours.columns) == ["captor", "time", "band", "value", "standard_error"]
+    assert list(year.hours.columns[:5]) == ["captor", "time", "band", "value", "standard_error"]
+    # a sensor has no back, and it is sunlit while the sun shines
+    assert year.hours.back.isna().all() and year.hours.sunlit.max() == 1 and year.hours.sunlit.isna().any()
+    assert dark.total.absorbed.isna().all() and float(dark.total.sunlit.iloc[0]) == 1
+    assert year.captors.captor.iloc[0] == "sensor/0" and float(year.captors.z.iloc[0]) == 1 and year.states.empty
     assert len(year.hours) == len(dark.hours) and year.hours.captor.iloc[0] == "sensor/0"
     # four hours of a lamp of 1e6 umol/s at 1 m: 0.0036 x 4 x 1e6 / (4 pi) mol, a little less at the rim; error 5 %
     added = float(year.total.value.iloc[0] - dark.total.value.iloc[0])
@@ -42,6 +46,19 @@ def test_a_year_is_that_of_the_command(greenhouse, tmp_path):
     assert float(dark.days.value.iloc[0]) == pytest.approx(float(dark.months.value.iloc[0]))
     whole = year.lamps[year.lamps.month == "all"]
     assert whole.hours.tolist() == [4] and whole.kwh.tolist() == [0.24]
+
+
+def test_hours_as_arrays_and_states(greenhouse, tmp_path):
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    greenhouse.keys["objects"][0]["present"] = True
+    change = {"name": "gone", "changes": {"/objects/0/present": False}, "hours": [10, 14]}
+    year = greenhouse.year(tmp_path / "year", control={"states": [change]}, photons=20_000, seed=1, sun_rays=32)
+    data = year.xarray()
+    assert dict(data.sizes) == {"time": 24, "captor": len(year.captors), "band": 1}
+    assert float(data.front.sel(band="PAR").isel(captor=0).max()) == pytest.approx(year.hours.value.max())
+    assert data.sunlit.dims == ("time", "captor") and int(data.time.dt.hour[5]) == 5
+    assert year.states.hours.tolist() == [4, 4]
 
 
 def test_errors_say_where(greenhouse, tmp_path):

@@ -6,6 +6,7 @@ use std::{
 };
 
 use clap::Args;
+use serde::Serialize;
 use serde_json::Value;
 
 use super::{
@@ -21,16 +22,17 @@ use crate::{
         input::read_bytes,
         json,
         measured_csv::{self, MeasuredRow},
-        output::{FilesRead, folder_of},
+        output::{FilesRead, OutputFile, folder_of},
         result_file::{read_json, write_lines},
         scene_file::{self, LoadedScene},
     },
     results::{
-        calibration::{Calibration, Model, Varied},
+        calibration::{Calibration, EvenPowers, Lit, Model, Varied},
         result::RunResult,
     },
     studies::calibrate::{
-        CalibrationPlan, Grid, Vary, calibrate, calibrated_scene, warnings_of_varied,
+        CalibrationPlan, EvenPlan, Grid, Vary, calibrate, calibrated_scene, even,
+        warnings_of_varied,
     },
     transport::{
         settings::{Checked, Estimator, Guiding, Settings},
@@ -45,9 +47,23 @@ const LISTED: usize = 20;
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Table of readings (CSV): captor (or x,y,z), band, value and, if wanted, sd, face, use (fit
-    /// or test), block
-    measured: PathBuf,
+    /// Table of readings (CSV): captor (or x,y,z), band, value (empty where it is to be predicted)
+    /// and, if wanted, sd, face, use (fit or test), block
+    #[arg(required_unless_present = "even")]
+    measured: Option<PathBuf>,
+    /// In place of readings: find the powers that light these captors most evenly; a pattern of
+    /// groups or of captors, as in "bench*"
+    #[arg(long, value_name = "PATTERN", conflicts_with_all = ["measured", "model", "prior", "vary"])]
+    even: Option<String>,
+    /// With --even: the mean irradiance to reach [default: the present one]
+    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance, allow_negative_numbers = true)]
+    mean: Option<f64>,
+    /// With --even: bring each captor at least this irradiance, with the least power
+    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance, allow_negative_numbers = true)]
+    minimum: Option<f64>,
+    /// With --even: the band or sum that counts [default: the only band, or the first sum]
+    #[arg(long, value_name = "NAME", requires = "even")]
+    band: Option<String>,
     /// File for the scene with the calibrated powers. What was found goes beside it: into
     /// calibration.json, or beside another NAME.json into NAME-calibration.json
     #[arg(short, long, value_name = "FILE", default_value = "calibrated.json")]
@@ -103,6 +119,13 @@ fn model(text: &str) -> Checked<Chosen> {
     }
 }
 
+fn irradiance(text: &str) -> Checked<f64> {
+    match text.parse::<f64>() {
+        Ok(value) if (1e-30..=1e30).contains(&value) => Ok(value),
+        _ => Err("must be a number above 0, in the scene's unit of irradiance".into()),
+    }
+}
+
 /// Relative standard deviation of the prior; `None` without a prior.
 #[derive(Clone, Copy, Debug)]
 struct Prior(Option<f64>);
@@ -133,11 +156,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let document = json::parse(&path.display().to_string(), &bytes)?;
     let loaded = super::progress::during("reading the scene", || scene_file::parse(&bytes, path))?;
     loaded.check_captors()?;
-    let read = loaded.files.iter().chain([&arguments.measured]).chain(&arguments.results);
+    let read = loaded.files.iter().chain(&arguments.measured).chain(&arguments.results);
     let read = FilesRead::new(read);
     check_places(&places, &read)?;
     terminal::warn(&loaded.warnings);
-    let measured = &arguments.measured;
+    let outputs = Outputs { scene: scene_output, report, report_path, folder, read };
+    let Some(measured) = &arguments.measured else {
+        return lit_evenly(arguments, document, &loaded, outputs, &interrupt);
+    };
     let bytes = read_bytes(measured).map_err(|why| Error::input(measured.display(), why))?;
     let rows = measured_csv::parse(&bytes, measured)?;
 
@@ -156,19 +182,106 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let calibration = calibrate(&result, &rows, measured, &plan)?;
             (document, loaded, calibration)
         }
-        _ => search(arguments, &document, &rows, plan, &interrupt)?,
+        _ => search(arguments, measured, &document, &rows, plan, &interrupt)?,
     };
-    let calibrated = calibrated_scene(document, path, &loaded, &calibration, &folder)?;
+    let folder = &outputs.folder;
+    let scene = calibrated_scene(document, path, &loaded, &calibration.factors, false, folder)?;
     interrupt.writing();
-    let scene_output = scene_output.complete(&read, |writer| {
-        serde_json::to_writer_pretty(&mut *writer, &calibrated)?;
-        writer.write_all(b"\n")
-    })?;
-    report.complete(&read, |writer| write_lines(&calibration, writer))?.put()?;
-    scene_output.put()?;
+    let wrote = outputs.write(arguments, &scene, &calibration)?;
     terminal::warn(&calibration.warnings);
-    let wrote = format!("\nwrote {} and {}\n", arguments.output.display(), report_path.display());
     terminal::print(&(describe(&calibration) + &wrote))
+}
+
+/// The two files that the command writes.
+struct Outputs {
+    scene: OutputFile,
+    report: OutputFile,
+    report_path: PathBuf,
+    folder: PathBuf,
+    read: FilesRead,
+}
+
+impl Outputs {
+    /// Writes both, and returns words about them.
+    fn write(
+        self,
+        arguments: &Arguments,
+        scene: &Value,
+        report: &impl Serialize,
+    ) -> Result<String> {
+        let written = self.scene.complete(&self.read, |writer| {
+            serde_json::to_writer_pretty(&mut *writer, scene)?;
+            writer.write_all(b"\n")
+        })?;
+        self.report.complete(&self.read, |writer| write_lines(report, writer))?.put()?;
+        written.put()?;
+        let (scene, report) = (arguments.output.display(), self.report_path.display());
+        Ok(format!("\nwrote {scene} and {report}\n"))
+    }
+}
+
+/// Finds the powers that light captors evenly, and writes the scene with them.
+fn lit_evenly(
+    arguments: &Arguments,
+    document: Value,
+    loaded: &LoadedScene,
+    outputs: Outputs,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    let plan = EvenPlan {
+        captors: arguments.even.clone().unwrap_or_default(),
+        band: arguments.band.clone(),
+        mean: arguments.mean,
+        minimum: arguments.minimum,
+        groups: arguments.group.clone(),
+    };
+    let result = match &arguments.results {
+        Some(path) => results_of(path, loaded)?,
+        None => trace(arguments, loaded, interrupt)?,
+    };
+    let found = even(&result, &loaded.scene.watts, &plan)?;
+    let path = &arguments.scene;
+    let scene = calibrated_scene(document, path, loaded, &found.factors, true, &outputs.folder)?;
+    interrupt.writing();
+    let wrote = outputs.write(arguments, &scene, &found)?;
+    terminal::warn(&found.warnings);
+    terminal::print(&(describe_even(&found, &result) + &wrote))
+}
+
+/// Returns the factors, and how evenly the captors are lit before and after, as tables.
+fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
+    let band = result.bands.iter().position(|band| band.name == found.band).unwrap_or(0);
+    let [_, irradiance] = result.units(band);
+    let mut text = format!(
+        "{}: {} captors of `{}`, {}\n",
+        found.scene, found.count, found.captors, found.band
+    );
+    let _ = writeln!(text, "\n{:<34}{:>14}", "factors on the power of lights", "");
+    for (name, factors) in found.factors.iter().take(LISTED) {
+        let _ = writeln!(text, "  {name:<32}{:>14.4}", factors.first().copied().unwrap_or(1.0));
+    }
+    if found.factors.len() > LISTED {
+        let _ = writeln!(text, "  and {} more", found.factors.len() - LISTED);
+    }
+    let with = |value: f64, error: Option<f64>| match error {
+        Some(error) => format!("{} ± {}", short(value), short(error)),
+        None => short(value),
+    };
+    let share = |value: Option<f64>, error| value.map_or("-".into(), |value| with(value, error));
+    let both = |of: &dyn Fn(&Lit) -> String| [of(&found.before), of(&found.after)];
+    let _ = writeln!(text, "\n{:<34}{:>24}{:>24}", "", "before", "after");
+    for (title, [before, after]) in [
+        (format!("mean, {irradiance}"), both(&|lit| with(lit.mean, lit.mean_se))),
+        (format!("least, {irradiance}"), both(&|lit| with(lit.min, lit.min_se))),
+        ("coefficient of variation".into(), both(&|lit| share(lit.cv, lit.cv_se))),
+        (format!("power of all lights, {}", result.unit.flux), both(&|lit| short(lit.power))),
+        ("electricity, W".into(), both(&|lit| lit.watts.map_or("-".into(), short))),
+    ] {
+        if before != "-" || after != "-" {
+            let _ = writeln!(text, "{title:<34}{before:>24}{after:>24}");
+        }
+    }
+    text
 }
 
 /// Returns the path of what was found, beside the scene: it is named after the scene, so that a
@@ -226,6 +339,7 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
 /// with these values and its calibration.
 fn search(
     arguments: &Arguments,
+    measured: &Path,
     document: &Value,
     rows: &[MeasuredRow],
     plan: CalibrationPlan,
@@ -238,7 +352,7 @@ fn search(
         let document = grid.document(values);
         let loaded = scene_file::load_value(document.clone(), path, &read_bytes, None)?;
         let result = trace(arguments, &loaded, interrupt)?;
-        let calibration = calibrate(&result, rows, &arguments.measured, plan)?;
+        let calibration = calibrate(&result, rows, measured, plan)?;
         Ok((document, loaded, calibration))
     };
     // all runs take the same model: the one that is chosen in the middle of the grid
@@ -317,10 +431,31 @@ fn describe(found: &Calibration) -> String {
             &mut std::iter::empty(),
         );
     }
+    predictions(&mut text, found);
     let _ = writeln!(
         text,
         "\nThe sensor's own scale, often 5 % uncertain, is common to all readings: it is in the factors, not in \
         their errors."
     );
     text
+}
+
+/// Writes the readings that are predicted, with their intervals.
+fn predictions(text: &mut String, found: &Calibration) {
+    let predicted: Vec<_> =
+        found.readings.iter().filter(|reading| reading.purpose == "predict").collect();
+    if predicted.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "\n{:<46}{:>14}{:>28}", "predicted readings", "", "95 % interval");
+    for reading in predicted.iter().take(LISTED) {
+        let back = if reading.face == "back" { ", back" } else { "" };
+        let title = format!("  {}{back}, {}", reading.captor, reading.band);
+        let [low, high] = reading.interval.map(short);
+        let interval = format!("{low} to {high}");
+        let _ = writeln!(text, "{title:<46}{:>14}{interval:>28}", short(reading.calibrated));
+    }
+    if predicted.len() > LISTED {
+        let _ = writeln!(text, "  and {} more, in the file", predicted.len() - LISTED);
+    }
 }

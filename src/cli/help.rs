@@ -90,6 +90,7 @@ pub const GROUPS: &[(&str, &[Examples])] = &[
                 &[
                     "phylux calibrate scene.json measured.csv",
                     "phylux calibrate scene.json measured.csv --results all.json --model lamps",
+                    "phylux calibrate scene.json --even bench --mean 200 -o even.json",
                 ],
             ),
             (

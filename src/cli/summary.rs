@@ -4,8 +4,8 @@ use std::{collections::HashSet, fmt::Write};
 
 use crate::{
     results::result::{
-        CaptorResult, FaceResult, GroupResult, NearestResult, RunResult, ToleranceResult,
-        Uniformity, WorstResult,
+        AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult,
+        RunResult, Share, ToleranceResult, Uniformity, WorstResult,
     },
     transport::settings::Guiding,
 };
@@ -53,6 +53,8 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         captors(&mut text, result, title, kind);
     }
     groups(&mut text, result);
+    ratios(&mut text, result);
+    electricity(&mut text, result);
     uniformity(&mut text, result);
     canopy(&mut text, result);
     layers(&mut text, result);
@@ -152,7 +154,7 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
         if faces.is_empty() {
             continue;
         }
-        for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+        for b in 0..result.bands.len().min(SHOWN_BANDS) {
             let irradiance = Spread::of(faces.iter().map(|face| face.irradiance[b]).collect());
             let relative = |face: &&FaceResult| Some(face.flux_se[b]? / face.flux[b]);
             let errors: Vec<f64> = faces.iter().filter_map(relative).collect();
@@ -163,7 +165,7 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
             let _ = writeln!(
                 text,
                 "  {:<22}{:>11}{:>11}{:>11}   {errors}",
-                format!("{name} {}", band.name),
+                format!("{name} {}", named(result, b)),
                 short(irradiance.min),
                 short(irradiance.median),
                 short(irradiance.max),
@@ -186,6 +188,70 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     nearest(text, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
 }
 
+/// Returns the name of a band or sum, with its unit where that is not the one of the bands.
+fn named(result: &RunResult, band: usize) -> String {
+    let BandResult { name, unit, .. } = &result.bands[band];
+    match unit {
+        Some(unit) if unit.irradiance != result.unit.irradiance => {
+            format!("{name}, {}", unit.irradiance)
+        }
+        _ => name.clone(),
+    }
+}
+
+/// Writes the ratios of the light on captors, and those of groups of several with their errors.
+fn ratios(text: &mut String, result: &RunResult) {
+    let mut title = "ratios";
+    for (r, ratio) in result.ratios.iter().enumerate().take(SHOWN_BANDS) {
+        for (noun, kind) in [("sensors", "virtual"), ("surfaces", "surface")] {
+            type Face = fn(&CaptorResult) -> Option<&FaceResult>;
+            let faces: [(&str, Face); 2] =
+                [("front", |captor| Some(&captor.front)), ("back", |captor| captor.back.as_ref())];
+            for (name, face) in faces {
+                let captors = result.captors.iter().filter(|captor| captor.kind == kind);
+                let found = captors.filter_map(|c| face(c)?.ratios.as_ref()?.get(r));
+                let found: Vec<(f64, Option<f64>)> = found.collect();
+                if found.is_empty() {
+                    continue;
+                }
+                if !std::mem::take(&mut title).is_empty() {
+                    let _ = writeln!(
+                        text,
+                        "\n{:<24}{:>11}{:>11}{:>11}   standard error",
+                        "ratios", "min", "median", "max"
+                    );
+                }
+                let errors: Vec<f64> = found.iter().filter_map(|(_, error)| *error).collect();
+                let errors = match errors.is_empty() {
+                    true => "-".to_string(),
+                    false => format!("median {}", short(Spread::of(errors).median)),
+                };
+                let values = Spread::of(found.iter().map(|(value, _)| *value).collect());
+                let _ = writeln!(
+                    text,
+                    "  {:<22}{:>11}{:>11}{:>11}   {errors}",
+                    format!("{}, {noun} {name}", ratio.name),
+                    short(values.min),
+                    short(values.median),
+                    short(values.max),
+                );
+            }
+        }
+        let several = result.groups.iter().filter(|group| group.captors > 1);
+        for group in several.take(SHOWN_GROUPS) {
+            let found = [("mean", &group.front.ratios), ("absorbed", &group.absorbed_ratios)];
+            for (what, found) in found {
+                let Some((value, error)) = found.as_ref().and_then(|found| found.get(r)) else {
+                    continue;
+                };
+                let error = error.map_or("-".into(), short);
+                let name = format!("    {}, {what}", group.id);
+                let _ = writeln!(text, "{name:<35}{:>11}{:>11}   {error}", short(value), "");
+            }
+        }
+    }
+}
+
 /// Writes the mean irradiance of the fronts of each group of several captors, and what its surfaces
 /// absorbed.
 fn groups(text: &mut String, result: &RunResult) {
@@ -196,8 +262,8 @@ fn groups(text: &mut String, result: &RunResult) {
     let bands = result.bands.len().min(SHOWN_BANDS);
     let title = format!("groups, mean {}", result.unit.irradiance);
     let _ = write!(text, "\n{title:<24}{:>9}", "captors");
-    result.bands[..bands].iter().for_each(|band| {
-        let _ = write!(text, "{:>11}", band.name);
+    (0..bands).for_each(|band| {
+        let _ = write!(text, "{:>11}", named(result, band));
     });
     text.push_str("   relative error\n");
     for group in several.iter().take(SHOWN_GROUPS) {
@@ -208,9 +274,76 @@ fn groups(text: &mut String, result: &RunResult) {
             let name = format!("{:<33}", format!("    absorbed in all, {}", result.unit.flux));
             row(text, &name, &absorbed[..bands], &errors[..bands]);
         }
+        if let Some(faces) = &group.absorbed_by_face {
+            let AbsorbedByFace { front, front_se, back, back_se } = faces;
+            for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
+                let name = format!("{:<33}", format!("      of light on the {face}"));
+                row(text, &name, &values[..bands], &errors[..bands]);
+            }
+        }
     }
     if several.len() > SHOWN_GROUPS {
         let _ = writeln!(text, "  and {} more", several.len() - SHOWN_GROUPS);
+    }
+}
+
+/// Writes what the light of each lamp costs, where it goes, and what groups have of it.
+fn electricity(text: &mut String, result: &RunResult) {
+    let Some(found) = &result.electricity else { return };
+    let bands = result.bands.len().min(SHOWN_BANDS);
+    let head = |text: &mut String, title: &str, column: &str| {
+        let _ = write!(text, "\n{title:<24}{column:>9}");
+        result.bands[..bands].iter().for_each(|band| {
+            let _ = write!(text, "{:>11}", band.name);
+        });
+    };
+    let cells = |values: &mut dyn Iterator<Item = Option<f64>>| -> String {
+        let cell = |value: Option<f64>| value.map_or("-".into(), short);
+        values.take(bands).map(|value| format!("{:>11}", cell(value))).collect()
+    };
+    let known = |values: &[f64]| cells(&mut values.iter().copied().map(Some));
+    head(text, "light per electricity", "W");
+    let _ = write!(text, "\n{:<33}", "");
+    found.unit[..bands].iter().for_each(|unit| {
+        let _ = write!(text, "{unit:>11}");
+    });
+    text.push('\n');
+    for (name, lamp) in found.lights.iter().take(SHOWN_GROUPS) {
+        let _ = writeln!(text, "  {name:<22}{:>9}{}", short(lamp.watts), known(&lamp.per_watt));
+    }
+    if found.lights.len() > SHOWN_GROUPS {
+        let _ = writeln!(text, "  and {} more", found.lights.len() - SHOWN_GROUPS);
+    }
+    let _ = writeln!(text, "  {:<22}{:>9}{}", "all", short(found.watts), known(&found.per_watt));
+    let Some(groups) = &found.groups else {
+        text.push_str(
+            "  where it goes is not known, as other lights shine too: run with --by-light\n",
+        );
+        return;
+    };
+    let line = |text: &mut String, name: &str, of: &[Option<f64>], errors: &[Option<f64>]| {
+        if of[..bands].iter().any(Option::is_some) {
+            let most = errors[..bands].iter().flatten().copied().fold(0.0, f64::max);
+            let cells = cells(&mut of.iter().copied());
+            let _ = writeln!(text, "  {name:<31}{cells}   at most {}", short(most));
+        }
+    };
+    if let Some(all) = &found.shares {
+        head(text, "share of the light", "");
+        text.push_str("   standard error\n");
+        for (name, Share { share, share_se }) in all.all() {
+            line(text, name, share, share_se);
+        }
+    }
+    head(text, "share of groups", "");
+    text.push_str("   standard error\n");
+    for (name, group) in groups.iter().take(SHOWN_GROUPS) {
+        let title = format!("{name}, {}", group.of);
+        line(text, &title, &group.share.share, &group.share.share_se);
+        line(text, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
+    }
+    if groups.len() > SHOWN_GROUPS {
+        let _ = writeln!(text, "  and {} more", groups.len() - SHOWN_GROUPS);
     }
 }
 

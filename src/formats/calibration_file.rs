@@ -2,28 +2,38 @@
 
 use std::path::Path;
 
+use serde::Deserialize;
+
 use super::{input::read_bytes, json};
 use crate::{
     error::{Error, Result},
     math::stats::is_possible,
-    results::calibration::Calibration,
+    results::result::ByLight,
 };
+
+/// What a mix takes from a calibration, or from powers that light captors evenly.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Factors {
+    /// Names of the bands of the scene.
+    pub bands: Vec<String>,
+    /// Factors on the powers of lights, one for each band.
+    pub factors: ByLight<Vec<f64>>,
+}
 
 /// Reads the calibration file at `path`. Errors: the file cannot be read, or it is not a
 /// calibration.
-pub fn read(path: &Path) -> Result<Calibration> {
+pub fn read(path: &Path) -> Result<Factors> {
     let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
     parse(&bytes, path)
 }
 
-fn parse(bytes: &[u8], path: &Path) -> Result<Calibration> {
+fn parse(bytes: &[u8], path: &Path) -> Result<Factors> {
     let none = |why: String| {
         Error::input(path.display(), format!("is no calibration: {why}"))
             .remedy("name a file such as `calibration.json` that `phylux calibrate` has written")
     };
     json::check_memory(bytes).map_err(|why| Error::input(path.display(), why))?;
-    let calibration: Calibration =
-        serde_json::from_slice(bytes).map_err(|e| none(e.to_string()))?;
+    let calibration: Factors = serde_json::from_slice(bytes).map_err(|e| none(e.to_string()))?;
     for (light, factors) in &calibration.factors {
         if factors.len() != calibration.bands.len() {
             let problem = format!("light `{light}` has not one factor for each band");

@@ -1,8 +1,8 @@
 //! Tables of hours, which `phylux year` writes as CSV or Parquet.
 //!
-//! The columns are `captor`, `time`, `band`, `value` and `standard_error`. The rows go hour by
-//! hour; within an hour captor by captor, then group by group; within a captor or group band by
-//! band.
+//! The first columns are `captor`, `time`, `band`, `value` and `standard_error`; what stands in
+//! others is not read. The rows go hour by hour; within an hour captor by captor, then group by
+//! group; within a captor or group band by band.
 
 #[cfg(feature = "parquet")]
 mod parquet_rows;
@@ -53,7 +53,7 @@ impl HoursFile {
         let mut hours = Self { path: path.to_path_buf(), ..Self::default() };
         let mut rows = records(&bytes, path);
         let heading = rows.next().transpose()?;
-        if !heading.is_some_and(|(_, heading)| heading.iter().eq(COLUMNS)) {
+        if !heading.is_some_and(|(_, heading)| heading.iter().take(COLUMNS.len()).eq(COLUMNS)) {
             return Err(broken(path, "its columns are others"));
         }
         for record in rows {

@@ -21,8 +21,9 @@ pub struct MeasuredRow {
     pub at: MeasuredAt,
     /// Name of the band of the reading; `None` where the file has no column `band`.
     pub band: Option<String>,
-    /// The reading, above 0, in the unit of irradiance of the scene.
-    pub value: f64,
+    /// The reading, above 0, in the unit of irradiance of the scene; `None` for a place whose
+    /// reading is to be predicted.
+    pub value: Option<f64>,
     /// Standard deviation of the reading, at least 0, in the same unit.
     pub sd: Option<f64>,
     /// Whether the reading was taken on the back of the captor.
@@ -51,7 +52,7 @@ const HEADER: &str = "the first line names the columns: captor,band,value and, i
 ///
 /// # Errors
 /// The file has no row; or, at `path:LINE`: a column is unknown, missing or repeated, a value is
-/// not a finite number, a reading is not positive, a face is neither front nor back, a use is
+/// not a finite number, a reading is not positive or is missing where a use is named, a face is neither front nor back, a use is
 /// neither fit nor test, or a row has the same place, face and band as a row before it.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<MeasuredRow>> {
     let mut header: Option<Header> = None;
@@ -147,8 +148,8 @@ impl Header {
                 .error(format!("{name} is {}", quoted(word)))
                 .remedy(format!("it is `{usual}` or `{other}`"))),
         };
-        let value = number("value")?;
-        if value <= 0.0 {
+        let value = text("value").map(|_| number("value")).transpose()?;
+        if let Some(value) = value.filter(|value| *value <= 0.0) {
             return Err(place
                 .error(format!("the reading is {value}, must be above 0"))
                 .remedy("leave out readings in the dark: errors are relative to the reading"));
@@ -167,6 +168,11 @@ impl Header {
         };
         if self.column("band").is_some() && text("band").is_none() {
             return Err(place.error("the band is empty").remedy("give its name"));
+        }
+        if let (None, Some(purpose)) = (value, text("use")) {
+            return Err(place
+                .error(format!("there is no value, but use is {}", quoted(purpose)))
+                .remedy("leave both empty where a reading is to be predicted"));
         }
         Ok(MeasuredRow {
             line: place.line,
@@ -200,7 +206,7 @@ mod tests {
         assert_eq!(rows[0].at, MeasuredAt::Captor("a".into()));
         assert_eq!(
             (rows[0].value, rows[0].sd, rows[0].back, rows[0].test),
-            (2.5, Some(0.1), true, true)
+            (Some(2.5), Some(0.1), true, true)
         );
         assert_eq!(
             (rows[0].block.as_deref(), rows[0].band.as_deref()),
@@ -208,6 +214,7 @@ mod tests {
         );
         assert_eq!(rows[1].at, MeasuredAt::Captor("b,1".into()));
         assert_eq!((rows[1].sd, rows[1].back, rows[1].test, rows[1].line), (None, false, false, 3));
+        assert_eq!(parse_text("captor,value\na,\nb,2").unwrap()[0].value, None);
         let at = &parse_text("x,y,z,value\n1,-2,3e2,4").unwrap()[0].at;
         assert_eq!(*at, MeasuredAt::Point(DVec3::new(1.0, -2.0, 300.0)));
     }
@@ -227,7 +234,7 @@ mod tests {
             (format!("{H}\na,b,0,,,"), "dir/m.csv:2: the reading is 0, must be above 0; leave"),
             (format!("{H}\na,b,-1,,,"), "dir/m.csv:2: the reading is -1, must be above 0"),
             (format!("{H}\na,b,x,,,"), "dir/m.csv:2: value is `x`, not a finite number"),
-            (format!("{H}\na,b,,,,"), "dir/m.csv:2: value is ``, not a finite number"),
+            (format!("{H}\na,b,,,,fit"), "dir/m.csv:2: there is no value, but use is `fit`; leave"),
             (format!("{H}\na,b,1,-1,,"), "dir/m.csv:2: sd is -1, must be at least 0"),
             (format!("{H}\na,b,1,,top,"), "dir/m.csv:2: face is `top`; it is `front` or `back`"),
             (format!("{H}\na,b,1,,,no"), "dir/m.csv:2: use is `no`; it is `fit` or `test`"),
@@ -241,7 +248,7 @@ mod tests {
     }
 
     const FILES: &[&str] = &[
-        "captor,band,value,sd,face,use,block\na,blue,1.5,0.1,front,fit,1\nb,blue,2,,back,test,\n\"c, 1\",red,3e-1,,,,2\n",
+        "captor,band,value,sd,face,use,block\na,blue,1.5,0.1,front,fit,1\nd,blue,,,,,\nb,blue,2,,back,test,\n\"c, 1\",red,3e-1,,,,2\n",
         "x,y,z,value\r\n1,2,3,0.1\r\n\r\n4,5,6,7\r\n",
     ];
     const WORDS: &[&str] =
@@ -253,7 +260,7 @@ mod tests {
             Err(error) => check_error(&error, path),
             Ok(rows) => {
                 assert!(!rows.is_empty() && rows.is_sorted_by(|a, b| a.line < b.line));
-                let sound = |row: &MeasuredRow| row.value > 0.0 && row.value.is_finite();
+                let sound = |row: &MeasuredRow| row.value.is_none_or(|v| v > 0.0 && v.is_finite());
                 assert!(rows.iter().all(sound));
                 assert!(rows.iter().all(|row| row.sd.is_none_or(|sd| sd >= 0.0 && sd.is_finite())));
             }

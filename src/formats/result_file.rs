@@ -22,7 +22,10 @@ use crate::{
         unfinished::{keep_mode, remove_leftovers, unfinished_folder},
     },
     math::units::UnitNames,
-    results::result::{BandResult, CanopyResult, CaptorResult, FaceResult, RunResult},
+    results::result::{
+        AbsorbedByFace, BandResult, CanopyResult, CaptorResult, Electricity, FaceResult,
+        RatioResult, Ratios, RunResult, Share,
+    },
 };
 
 pub use read::{parse_json, read_json};
@@ -56,6 +59,8 @@ pub struct SingleCaptor<'a> {
     photons: u64,
     unit: &'a UnitNames,
     bands: &'a [BandResult],
+    #[serde(skip_serializing_if = "<[RatioResult]>::is_empty")]
+    ratios: &'a [RatioResult],
     #[serde(flatten)]
     captor: &'a CaptorResult,
 }
@@ -172,6 +177,7 @@ impl OutputFolder {
                 photons: result.photons,
                 unit: &result.unit,
                 bands: &result.bands,
+                ratios: &result.ratios,
                 captor,
             };
             let file = fs::File::create(staging.path().join(name))?;
@@ -270,6 +276,21 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             write_row(&mut table, key, *value, *error, &place)?;
         }
     }
+    for captor in result.captors.iter().filter(|_| !result.ratios.is_empty()) {
+        let faces = [Some(&captor.front), captor.back.as_ref()];
+        let place = place_of(captor);
+        ratio_rows(result, faces, &captor.absorbed_ratios, |face, name, quantity, found| {
+            let (value, error) = found;
+            write_row(&mut table, [&captor.id, face, name, quantity], value, error, &place)
+        })?;
+    }
+    for captor in &result.captors {
+        let Some(found) = &captor.absorbed_by_face else { continue };
+        face_absorbed_rows(result, found, |face, name, value, error| {
+            let key = [&captor.id, face, name, "absorbed_by_face"];
+            write_row(&mut table, key, value, error, &place_of(captor))
+        })?;
+    }
     for group in &result.groups {
         let place = ["", "", "", &group.area.to_string(), ""].map(String::from);
         let back = group.back.as_ref().map(|back| ("back", back));
@@ -287,6 +308,24 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
                 }
             }
         }
+        if group.captors > 1 {
+            let faces = [Some(&group.front), group.back.as_ref()];
+            ratio_rows(result, faces, &group.absorbed_ratios, |face, name, quantity, found| {
+                let (value, error) = found;
+                write_row(&mut table, [&group.id, face, name, quantity], value, error, &place)
+            })?;
+            if let Some(found) = &group.absorbed_by_face {
+                face_absorbed_rows(result, found, |face, name, value, error| {
+                    let key = [&group.id, face, name, "absorbed_by_face"];
+                    write_row(&mut table, key, value, error, &place)
+                })?;
+            }
+        }
+    }
+    if let Some(found) = &result.electricity {
+        electricity_rows(result, found, |key, value, error| {
+            write_row(&mut table, key, value, error, &Default::default())
+        })?;
     }
     for layer in result.layers.iter().flatten() {
         let (middle, area) = (0.5 * (layer.from + layer.to), layer.area);
@@ -311,6 +350,77 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         }
     }
     table.flush()
+}
+
+/// Writes each ratio of a captor or group that has a value, with its face, name and quantity.
+fn ratio_rows(
+    result: &RunResult,
+    [front, back]: [Option<&FaceResult>; 2],
+    absorbed: &Option<Ratios>,
+    mut write: impl FnMut(&str, &str, &str, (f64, Option<f64>)) -> io::Result<()>,
+) -> io::Result<()> {
+    let of = |face: Option<&'_ FaceResult>| face.and_then(|face| face.ratios.clone());
+    for (face, quantity, found) in [
+        ("front", "ratio", of(front)),
+        ("back", "ratio", of(back)),
+        ("", "absorbed_ratio", absorbed.clone()),
+    ] {
+        for (r, ratio) in result.ratios.iter().enumerate() {
+            if let Some(value) = found.as_ref().and_then(|found| found.get(r)) {
+                write(face, &ratio.name, quantity, value)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn face_absorbed_rows(
+    result: &RunResult,
+    found: &AbsorbedByFace,
+    mut write: impl FnMut(&str, &str, f64, Option<f64>) -> io::Result<()>,
+) -> io::Result<()> {
+    let AbsorbedByFace { front, front_se, back, back_se } = found;
+    for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
+        for ((band, value), error) in result.bands.iter().zip(values).zip(errors) {
+            write(face, &band.name, *value, *error)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes what the light costs and where it goes: of lights, of materials and the outside, and of
+/// groups.
+fn electricity_rows(
+    result: &RunResult,
+    found: &Electricity,
+    mut write: impl FnMut([&str; 4], f64, Option<f64>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut rows = |name: &str, quantity: &str, values: &[Option<f64>], errors: &[Option<f64>]| {
+        for (b, band) in result.bands.iter().enumerate() {
+            if let Some(value) = values.get(b).copied().flatten() {
+                let error = errors.get(b).copied().flatten();
+                write([name, "", &band.name, quantity], value, error)?;
+            }
+        }
+        Ok::<(), io::Error>(())
+    };
+    let known = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
+    for (name, lamp) in &found.lights {
+        rows(name, "per_watt", &known(&lamp.per_watt), &[])?;
+    }
+    rows("all lights", "per_watt", &known(&found.per_watt), &[])?;
+    if let Some(shares) = &found.shares {
+        for (name, Share { share, share_se }) in shares.all() {
+            let is_material = shares.absorbed_by.contains_key(name);
+            let quantity = if is_material { "material_share" } else { "share" };
+            rows(name, quantity, share, share_se)?;
+        }
+    }
+    for (name, group) in found.groups.iter().flatten() {
+        rows(name, "group_share", &group.share.share, &group.share.share_se)?;
+        rows(name, "mol_per_kwh", &group.mol_per_kwh, &group.mol_per_kwh_se)?;
+    }
+    Ok(())
 }
 
 type Row = (&'static str, f64, Option<f64>);

@@ -28,6 +28,7 @@ mod placed;
 mod radiance;
 mod rooms;
 mod spectra;
+mod sums;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -44,7 +45,7 @@ use sha2::{Digest, Sha256};
 pub use daylight::OpenField;
 pub use format::{Count, SceneFile};
 use format::{LayersFile, LightFile, PeriodicFile};
-pub use hourly_lights::{HourlyLight, HourlyLights, HourlySun, SkyDivision};
+pub use hourly_lights::{ByHour, HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
@@ -168,9 +169,15 @@ pub fn load_by_hour(path: &Path, sky: SkyDivision) -> Result<LoadedScene> {
     let name = path.display().to_string();
     let bytes = read_bytes(path)
         .map_err(|why| Error::input(&name, why).remedy("name a scene file (JSON)"))?;
+    load_state(json::parse(&name, &bytes)?, path, ByHour { division: sky, shares: None })
+}
+
+/// Loads a scene like [`load_by_hour`], from the JSON of the file at `path`, with some fraction of
+/// each hour.
+pub fn load_state(value: Value, path: &Path, by_hour: ByHour) -> Result<LoadedScene> {
     let (meshes, tables) = (&HashMap::new(), &HashMap::new());
-    let sources = Sources { read: &read_bytes, kept: None, meshes, tables, by_hour: Some(sky) };
-    load_sources(json::parse(&name, &bytes)?, path, &sources)
+    let by_hour = Some(by_hour);
+    load_sources(value, path, &Sources { read: &read_bytes, kept: None, meshes, tables, by_hour })
 }
 
 /// Loads a scene that is in memory: `scene` is the JSON of a scene file, `folder` the folder that

@@ -1,6 +1,6 @@
 //! The processors and the memory of the machine.
 
-use std::{num::NonZero, thread};
+use std::{num::NonZero, path::Path, thread};
 
 use crate::error::{Error, Result};
 
@@ -30,6 +30,19 @@ pub fn memory_left() -> u64 {
     let left = linux::memory_left();
     #[cfg(not(target_os = "linux"))]
     let left = u64::MAX;
+    left
+}
+
+/// Returns the bytes that are left on the disk with `folder`, as far as the system tells.
+pub fn disk_left(folder: &Path) -> u64 {
+    #[cfg(unix)]
+    let left = rustix::fs::statvfs(folder)
+        .map_or(u64::MAX, |disk| disk.f_bavail.saturating_mul(disk.f_frsize));
+    #[cfg(not(unix))]
+    let left = {
+        let _ = folder;
+        u64::MAX
+    };
     left
 }
 

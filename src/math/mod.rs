@@ -3,9 +3,9 @@
 //! Read [`rng`] and [`sampling`] first: every estimator draws from the random streams and samplers
 //! with their densities that these define. [`geometry`] holds vectors and frames, [`spectrum`]
 //! numbers per band, [`stats`] means with standard errors, [`curve`] measured curves,
-//! [`least_squares`] fits, [`units`] units and [`luminosity`] lumens. [`machine`] says how many processors and how much
-//! memory there are. [`pattern`] and [`expression`] read patterns of names and arithmetic
-//! expressions.
+//! [`least_squares`] fits, [`linear_program`] least costs, [`units`] units, [`luminosity`] lumens and [`weighting`] what plants make
+//! of a wavelength. [`machine`] says how many processors and how much memory there are.
+//! [`pattern`] and [`expression`] read patterns of names and arithmetic expressions.
 //!
 //! Whatever needs to know about a light, a surface or a photon belongs to a later module.
 
@@ -13,6 +13,7 @@ pub mod curve;
 pub mod expression;
 pub mod geometry;
 pub mod least_squares;
+pub mod linear_program;
 pub mod luminosity;
 pub mod machine;
 #[cfg(test)]
@@ -23,3 +24,4 @@ pub mod sampling;
 pub mod spectrum;
 pub mod stats;
 pub mod units;
+pub mod weighting;

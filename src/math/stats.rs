@@ -90,6 +90,69 @@ impl Running {
     }
 }
 
+/// The running sums of two quantities over batches of equal weight, whose ratio is sought.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunningPair {
+    sums: [f64; 2],
+    /// Sums of the squares of the first, of the products, and of the squares of the second.
+    products: [f64; 3],
+}
+
+impl RunningPair {
+    /// Returns whether the numbers may have been found by a run.
+    pub fn is_possible(&self) -> bool {
+        let roots = self.products.iter().map(|product| product.abs().sqrt());
+        self.sums.into_iter().chain(roots).all(is_possible)
+    }
+
+    /// Adds the estimates of one batch.
+    #[inline]
+    pub fn add(&mut self, over: f64, under: f64) {
+        self.sums = [self.sums[0] + over, self.sums[1] + under];
+        let products = [over * over, over * under, under * under];
+        self.products.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+    }
+
+    /// Returns the sum of independent `parts` over the same `batches`, each multiplied by a factor.
+    pub fn mixed(parts: impl Iterator<Item = (Self, f64)>, batches: u64) -> Self {
+        let n = batches as f64;
+        let (mut sums, mut spread) = ([0.0; 2], [0.0; 3]);
+        for (part, factor) in parts {
+            let [over, under] = part.sums.map(|sum| sum / n);
+            let means = [over * over, over * under, under * under];
+            for (i, mean) in means.into_iter().enumerate() {
+                spread[i] += (part.products[i] / n - mean) * factor * factor;
+            }
+            sums = [sums[0] + factor * part.sums[0], sums[1] + factor * part.sums[1]];
+        }
+        let [over, under] = sums.map(|sum| sum / n);
+        let means = [over * over, over * under, under * under];
+        Self { sums, products: std::array::from_fn(|i| n * (spread[i] + means[i])) }
+    }
+
+    /// Returns both means over `batches` batches and, from two batches on, the variance of the
+    /// first mean, their covariance, and the variance of the second.
+    pub fn estimate(&self, batches: u64) -> ([f64; 2], Option<[f64; 3]>) {
+        let n = batches as f64;
+        let means = self.sums.map(|sum| sum / n);
+        let products = [means[0] * means[0], means[0] * means[1], means[1] * means[1]];
+        let of_mean = |i: usize| (self.products[i] / n - products[i]) / (n - 1.0);
+        (means, (batches > 1).then(|| std::array::from_fn(of_mean)))
+    }
+}
+
+/// Returns the ratio of two means and, to first order (the delta method), its standard error from
+/// the variance of the first, their covariance and the variance of the second. `None` where the
+/// second mean is not above 0.
+pub fn ratio([over, under]: [f64; 2], covariance: Option<[f64; 3]>) -> Option<(f64, Option<f64>)> {
+    let ratio = (under > 0.0).then(|| over / under).filter(|ratio| is_possible(*ratio))?;
+    let error = covariance.map(|[first, both, second]| {
+        let variance = first - 2.0 * ratio * both + ratio * ratio * second;
+        variance.max(0.0).sqrt() / under
+    });
+    Some((ratio, error.filter(|error| is_possible(*error))))
+}
+
 /// Returns the rate of events per batch that is exceeded with a confidence of 5 %, if `hit` of
 /// `batches` batches had any event. With the exact bound p of a binomial proportion (Clopper and
 /// Pearson, "The use of confidence or fiducial limits", Biometrika 26, 1934), it is the rate
@@ -294,6 +357,32 @@ mod tests {
             let none = Estimate { mean, standard_error: Some(0.0) };
             assert_eq!(none.with_misses(0), none);
         }
+    }
+
+    /// Pairs (1, 2), (2, 2), (3, 4), (6, 4): means 3 and 3, deviations -2 -1 0 3 and -1 -1 1 1. The
+    /// error of the ratio 1 is that of the differences; halves of a mix add up to the whole.
+    #[test]
+    fn the_error_of_a_ratio_includes_the_covariance() {
+        let of = |pairs: &[[f64; 2]]| {
+            let mut running = RunningPair::default();
+            pairs.iter().for_each(|[a, b]| running.add(*a, *b));
+            running
+        };
+        let pairs = of(&[[1.0, 2.0], [2.0, 2.0], [3.0, 4.0], [6.0, 4.0]]);
+        let (means, covariance) = pairs.estimate(4);
+        assert_eq!(means, [3.0, 3.0]);
+        let expected = [14.0, 6.0, 4.0].map(|sum| sum / 12.0);
+        covariance.unwrap().iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-12));
+        let (value, error) = ratio(means, covariance).unwrap();
+        assert_eq!(value, 1.0);
+        assert!((error.unwrap() - (6.0f64 / 12.0).sqrt() / 3.0).abs() < 1e-12);
+        let (_, none) = ratio([2.0, 4.0], of(&[[1.0, 2.0], [3.0, 6.0]]).estimate(2).1).unwrap();
+        assert!(none.unwrap() < 1e-9, "a ratio that all batches share has no error");
+        assert_eq!((ratio([1.0, 0.0], None), ratio([1.0, 2.0], None)), (None, Some((0.5, None))));
+        let mixed = RunningPair::mixed([(pairs, 2.0), (pairs, 1.0)].into_iter(), 4);
+        let (means, mixed) = mixed.estimate(4);
+        assert_eq!(means, [9.0, 9.0]);
+        mixed.unwrap().iter().zip(expected).for_each(|(a, b)| assert!((a - 5.0 * b).abs() < 1e-12));
     }
 
     #[test]

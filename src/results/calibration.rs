@@ -149,11 +149,11 @@ pub struct ReadingResult {
     pub face: String,
     /// Name of the band or sum.
     pub band: String,
-    /// `fit` or `test`.
+    /// `fit`, `test`, or `predict` where nothing was read.
     #[serde(rename = "use")]
     pub purpose: String,
-    /// Value that the instrument read.
-    pub measured: f64,
+    /// Value that the instrument read; null where the reading is only predicted.
+    pub measured: Option<f64>,
     /// Value that the scene gives as it is.
     pub simulated: f64,
     /// Value that the scene gives with the factors.
@@ -163,4 +163,55 @@ pub struct ReadingResult {
     /// For a fitted reading: its weight in its own prediction, in [0, 1].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leverage: Option<f64>,
+}
+
+/// Powers of lamps that light captors evenly, or that bring each of them a least irradiance.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct EvenPowers {
+    /// Version of phylux that wrote the file.
+    pub phylux: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Pattern of the captors or groups.
+    pub captors: String,
+    /// Number of captors that fit it.
+    pub count: usize,
+    /// Name of the band or sum.
+    pub band: String,
+    /// The mean irradiance that was asked for; null where a least one was.
+    pub mean: Option<f64>,
+    /// The least irradiance that was asked for; null where a mean was.
+    pub minimum: Option<f64>,
+    /// Names of the bands of the scene: each list of factors has one number for each.
+    pub bands: Vec<String>,
+    /// Factors on the powers that the lights have in the scene; the same in all bands.
+    pub factors: ByLight<Vec<f64>>,
+    /// How the captors were lit before.
+    pub before: Lit,
+    /// How the captors are lit with these factors.
+    pub after: Lit,
+    /// What a user should know before trusting the powers.
+    pub warnings: Vec<String>,
+}
+
+/// How evenly captors are lit in one band.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Lit {
+    /// Mean irradiance, weighted by areas.
+    pub mean: f64,
+    /// Standard error of the value above, with errors of captors that are taken to be independent.
+    pub mean_se: Option<f64>,
+    /// The smallest irradiance of a captor.
+    pub min: f64,
+    /// Standard error of the value above: that of this captor.
+    pub min_se: Option<f64>,
+    /// Coefficient of variation; null where nothing arrived.
+    pub cv: Option<f64>,
+    /// Standard error of the value above, which includes what noise alone adds.
+    pub cv_se: Option<f64>,
+    /// Power of all lights, over all bands, W or umol/s.
+    pub power: f64,
+    /// Electric power of all lights, W, if it goes with the light; null where a light has no
+    /// `watts`.
+    pub watts: Option<f64>,
 }

@@ -6,13 +6,17 @@
 //! checks results that were read from a file.
 
 mod dli;
+mod electricity;
 mod found;
 mod mix;
+mod ratios;
 mod settings;
 mod spread;
 mod stand;
 pub mod validate;
 mod warnings;
+
+pub(crate) use found::band_results;
 
 use std::borrow::Cow;
 
@@ -25,9 +29,11 @@ use crate::{
     transport::settings::{Estimator, Guiding},
 };
 
+pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Shares};
 pub use mix::Factor;
+pub use ratios::{RatioResult, Ratios};
 pub use settings::RunSettings;
-pub use spread::Uniformity;
+pub use spread::{Evenness, Uniformity};
 pub use stand::{CanopyResult, LayerResult};
 pub use warnings::{FEW_HISTORIES, Warning};
 
@@ -87,8 +93,15 @@ pub struct RunResult {
     pub period_h: Option<f64>,
     /// The bands, then the sums over bands, to which the entries of every array belong.
     pub bands: Vec<BandResult>,
+    /// Ratios of sums over bands, to which the entries of `ratios` of faces belong; absent where
+    /// the scene has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ratios: Vec<RatioResult>,
     /// The energy balance.
     pub energy: Energy,
+    /// What the light costs and where it goes, where the scene has `watts` of lights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub electricity: Option<Electricity>,
     /// For paths: about which fraction of the flux on all captors together they cannot find (light
     /// of points and lines by way of mirrors or refraction, and light of the sun by way of more
     /// than one flat mirror), per band, in [0, 1]. Absent where there can be none.
@@ -132,6 +145,21 @@ pub struct BandResult {
     /// Names of the bands that a sum adds up; absent for bands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sum_of: Option<Vec<String>>,
+    /// Weights of these bands; absent where each counts as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Vec<f64>>,
+    /// Units of a sum that is not in those of the bands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<SumUnit>,
+}
+
+/// Units of a sum over bands that is not measured in those of the bands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct SumUnit {
+    /// Flux.
+    pub flux: Cow<'static, str>,
+    /// Flux per area.
+    pub irradiance: Cow<'static, str>,
 }
 
 /// The energy balance per band: emitted = absorbed + escaped + lost, plus `chance` where photons
@@ -271,6 +299,12 @@ pub struct CaptorResult {
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
+    /// What it absorbed of the light on each face, where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_by_face: Option<AbsorbedByFace>,
+    /// Ratios of the power that the surface absorbed, where the scene asks for ratios.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_ratios: Option<Ratios>,
     /// Names of the groups that the captor belongs to, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
@@ -299,6 +333,12 @@ pub struct GroupResult {
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
+    /// What the surfaces absorbed of the light on each face, where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_by_face: Option<AbsorbedByFace>,
+    /// Ratios of the power that the surfaces absorbed, where the scene asks for ratios.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_ratios: Option<Ratios>,
 }
 
 /// Power that a captor absorbed of one light.
@@ -308,6 +348,36 @@ pub struct Absorbed {
     pub absorbed: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub absorbed_se: Vec<Option<f64>>,
+    /// The parts of it by face, where the scene asks for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_by_face: Option<AbsorbedByFace>,
+    /// Ratios of this power, where the scene asks for ratios.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_ratios: Option<Ratios>,
+}
+
+/// Power that surfaces absorbed of the light on each face, per band; both add up to what they
+/// absorbed.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct AbsorbedByFace {
+    /// Of the light that arrived on the front.
+    pub front: Vec<f64>,
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
+    pub front_se: Vec<Option<f64>>,
+    /// Of the light that arrived on the back.
+    pub back: Vec<f64>,
+    /// Standard error of the value above.
+    pub back_se: Vec<Option<f64>>,
+}
+
+impl RunResult {
+    /// Returns the units of flux and irradiance of a band or sum.
+    pub fn units(&self, band: usize) -> [&str; 2] {
+        match self.bands.get(band).and_then(|band| band.unit.as_ref()) {
+            Some(unit) => [&unit.flux, &unit.irradiance],
+            None => [&self.unit.flux, &self.unit.irradiance],
+        }
+    }
 }
 
 impl CaptorResult {
@@ -341,6 +411,9 @@ pub struct FaceResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dli_se: Option<Vec<Option<f64>>>,
+    /// Ratios of the light that arrived, where the scene asks for ratios.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratios: Option<Ratios>,
     /// Whether value and standard error may be far too small: because few paths found most of the
     /// light, because paths missed light that photons found here, or because fewer than 30
     /// histories of photons came here.
@@ -398,4 +471,6 @@ struct AllAbsorbed {
     absorbed: Option<Vec<f64>>,
     absorbed_se: Option<Vec<Option<f64>>>,
     by_light: Option<ByLight<Absorbed>>,
+    absorbed_by_face: Option<AbsorbedByFace>,
+    absorbed_ratios: Option<Ratios>,
 }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::{
     math::stats::is_possible,
     results::result::{
-        Absorbed, ByLight, CaptorResult, FaceResult, GroupResult, Uniformity,
+        Absorbed, ByLight, CaptorResult, FaceResult, GroupResult, Ratios, Uniformity,
         validate::{are_errors, are_values},
     },
 };
@@ -30,6 +30,9 @@ pub struct ResultsFile {
     pub(crate) unit: Unit,
     /// Bands and sums over bands.
     pub(crate) bands: Vec<Band>,
+    /// Ratios of sums over bands.
+    #[serde(default)]
+    pub(crate) ratios: Vec<Named>,
     pub(crate) energy: EnergyValues,
     pub(crate) captors: Vec<CaptorValues>,
     pub(crate) groups: Vec<GroupValues>,
@@ -45,20 +48,23 @@ impl ResultsFile {
     /// Returns whether every list has an entry for each band, as the lists of a run have, and no
     /// number is so large that sums and squares of such numbers are infinite.
     pub(crate) fn is_valid(&self) -> bool {
-        let bands = self.bands.len();
+        let (bands, ratios) = (self.bands.len(), self.ratios.len());
         let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
         let known = [emitted, absorbed, escaped, lost].into_iter().flatten();
         let groups = self.groups.iter().map(|group| &group.values);
         known.chain([power]).all(|values| are_values(values, bands))
-            && self.captors.iter().chain(groups).all(|captor| captor.is_valid(bands))
+            && self.captors.iter().chain(groups).all(|captor| captor.is_valid(bands, ratios))
     }
 }
 
 impl CaptorValues {
-    fn is_valid(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize, ratios: usize) -> bool {
         let mut numbers = self.center.iter().flatten().chain([&self.area]);
         numbers.all(|number| is_possible(*number))
-            && std::iter::once(&self.front).chain(&self.back).all(|face| face.is_valid(bands))
+            && std::iter::once(&self.front)
+                .chain(&self.back)
+                .all(|face| face.is_valid(bands, ratios))
+            && self.absorbed_ratios.iter().all(|found| found.is_valid(ratios))
             && self.absorbed.iter().all(|values| are_values(values, bands))
             && self.absorbed_se.iter().all(|errors| are_errors(errors, bands))
             && self.by_light.iter().flat_map(|lights| lights.values()).all(|light| {
@@ -68,12 +74,17 @@ impl CaptorValues {
 }
 
 impl FaceValues {
-    fn is_valid(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize, ratios: usize) -> bool {
         let mut values = [&self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         values.all(|values| are_values(values, bands))
             && are_errors(&self.irradiance_se, bands)
             && self.uniformity.iter().all(|even| even.is_valid(bands))
-            && self.by_light.iter().flat_map(|lights| lights.values()).all(|l| l.is_valid(bands))
+            && self
+                .by_light
+                .iter()
+                .flat_map(|lights| lights.values())
+                .all(|l| l.is_valid(bands, ratios))
+            && self.ratios.iter().all(|found| found.is_valid(ratios))
     }
 }
 
@@ -83,9 +94,18 @@ pub(crate) struct Unit {
     pub irradiance: String,
 }
 
+/// A ratio, of which only the name is read.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct Named {
+    pub name: String,
+}
+
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Band {
     pub name: String,
+    /// Units of a sum that is not in those of the bands.
+    #[serde(default)]
+    pub unit: Option<Unit>,
 }
 
 /// The energy balance, per band; for paths only the power is known.
@@ -111,6 +131,8 @@ pub(crate) struct CaptorValues {
     pub back: Option<FaceValues>,
     pub absorbed: Option<Vec<f64>>,
     pub absorbed_se: Option<Vec<Option<f64>>>,
+    #[serde(default)]
+    pub absorbed_ratios: Option<Ratios>,
     /// Power absorbed of each light, where results are split by light.
     #[serde(default)]
     pub by_light: Option<ByLight<Absorbed>>,
@@ -133,6 +155,8 @@ pub(crate) struct FaceValues {
     pub max: Option<Vec<f64>>,
     pub uniformity: Option<Uniformity>,
     #[serde(default)]
+    pub ratios: Option<Ratios>,
+    #[serde(default)]
     pub few_paths: bool,
     /// The same values for each light, where results are split by light.
     #[serde(default)]
@@ -149,6 +173,7 @@ impl From<&CaptorResult> for CaptorValues {
             back: captor.back.as_ref().map(FaceValues::from),
             absorbed: captor.absorbed.clone(),
             absorbed_se: captor.absorbed_se.clone(),
+            absorbed_ratios: captor.absorbed_ratios.clone(),
             by_light: captor.by_light.clone(),
         }
     }
@@ -164,6 +189,7 @@ impl From<&GroupResult> for GroupValues {
             back: group.back.as_ref().map(FaceValues::from),
             absorbed: group.absorbed.clone(),
             absorbed_se: group.absorbed_se.clone(),
+            absorbed_ratios: group.absorbed_ratios.clone(),
             by_light: group.by_light.clone(),
         };
         Self { captors: group.captors as u64, values }
@@ -178,6 +204,7 @@ impl From<&FaceResult> for FaceValues {
             min: face.min.clone(),
             max: face.max.clone(),
             uniformity: face.uniformity.clone(),
+            ratios: face.ratios.clone(),
             few_paths: face.few_paths,
             by_light: face.by_light.as_ref().map(|lights| {
                 lights.iter().map(|(name, face)| (name.clone(), Self::from(face))).collect()

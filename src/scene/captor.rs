@@ -122,9 +122,21 @@ pub struct Captor {
     pub groups: Vec<usize>,
     /// Shape and response, where they are special.
     pub sensor: Sensor,
+    /// Whether it also counts what it absorbs of the light on its front, and on its back, each in a
+    /// channel of its own after the others.
+    pub by_face: bool,
 }
 
+/// The first of the two channels of what is absorbed of the light on the front and on the back,
+/// after those of [`CHANNELS`].
+pub const ABSORBED_FRONT: usize = CHANNELS.len();
+
 impl Captor {
+    /// Returns the number of its channels.
+    pub fn channels(&self) -> usize {
+        self.kind.channels() + if self.by_face { 2 } else { 0 }
+    }
+
     /// Returns the area of a face on which light arrives, m2: for a sphere the whole surface, four
     /// times its cross-section.
     pub fn area_of_face(&self) -> f64 {
@@ -132,18 +144,21 @@ impl Captor {
     }
 }
 
-/// Writes the sensor only where it is special, so that [`Scene::digest`](crate::Scene::digest) of a
-/// scene without special sensors is the same as before such sensors existed.
+/// Writes the last two fields only where they are special, so that [`Scene::digest`](crate::Scene::digest) of a
+/// scene without them is the same as before they existed.
 impl fmt::Debug for Captor {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { id, kind, area, center, normal, triangles, first_channel, groups, sensor } =
-            self;
+        let Self { id, kind, area, center, normal, triangles, first_channel, groups, .. } = self;
+        let Self { sensor, by_face, .. } = self;
         let mut text = f.debug_struct("Captor");
         text.field("id", id).field("kind", kind).field("area", area).field("center", center);
         text.field("normal", normal).field("triangles", triangles);
         text.field("first_channel", first_channel).field("groups", groups);
         if *sensor != Sensor::default() {
             text.field("sensor", sensor);
+        }
+        if *by_face {
+            text.field("by_face", by_face);
         }
         text.finish()
     }

@@ -183,12 +183,12 @@ impl Lattice {
         // the way to the chosen place at the height of the lamp
         let way = match self.periods {
             [Some(_), Some(_)] => {
-                let cos = 1.0 - f64::from(rng.uniform_fine());
+                let cos = 1.0 - rng.uniform_fine();
                 let way = height * (cos.powi(-2) - 1.0).max(0.0).sqrt();
                 let (sin, cos) = (TAU * f64::from(rng.uniform())).sin_cos();
                 way * DVec2::new(cos, sin)
             }
-            _ => DVec2::splat(height * (PI * (f64::from(rng.uniform_fine()) - 0.5)).tan()),
+            _ => DVec2::splat(height * (PI * (rng.uniform_fine() - 0.5)).tan()),
         };
         [0, 1].map(|axis| {
             let image = |p: Period| ((away[axis] + way[axis]) / p.length).round() as i64;
@@ -357,7 +357,7 @@ impl<'a> Walk<'a> {
 
     /// Goes on to the next layer. Returns whether there is one.
     #[inline]
-    fn to_layer(&mut self) -> bool {
+    fn reach_layer(&mut self) -> bool {
         let at = self.origin + self.t * self.direction;
         for axis in 0..2 {
             let ([from, to], d) = (self.layers.ends[axis], self.direction[axis]);
@@ -383,7 +383,7 @@ impl Iterator for Walk<'_> {
     type Item = Stretch;
 
     fn next(&mut self) -> Option<Stretch> {
-        if !self.t.is_finite() || !self.to_layer() {
+        if !self.t.is_finite() || !self.reach_layer() {
             return None;
         }
         if self.cells == MAX_CELLS {
@@ -411,9 +411,9 @@ impl Iterator for Walk<'_> {
             cell: self.cell,
         };
         self.t = exit;
-        for axis in 0..2 {
+        for (axis, border) in borders.into_iter().enumerate() {
             // a ray through a corner goes on in the cell beyond it
-            if borders[axis] <= exit {
+            if border <= exit {
                 self.cell[axis] += if self.direction[axis] > 0.0 { 1 } else { -1 };
             }
         }

@@ -20,7 +20,7 @@ mod shapes;
 mod tubes;
 mod validate;
 
-use std::{ops::Range, sync::Arc};
+use std::{borrow::Cow, collections::BTreeMap, ops::Range, sync::Arc};
 
 use glam::{DVec3, Vec3};
 
@@ -28,11 +28,11 @@ use crate::{
     math::{
         geometry::{ROUNDING, Ray, Transform, Triangle, closeness},
         spectrum::lanes,
-        units::Quantity,
+        units::{Quantity, UnitNames},
     },
     scene::{
         bvh::{Bvh, Hit},
-        captor::{Captor, CaptorKind},
+        captor::{CHANNELS, Captor, CaptorKind},
         lattice::Lattice,
         light::{Light, LightTree, Prism, sources},
         material::Material,
@@ -47,9 +47,11 @@ pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
 pub use outside::Outside;
 pub use parts::{
-    Band, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts, SurfacePart,
+    Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
+    SurfacePart,
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
+pub(crate) use validate::check_watts;
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
 
 /// Width of a triangle's margins, in bounds of the error of its points.
@@ -118,6 +120,12 @@ pub struct Scene {
     pub bands: Vec<Band>,
     /// Sums over bands.
     pub sums: Vec<BandSum>,
+    /// Ratios of sums over bands.
+    pub ratios: Vec<BandRatio>,
+    /// Whether surfaces count what they absorb by face, too.
+    pub absorbed_by_face: bool,
+    /// Electric power of lights, W, by their names.
+    pub watts: BTreeMap<String, f64>,
     /// The materials.
     pub materials: Vec<NamedMaterial>,
     /// Names of the objects.
@@ -199,7 +207,12 @@ impl Scene {
 
     /// Returns the number of channels of all captors.
     pub fn channels(&self) -> usize {
-        self.captors.last().map_or(0, |c| c.first_channel + c.kind.channels())
+        self.captors.last().map_or(0, |c| c.first_channel + c.channels())
+    }
+
+    /// Returns the number of channels of each group of captors.
+    pub fn group_channels(&self) -> usize {
+        CHANNELS.len() + if self.absorbed_by_face { 2 } else { 0 }
     }
 
     /// Returns how the scene repeats, in the coordinates in which rays are traced; `None` if it
@@ -268,9 +281,19 @@ impl Scene {
         bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
     }
 
+    /// Returns the units of flux and irradiance of a band or, by its index after them, of a sum.
+    pub fn units(&self, column: usize) -> [Cow<'static, str>; 2] {
+        let UnitNames { flux, irradiance, .. } = self.quantity.unit_names();
+        let sum = column.checked_sub(self.bands.len()).and_then(|sum| self.sums.get(sum));
+        match sum.and_then(|sum| sum.unit) {
+            Some(unit) => unit.names().map(Cow::Borrowed),
+            None => [flux, irradiance],
+        }
+    }
+
     /// Returns `values` per band, followed by their sums over bands.
     pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
-        let sums = self.sums.iter().map(|sum| sum.bands.iter().map(|&b| values[b]).sum());
+        let sums = self.sums.iter().map(|sum| sum.of(values));
         values.iter().copied().chain(sums).collect()
     }
 

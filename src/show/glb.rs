@@ -240,7 +240,7 @@ impl GlbFile {
         let extras = json!({
             "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
             "band": scene.band_names().nth(shown.band),
-            "unit": scene.quantity.unit_names().irradiance,
+            "unit": scene.units(shown.band)[1],
             "range": [range.low, range.high],
             "logarithmic": range.log,
             "colours": "viridis",

@@ -186,7 +186,10 @@ impl<'a> RenderedScene<'a> {
         };
         Some(match band.checked_sub(local.len()) {
             None => f64::from(local[band]),
-            Some(sum) => self.scene.sums[sum].bands.iter().map(|&b| f64::from(local[b])).sum(),
+            Some(sum) => {
+                let weighted = self.scene.sums[sum].weighted();
+                weighted.map(|(b, weight)| weight * f64::from(local[b])).sum()
+            }
         })
     }
 }
@@ -206,7 +209,7 @@ fn check_memory(
     let (bands, columns) = (scene.bands.len(), scene.band_names().count());
     let lights = if splits(scene) { scene.lights.len() } else { 0 };
     let channels = match plan {
-        RenderPlan::Run => scene.channels() + CHANNELS.len() * scene.groups.len(),
+        RenderPlan::Run => scene.channels() + scene.group_channels() * scene.groups.len(),
         RenderPlan::Results { .. } | RenderPlan::Photons => 0,
     };
     let split = if settings.estimator == Estimator::Photons { lights } else { 0 };

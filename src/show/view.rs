@@ -192,8 +192,15 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
     let unit = scene.quantity.unit_names();
     let bands =
         scene.bands.iter().enumerate().map(|(b, band)| json!({ "name": band.name, "of": [b] }));
-    let sums =
-        scene.sums.iter().map(|sum| json!({ "name": sum.name, "of": sum.bands, "sum": true }));
+    let sums = scene.sums.iter().enumerate().map(|(s, sum)| {
+        let mut facts = json!({ "name": sum.name, "of": sum.bands, "sum": true });
+        if !sum.weights.is_empty() {
+            let [flux, irradiance] = scene.units(scene.bands.len() + s);
+            facts["weights"] = json!(sum.weights);
+            facts["unit"] = json!({ "flux": flux, "irradiance": irradiance });
+        }
+        facts
+    });
     let materials = scene.materials.iter();
     let few_paths = rendered.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
     // lights that have a place

@@ -3,9 +3,10 @@
 //! they predict elsewhere.
 //!
 //! Read [`calibrate`] first, then `fit` (one fit), `choose` (which model), `vary` (other numbers of
-//! the scene) and `powers` (the calibrated scene).
+//! the scene) and `powers` (the calibrated scene). `even` finds powers that light captors evenly.
 
 mod choose;
+mod even;
 mod fit;
 mod hull;
 mod powers;
@@ -16,6 +17,7 @@ use std::{collections::HashMap, path::Path};
 use glam::DVec3;
 
 use choose::{blocked, each_block, line, on_lines, relative_rmse, simplest};
+pub use even::{EvenPlan, even};
 use fit::{Fit, Point};
 use hull::Hull;
 pub use powers::calibrated_scene;
@@ -75,7 +77,7 @@ pub fn calibrate(
     let bands = MeasuredBands::new(result, rows, path)?;
     let size = [lamps.names.len(), bands.measured.len()];
     let readings = Readings::new(result, rows, path, plan, &lamps, &bands)?;
-    let (fitted, tests) = (readings.of(false), readings.of(true));
+    let (fitted, tests) = (readings.of(Purpose::Fit), readings.of(Purpose::Test));
     let models = match plan.model {
         Some(model) => vec![model],
         None => Model::ALL.to_vec(),
@@ -136,7 +138,9 @@ pub fn calibrate(
     });
     let results: Vec<ReadingResult> =
         readings.all.iter().map(|reading| reading.result(&fit)).collect();
-    let inside = |r: &&ReadingResult| (r.interval[0]..=r.interval[1]).contains(&r.measured);
+    let inside = |r: &&ReadingResult| {
+        r.measured.is_some_and(|value| (r.interval[0]..=r.interval[1]).contains(&value))
+    };
     let tested: Vec<_> = results.iter().filter(|r| r.purpose == "test").collect();
     let held = tested.iter().filter(|r| inside(r)).count() as f64;
     let scene_bands = result.bands.iter().filter(|band| band.sum_of.is_none());
@@ -263,24 +267,46 @@ struct Reading<'a> {
     captor: &'a CaptorResult,
     face: &'static str,
     band: String,
-    test: bool,
+    purpose: Purpose,
+    /// Standard deviation of the reading, in its unit.
+    sd: Option<f64>,
     point: Point,
+}
+
+/// What a row of the readings is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    Fit,
+    Test,
+    /// Nothing was read there; the value of the point does not matter.
+    Predict,
 }
 
 impl Reading<'_> {
     fn result(&self, fit: &Fit) -> ReadingResult {
-        let predicted = fit.predict(&self.point);
+        let mut predicted = fit.predict(&self.point);
+        if let (Purpose::Predict, Some(sd)) = (self.purpose, self.sd)
+            && predicted.value > 0.0
+        {
+            let sensor = sd / predicted.value;
+            predicted = fit.predict(&Point { sensor, ..self.point.clone() });
+        }
         let (value, half) = (predicted.value, predicted.half_width);
         ReadingResult {
             captor: self.captor.id.clone(),
             face: self.face.into(),
             band: self.band.clone(),
-            purpose: if self.test { "test" } else { "fit" }.into(),
-            measured: self.point.value,
+            purpose: match self.purpose {
+                Purpose::Fit => "fit",
+                Purpose::Test => "test",
+                Purpose::Predict => "predict",
+            }
+            .into(),
+            measured: (self.purpose != Purpose::Predict).then_some(self.point.value),
             simulated: self.point.of_lamps.iter().sum(),
             calibrated: value,
             interval: [(value - half).max(0.0), value + half],
-            leverage: (!self.test).then_some(predicted.leverage),
+            leverage: (self.purpose == Purpose::Fit).then_some(predicted.leverage),
         }
     }
 }
@@ -340,9 +366,14 @@ impl<'a> Readings<'a> {
             let band =
                 row.band.as_ref().and_then(|name| bands.names.iter().position(|n| n == name));
             let band = band.unwrap_or(0);
-            let block = match (row.test, &row.block) {
-                (true, _) => 0,
-                (false, name) => {
+            let purpose = match (row.value, row.test) {
+                (None, _) => Purpose::Predict,
+                (_, true) => Purpose::Test,
+                (_, false) => Purpose::Fit,
+            };
+            let block = match (purpose, &row.block) {
+                (Purpose::Test | Purpose::Predict, _) => 0,
+                (Purpose::Fit, name) => {
                     let key = name
                         .as_ref()
                         .map_or(format!("captor {}", captor.id), |n| format!("block {n}"));
@@ -351,19 +382,20 @@ impl<'a> Readings<'a> {
                 }
             };
             let [of_lamps, errors] = by_lamp(face, lamps, bands.measured[band]);
-            let sensor = row.sd.unwrap_or(0.0) / row.value;
+            let value = row.value.unwrap_or(1.0);
+            let sensor = row.value.map_or(0.0, |value| row.sd.unwrap_or(0.0) / value);
             let next = places.len();
             let place = *places.entry((captor.id.as_str(), row.back)).or_insert(next);
-            let point = Point { of_lamps, errors, value: row.value, sensor, band, place, block };
-            let (test, band) = (row.test, bands.names[band].clone());
+            let point = Point { of_lamps, errors, value, sensor, band, place, block };
+            let band = bands.names[band].clone();
             let face = if row.back { "back" } else { "front" };
-            all.push(Reading { captor, face, band, test, point });
+            all.push(Reading { captor, face, band, purpose, sd: row.sd, point });
         }
         Ok(Self { all, blocks: blocks.len() })
     }
 
-    fn of(&self, test: bool) -> Vec<&Point> {
-        self.all.iter().filter(|r| r.test == test).map(|reading| &reading.point).collect()
+    fn of(&self, purpose: Purpose) -> Vec<&Point> {
+        self.all.iter().filter(|r| r.purpose == purpose).map(|reading| &reading.point).collect()
     }
 }
 
@@ -398,7 +430,7 @@ fn warnings(
     bands: &MeasuredBands,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
-    let fitted: Vec<&Reading> = readings.all.iter().filter(|r| !r.test).collect();
+    let fitted: Vec<&Reading> = readings.all.iter().filter(|r| r.purpose == Purpose::Fit).collect();
     let count = |band: usize| fitted.iter().filter(|r| r.point.band == band).count();
     let each = fit.numbers() / bands.names.len().max(1);
     let fewest = (0..bands.names.len()).map(count).min().unwrap_or(0);

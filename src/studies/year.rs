@@ -8,53 +8,128 @@
 //! the sun moves. Light straight from the sun or by way of one flat mirror is found by shadow rays
 //! towards the sun's position in each hour.
 //!
-//! Read [`Year::find`], then [`control`] for the lamps, [`interpolated`] for what the grid costs and
-//! [`tables`] for what is written.
+//! Read [`Year::find`], then [`part`] for what the lights bring, [`control`] for the lamps,
+//! [`product`] for the light of the hours, [`interpolated`] for what the grid costs and [`tables`]
+//! for what is written.
 
+mod conditions;
 mod control;
+mod hours;
 mod interpolated;
+mod matrix;
+mod needs;
+mod part;
+mod places;
+mod product;
+mod responses;
+mod states;
 pub mod tables;
 mod value;
 
+pub use hours::Lamp;
+pub use needs::{Needs, gigabytes};
+pub use places::Places;
+pub use states::{StateScene, YearScenes};
 pub use value::Value;
 
-use std::collections::HashSet;
+use std::path::PathBuf;
 
+use conditions::Outside;
+use control::Controlled;
+use hours::{day, month, of_a_day, periods};
 use indexmap::IndexMap;
-
-use interpolated::{FACTOR, HOURS, MANY, bends};
+use interpolated::MANY;
+use matrix::Matrix;
+use part::{Part, too_few_photons};
+use product::{Product, Wanted, daylight_at};
 
 use crate::{
     error::{Error, Result},
-    formats::{
-        control_file::ControlFile,
-        scene_file::{HourlyLights, LoadedScene},
-        weather::Slot,
-    },
-    math::units::Quantity,
-    results::result::{BandResult, CaptorResult, FEW_HISTORIES, FaceResult, RunResult},
-    scene::{
-        daylight::{Date, InfiniteLight, InfinitePart, InfiniteShape, Suns},
-        world::Scene,
-    },
-    transport::{
-        direct_sun::direct_sun,
-        paths::Unseen,
-        settings::Settings,
-        simulate::{Control, simulate_without_direct_sun},
-    },
+    formats::{control_file::ControlFile, scene_file::HourlyLights, weather::Slot},
+    math::{machine, pattern, units::Quantity},
+    results::result::{BandResult, band_results},
+    scene::captor::Channel,
+    transport::{direct_sun::SunRays, paths::Unseen, settings::Settings, simulate::Control},
 };
-
-/// Light of 1 umol/m2/s in an hour, mol/m2, or of 1 W/m2, MJ/m2.
-const HOUR: f64 = 3600.0 * 1e-6;
 
 /// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
 const UNSEEN: f64 = 1e-3;
 
-/// Daylight and lamps by the hour on the fronts of captors and groups.
+/// The largest number of groups, or of captors if there are no groups, that the chart shows.
+const CHARTED: usize = 6;
+
+/// How a year is to be found.
+#[derive(Clone)]
+pub struct YearOptions<'a> {
+    /// A control file and its name.
+    pub control: Option<(&'a ControlFile, &'a str)>,
+    /// The captors and groups whose hours are wanted.
+    pub hours: HoursOf,
+    /// Number of points of each captor from which the sun is looked for in each hour; `None` takes
+    /// as many as the number of captors allows.
+    pub sun_rays: Option<u64>,
+    /// A folder on a disk that has room for what does not fit into memory.
+    pub scratch: PathBuf,
+    /// Is told what is done next: what the progress counts from here on.
+    pub phase: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Default for YearOptions<'_> {
+    fn default() -> Self {
+        let scratch = std::env::temp_dir();
+        let hours = HoursOf::default();
+        Self { control: None, hours, sun_rays: None, scratch, phase: &|_| {} }
+    }
+}
+
+/// The captors and groups whose light is kept for each hour.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum HoursOf {
+    /// All of them; only groups if there are more than [`HoursOf::ALL`].
+    #[default]
+    Usual,
+    /// All of them.
+    All,
+    /// Groups.
+    Groups,
+    /// None.
+    None,
+    /// Those whose id or name fits this pattern, in which `*` stands for any characters.
+    Like(String),
+}
+
+impl HoursOf {
+    /// The largest number of captors and groups all of whose hours are kept unless that is asked
+    /// for.
+    pub const ALL: usize = 1000;
+
+    /// Returns for each id whether its hours are wanted. Error: a pattern that nothing fits.
+    fn chosen(&self, places: &Places) -> Result<Vec<bool>> {
+        let all = places.ids.len();
+        let from = |first: usize| (0..all).map(|id| id >= first).collect();
+        Ok(match self {
+            Self::All => from(0),
+            Self::Usual if all <= Self::ALL => from(0),
+            Self::Usual | Self::Groups => from(places.captors),
+            Self::None => from(all),
+            Self::Like(pattern) => {
+                let chosen: Vec<bool> =
+                    places.ids.iter().map(|id| pattern::fits(pattern, id)).collect();
+                if !chosen.contains(&true) {
+                    let problem = format!("no captor and no group like `{pattern}`");
+                    return Err(Error::input("--hours", problem)
+                        .remedy("`*` stands for any characters; or say groups, all or none"));
+                }
+                chosen
+            }
+        })
+    }
+}
+
+/// Daylight and lamps by the hour on captors and groups.
 pub struct Year {
-    /// Ids of the captors, then of the groups that have no captor's id.
-    pub ids: Vec<String>,
+    /// The captors and groups.
+    pub places: Places,
     /// The bands and sums.
     pub bands: Vec<BandResult>,
     /// For each band or sum, whether it has a daily light integral.
@@ -65,185 +140,257 @@ pub struct Year {
     pub slots: Vec<Slot>,
     /// The lamps that are controlled.
     pub lamps: Vec<Lamp>,
-    /// The run that found all light except straight sunlight.
-    pub run: RunResult,
+    /// For each state its name, and for each hour the fraction of it in which it holds.
+    pub states: Vec<(String, Vec<f64>)>,
     /// Warnings that a user should read.
     pub warnings: Vec<String>,
-    /// For each light, at its power in the run: irradiance and its standard error, at each id and
-    /// band.
-    responses: Vec<Vec<[f32; 2]>>,
-    /// For each light that is a bundle of suns, how far its light is from what the bundles beside
-    /// it let expect, at each id and band.
-    bends: Vec<Vec<f32>>,
-    /// For each hour, the lights that shine and their strengths, as multiples of their power in the
-    /// run.
-    weights: Vec<Vec<(usize, f64)>>,
-    /// For each light, whether it is daylight.
-    is_daylight: Vec<bool>,
-    /// For each hour, the index of its sun.
-    suns: Vec<Option<usize>>,
-    /// Irradiance straight from these suns, or by way of one flat mirror, and its standard error:
-    /// for each id, sun by sun and band by band.
-    direct: Vec<Vec<[f32; 2]>>,
+    /// Number of photons, and the seed.
+    pub photons: u64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// The days and the months, with their hours.
+    pub days: IndexMap<String, Vec<usize>>,
+    /// The months, with their hours.
+    pub months: IndexMap<String, Vec<usize>>,
+    /// The values of days, then of months, and then of the whole period.
+    sums: Matrix,
+    /// The values of hours: a row for each in which anything shines.
+    hours: Matrix,
+    /// For each hour its row.
+    row_of_slot: Vec<Option<usize>>,
+    /// For each id its place in a row; `None` if its hours were not asked for.
+    hour_place: Vec<Option<usize>>,
+    /// Whether the sun shines in each hour.
+    has_sun: Vec<bool>,
+    /// Ids of the chart, the band that it shows, and daylight alone on each day.
+    charted: Charted,
 }
 
-/// A lamp, with the times when it was on.
+/// What the chart shows.
+#[derive(Debug, Default)]
+struct Charted {
+    ids: Vec<usize>,
+    /// The last band or sum with a daily light integral.
+    band: Option<usize>,
+    daylight: Vec<Vec<f64>>,
+}
+
+/// The values of captors and groups in an hour, a day, a month or the whole period.
 #[derive(Clone, Debug)]
-pub struct Lamp {
-    /// Name of the light.
-    pub name: String,
-    /// Electric power, W.
-    pub watts: Option<f64>,
-    /// For each hour, the fraction of it during which the lamp was on, in [0, 1].
-    pub on: Vec<f64>,
+pub struct Values<'y> {
+    places: &'y Places,
+    values: Vec<[f32; 2]>,
+    /// For each id its place among the values.
+    place: Option<&'y [Option<usize>]>,
+}
+
+impl Values<'_> {
+    /// Returns the light of a channel of an id, by its index, in a band or sum: irradiance or an
+    /// integral of it, and for absorbed light the same per area. `None` if the id does not count
+    /// the channel, or its hours were not asked for.
+    pub fn light(&self, id: usize, channel: Channel, band: usize) -> Option<Value> {
+        let counts = self.places.has(id, channel);
+        let at = self.first(id)? + channel as usize * self.places.columns + band;
+        counts.then(|| Value::of_pair(self.values[at]))
+    }
+
+    /// Returns the fraction of the area of an id that has a straight path to the sun, on average
+    /// over the time in which the sun shines. `None` if it does not shine.
+    pub fn sunlit(&self, id: usize) -> Option<Value> {
+        let pair = self.values[self.first(id)? + self.places.light()];
+        (!pair[0].is_nan()).then(|| Value::of_pair(pair))
+    }
+
+    fn first(&self, id: usize) -> Option<usize> {
+        let place = self.place.map_or(Some(id), |places| places[id])?;
+        Some(place * self.places.row())
+    }
 }
 
 impl Year {
-    /// Traces a scene that was loaded by the hour. The lamps are controlled by `file`, a control
-    /// file and its name. Errors: those of a run; a control file that names what the scene does not
-    /// have.
+    /// Traces a scene that was loaded by the hour, in each combination of its states. Errors: those of a run; a control file or a
+    /// pattern that names what the scene does not have.
     pub fn find(
-        loaded: &LoadedScene,
-        file: Option<(&ControlFile, &str)>,
+        scenes: &YearScenes,
+        options: &YearOptions,
         settings: &Settings,
         control: &Control,
     ) -> Result<Self> {
+        let Some(StateScene { loaded, .. }) = scenes.scenes.first() else {
+            return Err(Error::input("scene", "there is none").remedy("load one by the hour"));
+        };
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
             Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
         })?;
-        let simulation = simulate_without_direct_sun(scene, settings, control)?;
-        let run = RunResult::new(scene, settings, &simulation);
-        let bands = run.bands.clone();
-        let ids = ids(&run);
-        let (suns, lights) = moving_suns(hourly);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build();
-        let pool = pool.map_err(|e| Error::run("threads", e))?;
-        let mut direct = pool.install(|| direct_sun(scene, &lights, settings.seed, control))?;
-        for group in 0..scene.groups.len() {
-            if ids.contains(&scene.groups[group])
-                && !run.captors.iter().any(|captor| captor.id == scene.groups[group])
-            {
-                direct.push(of_group(scene, group, &direct, lights.len() * bands.len()));
-            }
+        let slots = hourly.slots.clone();
+        let places = Places::new(scene);
+        let bands = band_results(scene);
+        // a sum with a unit of its own is not in MJ
+        let par = |band: &BandResult| match scene.quantity {
+            Quantity::Watt => band.unit.is_none(),
+            Quantity::Micromole => band.has_dli(&bands, true),
+        };
+        let integrated: Vec<bool> = bands.iter().map(par).collect();
+        let wanted_hours = options.hours.chosen(&places)?;
+        let sunny = |s: usize| {
+            let hourly = scenes.scenes.iter().filter_map(|scene| scene.loaded.hourly.as_ref());
+            hourly.into_iter().any(|hourly| is_sunny(hourly, &hourly.slots[s]))
+        };
+        let has_sun: Vec<bool> = (0..slots.len()).map(sunny).collect();
+        let suns = has_sun.iter().filter(|has_sun| **has_sun).count();
+        let rays = match options.sun_rays {
+            Some(rays) => SunRays::new(rays),
+            None => SunRays::usual(scene.captors.len(), suns),
+        };
+        let outside = Outside::new(scene, hourly, &bands);
+        let controlled = Controlled {
+            places: &places,
+            bands: &bands,
+            integrated: &integrated,
+            outside: &outside,
+            daylight: &|parts, at| daylight_at(parts, &places, at, rays, control),
+        };
+        let mut warnings = Vec::new();
+        let lamps: Vec<&str> = lamp_names(scene, hourly);
+        let entries = controlled.entries(&lamps, options.control, &mut warnings)?;
+        let folder = &options.scratch;
+        Self::needs(scenes, options, settings)?.check(places.captors, folder)?;
+        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let mut parts = Vec::new();
+        for (part, (scene, share)) in scenes.scenes.iter().zip(energies(scenes)).enumerate() {
+            let settings = Settings {
+                photons: Some((share * photons as f64).round() as u64),
+                // the parts are independent
+                seed: settings.seed ^ (part as u64) << 56,
+                ..settings.clone()
+            };
+            let of = match (part, scenes.scenes.len()) {
+                (_, 1) => String::new(),
+                (part, all) => format!(" (scene {} of {all})", part + 1),
+            };
+            (options.phase)(&format!("photons{of}"));
+            parts.push(Part::trace(scene, &places, &settings, folder, control)?);
         }
-        let mut weights = vec![Vec::new(); hourly.slots.len()];
-        let mut slot_of_hour = vec![0; hourly.hours.len()];
-        for (s, slot) in hourly.slots.iter().enumerate() {
-            slot.hour.iter().for_each(|&h| slot_of_hour[h] = s);
-        }
-        let mut is_daylight = vec![false; scene.lights.len()];
-        for light in &hourly.lights {
-            is_daylight[light.light] = true;
-            for &(h, factor) in &light.factors {
-                weights[slot_of_hour[h]].push((light.light, factor));
-            }
-        }
-        let par = |band: &BandResult| scene.quantity == Quantity::Watt || band.is_par(&bands);
-        let responses = responses(&run, &ids, scene.lights.len());
-        let mut year = Self {
-            integrated: bands.iter().map(par).collect(),
+        let pool = machine::pool(settings.threads)?;
+        (options.phase)("rays to the sun");
+        let switched = pool.install(|| controlled.switch_lamps(&mut parts, entries))?;
+        let parts = parts;
+
+        let (days, months) = (periods(&slots, day), periods(&slots, month));
+        let first = if places.ids.len() > places.captors { places.captors } else { 0 };
+        let mut charted = Charted {
+            ids: (first..places.ids.len()).take(CHARTED).collect(),
+            // sums come after bands, so the last one is taken
+            band: integrated.iter().rposition(|&integrated| integrated),
+            daylight: Vec::new(),
+        };
+        let lit = |slot: usize| parts.iter().any(|part| !part.weights[slot].is_empty());
+        let lit = (0..slots.len()).map(|s| lit(s) || has_sun[s]);
+        let wanted = Wanted {
+            hours: numbered(wanted_hours.into_iter()),
+            rows: numbered(lit),
+            lengths: slots.iter().map(|slot| slot.length).collect(),
+            periods: days
+                .values()
+                .chain(months.values())
+                .map(|hours| of_a_day(&slots, hours))
+                .chain([of_a_day(&slots, &(0..slots.len()).collect::<Vec<_>>())])
+                .collect(),
+            daylight: match (switched.is_empty(), charted.band) {
+                (false, Some(band)) => (charted.ids.clone(), band, days.len()),
+                _ => (Vec::new(), 0, 0),
+            },
+            rays,
+            folder,
+        };
+        let found = pool.install(|| Product::new(&parts, &places, &wanted, control).find())?;
+        charted.daylight = found.daylight;
+        warnings.extend(few_photons(&parts, &switched));
+        let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
+        warnings.extend(unseen);
+        warnings.extend(interpolated(found.interpolated, places.ids.len()));
+        warnings.extend(no_ratios(scene));
+        let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;
+        Ok(Self {
             unit: match scene.quantity {
                 Quantity::Watt => "MJ/m2/d",
                 Quantity::Micromole => "mol/m2/d",
             },
-            bends: bends(hourly, &responses),
-            responses,
-            slots: hourly.slots.clone(),
-            lamps: Vec::new(),
-            warnings: Vec::new(),
-            ids,
+            states: scenes.states.clone(),
+            has_sun,
+            photons,
+            seed: settings.seed,
+            lamps: switched.into_iter().map(|(_, lamp)| lamp).collect(),
+            sums: found.periods,
+            hours: found.hours,
+            row_of_slot,
+            hour_place,
+            days,
+            months,
+            charted,
+            slots,
+            warnings,
+            places,
             bands,
-            is_daylight: is_daylight.clone(),
-            weights,
-            suns,
-            direct,
-            run,
-        };
-        let steady: Vec<usize> = (0..scene.lights.len()).filter(|&l| !is_daylight[l]).collect();
-        year.control_lamps(scene, &steady, file)?;
-        let is_lit = |lamp: &&Lamp| lamp.on.iter().any(|on| *on > 0.0);
-        let lit: HashSet<String> =
-            year.lamps.iter().filter(is_lit).map(|l| l.name.clone()).collect();
-        let few = |of: &str, wanted: &dyn Fn(usize) -> bool| few_photons(&year.run, of, wanted);
-        let warnings = [
-            few(
-                "daylight, but for what comes straight from the sun or by one flat mirror,",
-                &|l| is_daylight[l],
-            )
-            .filter(|_| hourly.lights.iter().any(|light| !light.factors.is_empty())),
-            few("the lamps", &|l| lit.contains(&scene.lights[l].name)).filter(|_| !lit.is_empty()),
-        ];
-        let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
-        let warnings = warnings.into_iter().chain([unseen, year.interpolated()]);
-        let warnings: Vec<String> = warnings.flatten().collect();
-        year.warnings.extend(warnings);
-        Ok(year)
+            integrated,
+        })
     }
 
-    /// Returns the number of bands and sums.
-    fn width(&self) -> usize {
-        self.bands.len()
+    /// Returns about how many bytes a year takes. Error: a pattern that nothing fits.
+    pub fn needs(scenes: &YearScenes, options: &YearOptions, settings: &Settings) -> Result<Needs> {
+        let places = Places::new(&scenes.scenes[0].loaded.scene);
+        let hours = options.hours.chosen(&places)?.iter().filter(|chosen| **chosen).count();
+        Ok(Needs::of(scenes, &places, hours, machine::threads(settings.threads)))
     }
 
-    /// Returns the irradiance at an id, by its index, in a band and hour, by their indices.
-    fn at(&self, slot: usize, id: usize, band: usize) -> f64 {
-        let place = id * self.width() + band;
-        let scattered: f64 = self.weights[slot]
-            .iter()
-            .map(|&(light, weight)| weight * f64::from(self.responses[light][place][0]))
-            .sum();
-        let direct = self.suns[slot]
-            .map_or(0.0, |sun| f64::from(self.direct[id][sun * self.width() + band][0]));
-        scattered + direct
-    }
-
-    /// Returns the irradiances at all ids and bands, summed over hours with a weight each. Hours
-    /// share the results of the lights, so errors add up light by light; shadow rays differ in each
-    /// hour.
-    pub fn sum(&self, hours: impl Iterator<Item = (usize, f64)> + Clone) -> Vec<Value> {
-        self.sum_of(hours, |_| true)
-    }
-
-    /// Returns the same sums for the lights that are `wanted` and for light straight from the sun.
-    fn sum_of(
-        &self,
-        hours: impl Iterator<Item = (usize, f64)> + Clone,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Vec<Value> {
-        let width = self.width();
-        let mut sums = vec![Value::default(); self.ids.len() * width];
-        let mut strengths = vec![0.0; self.responses.len()];
-        for (slot, share) in hours.clone() {
-            let lights = self.weights[slot].iter().filter(|(light, _)| wanted(*light));
-            lights.for_each(|&(light, weight)| strengths[light] += share * weight);
-        }
-        for (strength, responses) in strengths.iter().zip(&self.responses) {
-            if *strength != 0.0 {
-                for (sum, &[mean, error]) in sums.iter_mut().zip(responses) {
-                    sum.add(*strength, mean, error);
-                }
+    /// Returns the light of an hour on the captors and groups whose hours were asked for. Its
+    /// errors include what the light may be off because it is interpolated. Error: a file of the
+    /// system cannot be read.
+    pub fn hour(&self, slot: usize) -> Result<Values<'_>> {
+        let count = self.hour_place.iter().flatten().count();
+        let mut values = vec![[0.0; 2]; count * self.places.row()];
+        match self.row_of_slot[slot] {
+            Some(row) => self.hours.read(row, 0, &mut values)?,
+            None => {
+                let row = self.places.row();
+                values.chunks_mut(row).for_each(|values| values[row - 1] = [f32::NAN; 2]);
             }
         }
-        for (slot, share) in hours {
-            let Some(sun) = self.suns[slot] else { continue };
-            for (sums, direct) in sums.chunks_mut(width).zip(&self.direct) {
-                for (sum, &[mean, error]) in sums.iter_mut().zip(&direct[sun * width..]) {
-                    sum.add(share, mean, error);
-                }
-            }
-        }
-        sums
+        Ok(Values { places: &self.places, values, place: Some(&self.hour_place) })
     }
 
-    /// Returns the hours of each day, of each month or of the whole period, by the name that `name`
-    /// gives to their dates.
-    pub fn periods(&self, name: impl Fn(Date) -> String) -> IndexMap<String, Vec<usize>> {
-        let mut periods: IndexMap<String, Vec<usize>> = IndexMap::new();
-        for (s, slot) in self.slots.iter().enumerate() {
-            periods.entry(name(local(slot).0)).or_default().push(s);
-        }
-        periods
+    /// Returns the daily light integrals of a day, by its index, in [`unit`](Self::unit). Error: a
+    /// file of the system cannot be read.
+    pub fn day(&self, day: usize) -> Result<Values<'_>> {
+        self.sum(day)
+    }
+
+    /// Returns the daily light integrals of a month, by its index, as the mean of its days. For less
+    /// than a day, they are what its hours brought.
+    pub fn month(&self, month: usize) -> Result<Values<'_>> {
+        self.sum(self.days.len() + month)
+    }
+
+    /// Returns the daily light integrals of the whole period, as the mean of its days.
+    pub fn whole(&self) -> Result<Values<'_>> {
+        self.sum(self.days.len() + self.months.len())
+    }
+
+    fn sum(&self, row: usize) -> Result<Values<'_>> {
+        let mut values = vec![[0.0; 2]; self.places.ids.len() * self.places.row()];
+        self.sums.read(row, 0, &mut values)?;
+        Ok(Values { places: &self.places, values, place: None })
+    }
+
+    /// Returns the captors and groups whose hours were asked for, by index.
+    pub fn with_hours(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.places.ids.len()).filter(|&id| self.hour_place[id].is_some())
+    }
+
+    /// Returns whether the sun shines in an hour.
+    pub fn has_sun(&self, slot: usize) -> bool {
+        self.has_sun[slot]
     }
 
     /// Returns how many hours a lamp was on in some slots.
@@ -251,103 +398,86 @@ impl Year {
         slots.map(|s| lamp.on[s] * self.slots[s].length).sum()
     }
 
-    /// Returns the mean daily light integral over some hours at all ids and bands, in
-    /// [`unit`](Self::unit). For less than a day, it is what these hours brought.
-    pub fn daily(&self, slots: &[usize]) -> Vec<Value> {
-        self.sum(self.of_a_day(slots))
-    }
-
-    /// Returns the same integrals for daylight alone.
-    pub fn daily_daylight(&self, slots: &[usize]) -> Vec<Value> {
-        self.sum_of(self.of_a_day(slots), |light| self.is_daylight[light])
-    }
-
-    /// Returns the weights of some hours by which their sum is the mean integral over a day.
-    fn of_a_day<'a>(
-        &'a self,
-        slots: &'a [usize],
-    ) -> impl Iterator<Item = (usize, f64)> + Clone + 'a {
-        let hours: f64 = slots.iter().map(|&s| self.slots[s].length).sum();
-        let scale = HOUR / (hours / 24.0).max(1.0);
-        slots.iter().map(move |&s| (s, scale * self.slots[s].length))
+    /// Returns the electric energy that a lamp took in some slots, kWh; `None` if its power is not
+    /// known.
+    pub fn energy(&self, lamp: &Lamp, slots: impl Iterator<Item = usize>) -> Option<f64> {
+        let hours: f64 = slots.map(|s| lamp.power[s] * self.slots[s].length).sum();
+        lamp.watts.map(|watts| watts * hours / 1000.0)
     }
 }
 
-impl Year {
-    /// Returns the irradiances at all ids and bands in an hour. Their errors include what the light
-    /// of the hour may be off because it is interpolated.
-    pub fn hour(&self, slot: usize) -> Vec<Value> {
-        let mut values = self.sum(std::iter::once((slot, 1.0)));
-        for (value, off) in values.iter_mut().zip(self.off(slot)) {
-            value.variance += off * off;
+/// Returns the fractions of the photons for the combinations of states: by their energy, but at least
+/// 2 % for each. Lamps are taken to be as bright as daylight, since it is not yet known when they are
+/// on.
+fn energies(scenes: &YearScenes) -> Vec<f64> {
+    const LEAST: f64 = 0.02;
+    let of = |scene: &StateScene| {
+        let slots = scene.loaded.hourly.iter().flat_map(|hourly| &hourly.slots);
+        let (mut energy, mut time) = (0.0, 0.0);
+        for (slot, share) in slots.zip(&scene.shares) {
+            energy += share * slot.length * slot.global.max(0.0);
+            time += share * slot.length;
         }
-        values
-    }
-
-    /// Returns by how much the interpolated light of an hour may be off, at all ids and bands.
-    fn off(&self, slot: usize) -> Vec<f64> {
-        let mut off = vec![0.0; self.ids.len() * self.width()];
-        for &(light, weight) in &self.weights[slot] {
-            for (off, bend) in off.iter_mut().zip(&self.bends[light]) {
-                *off += FACTOR * weight * f64::from(*bend);
-            }
-        }
-        off
-    }
-
-    /// Returns a warning if at more than a few captors and groups the light of hours is less sure
-    /// because it is interpolated than because of chance.
-    fn interpolated(&self) -> Option<String> {
-        let width = self.width();
-        let mut squares = vec![[0.0; 2]; self.ids.len() * width];
-        let lit = (0..self.slots.len()).filter(|&slot| self.suns[slot].is_some());
-        let lit: Vec<usize> = lit.collect();
-        for &slot in lit.iter().step_by(lit.len().div_ceil(HOURS).max(1)) {
-            let by_chance = self.sum(std::iter::once((slot, 1.0)));
-            for (([off, noise], more), value) in
-                squares.iter_mut().zip(self.off(slot)).zip(by_chance)
-            {
-                *off += more * more;
-                *noise += value.variance;
-            }
-        }
-        let wide = |squares: &&[[f64; 2]]| squares.iter().any(|[off, noise]| off > noise);
-        let many = squares.chunks(width).filter(wide).count();
-        let all = self.ids.len();
-        (many as f64 > MANY * all as f64).then(|| {
-            format!(
-                "hours are interpolated: at {many} of {all} captors and groups scattered sunlight changes so \
-                 fast with the sun's position that this, and not chance, makes up most of the errors of hours; \
-                 sums over the period are right, and an hour that matters is best run by itself"
-            )
-        })
-    }
-}
-
-/// Returns the day and the hours since midnight at which a slot starts, on the clock of the weather
-/// file.
-fn local(slot: &Slot) -> (Date, f64) {
-    const DAY: f64 = 86_400.0;
-    let local = slot.start.unix + slot.start.offset;
-    (Date::from_days((local / DAY).floor() as i64), local.rem_euclid(DAY) / 3600.0)
-}
-
-/// Returns a warning of captors on whose fronts too few photons of the lights `wanted` arrived to
-/// estimate an error; `None` if there are no such captors.
-fn few_photons(run: &RunResult, of: &str, wanted: &dyn Fn(usize) -> bool) -> Option<String> {
-    let arrived = |captor: &CaptorResult| -> u64 {
-        let parts = captor.front.by_light.iter().flat_map(|parts| parts.values()).enumerate();
-        parts.filter(|(light, _)| wanted(*light)).map(|(_, face)| face.photons).sum()
+        [energy, time]
     };
-    let mut few = run.captors.iter().filter(|captor| arrived(captor) < FEW_HISTORIES);
-    let first = few.next()?;
-    Some(format!(
-        "fewer than {FEW_HISTORIES} photons of {of} arrived at {} of {} captors (`{}` is the first): neither these \
-         values nor their errors can be relied on, and a 0 may be chance; trace more photons",
-        1 + few.count(),
-        run.captors.len(),
-        first.id
-    ))
+    let each: Vec<[f64; 2]> = scenes.scenes.iter().map(of).collect();
+    let total = |i: usize| each.iter().map(|sums| sums[i]).sum::<f64>();
+    let lamps = scenes.scenes.iter().all(|scene| {
+        let daylight = scene.loaded.hourly.as_ref().map_or(0, |hourly| hourly.lights.len());
+        scene.loaded.scene.lights.len() > daylight
+    });
+    let part = |sums: &[f64; 2], i: usize| if total(i) > 0.0 { sums[i] / total(i) } else { 0.0 };
+    let share = |sums| match lamps {
+        true => 0.5 * (part(sums, 0) + part(sums, 1)),
+        false => part(sums, 0),
+    };
+    let shares: Vec<f64> = each.iter().map(|sums| share(sums).max(LEAST)).collect();
+    let all: f64 = shares.iter().sum();
+    shares.iter().map(|share| share / all).collect()
+}
+
+/// Numbers what is wanted, from 0.
+fn numbered(wanted: impl Iterator<Item = bool>) -> Vec<Option<usize>> {
+    let mut next = 0..;
+    wanted.map(|wanted| if wanted { next.next() } else { None }).collect()
+}
+
+/// Returns whether there is direct sunlight in a slot.
+fn is_sunny(hourly: &HourlyLights, slot: &Slot) -> bool {
+    !hourly.suns.is_empty() && slot.hour.is_some_and(|h| hourly.hours[h].direct_normal > 0.0)
+}
+
+/// Returns the names of the lights that are not daylight.
+fn lamp_names<'s>(scene: &'s crate::scene::world::Scene, hourly: &HourlyLights) -> Vec<&'s str> {
+    let mut is_daylight = vec![false; scene.lights.len()];
+    hourly.lights.iter().for_each(|light| is_daylight[light.light] = true);
+    let lamps = scene.lights.iter().zip(is_daylight).filter(|(_, daylight)| !daylight);
+    lamps.map(|(light, _)| light.name.as_str()).collect()
+}
+
+/// Returns warnings of captors on whose fronts too few photons of daylight, or of the lamps that are
+/// lit, arrived to estimate an error.
+fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
+    let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
+    let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
+    let daylight = parts.iter().any(Part::has_daylight).then(|| {
+        let of = "daylight, but for what comes straight from the sun or by one flat mirror,";
+        too_few_photons(parts, of, None)
+    });
+    let of_lamps = (!lit.is_empty()).then(|| too_few_photons(parts, "the lamps", Some(&lit)));
+    [daylight, of_lamps].into_iter().flatten().flatten().collect()
+}
+
+/// Returns a warning if at more than a few captors and groups the light of hours is less sure
+/// because it is interpolated than because of chance.
+fn interpolated(many: usize, all: usize) -> Option<String> {
+    (many as f64 > MANY * all as f64).then(|| {
+        format!(
+            "hours are interpolated: at {many} of {all} captors and groups scattered sunlight changes so \
+             fast with the sun's position that this, and not chance, makes up most of the errors of hours; \
+             sums over the period are right, and an hour that matters is best run by itself"
+        )
+    })
 }
 
 /// Returns a warning of sunlight that is mirrored or refracted but not found hour by hour; `None` if
@@ -364,63 +494,13 @@ fn unseen_sun(unseen: &Unseen) -> Option<String> {
     })
 }
 
-/// Returns the ids of the captors, then those of the groups that have no captor's id.
-fn ids(run: &RunResult) -> Vec<String> {
-    let captors = run.captors.iter().map(|captor| captor.id.clone());
-    let mut ids: Vec<String> = captors.collect();
-    let known: HashSet<&str> = run.captors.iter().map(|captor| captor.id.as_str()).collect();
-    ids.extend(run.groups.iter().filter(|g| !known.contains(g.id.as_str())).map(|g| g.id.clone()));
-    ids
-}
-
-/// Returns the irradiance that each light brought to each id and band, and its standard error.
-fn responses(run: &RunResult, ids: &[String], lights: usize) -> Vec<Vec<[f32; 2]>> {
-    let width = run.bands.len();
-    let mut responses = vec![Vec::with_capacity(ids.len() * width); lights];
-    let captors = run.captors.iter().map(|captor| &captor.front);
-    let groups = run.groups.iter().filter(|group| ids[run.captors.len()..].contains(&group.id));
-    for face in captors.chain(groups.map(|group| &group.front)) {
-        let parts = face.by_light.iter().flat_map(|parts| parts.values());
-        for (responses, FaceResult { irradiance, irradiance_se, .. }) in
-            responses.iter_mut().zip(parts)
-        {
-            let errors = irradiance_se.iter().map(|error| error.unwrap_or(0.0) as f32);
-            responses.extend(irradiance.iter().zip(errors).map(|(e, error)| [*e as f32, error]));
-        }
-    }
-    responses
-}
-
-/// Returns for each slot the index of its sun, and these suns as lights.
-fn moving_suns(hourly: &HourlyLights) -> (Vec<Option<usize>>, Vec<InfiniteLight>) {
-    let mut lights = Vec::new();
-    let suns = hourly.slots.iter().map(|slot| {
-        let hour = &hourly.hours[slot.hour?];
-        let toward = hour.sun.direction(hourly.north);
-        let parts = hourly.suns.iter().filter_map(|sun| {
-            let disc = Suns::new(sun.half_angle, [(toward, hour.direct_normal)])?;
-            let strength = sun.shares.iter().map(|share| share * hour.direct_normal).collect();
-            Some(InfinitePart::new(InfiniteShape::Suns(disc.into()), strength))
-        });
-        let parts: Vec<InfinitePart> = parts.collect();
-        (!parts.is_empty()).then(|| {
-            let bands = parts[0].scale().len();
-            lights.push(InfiniteLight::new("sun".into(), bands, parts));
-            lights.len() - 1
-        })
-    });
-    (suns.collect(), lights)
-}
-
-/// Returns the mean over the captors of a group, weighted by their areas.
-fn of_group(scene: &Scene, group: usize, direct: &[Vec<[f32; 2]>], length: usize) -> Vec<[f32; 2]> {
-    let members = || scene.captors.iter().zip(direct).filter(|(c, _)| c.groups.contains(&group));
-    let area: f64 = members().map(|(captor, _)| captor.area).sum();
-    let mut sums = vec![Value::default(); length];
-    for (captor, own) in members() {
-        for (sum, &[mean, error]) in sums.iter_mut().zip(own) {
-            sum.add(captor.area / area, mean, error);
-        }
-    }
-    sums.iter().map(|sum| [sum.mean as f32, sum.variance.sqrt() as f32]).collect()
+/// Returns a warning if the scene asks for ratios, which a year does not compute.
+fn no_ratios(scene: &crate::scene::world::Scene) -> Option<String> {
+    let names: Vec<&str> = scene.ratios.iter().map(|ratio| ratio.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "a year has no ratios: {} are not in its tables; divide the sums that they are made of",
+            names.join(", ")
+        )
+    })
 }

@@ -1,101 +1,169 @@
-//! Direct and mirrored sunlight on the fronts of captors, found by shadow rays.
+//! Direct and mirrored sunlight on captors, found by shadow rays.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use glam::Vec3;
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result},
     math::{
         rng::{Purpose, Streams},
-        spectrum::{Lanes, with_lanes},
+        spectrum::{Lanes, Spectrum, with_lanes},
     },
-    scene::{captor::Channel, daylight::InfiniteLight, world::Scene},
-    transport::{
-        paths::Face,
-        simulate::{Control, Progress},
+    scene::{
+        captor::{CaptorKind, Channel},
+        daylight::InfiniteLight,
+        world::Scene,
     },
+    transport::paths::Face,
 };
 
-/// The points are drawn in this many sets, the spread of which gives the standard error. The
-/// [`POINTS`] points of a set are spread evenly.
-const SETS: u64 = 8;
-const POINTS: u64 = 8;
 /// Number of random numbers that a shadow ray takes.
 const NUMBERS: u32 = 8;
 
-/// Returns the irradiance (W/m2) that the suns of each of some lights at infinity bring to the front
-/// of each captor, straight, through thin panes or by way of one flat pane or mirror, and its
-/// standard error. There is one list for each captor; it holds the lights one after the other, and
-/// for each of them the bands and then the sums over bands. Each value is found at 64 points, by a
-/// shadow ray to the sun and one to each of its images that may be seen from there. A light that
-/// shines on no triangle of a captor gives 0. The same seed gives the same result on any number of
-/// threads. The progress counts points. Error: `control` stopped the work.
+/// The points of a captor from which each sun is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SunRays {
+    /// Number of sets, the spread of which gives the standard error.
+    sets: u64,
+    /// Number of points of a set, which are spread evenly.
+    points: u64,
+}
+
+impl SunRays {
+    /// The least and the most points.
+    pub const RANGE: std::ops::RangeInclusive<u64> = 4..=65_536;
+    /// Number of points unless there are very many captors.
+    const USUAL: u64 = 16;
+    /// Number of captors up to which that many are taken, and the number of points of all captors
+    /// and suns that is not exceeded with more captors.
+    const CAPTORS: u64 = 5_000;
+    const MOST: u64 = 1_000_000_000;
+
+    /// Takes about that many points: a multiple of 8, or of 4 if it is below 16.
+    pub fn new(points: u64) -> Self {
+        let points = points.clamp(*Self::RANGE.start(), *Self::RANGE.end());
+        let sets = if points < Self::USUAL { 4 } else { 8 };
+        Self { sets, points: points / sets }
+    }
+
+    /// Takes as many points as so many captors and suns allow.
+    pub fn usual(captors: usize, suns: usize) -> Self {
+        let pairs = (captors as u64).saturating_mul(suns as u64).max(1);
+        Self::new(match captors as u64 <= Self::CAPTORS {
+            true => Self::USUAL,
+            false => Self::USUAL.min(Self::MOST / pairs),
+        })
+    }
+
+    /// Returns the number of points.
+    pub fn count(self) -> u64 {
+        self.sets * self.points
+    }
+}
+
+/// Returns the light that the suns of each of some lights at infinity bring to a captor, straight,
+/// through thin panes or by way of one flat pane or mirror: for each light a row of values with
+/// their standard errors. A row holds, for each of the first `channels` channels, the bands and then
+/// the sums over bands, W/m2 (absorbed light per area of the captor), and at its end the fraction of
+/// the captor's area that has a straight path to the sun. Channels that the captor does not have are
+/// 0. The same seed gives the same rows. Once `stop` is set, the rows that are missing stay 0.
 pub fn direct_sun(
     scene: &Scene,
+    captor: usize,
+    channels: usize,
     lights: &[InfiniteLight],
     seed: u64,
-    control: &Control,
-) -> Result<Vec<Vec<[f32; 2]>>> {
-    let of = (scene.captors.len() * lights.len()) as u64 * SETS * POINTS;
-    let done = AtomicU64::new(0);
-    let go_on = || {
-        let photons = done.fetch_add(SETS * POINTS, Ordering::Relaxed);
-        (control.progress)(Progress { photons, of: Some(of), worst: None });
-        !control.stop.load(Ordering::Relaxed)
-    };
-    let found = with_lanes!(scene.lanes(), L => {
-        let captors = (0..scene.captors.len()).into_par_iter();
-        captors.map(|captor| of_captor::<L>(scene, captor, lights, seed, &go_on)).collect()
-    });
-    match control.stop.load(Ordering::Relaxed) {
-        true => Err(Error::interrupted("run", NOTHING_WRITTEN)),
-        false => Ok(found),
-    }
+    rays: SunRays,
+    stop: &AtomicBool,
+) -> Vec<[f32; 2]> {
+    with_lanes!(scene.lanes(), L => of_captor::<L>(scene, captor, channels, lights, seed, rays, stop))
 }
 
 fn of_captor<L: Lanes>(
     scene: &Scene,
     captor: usize,
+    channels: usize,
     lights: &[InfiniteLight],
     seed: u64,
-    go_on: &impl Fn() -> bool,
+    rays: SunRays,
+    stop: &AtomicBool,
 ) -> Vec<[f32; 2]> {
-    let face = Face::new(scene, captor, Channel::Front);
+    let kind = scene.captors[captor].kind;
+    let faces: Vec<Face> = kind.faces().iter().map(|&c| Face::new(scene, captor, c)).collect();
     let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
-    let bands = scene.bands.len();
-    let normals = scene.triangles_of(&scene.captors[captor]).iter().map(|t| t.normal());
-    let normals: Vec<Vec3> = normals.collect();
-    let of = |(l, light): (usize, &InfiniteLight)| {
-        let mut sums = vec![[0.0; 2]; bands + scene.sums.len()];
-        // a mirror may turn the light of any sun to the captor
-        let mirrored = scene.flat_mirrors().is_some();
-        if go_on() && (mirrored || normals.iter().any(|normal| light.may_shine_on(*normal))) {
-            for set in (0..SETS).map(|set| l as u64 * SETS + set) {
-                let sequence = streams.sequence(set);
-                let mut found = vec![0.0; bands];
-                for point in 0..POINTS {
-                    let rng = streams.history(set * POINTS + point);
-                    let mut rng = rng.with_sobol(sequence, point, NUMBERS);
-                    let direct = face.direct::<L>(light, &mut rng);
-                    for (sum, value) in found.iter_mut().zip(direct.iter().flat_map(|d| d.values()))
-                    {
-                        *sum += f64::from(*value) / POINTS as f64;
+    let (bands, columns) = (scene.bands.len(), scene.bands.len() + scene.sums.len());
+    // a captor with a back, and one before a mirror, may get the light of any sun
+    let from_anywhere = faces.len() > 1 || scene.flat_mirrors().is_some();
+    let normals: Vec<_> = match from_anywhere {
+        true => Vec::new(),
+        false => {
+            let triangles = scene.triangles_of(&scene.captors[captor]);
+            triangles.iter().map(|t| t.normal()).collect()
+        }
+    };
+    let row = channels * columns + 1;
+    let mut rows = vec![[0.0; 2]; lights.len() * row];
+    let (mut found, mut sums) = (vec![[0.0; 2]; row], vec![0.0; row]);
+    for (l, (light, out)) in lights.iter().zip(rows.chunks_mut(row)).enumerate() {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        if !from_anywhere && !normals.iter().any(|normal| light.may_shine_on(*normal)) {
+            continue;
+        }
+        found.fill([0.0; 2]);
+        for set in (0..rays.sets).map(|set| l as u64 * rays.sets + set) {
+            let sequence = streams.sequence(set);
+            sums.fill(0.0);
+            let mut add = |channel: Channel, light: &Spectrum<L>| {
+                let sums = sums[channel as usize * columns..][..bands].iter_mut();
+                sums.zip(light.values()).for_each(|(sum, value)| *sum += f64::from(*value));
+            };
+            let mut sunlit = 0.0;
+            for point in 0..rays.points {
+                let rng = streams.history(set * rays.points + point);
+                let mut rng = rng.with_sobol(sequence, point, NUMBERS);
+                let Some(beam) = faces[0].sunbeam::<L>(light, &mut rng) else { continue };
+                for face in &faces {
+                    let Some(sunlight) = face.direct(&beam, &mut rng) else { continue };
+                    add(face.channel, &sunlight.irradiance);
+                    sunlit += f64::from(u8::from(sunlight.is_straight));
+                    if kind == CaptorKind::Surface {
+                        add(Channel::Absorbed, &sunlight.absorbed);
                     }
                 }
-                for ([sum, squares], value) in sums.iter_mut().zip(scene.with_sums(&found)) {
-                    *sum += value;
-                    *squares += value * value;
+            }
+            for sums in sums.chunks_exact_mut(columns) {
+                let (of_bands, of_sums) = sums.split_at_mut(bands);
+                for (value, sum) in of_sums.iter_mut().zip(&scene.sums) {
+                    *value = sum.of(of_bands);
                 }
             }
+            sums[row - 1] = sunlit;
+            for ([sum, squares], value) in found.iter_mut().zip(&sums) {
+                let value = value / rays.points as f64;
+                *sum += value;
+                *squares += value * value;
+            }
         }
-        let n = SETS as f64;
-        sums.into_iter().map(move |[sum, squares]| {
+        let n = rays.sets as f64;
+        for (out, [sum, squares]) in out.iter_mut().zip(&found) {
             let mean = sum / n;
             let variance = ((squares / n - mean * mean) / (n - 1.0)).max(0.0);
-            [mean as f32, variance.sqrt() as f32]
-        })
-    };
-    lights.iter().enumerate().flat_map(of).collect()
+            *out = [mean as f32, variance.sqrt() as f32];
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fewer_rays_are_taken_for_very_many_captors() {
+        let count = |captors, suns| SunRays::usual(captors, suns).count();
+        assert_eq!([count(1, 1), count(5_000, 4_170), count(10_000, 4_170)], [16; 3]);
+        assert_eq!(count(25_000, 4_170), 8);
+        assert_eq!([count(100_000, 4_170), count(usize::MAX, usize::MAX)], [4; 2]);
+        assert_eq!([0, 5, 12, 16, 20, 64].map(|n| SunRays::new(n).count()), [4, 4, 12, 16, 16, 64]);
+    }
 }

@@ -16,6 +16,7 @@ mod batches;
 mod checkpoint;
 mod found_and_unseen;
 mod lamps;
+mod light_by_light;
 mod memory;
 mod mixed;
 mod pilot;
@@ -53,6 +54,7 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
+pub use light_by_light::simulate_light_by_light;
 pub use memory::map_bytes;
 pub use plan::Plan;
 pub use schedule::BATCHES;
@@ -153,27 +155,6 @@ pub fn simulate_kept(
     })
 }
 
-/// Like [`simulate`] with photons, each light in a part of its own, but without the light that
-/// comes from a sun to a captor straight, through thin panes or by way of one flat pane or mirror,
-/// which [`direct_sun`](crate::transport::direct_sun) finds better.
-pub fn simulate_without_direct_sun(
-    scene: &Scene,
-    settings: &Settings,
-    control: &Control,
-) -> Result<Simulation> {
-    let settings =
-        Settings { estimator: Estimator::Photons, by_light: true, k: Some(0), ..settings.clone() };
-    catch_panic("run", || {
-        let Plan { settings, guidance, .. } = &Plan::make(scene, &settings, control)?;
-        // copies of a photon do not know whether it came straight, so there are no weight windows
-        let guidance = guidance.as_ref().and_then(|_| Guidance::aim(scene));
-        let part_of = part_of(scene, settings);
-        let run = Run::new(scene, settings, part_of, Keep::OnCaptors, control)?;
-        let run = Run { without_direct_sun: true, ..run.guided_by(guidance) };
-        run.go()
-    })
-}
-
 /// Returns the part in which each light is counted; an empty list if results are not split by
 /// light.
 fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
@@ -242,6 +223,8 @@ enum Keep<'a> {
 enum Work<'a> {
     /// A photon. The strata hold the lights' shares in a task of the usual length.
     Photons(Strata),
+    /// A photon of the light whose index is that of the round.
+    Lights,
     /// A path from each of these faces, and what the pilot photons have found for the paths.
     Paths(Vec<Face<'a>>, Arc<Pilot>),
 }
@@ -354,6 +337,7 @@ impl<'a> Run<'a> {
     fn full_task(&self) -> u64 {
         match &self.work {
             Work::Photons(strata) => strata.histories(),
+            Work::Lights => TASK,
             // about as many paths in all
             Work::Paths(faces, _) => (TASK / faces.len() as u64).max(1),
         }
@@ -362,7 +346,7 @@ impl<'a> Run<'a> {
     /// Returns the number of photons, or of paths, that one history is.
     fn unit(&self) -> u64 {
         match &self.work {
-            Work::Photons(_) => 1,
+            Work::Photons(_) | Work::Lights => 1,
             Work::Paths(faces, _) => faces.len() as u64,
         }
     }
@@ -433,7 +417,7 @@ impl<'a> Run<'a> {
         let paths = totals.histories;
         totals.histories *= self.unit();
         let (unseen, too_small) = match &self.work {
-            Work::Photons(_) => (None, Vec::new()),
+            Work::Photons(_) | Work::Lights => (None, Vec::new()),
             Work::Paths(_, pilot) => {
                 let Told { unseen, by_chance } = Told::find(self.scene, pilot, self.settings.seed);
                 let too_small = by_chance.map(|found| found.too_small(self.scene, &totals, paths));

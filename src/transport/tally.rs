@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
-        captor::{Captor, CaptorKind, Channel},
+        captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
         stand::Balance,
         world::Scene,
     },
@@ -231,13 +231,17 @@ impl Tally {
                 for (absorbed, ((came, left), weight)) in absorbed.zip(powers) {
                     *absorbed += (f64::from(*came) - f64::from(*left)) * weight;
                 }
-                if let Some(Counted { captor, .. }) = counted {
+                if let Some(Counted { captor, face, .. }) = counted {
                     let absorbed = match scene.material(surface).absorptance::<L>(interaction) {
                         Some(absorptance) => absorptance * power,
                         None => power.clone().zip(scattered, |before, after| before - after),
                     };
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);
+                    if captor.by_face {
+                        let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
+                        self.add(channel, weights, &absorbed);
+                    }
                     if let Some(layers) = &scene.stand().layers
                         && !scene.is_ground(hit.triangle)
                     {
@@ -298,6 +302,10 @@ impl Tally {
         if captor.kind == CaptorKind::Surface {
             let channel = captor.first_channel + Channel::Absorbed as usize;
             self.add(channel, ones.clone(), &score.absorbed);
+            if captor.by_face {
+                let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
+                self.add(channel, ones.clone(), &score.absorbed);
+            }
             if let Some(layer) = score.layer {
                 self.add(scene.channels() + layer, ones, &score.absorbed);
             }

@@ -39,7 +39,7 @@ impl Task<'_> {
         let picture = self.pale(Viewpoint::first_visible, |captor, front| {
             value(captor, front).map(|v| scale.colour(v))
         })?;
-        let unit = self.scene.quantity.unit_names().irradiance;
+        let [_, unit] = self.scene.units(self.band.index.unwrap_or(0));
         let legend = self.legend("irradiance", &unit, scale);
         Ok(Made { picture: picture.with_bar(&legend), pixels: None, words })
     }

@@ -42,6 +42,18 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
     let started = Instant::now();
     let LoadedScene { scene, settings, .. } = loaded;
     let band = chosen_bands(scene, arguments.band.as_deref())?;
+    if let (
+        What::Irradiance | What::Absorbed | What::Error | What::Radiance | What::Photons,
+        Some(sum),
+    ) = (
+        arguments.show,
+        band.index.and_then(|index| scene.sums.get(index.checked_sub(scene.bands.len())?)),
+    ) && !sum.weights.is_empty()
+    {
+        let problem = format!("the sum `{}` weights its bands, which a picture cannot", sum.name);
+        return Err(Error::input("--band", problem)
+            .remedy("name a band or another sum, or show the captors (--show captors)"));
+    }
     let scale = match arguments.range {
         Some((low, high)) => Some(Scale::new(low, high, arguments.log)?),
         None => None,

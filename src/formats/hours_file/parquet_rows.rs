@@ -23,7 +23,7 @@ pub fn read(path: &Path) -> Result<HoursFile> {
         let file = File::open(path).map_err(|e| Error::input(path.display(), e))?;
         let table = SerializedFileReader::new(file).map_err(unread)?;
         let schema = table.metadata().file_metadata().schema_descr();
-        if !schema.columns().iter().map(|column| column.name()).eq(COLUMNS) {
+        if !schema.columns().iter().map(|c| c.name()).take(COLUMNS.len()).eq(COLUMNS) {
             return Err(broken(path, "its columns are others"));
         }
         let mut hours = HoursFile { path: path.to_path_buf(), ..HoursFile::default() };

@@ -10,7 +10,10 @@ use serde::{Deserialize, Deserializer, de};
 
 use crate::{
     formats::json::tagged,
-    math::units::{LengthUnit, Quantity},
+    math::{
+        units::{LengthUnit, Quantity},
+        weighting::{RATIOS, SUMS},
+    },
     scene::light::known_spectra,
     transport::settings::{Estimator, Guiding},
 };
@@ -32,9 +35,17 @@ pub struct SceneFile {
     pub quantity: Quantity,
     /// Wavelength intervals, all traced in one pass (default: one named `all`).
     pub bands: Option<Vec<BandFile>>,
-    /// Totals over bands, reported like bands: name of the total -> names of its bands.
+    /// Totals over bands, reported like bands: name of the total -> names of its bands, their
+    /// weights, or the name of a weighting by wavelength.
     #[serde(default)]
-    pub sums: BTreeMap<String, Vec<String>>,
+    pub sums: BTreeMap<String, SumFile>,
+    /// Ratios of totals over bands: name of the ratio -> its numerator and denominator, or the name
+    /// of a known ratio.
+    #[serde(default)]
+    pub ratios: BTreeMap<String, RatioFile>,
+    /// Whether surfaces say what they absorbed of the light on each face (default false).
+    #[serde(default)]
+    pub absorbed_by_face: bool,
     /// How spectra are averaged over each band.
     #[serde(default)]
     pub spectra: SpectraFile,
@@ -203,6 +214,187 @@ pub struct BandFile {
     pub from_nm: Option<f64>,
     /// Longest wavelength, nm.
     pub to_nm: Option<f64>,
+}
+
+/// A total over bands.
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum SumFile {
+    /// Names of bands, each of which counts as it is.
+    Bands(Vec<String>),
+    /// A weighting by wavelength, of all bands. In a ratio also the name of a band or of a sum.
+    Name(#[schemars(extend("examples" = SUMS.map(|(name, _)| name)))] String),
+    /// A weighting by wavelength, of some of the bands.
+    Some(SomeBandsFile),
+    /// The photons of a window of wavelengths, of all bands.
+    Window(WindowFile),
+    /// A weight for each of some bands, by their names.
+    Weights(#[schemars(with = "BTreeMap<String, WeightFile>")] BTreeMap<String, f64>),
+}
+
+/// A weighting by wavelength, of some of the bands.
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct SomeBandsFile {
+    /// Name of the weighting.
+    #[schemars(extend("examples" = SUMS.map(|(name, _)| name)))]
+    pub weighting: String,
+    /// Names of the bands.
+    pub bands: Vec<String>,
+}
+
+/// A window of wavelengths.
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct WindowFile {
+    /// Wavelength where the window begins, nm.
+    pub from_nm: f64,
+    /// Wavelength where the window ends, nm.
+    pub to_nm: f64,
+}
+
+/// The weight of a band.
+#[derive(JsonSchema)]
+#[schemars(transparent)]
+struct WeightFile(
+    #[schemars(range(min = 0))]
+    #[allow(dead_code)]
+    f64,
+);
+
+/// A value of an object that describes a sum.
+enum SumValue {
+    Number(f64),
+    Text(String),
+    List(Vec<String>),
+}
+
+impl<'de> Deserialize<'de> for SumValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = SumValue;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a weight")
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<SumValue, E> {
+                Ok(SumValue::Number(v))
+            }
+            fn visit_u64<E>(self, v: u64) -> Result<SumValue, E> {
+                Ok(SumValue::Number(v as f64))
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<SumValue, E> {
+                Ok(SumValue::Number(v as f64))
+            }
+            fn visit_str<E>(self, text: &str) -> Result<SumValue, E> {
+                Ok(SumValue::Text(text.into()))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<SumValue, A::Error> {
+                let names = de::value::SeqAccessDeserializer::new(seq);
+                Ok(SumValue::List(Vec::deserialize(names)?))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl SumFile {
+    /// Makes the sum that an object describes: by a weighting, a window or the weights of bands.
+    fn of_object<E: de::Error>(mut object: BTreeMap<String, SumValue>) -> Result<Self, E> {
+        if let Some(SumValue::Text(weighting)) = object.get("weighting") {
+            let weighting = weighting.clone();
+            object.remove("weighting");
+            return match (object.remove("bands"), object.into_keys().next()) {
+                (Some(SumValue::List(bands)), None) => {
+                    Ok(Self::Some(SomeBandsFile { weighting, bands }))
+                }
+                (Some(_), None) => Err(E::custom("`bands` is a list of names of bands")),
+                (None, None) => {
+                    Err(E::custom("`bands` is missing; the weighting of all bands is a text alone"))
+                }
+                (_, Some(key)) => Err(E::unknown_field(&key, &["weighting", "bands"])),
+            };
+        }
+        let number = |key: &str| match object.get(key) {
+            Some(SumValue::Number(number)) => Some(*number),
+            _ => None,
+        };
+        if let (2, Some(from_nm), Some(to_nm)) = (object.len(), number("from_nm"), number("to_nm"))
+        {
+            return Ok(Self::Window(WindowFile { from_nm, to_nm }));
+        }
+        let weight = |(name, value)| match value {
+            SumValue::Number(weight) => Ok((name, weight)),
+            SumValue::Text(_) | SumValue::List(_) => {
+                Err(E::custom(format!("the weight of `{name}` is not a number")))
+            }
+        };
+        object.into_iter().map(weight).collect::<Result<_, E>>().map(Self::Weights)
+    }
+}
+
+impl<'de> Deserialize<'de> for SumFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = SumFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a list of bands, an object of bands and weights, or a weighting")
+            }
+            fn visit_str<E>(self, name: &str) -> Result<SumFile, E> {
+                Ok(SumFile::Name(name.into()))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<SumFile, A::Error> {
+                let names = de::value::SeqAccessDeserializer::new(seq);
+                Ok(SumFile::Bands(Vec::deserialize(names)?))
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<SumFile, A::Error> {
+                let object = de::value::MapAccessDeserializer::new(map);
+                SumFile::of_object(BTreeMap::deserialize(object)?)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// A ratio of totals over bands.
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum RatioFile {
+    /// A known ratio, of all bands.
+    Name(#[schemars(extend("examples" = RATIOS.map(|(name, ..)| name)))] String),
+    /// A ratio of two totals.
+    Of(QuotientFile),
+}
+
+/// Two totals over bands, of which the one is divided by the other.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuotientFile {
+    /// The total that is divided: a band, a sum, or anything that a sum may be.
+    pub numerator: SumFile,
+    /// The total that it is divided by.
+    pub denominator: SumFile,
+}
+
+impl<'de> Deserialize<'de> for RatioFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = RatioFile;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a ratio, or {\"numerator\", \"denominator\"}")
+            }
+            fn visit_str<E>(self, name: &str) -> Result<RatioFile, E> {
+                Ok(RatioFile::Name(name.into()))
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<RatioFile, A::Error> {
+                let object = de::value::MapAccessDeserializer::new(map);
+                QuotientFile::deserialize(object).map(RatioFile::Of)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
 }
 
 /// One number for all bands, an array with one number per band, or a spectrum.
@@ -716,6 +908,9 @@ pub enum DialectFile {
 pub struct ObjectFile {
     /// Name of the object (default: the file's name without extension).
     pub name: Option<String>,
+    /// Whether the object is there (default true). An object that is not may come in at times, by a
+    /// state of a control file of `phylux year`.
+    pub present: Option<bool>,
     /// Mesh, relative to the scene file: an OBJ, PLY, STL or glTF file (.gltf, .glb).
     pub obj: Option<String>,
     /// File in the format of Radiance, in place of a mesh.
@@ -867,6 +1062,18 @@ tagged! {
 }
 
 impl LightFile {
+    /// Returns the electric power of the light, W, if it is given.
+    pub fn watts(&self) -> Option<f64> {
+        match self {
+            Self::Point(light) => light.watts,
+            Self::Spot(light) => light.watts,
+            Self::Tube(light) => light.watts,
+            Self::Area(light) => light.watts,
+            Self::Rad(light) => light.watts,
+            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
+        }
+    }
+
     /// Whether the light is infinitely far away.
     pub fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Sky(_) | Self::Environment(_))
@@ -883,6 +1090,9 @@ pub struct RadLightFile {
     pub material: String,
     /// Flux of all these lamps together; each emits a share of it by its area.
     pub power: PowerFile,
+    /// Electric power of all these lamps together, W; each has a share of it by its area.
+    #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
+    pub watts: Option<f64>,
 }
 
 /// Light `sun`.
@@ -996,6 +1206,9 @@ pub struct PointFile {
     /// Exponent n of an intensity proportional to cos^n of the angle to `aim`.
     #[schemars(range(min = 0))]
     pub cosine: Option<f64>,
+    /// Electric power of the light, W.
+    #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
+    pub watts: Option<f64>,
 }
 
 /// Light `spot`.
@@ -1013,6 +1226,9 @@ pub struct SpotFile {
     pub half_angle_deg: f64,
     /// Total emitted flux.
     pub power: PowerFile,
+    /// Electric power of the light, W.
+    #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
+    pub watts: Option<f64>,
 }
 
 /// Light `tube`.
@@ -1041,6 +1257,9 @@ pub struct TubeFile {
     pub opening_deg: Option<f64>,
     /// Makes the tube an obstacle of this material, with black ends.
     pub material: Option<String>,
+    /// Electric power of the light, W.
+    #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
+    pub watts: Option<f64>,
 }
 
 /// How a tube emits.
@@ -1094,6 +1313,9 @@ pub struct AreaFile {
     /// With "power": "file": lumens per umol/s of the lamp's light.
     #[schemars(range(max = 150), extend("exclusiveMinimum" = 0))]
     pub lm_per_umol: Option<f64>,
+    /// Electric power of the light, W; of each copy, where there are `instances`.
+    #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
+    pub watts: Option<f64>,
 }
 
 /// Captors: exactly one of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`.

@@ -76,8 +76,10 @@ const SCENES: &[&str] = &[
         "camera": {"position": [0.5, 0, 0.5], "look_at": [0.5, 1, 0.5], "fov_deg": 90, "width": 4, "height": 4},
         "settings": {"photons": 1e2, "seed": 1, "k": 5, "map_photons": 1000, "threads": 1}}"#,
     r#"{"name": "b", "unit": "cm", "quantity": "umol/s",
-        "bands": [{"name": "a", "from_nm": 400, "to_nm": 500}, {"name": "b", "from_nm": 500}],
-        "sums": {"PAR": ["a", "b"]},
+        "bands": [{"name": "a", "from_nm": 400, "to_nm": 500}, {"name": "b", "from_nm": 500, "to_nm": 800}],
+        "sums": {"PAR": ["a", "b"], "lux": "photopic", "y": {"weighting": "YPF", "bands": ["b"]}, "w": {"a": 0.5, "b": 2},
+            "r": {"from_nm": 600, "to_nm": 700}},
+        "ratios": {"p": "PSS", "q": {"numerator": "lux", "denominator": {"a": 1}}, "s": "R:FR"},
         "materials": {
             "leaf": {"type": "leaf", "ior": 1.4, "reflectance": [0.1, 0.4], "transmittance": 0.05, "back": {"reflectance": 0.2}},
             "solid": {"type": "leaf", "thin": false, "ior": 1.2, "tint": [0.5, 1]},
@@ -338,7 +340,8 @@ fn check_result(result: &RunResult) {
 fn check_finite(value: &Value, key: &str) {
     match value {
         Value::Null => assert!(
-            key.ends_with("_se") || ["knn", "radiance", "min_over_mean", "cv"].contains(&key),
+            key.ends_with("_se")
+                || ["knn", "radiance", "min_over_mean", "cv", "ratio"].contains(&key),
             "{key}"
         ),
         Value::Array(values) if key == "radiance" => {

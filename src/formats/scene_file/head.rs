@@ -2,18 +2,11 @@
 
 use glam::DVec3;
 
-use super::{
-    format::*,
-    loader::{Loader, unknown},
-};
+use super::{format::*, loader::Loader};
 use crate::{
     error::Result,
-    formats::json,
     math::spectrum::MAX_BANDS,
-    scene::{
-        camera::View,
-        world::{Band, BandSum},
-    },
+    scene::{camera::View, world::Band},
     transport::settings::{Checked, Settings},
 };
 
@@ -45,38 +38,6 @@ impl Loader<'_> {
         }
         self.bands = bands.len();
         self.load_sums(file)
-    }
-
-    fn load_sums(&mut self, file: &SceneFile) -> Result<()> {
-        for (name, members) in &file.sums {
-            let pointer = format!("/sums/{}", json::escaped(name));
-            if self.parts.bands.iter().any(|band| band.name == *name) {
-                return Err(self
-                    .error(pointer, "a band has this name too")
-                    .remedy("give the sum another name"));
-            }
-            let mut bands = Vec::new();
-            for (i, member) in members.iter().enumerate() {
-                let names = || self.parts.bands.iter().map(|band| band.name.as_str());
-                let Some(band) = names().position(|name| name == member) else {
-                    return Err(unknown(
-                        self.error(format!("{pointer}/{i}"), format!("no band `{member}`")),
-                        member,
-                        names(),
-                    ));
-                };
-                if bands.contains(&band) {
-                    let problem = format!("`{member}` stands here twice");
-                    return Err(self.error(pointer, problem).remedy("name each band once"));
-                }
-                bands.push(band);
-            }
-            if bands.is_empty() {
-                return Err(self.error(pointer, "adds up no band").remedy("name its bands"));
-            }
-            self.parts.sums.push(BandSum { name: name.clone(), bands });
-        }
-        Ok(())
     }
 
     pub(super) fn settings(&self, file: &SettingsFile) -> Result<Settings> {

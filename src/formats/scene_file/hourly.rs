@@ -4,7 +4,7 @@
 use super::{
     daylight::Sky,
     format::*,
-    hourly_lights::{HourlyLight, HourlySun, SkyDivision},
+    hourly_lights::{ByHour, HourlyLight, HourlySun, SkyDivision},
     loader::Loader,
 };
 use crate::{
@@ -26,7 +26,7 @@ impl Loader<'_> {
         pointer: &str,
         file: &LightFile,
         sky: &Sky,
-        division: SkyDivision,
+        ByHour { division, shares }: ByHour,
     ) -> Result<bool> {
         let (name, given, ground, through) = match file {
             LightFile::Sun(SunFile { name, irradiance, ground, through, .. }) => {
@@ -52,7 +52,15 @@ impl Loader<'_> {
                 .error(format!("{pointer}/irradiance"), "by the hour light comes from the weather")
                 .remedy("leave it out, and name a weather file"));
         }
-        let hours = self.weather(pointer, sky)?;
+        let mut hours = self.weather(pointer, sky)?.to_vec();
+        for (slot, share) in self.hourly.slots.iter().zip(shares.into_iter().flatten()) {
+            let Some(hour) = slot.hour.and_then(|h| hours.get_mut(h)) else { continue };
+            hour.weight *= share;
+            if *share <= 0.0 {
+                (hour.direct_normal, hour.diffuse_horizontal) = (0.0, 0.0);
+            }
+        }
+        let hours = &hours[..];
         self.hourly.hours = hours.to_vec();
         self.hourly.north = sky.north;
         let (parts, of_ground, source, share) = match file {
@@ -74,6 +82,9 @@ impl Loader<'_> {
             _ => return Ok(false),
         };
         let shares = self.shares(pointer, share, source)?;
+        if let LightFile::Sky(_) = file {
+            self.hourly.skies.push(shares.clone());
+        }
         let first = self.parts.lights.len();
         for (i, mut part) in parts.into_iter().enumerate() {
             part.beside.iter_mut().flat_map(|b| &mut b.from).for_each(|(light, _)| *light += first);

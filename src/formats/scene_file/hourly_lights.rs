@@ -14,6 +14,15 @@ pub enum SkyDivision {
     Reinhart,
 }
 
+/// How a scene is to be loaded by the hour.
+#[derive(Clone, Copy, Debug)]
+pub struct ByHour<'a> {
+    /// How finely the sky is divided.
+    pub division: SkyDivision,
+    /// For each hour of the period, the fraction of it that counts; `None` if all do.
+    pub shares: Option<&'a [f64]>,
+}
+
 /// The daylight of a period by the hour.
 #[derive(Clone, Debug, Default)]
 pub struct HourlyLights {
@@ -26,6 +35,9 @@ pub struct HourlyLights {
     pub lights: Vec<HourlyLight>,
     /// The suns of the scene file; `hours` says where they stand in each hour.
     pub suns: Vec<HourlySun>,
+    /// For each sky of the scene file, the irradiance of each band over that of the whole spectrum:
+    /// the scene's quantity per J.
+    pub skies: Vec<Vec<f64>>,
     /// Azimuth of north, rad, clockwise from +y.
     pub north: f64,
 }

@@ -21,7 +21,7 @@ use crate::{
             Intensity, LightShape, check_aperture, check_area, check_axis, check_direction,
             check_half_angle, check_power,
         },
-        world::{LightPart, MAX_LIGHTS, SurfacePart},
+        world::{LightPart, MAX_LIGHTS, SurfacePart, check_watts},
     },
 };
 
@@ -36,6 +36,10 @@ impl Loader<'_> {
                 && self.load_infinite(&pointer, file, sky)?
             {
                 continue;
+            }
+            if let Some(watts) = file.watts() {
+                let place = self.place(format!("{pointer}/watts"));
+                check_watts(watts).map_err(|problem| problem.at(place))?;
             }
             let (name, lights) = match file {
                 LightFile::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
@@ -54,6 +58,7 @@ impl Loader<'_> {
                 let name = if several { format!("{name}#{copy}") } else { name.clone() };
                 self.make_solid(&name, &light);
                 let Glowing { power, shape, .. } = light;
+                self.parts.watts.extend(file.watts().map(|watts| (name.clone(), watts)));
                 self.add_light(&pointer, LightPart { name, power, shape })?;
             }
         }
@@ -62,8 +67,8 @@ impl Loader<'_> {
 
     /// Adds a light that is infinitely far away, if `file` is one, and returns whether it is.
     fn load_infinite(&mut self, pointer: &str, file: &LightFile, sky: &Sky) -> Result<bool> {
-        if let Some(division) = self.sources.by_hour
-            && self.load_by_hour(pointer, file, sky, division)?
+        if let Some(by_hour) = self.sources.by_hour
+            && self.load_by_hour(pointer, file, sky, by_hour)?
         {
             return Ok(true);
         }

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::{
     format::SceneFile,
-    hourly_lights::{HourlyLights, SkyDivision},
+    hourly_lights::{ByHour, HourlyLights},
     kept::Kept,
     known_spectra::Spectra,
     library::Library,
@@ -44,7 +44,7 @@ pub(super) struct Sources<'a> {
     pub(super) tables: &'a HashMap<String, Vec<u8>>,
     /// How finely the sky is divided, if the sun and the sky are to become the lights of
     /// [`HourlyLights`]; else `None`.
-    pub(super) by_hour: Option<SkyDivision>,
+    pub(super) by_hour: Option<ByHour<'a>>,
 }
 
 /// What is known and collected while a scene is put together.
@@ -105,6 +105,7 @@ impl<'a> Loader<'a> {
         let stem = stem(path);
         loader.parts.name = file.name.clone().unwrap_or(stem);
         loader.parts.quantity = file.quantity;
+        loader.parts.absorbed_by_face = file.absorbed_by_face;
         loader.load_bands(file)?;
         Ok(loader)
     }

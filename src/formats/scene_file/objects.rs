@@ -52,7 +52,8 @@ struct Glow {
 
 impl Loader<'_> {
     pub(super) fn load_objects(&mut self, objects: &[ObjectFile]) -> Result<()> {
-        for (i, file) in objects.iter().enumerate() {
+        let present = |(_, file): &(usize, &ObjectFile)| file.present != Some(false);
+        for (i, file) in objects.iter().enumerate().filter(present) {
             self.load_object(&format!("/objects/{i}"), file)?;
         }
         Ok(())

@@ -311,6 +311,8 @@ impl Loader<'_> {
             }
             let share = if whole > 0.0 { area / whole } else { 0.0 };
             let power = power.iter().map(|power| power * share).collect();
+            let watts = light.watts.map(|watts| (name.clone(), watts * share));
+            self.parts.watts.extend(watts.filter(|_| share > 0.0));
             self.add_light(pointer, LightPart { name, power, shape })?;
         }
         Ok(())

@@ -8,6 +8,16 @@ const DLI: f64 = 0.0864;
 const DAY: f64 = 24.0;
 
 impl BandResult {
+    /// Returns whether it has a daily light integral: photosynthetically active radiation, a part
+    /// of it, or a sum of photons by a weighting of wavelengths, where that is not in lumens.
+    /// `photons` says whether the bands count photons.
+    pub fn has_dli(&self, bands: &[Self], photons: bool) -> bool {
+        match &self.unit {
+            Some(unit) => unit.flux == "umol/s",
+            None => photons && self.is_par(bands),
+        }
+    }
+
     /// Returns whether this is photosynthetically active radiation or a part of it: a band within
     /// 400 to 700 nm, or a sum of such `bands`.
     pub fn is_par(&self, bands: &[Self]) -> bool {
@@ -29,7 +39,9 @@ impl RunResult {
         }
         // a part of a day brings what it brings; of a longer period it is the mean of the days
         let dli = DLI * (self.period_h.unwrap_or(DAY).min(DAY) / DAY);
-        let par: Vec<bool> = self.bands.iter().map(|band| band.is_par(&self.bands)).collect();
+        let photons = self.unit.flux == "umol/s";
+        let has = |band: &BandResult| band.has_dli(&self.bands, photons);
+        let par: Vec<bool> = self.bands.iter().map(has).collect();
         let of_captors =
             self.captors.iter_mut().flat_map(|c| [Some(&mut c.front), c.back.as_mut()]);
         let of_groups = self.groups.iter_mut().flat_map(|g| [Some(&mut g.front), g.back.as_mut()]);

@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 
 use super::{
-    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult, Energy, FORMAT,
-    FaceResult, GroupResult, MapResult, NearestResult, RunResult, RunSettings, ToleranceResult,
-    WorstResult, spread::Spread, stand, warnings::FEW_HISTORIES,
+    Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult,
+    Electricity, Energy, FORMAT, FaceResult, GroupResult, MapResult, NearestResult, RatioResult,
+    Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, WorstResult, spread::Spread, stand,
+    warnings::FEW_HISTORIES,
 };
 use crate::{
     math::{
@@ -13,7 +14,7 @@ use crate::{
         units::Quantity,
     },
     scene::{
-        captor::{CHANNELS, Captor, CaptorKind, Channel},
+        captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
         light::Light,
         world::Scene,
     },
@@ -58,9 +59,9 @@ impl RunResult {
             })
             .collect();
         let bands = band_results(scene);
-        let dli = scene.period_h.is_some()
-            && scene.quantity == Quantity::Micromole
-            && bands.iter().any(|band| band.is_par(&bands));
+        let photons = scene.quantity == Quantity::Micromole;
+        let dli =
+            scene.period_h.is_some() && bands.iter().any(|band| band.has_dli(&bands, photons));
         let mut unit = scene.quantity.unit_names();
         unit.dli = dli.then_some(Cow::Borrowed("mol/m2/d"));
         let mut result = Self {
@@ -81,7 +82,9 @@ impl RunResult {
             unit,
             period_h: scene.period_h,
             bands,
+            ratios: RatioResult::all(scene),
             energy,
+            electricity: Electricity::new(scene, totals, !of_paths),
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy.as_ref().map(|found| ToleranceResult::new(scene, found)),
@@ -197,18 +200,26 @@ fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     }
 }
 
-fn band_results(scene: &Scene) -> Vec<BandResult> {
+/// Returns the bands of a scene, then its sums.
+pub fn band_results(scene: &Scene) -> Vec<BandResult> {
     let bands = scene.bands.iter().map(|band| BandResult {
         name: band.name.clone(),
         from_nm: band.from_nm,
         to_nm: band.to_nm,
         sum_of: None,
+        weights: None,
+        unit: None,
     });
     let sums = scene.sums.iter().map(|sum| BandResult {
         name: sum.name.clone(),
         from_nm: None,
         to_nm: None,
         sum_of: Some(sum.bands.iter().map(|&b| scene.bands[b].name.clone()).collect()),
+        weights: (!sum.weights.is_empty()).then(|| sum.weights.clone()),
+        unit: sum.unit.map(|unit| {
+            let [flux, irradiance] = unit.names().map(Cow::Borrowed);
+            SumUnit { flux, irradiance }
+        }),
     });
     bands.chain(sums).collect()
 }
@@ -231,7 +242,8 @@ fn captor_result(
     let counts = captor.kind == CaptorKind::Surface;
     let absorbed =
         counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
-    let AllAbsorbed { absorbed, absorbed_se, by_light } = absorbed.unwrap_or_default();
+    let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
+        absorbed.unwrap_or_default();
     let groups = captor.groups.iter().map(|&group| scene.groups[group].clone());
     CaptorResult {
         id: captor.id.clone(),
@@ -248,6 +260,8 @@ fn captor_result(
         absorbed,
         absorbed_se,
         by_light,
+        absorbed_by_face,
+        absorbed_ratios,
         groups: Some(groups.collect()),
     }
 }
@@ -306,11 +320,12 @@ fn group_result(
     name: &str,
     members: &Members,
 ) -> GroupResult {
-    let channel = |c: Channel| scene.channels() + group * CHANNELS.len() + c as usize;
+    let channel = |c: Channel| scene.channels() + group * scene.group_channels() + c as usize;
     let counts = members.surfaces > 0;
     let absorbed =
         counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
-    let AllAbsorbed { absorbed, absorbed_se, by_light } = absorbed.unwrap_or_default();
+    let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
+        absorbed.unwrap_or_default();
     let face =
         |c: Channel, area, spread: &Spread| spread.on(face(scene, simulation, channel(c), area));
     GroupResult {
@@ -323,6 +338,8 @@ fn group_result(
         absorbed,
         absorbed_se,
         by_light,
+        absorbed_by_face,
+        absorbed_ratios,
     }
 }
 
@@ -350,6 +367,7 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
     let totals = &simulation.totals;
     let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
     let of_paths = simulation.estimator == Estimator::Paths;
+    let split = !totals.parts().is_empty();
     FaceResult {
         few_paths: match of_paths {
             true => {
@@ -362,12 +380,12 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
                 histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
             }
         },
-        by_light: by_light(scene, totals, |_, part| flux(part, channel, area)),
-        ..flux(totals, channel, area)
+        by_light: by_light(scene, totals, |_, part| flux(part, channel, area, split)),
+        ..flux(totals, channel, area, split)
     }
 }
 
-fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
+fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
     let flux = Sums::of(totals, channel);
     FaceResult {
         photons: totals.photons(channel),
@@ -376,6 +394,7 @@ fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
         dli: None,
         dli_se: None,
+        ratios: ratios(totals, channel, split),
         flux: flux.mean,
         flux_se: flux.standard_error,
         few_paths: false,
@@ -387,13 +406,31 @@ fn flux(totals: &Totals, channel: usize, area: f64) -> FaceResult {
     }
 }
 
+fn ratios(totals: &Totals, channel: usize, split: bool) -> Option<Ratios> {
+    Ratios::of(totals.pairs(channel), totals.batches, split)
+}
+
 fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
+    let split = !totals.parts().is_empty();
     let of = |totals: &Totals| {
         let Sums { mean, standard_error } = Sums::of(totals, channel);
-        Absorbed { absorbed: mean, absorbed_se: standard_error }
+        let absorbed_ratios = ratios(totals, channel, split);
+        let absorbed_by_face = scene.absorbed_by_face.then(|| {
+            let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
+            let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
+            AbsorbedByFace {
+                front: front.mean,
+                front_se: front.standard_error,
+                back: back.mean,
+                back_se: back.standard_error,
+            }
+        });
+        Absorbed { absorbed: mean, absorbed_se: standard_error, absorbed_by_face, absorbed_ratios }
     };
-    let Absorbed { absorbed, absorbed_se } = of(totals);
+    let Absorbed { absorbed, absorbed_se, absorbed_by_face, absorbed_ratios } = of(totals);
     AllAbsorbed {
+        absorbed_by_face,
+        absorbed_ratios,
         absorbed: Some(absorbed),
         absorbed_se: Some(absorbed_se),
         by_light: by_light(scene, totals, |_, part| of(part)),

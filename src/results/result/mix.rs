@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Absorbed, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
-    RunResult, spread::Spread,
+    Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult,
+    GroupResult, RatioResult, Ratios, RunResult, spread::Spread,
 };
 use crate::error::{Error, LISTED, Result, nearest, number, some};
 
@@ -51,7 +51,7 @@ impl RunResult {
                 return Err(Error::input(&self.scene, problem).remedy("give one for each band"));
             }
         }
-        let mix = Mix::new(&self.bands, factors);
+        let mix = Mix::new(&self.bands, &self.ratios, factors);
         let captors: Vec<CaptorResult> = self.captors.iter().map(|c| mix.captor(c)).collect();
         let mut ranges: HashMap<&str, [Spread; 2]> = HashMap::new();
         for captor in &captors {
@@ -74,6 +74,8 @@ impl RunResult {
         let mut result = Self {
             mixed: Some(mixed),
             energy: mix.energy(&self.energy, lights),
+            // what a lamp needs at another power is not known
+            electricity: None,
             tolerance: None,
             map: None,
             captors,
@@ -127,6 +129,7 @@ impl Factor {
 struct Mix<'a> {
     of_lights: HashMap<&'a str, Scale>,
     one: Scale,
+    ratios: &'a [RatioResult],
 }
 
 /// Factors on the entries of the lists of one light: bands, then sums over bands.
@@ -137,8 +140,8 @@ struct Scale(Vec<Entry>);
 #[derive(Clone)]
 enum Entry {
     Times(f64),
-    /// The entry is the sum of these entries, which have different factors.
-    Sum(Vec<usize>),
+    /// The entry is the sum of these entries, each with its weight, which have different factors.
+    Sum(Vec<(usize, f64)>),
 }
 
 impl Scale {
@@ -148,12 +151,12 @@ impl Scale {
             Factor::Bands(factors) => factors.get(b).copied().unwrap_or(1.0),
         };
         let entry = |(b, band): (usize, &BandResult)| {
-            let Some(members) = &band.sum_of else { return Entry::Times(of_band(b)) };
-            let is_member = |b: &usize| members.contains(&bands[*b].name);
-            let members: Vec<usize> =
-                (0..bands.len()).filter(|b| bands[*b].sum_of.is_none() && is_member(b)).collect();
-            let first = members.first().map_or(1.0, |b| of_band(*b));
-            match members.iter().all(|b| of_band(*b) == first) {
+            if band.sum_of.is_none() {
+                return Entry::Times(of_band(b));
+            }
+            let members: Vec<(usize, f64)> = band.members(bands).collect();
+            let first = members.first().map_or(1.0, |(b, _)| of_band(*b));
+            match members.iter().all(|(b, _)| of_band(*b) == first) {
                 true => Entry::Times(first),
                 false => Entry::Sum(members),
             }
@@ -173,10 +176,19 @@ impl Scale {
         }
         for (i, entry) in self.0.iter().enumerate().take(values.len()) {
             if let Entry::Sum(members) = entry {
-                scaled[i] = members.iter().filter_map(|&b| scaled.get(b)).sum();
+                let member = |(b, weight): &(usize, f64)| Some(scaled.get(*b)? * weight);
+                scaled[i] = members.iter().filter_map(member).sum();
             }
         }
         scaled
+    }
+
+    /// Returns the factor of a band.
+    fn of_band(&self, band: usize) -> f64 {
+        match self.0.get(band) {
+            Some(Entry::Times(factor)) => *factor,
+            _ => 1.0,
+        }
     }
 
     /// Rescales standard errors; a factor of zero leaves no known error.
@@ -190,10 +202,10 @@ impl Scale {
 }
 
 impl<'a> Mix<'a> {
-    fn new(bands: &[BandResult], factors: &'a ByLight<Factor>) -> Self {
+    fn new(bands: &[BandResult], ratios: &'a [RatioResult], factors: &'a ByLight<Factor>) -> Self {
         let scales =
             factors.iter().map(|(name, factor)| (name.as_str(), Scale::new(bands, factor)));
-        Self { of_lights: scales.collect(), one: Scale::new(bands, &Factor::All(1.0)) }
+        Self { of_lights: scales.collect(), one: Scale::new(bands, &Factor::All(1.0)), ratios }
     }
 
     /// Rescales each light's part.
@@ -243,7 +255,7 @@ impl<'a> Mix<'a> {
     }
 
     fn captor(&self, captor: &CaptorResult) -> CaptorResult {
-        let AllAbsorbed { absorbed, absorbed_se, by_light } =
+        let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
             self.absorbed(captor.by_light.as_ref());
         CaptorResult {
             front: self.face(&captor.front),
@@ -251,12 +263,14 @@ impl<'a> Mix<'a> {
             absorbed,
             absorbed_se,
             by_light,
+            absorbed_by_face,
+            absorbed_ratios,
             ..captor.clone()
         }
     }
 
     fn group(&self, group: &GroupResult, [front, back]: &[Spread; 2]) -> GroupResult {
-        let AllAbsorbed { absorbed, absorbed_se, by_light } =
+        let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
             self.absorbed(group.by_light.as_ref());
         let face = |face: &FaceResult, spread: &Spread| spread.on(self.face(face));
         GroupResult {
@@ -265,6 +279,8 @@ impl<'a> Mix<'a> {
             absorbed,
             absorbed_se,
             by_light,
+            absorbed_by_face,
+            absorbed_ratios,
             ..group.clone()
         }
     }
@@ -280,6 +296,7 @@ impl<'a> Mix<'a> {
                     flux_se: scale.error_times(&part.flux_se),
                     irradiance: scale.times(&part.irradiance),
                     irradiance_se: scale.error_times(&part.irradiance_se),
+                    ratios: self.ratios_of(part.ratios.as_ref(), &part.flux, scale),
                     ..part.clone()
                 }
             });
@@ -299,6 +316,10 @@ impl<'a> Mix<'a> {
             ),
             dli: None,
             dli_se: None,
+            ratios: Ratios::summed(
+                self.ratios,
+                values().map(|part| (part.ratios.as_ref(), &part.flux[..])),
+            ),
             few_paths: face.few_paths,
             min: None,
             max: None,
@@ -308,18 +329,43 @@ impl<'a> Mix<'a> {
         }
     }
 
+    /// Returns the ratios of one light at its new power, from the values at the old one.
+    fn ratios_of(&self, found: Option<&Ratios>, values: &[f64], scale: &Scale) -> Option<Ratios> {
+        Some(found?.scaled(self.ratios, &scale.times(values), |band| scale.of_band(band)))
+    }
+
     fn absorbed(&self, parts: Option<&ByLight<Absorbed>>) -> AllAbsorbed {
         let Some(parts) = parts else { return AllAbsorbed::default() };
         let parts = self.scaled(parts, |part, scale| Absorbed {
             absorbed: scale.times(&part.absorbed),
             absorbed_se: scale.error_times(&part.absorbed_se),
+            absorbed_by_face: part.absorbed_by_face.as_ref().map(|faces| AbsorbedByFace {
+                front: scale.times(&faces.front),
+                front_se: scale.error_times(&faces.front_se),
+                back: scale.times(&faces.back),
+                back_se: scale.error_times(&faces.back_se),
+            }),
+            absorbed_ratios: self.ratios_of(part.absorbed_ratios.as_ref(), &part.absorbed, scale),
         });
+        let ratios = Ratios::summed(
+            self.ratios,
+            parts.values().map(|part| (part.absorbed_ratios.as_ref(), &part.absorbed[..])),
+        );
         let bands = parts.values().map(|part| part.absorbed.len()).max().unwrap_or(0);
+        let faces = || parts.values().filter_map(|part| part.absorbed_by_face.as_ref());
+        let by_face = faces().next().map(|_| AbsorbedByFace {
+            front: sum(faces().map(|of| &of.front[..]), bands),
+            front_se: error(faces().map(|of| (&of.front[..], &of.front_se[..])), bands),
+            back: sum(faces().map(|of| &of.back[..]), bands),
+            back_se: error(faces().map(|of| (&of.back[..], &of.back_se[..])), bands),
+        });
         let absorbed = sum(parts.values().map(|part| &part.absorbed[..]), bands);
         let errors = parts.values().map(|part| (&part.absorbed[..], &part.absorbed_se[..]));
         AllAbsorbed {
             absorbed: Some(absorbed),
             absorbed_se: Some(error(errors, bands)),
+            absorbed_by_face: by_face,
+            absorbed_ratios: ratios,
             by_light: Some(parts),
         }
     }

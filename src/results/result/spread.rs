@@ -41,7 +41,7 @@ impl Uniformity {
 }
 
 /// A value with its standard error, if that is known; `None` where nothing arrived.
-type Found = Option<(f64, Option<f64>)>;
+pub type Found = Option<(f64, Option<f64>)>;
 
 /// The faces of a group's captors with the captors' areas, m2.
 #[derive(Clone, Debug, Default)]
@@ -86,6 +86,37 @@ impl<'a> Spread<'a> {
             uniformity: Some(Uniformity { min_over_mean, min_over_mean_se, cv, cv_se }),
             ..face
         }
+    }
+}
+
+/// How evenly captors are lit in a band: mean, smallest value and coefficient of variation, each
+/// with its standard error.
+pub struct Evenness {
+    /// Mean irradiance, weighted by areas.
+    pub mean: (f64, Option<f64>),
+    /// The smallest irradiance of a captor.
+    pub min: (f64, Option<f64>),
+    /// Coefficient of variation; `None` where nothing arrived.
+    pub cv: Found,
+}
+
+impl Evenness {
+    /// Finds it from the irradiance of each captor, its standard error and its area; `None` for no
+    /// captor. The errors are taken to be independent.
+    pub fn of(captors: impl Iterator<Item = (f64, Option<f64>, f64)>) -> Option<Self> {
+        let member = |(value, error, area)| Member { value, error, area };
+        let members = Members::of(captors.map(member).collect());
+        let least = members.all.iter().min_by(|a, b| a.value.total_cmp(&b.value))?;
+        let variances = members.all.iter().map(|m| {
+            let error = m.error.or((m.value == 0.0).then_some(0.0))?;
+            Some((m.area / members.area * error).powi(2))
+        });
+        let error = variances.sum::<Option<f64>>().map(f64::sqrt);
+        Some(Self {
+            mean: (members.mean, error),
+            min: (least.value, least.error),
+            cv: members.cv(),
+        })
     }
 }
 

@@ -121,9 +121,12 @@ impl LayerResult {
     }
 }
 
+/// A share of the light by its name, per band, with standard errors.
+type NamedShare<'a> = (&'static str, &'a [f64], &'a [Option<f64>]);
+
 impl CanopyResult {
     /// Returns the shares by name, with their standard errors.
-    pub fn shares(&self) -> [(&'static str, &[f64], &[Option<f64>]); 4] {
+    pub fn shares(&self) -> [NamedShare<'_>; 4] {
         [
             ("absorbed", &self.absorbed, &self.absorbed_se),
             ("reflected", &self.reflected, &self.reflected_se),

@@ -1,8 +1,8 @@
 //! Checks that a result which was read from a file is complete.
 
 use super::{
-    Absorbed, ByLight, CaptorResult, Energy, FaceResult, Factor, GroupResult, NearestResult,
-    RunResult, ToleranceResult,
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, Energy, FaceResult, Factor,
+    GroupResult, NearestResult, Ratios, RunResult, ToleranceResult,
 };
 use crate::math::stats::is_possible;
 
@@ -10,18 +10,24 @@ impl RunResult {
     /// Returns whether every list has an entry for each band, as the lists of a run have, and no
     /// number is so large that sums and squares of such numbers are infinite.
     pub fn is_valid(&self) -> bool {
-        let bands = self.bands.len();
+        let (bands, ratios) = (self.bands.len(), self.ratios.len());
         let of_captors = |captor: &CaptorResult| {
             let CaptorResult { area, center, normal, absorbed, absorbed_se, by_light, .. } = captor;
             let mut numbers = center.iter().chain(normal).chain([area]);
             numbers.all(|number| is_possible(*number))
-                && captor.faces().all(|face| face.is_valid(bands))
+                && captor.faces().all(|face| face.is_valid(bands, ratios))
                 && fits(absorbed, absorbed_se, by_light, bands)
+                && are_ratios(&captor.absorbed_ratios, by_light, ratios)
+                && are_faces(&captor.absorbed_by_face, by_light, bands)
         };
         let of_groups = |group: &GroupResult| {
             is_possible(group.area)
-                && std::iter::once(&group.front).chain(&group.back).all(|f| f.is_valid(bands))
+                && std::iter::once(&group.front)
+                    .chain(&group.back)
+                    .all(|f| f.is_valid(bands, ratios))
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
+                && are_ratios(&group.absorbed_ratios, &group.by_light, ratios)
+                && are_faces(&group.absorbed_by_face, &group.by_light, bands)
         };
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
         let own = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
@@ -32,6 +38,9 @@ impl RunResult {
             && self.cut_off.is_none_or(is_possible)
             && self.period_h.is_none_or(is_possible)
             && self.tolerance.iter().all(ToleranceResult::is_valid)
+            && self.electricity.iter().all(|found| found.is_valid(bands))
+            && self.ratios.iter().all(|ratio| ratio.is_valid(own))
+            && self.bands.iter().all(BandResult::is_valid)
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)
             && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
@@ -73,8 +82,16 @@ impl Energy {
     }
 }
 
+impl BandResult {
+    fn is_valid(&self) -> bool {
+        let members = self.sum_of.as_ref().map_or(0, Vec::len);
+        let is_weight = |weight: &f64| (0.0..=1e30).contains(weight);
+        self.weights.iter().all(|all| all.len() == members && all.iter().all(is_weight))
+    }
+}
+
 impl FaceResult {
-    fn is_valid(&self, bands: usize) -> bool {
+    fn is_valid(&self, bands: usize, ratios: usize) -> bool {
         let mut values =
             [&self.flux, &self.irradiance].into_iter().chain(&self.min).chain(&self.max);
         let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
@@ -82,7 +99,12 @@ impl FaceResult {
             && errors.all(|errors| are_errors(errors, bands))
             && self.dli.iter().chain(&self.dli_se).all(|values| are_errors(values, bands))
             && self.uniformity.iter().all(|even| even.is_valid(bands))
-            && self.by_light.iter().flat_map(ByLight::values).all(|part| part.is_valid(bands))
+            && self
+                .by_light
+                .iter()
+                .flat_map(ByLight::values)
+                .all(|part| part.is_valid(bands, ratios))
+            && self.ratios.iter().all(|found| found.is_valid(ratios))
             && self.knn.iter().flatten().all(|knn| knn.is_valid(bands))
     }
 }
@@ -105,6 +127,23 @@ fn fits(
     let parts = || parts.iter().flat_map(ByLight::values);
     absorbed.iter().chain(parts().map(|p| &p.absorbed)).all(|values| are_values(values, bands))
         && errors.iter().chain(parts().map(|p| &p.absorbed_se)).all(|e| are_errors(e, bands))
+}
+
+fn are_ratios(all: &Option<Ratios>, parts: &Option<ByLight<Absorbed>>, ratios: usize) -> bool {
+    let parts = parts.iter().flat_map(ByLight::values).filter_map(|p| p.absorbed_ratios.as_ref());
+    all.iter().chain(parts).all(|found| found.is_valid(ratios))
+}
+
+fn are_faces(
+    all: &Option<AbsorbedByFace>,
+    parts: &Option<ByLight<Absorbed>>,
+    bands: usize,
+) -> bool {
+    let parts = parts.iter().flat_map(ByLight::values).filter_map(|p| p.absorbed_by_face.as_ref());
+    all.iter().chain(parts).all(|of| {
+        [&of.front, &of.back].iter().all(|values| are_values(values, bands))
+            && [&of.front_se, &of.back_se].iter().all(|errors| are_errors(errors, bands))
+    })
 }
 
 /// Returns whether these are values of so many bands.

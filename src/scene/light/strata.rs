@@ -67,6 +67,46 @@ impl Strata {
         for (l, light) in lights.iter().enumerate() {
             sources.extend((0..light.sources()).map(|source| (l, source)));
         }
+        Self::of(lights, sources, histories, lanes, shares)
+    }
+
+    /// Shares `histories` (at least one for each of its strata) among the strata of one light
+    /// alone, like [`new`](Self::new).
+    pub fn of_light(lights: &[Light], light: usize, histories: u64, lanes: usize) -> Self {
+        let sources = (0..lights[light].sources()).map(|source| (light, source));
+        let mut strata = Self::of(lights, sources.collect(), histories, lanes, None);
+        // a light without any stratum is dark
+        strata.sources[0].0 = light;
+        strata
+    }
+
+    /// Shares `photons` among lights that are traced one by one: at least `least` for each of their
+    /// strata, and the rest in proportion like [`new`](Self::new).
+    pub fn photons_of_lights(lights: &[Light], photons: u64, least: u64) -> Vec<u64> {
+        let strata = lights.iter().map(|light| light.sources().max(1) as u64);
+        let least: Vec<u64> = strata.map(|strata| least * strata).collect();
+        let largest = |light: &Light| {
+            let of = |source| light.source_power(source).iter().copied().fold(0.0, f64::max);
+            (0..light.sources()).map(of).sum()
+        };
+        let powers: Vec<f64> = lights.iter().map(largest).collect();
+        let rest = photons.saturating_sub(least.iter().sum());
+        // none is given less than its least for the sake of another
+        let more = match rest >= lights.len() as u64 {
+            true => apportion(&powers, rest),
+            false => vec![0; lights.len()],
+        };
+        least.iter().zip(more).map(|(least, more)| least + more).collect()
+    }
+
+    /// Shares histories among these strata.
+    fn of(
+        lights: &[Light],
+        mut sources: Vec<(usize, usize)>,
+        histories: u64,
+        lanes: usize,
+        shares: Option<&[f64]>,
+    ) -> Self {
         let powers = sources.iter().map(|&(l, source)| lights[l].source_power(source));
         let powers: Vec<&[f64]> = powers.collect();
         // one stratum without power where no light has any stratum

@@ -174,7 +174,7 @@ impl Scene {
                 captor_of_triangle.resize(captor_triangles.len(), index as u32);
             }
             let first_channel =
-                captors.last().map_or(0, |c: &Captor| c.first_channel + c.kind.channels());
+                captors.last().map_or(0, |c: &Captor| c.first_channel + c.channels());
             captors.push(Captor {
                 id: part.id,
                 kind: part.kind,
@@ -185,6 +185,7 @@ impl Scene {
                 first_channel,
                 groups: part.groups,
                 sensor: part.sensor,
+                by_face: parts.absorbed_by_face && part.kind == CaptorKind::Surface,
             });
         }
 
@@ -244,6 +245,9 @@ impl Scene {
             period_h: parts.period_h,
             bands: parts.bands,
             sums: parts.sums,
+            ratios: parts.ratios,
+            absorbed_by_face: parts.absorbed_by_face,
+            watts: parts.watts,
             materials: parts.materials,
             objects: parts.objects,
             has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),

@@ -29,6 +29,12 @@ impl Scene {
         let (center, radius) = (self.center, self.radius);
         // the error can be ignored: this writer never fails
         let _ = write!(hash, "{:?}", (quantity, bands, sums, materials, lights, captors, groups));
+        if !self.ratios.is_empty() {
+            let _ = write!(hash, "{:?}", self.ratios);
+        }
+        if !self.watts.is_empty() {
+            let _ = write!(hash, "{:?}", self.watts);
+        }
         let _ = write!(hash, "{center:?} {radius:?} {:?}", self.period_h.is_some());
         // of periods the daily light integrals know all that is more than a day
         if let Some(hours) = self.period_h.filter(|hours| *hours < 24.0) {

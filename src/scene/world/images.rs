@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 
-use super::{parts::SceneParts, validate::MAX_TRIANGLES};
+use super::parts::SceneParts;
+use super::validate::MAX_TRIANGLES;
 use crate::{
     error::Problem,
     math::geometry::Triangle,

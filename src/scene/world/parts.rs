@@ -1,11 +1,11 @@
 //! The parts of a scene, as files or a program give them.
 
-use std::{collections::BTreeMap, ops::Range};
+use std::{collections::BTreeMap, fmt, ops::Range};
 
 use glam::DVec3;
 
 use crate::{
-    math::{geometry::Transform, units::Quantity},
+    math::{geometry::Transform, units::Quantity, weighting::WeightedUnit},
     scene::{
         captor::{CaptorKind, Sensor},
         lattice::Lattice,
@@ -26,12 +26,58 @@ pub struct Band {
 }
 
 /// A sum over bands, reported like a band.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct BandSum {
     /// Name, unique among bands and sums.
     pub name: String,
     /// Indices of its bands: at least one, each once.
     pub bands: Vec<usize>,
+    /// Weights of these bands, at least 0; empty where each band counts as it is.
+    pub weights: Vec<f64>,
+    /// What the sum is measured in, where that is not the scene's quantity.
+    pub unit: Option<WeightedUnit>,
+}
+
+impl BandSum {
+    /// Returns the bands, each with its weight.
+    pub fn weighted(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let weight = |i: usize| self.weights.get(i).copied().unwrap_or(1.0);
+        self.bands.iter().enumerate().map(move |(i, band)| (*band, weight(i)))
+    }
+
+    /// Returns the sum of these values of the bands.
+    #[inline]
+    pub fn of(&self, values: &[f64]) -> f64 {
+        match self.weights.is_empty() {
+            true => self.bands.iter().map(|&b| values[b]).sum(),
+            false => self.weighted().map(|(band, weight)| weight * values[band]).sum(),
+        }
+    }
+}
+
+/// Writes weights and unit only where there are any, so that the
+/// [digest](crate::Scene::digest) of a scene without them is that from before they existed.
+impl fmt::Debug for BandSum {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { name, bands, weights, unit } = self;
+        let mut text = f.debug_struct("BandSum");
+        text.field("name", name).field("bands", bands);
+        if !weights.is_empty() || unit.is_some() {
+            text.field("weights", weights).field("unit", unit);
+        }
+        text.finish()
+    }
+}
+
+/// The ratio of two sums over bands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandRatio {
+    /// Name, unique among bands, sums and ratios.
+    pub name: String,
+    /// The sum that is divided; its name does not matter.
+    pub numerator: BandSum,
+    /// The sum that it is divided by; its name does not matter.
+    pub denominator: BandSum,
 }
 
 /// A material with its name.
@@ -107,6 +153,13 @@ pub struct SceneParts {
     pub bands: Vec<Band>,
     /// Sums over bands.
     pub sums: Vec<BandSum>,
+    /// Ratios of sums over bands.
+    pub ratios: Vec<BandRatio>,
+    /// Whether surface captors count what they absorb by face, too.
+    pub absorbed_by_face: bool,
+    /// Electric power of lights, W, above 0, by their names; those that are not named have none
+    /// that is known.
+    pub watts: BTreeMap<String, f64>,
     /// The materials, with unique names.
     pub materials: Vec<NamedMaterial>,
     /// Names of the objects.

@@ -37,12 +37,18 @@ impl SceneParts {
         }
         self.check_names()
             .and_then(|()| self.check_numbers())
+            .and_then(|()| self.check_watts())
             .map_err(|problem| problem.at(place))?;
         for band in &self.bands {
             check(band.check(), format_args!("band `{}`", band.name), place)?;
         }
         for sum in &self.sums {
             check(sum.check(bands), format_args!("sum `{}`", sum.name), place)?;
+        }
+        for ratio in &self.ratios {
+            for sum in [&ratio.numerator, &ratio.denominator] {
+                check(sum.check(bands), format_args!("ratio `{}`", ratio.name), place)?;
+            }
         }
         let names: Vec<&str> = self.bands.iter().map(|band| band.name.as_str()).collect();
         for named in &self.materials {
@@ -81,11 +87,23 @@ impl SceneParts {
 
     fn check_names(&self) -> Checked {
         let bands = self.bands.iter().map(|band| &band.name);
-        unique("band or sum", bands.chain(self.sums.iter().map(|sum| &sum.name)))?;
+        let sums = self.sums.iter().map(|sum| &sum.name);
+        let ratios = self.ratios.iter().map(|ratio| &ratio.name);
+        unique("band or sum", bands.chain(sums).chain(ratios))?;
         unique("material", self.materials.iter().map(|named| &named.name))?;
         unique("light", self.lights.iter().map(|light| &light.name))?;
         unique("captor", self.captors.iter().map(|captor| &captor.id))?;
         unique("group", self.groups.iter())
+    }
+
+    fn check_watts(&self) -> Checked {
+        for (name, watts) in &self.watts {
+            if !self.lights.iter().any(|light| light.name == *name) {
+                return Err(Problem::new(format!("watts of `{name}`"), "name one of the lights"));
+            }
+            check_watts(*watts).map_err(|problem| problem.of("watts"))?;
+        }
+        Ok(())
     }
 
     fn check_numbers(&self) -> Checked {
@@ -150,6 +168,23 @@ impl Band {
     }
 }
 
+/// Checks the electric power of a light, W.
+pub(crate) fn check_watts(watts: f64) -> Checked {
+    match watts > 0.0 {
+        true => check_range(watts, 0.0, MAX_WATTS),
+        false => Err(Problem::new(
+            format!("{}, must be above 0", number(watts)),
+            "leave it out where it is not known",
+        )),
+    }
+}
+
+/// The largest electric power of a light, W.
+const MAX_WATTS: f64 = 1e9;
+
+/// The largest weight of a band in a sum: no sum becomes infinite by it.
+const MAX_WEIGHT: f64 = 1e30;
+
 impl BandSum {
     fn check(&self, bands: usize) -> Checked {
         if self.bands.is_empty() {
@@ -162,6 +197,13 @@ impl BandSum {
                 let problem = format!("band {band} stands here twice");
                 return Err(Problem::new(problem, "name each band once"));
             }
+        }
+        if ![0, self.bands.len()].contains(&self.weights.len()) {
+            let problem = format!("{} weights of {} bands", self.weights.len(), self.bands.len());
+            return Err(Problem::new(problem, "give one for each band, or none"));
+        }
+        for weight in &self.weights {
+            check_range(*weight, 0.0, MAX_WEIGHT).map_err(|problem| problem.of("weight"))?;
         }
         Ok(())
     }

@@ -100,12 +100,12 @@ impl<'a> Chosen<'a> {
         let mut ranges = parts.map(|band| (band.from_nm, band.to_nm));
         let inside = ranges
             .all(|range| matches!(range, (Some(from), Some(to)) if from >= 399.0 && to <= 701.0));
-        let photons = self.result.unit.flux == "umol/s";
+        let photons = self.result.unit.flux == "umol/s" && own.weights.is_none();
         if photons && inside { "PPFD" } else { "irradiance" }
     }
 
     pub fn per_area(&self) -> &'a str {
-        &self.result.unit.irradiance
+        self.result.units(self.band)[1]
     }
 }
 

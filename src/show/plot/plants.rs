@@ -102,7 +102,7 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
             }
         }
     }
-    let unit = &chosen.result.unit.flux;
+    let [unit, _] = chosen.result.units(chosen.band);
     let chart = |title: String, x: &str, y: String, series| Chart {
         title,
         x: x.into(),

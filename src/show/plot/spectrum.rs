@@ -66,7 +66,7 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
     let chart = Chart {
         title: "irradiance by wavelength".into(),
         x: "wavelength, nm".into(),
-        y: format!("irradiance, {}/nm", chosen.per_area()),
+        y: format!("irradiance, {}/nm", result.unit.irradiance),
         linear_x: true,
         linear_y: true,
         series,

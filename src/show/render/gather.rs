@@ -270,7 +270,7 @@ impl Whitted<'_> {
             return [from_lamps.clone(), from_lamps.zero()];
         };
         let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
-        let ray = scene.leave(&hit, side, scatter.direction);
+        let ray = scene.leave(hit, side, scatter.direction);
         let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
         // lamps seen by way of mirrors are focused light, which photons estimate
         let share = |way: &Way<L>, hit: &LightHit| {

@@ -146,17 +146,29 @@ function arriving(tile, face, b) {
   return lit ? (all * shone) / lit : 0;
 }
 
+/** Returns what the band at a place in a sum counts there. */
+function weightOf(band, place) {
+  const { weights } = facts.bands[band];
+  return weights ? weights[place] : 1;
+}
+
+/** Returns the units of flux and irradiance in a band or sum. */
+function unitOf(band) {
+  return facts.bands[band].unit ?? facts.unit;
+}
+
 /** Returns the light at the place of a tile, per area; `UNKNOWN` where it is not known. */
 function localValue(tile, channel, band) {
   if (tile >= surfaceTiles || state.hour >= 0 || (dimmed && !shares.length)) return UNKNOWN;
   let sum = 0;
-  for (const b of facts.bands[band].of) {
+  for (const [i, b] of facts.bands[band].of.entries()) {
+    const weight = weightOf(band, i);
     if (channel !== ABSORBED) {
-      sum += arriving(tile, channel, b);
+      sum += weight * arriving(tile, channel, b);
       continue;
     }
     const kept = keptLevels[local[(ABSORBED * traced + b) * surfaceTiles + tile]];
-    sum += kept * (arriving(tile, FRONT, b) + arriving(tile, BACK, b));
+    sum += weight * kept * (arriving(tile, FRONT, b) + arriving(tile, BACK, b));
   }
   return sum;
 }

@@ -38,7 +38,7 @@ function showScale() {
   }
   const names = { irradiance: "irradiance", absorbed: "absorbed per area", none: "" };
   element("unit").textContent =
-    state.quantity === "none" ? "" : [names[state.quantity], facts.bands[state.band].name, facts.unit.irradiance, timeText()].filter((text) => text).join(", ");
+    state.quantity === "none" ? "" : [names[state.quantity], facts.bands[state.band].name, unitOf(state.band).irradiance, timeText()].filter((text) => text).join(", ");
   element("scale").style.opacity = state.quantity === "none" ? 0.35 : 1;
   element("low").value = state.low;
   element("high").value = state.high;
@@ -58,7 +58,7 @@ function repaint(fit) {
 function paintPhotons() {
   const fraction = points.geometry.getAttribute("fraction");
   const scale = levelValues({ ...photons.levels, most: 1 });
-  const power = (i) => facts.bands[state.band].of.reduce((sum, b) => sum + scale[photons.powers[i * traced + b]], 0);
+  const power = (i) => facts.bands[state.band].of.reduce((sum, b, place) => sum + weightOf(state.band, place) * scale[photons.powers[i * traced + b]], 0);
   const value = state.photonColour === "bounce" ? (i) => photons.bounces[i] : power;
   const values = Float32Array.from({ length: photons.count }, (_, i) => value(i));
   // otherwise a few long paths would leave all others dark
@@ -167,7 +167,7 @@ function showFound() {
     const { value, error } = captorValue(part.captor, channel, state.band);
     return Number.isNaN(value) ? [] : [`${name} ${withError({ value: factor * value, error: factor * error })} ${unit}`];
   };
-  const { irradiance, flux } = facts.unit;
+  const { irradiance, flux } = unitOf(state.band);
   const lines = [
     nameOf(part), ...line("front", FRONT, 1, irradiance), ...line("back", BACK, 1, irradiance),
     ...line("absorbed", ABSORBED, facts.areas[part.captor], flux),

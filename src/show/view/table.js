@@ -19,6 +19,12 @@ function withError({ value, error }) {
   return `${value.toFixed(digits)} ± ${error.toFixed(digits)}`;
 }
 
+/** Returns the name of a band or sum, with its units where they are not those of the lines. */
+function headOf(band) {
+  const { name, unit } = facts.bands[band];
+  return unit ? `${name} (${unit.irradiance}; absorbed: ${unit.flux})` : name;
+}
+
 /** Returns the lines of a table for a tile: each has a name and a value for each band. */
 function linesOf(part, tile) {
   const { captor } = part;
@@ -101,7 +107,7 @@ function showTip(tile, x, y) {
   kind.textContent = descriptionOf(part);
   const table = document.createElement("table");
   const bands = bandsOfTip();
-  heading(table, ["", ...bands.map((band) => facts.bands[band].name), ""]);
+  heading(table, ["", ...bands.map(headOf), ""]);
   const body = table.createTBody();
   for (const line of linesOf(part, tile)) {
     const row = body.insertRow();
@@ -170,7 +176,7 @@ function showListed() {
   const table = element("table");
   table.replaceChildren();
   element("listed").style.display = state.listed.length ? "block" : "none";
-  heading(table, ["captor", "", ...facts.bands.map((band) => band.name), ""]);
+  heading(table, ["captor", "", ...facts.bands.map((_, band) => headOf(band)), ""]);
   const body = table.createTBody();
   for (const { part, tile } of state.listed) {
     linesOf(part, tile).forEach((line, i) => {
@@ -243,16 +249,16 @@ function columnsOf(rows) {
     { name: "name", sort: (row) => row.name, text: (row) => row.name },
     { name: "area, m²", sort: (row) => row.area, text: (row) => short(row.area) },
   ];
-  const add = (name, unit, channel, factor) => facts.bands.forEach((band, b) => {
+  const add = (name, quantity, channel, factor) => facts.bands.forEach((band, b) => {
     const at = (row) => {
       const { value, error } = row.value(channel, b);
       return { value: factor(row) * value, error: factor(row) * error };
     };
     if (rows.every((row) => Number.isNaN(at(row).value))) return;
-    columns.push({ name: `${name} ${band.name}, ${unit}`, sort: (row) => at(row).value, text: (row) => withError(at(row)) });
+    columns.push({ name: `${name} ${band.name}, ${unitOf(b)[quantity]}`, sort: (row) => at(row).value, text: (row) => withError(at(row)) });
   });
-  add("front", facts.unit.irradiance, FRONT, () => 1);
-  add("absorbed", facts.unit.flux, ABSORBED, (row) => row.area);
+  add("front", "irradiance", FRONT, () => 1);
+  add("absorbed", "flux", ABSORBED, (row) => row.area);
   return columns;
 }
 

@@ -7,21 +7,23 @@ use serde_json::{Value, json};
 use crate::{
     error::{Error, Result},
     formats::{input::quoted, output::folder_of, scene_file::LoadedScene},
-    results::calibration::Calibration,
+    results::result::ByLight,
 };
 
-/// Returns the JSON `document` of the scene at `path` with the calibrated powers of its lights.
-/// `loaded` is the same scene. If it is to be written into another `folder` than the scene's, its
+/// Returns the JSON `document` of the scene at `path` with the powers of its lights times `factors`
+/// per band. `loaded` is the same scene. Where lights are `dimmed`, their `watts` go with their power;
+/// else the same lamp has turned out to emit something else. If it is to be written into another `folder` than the scene's, its
 /// files are named by their full paths. Error: a light has no entry whose `power` can be set.
 pub fn calibrated_scene(
     mut document: Value,
     path: &Path,
     loaded: &LoadedScene,
-    calibration: &Calibration,
+    factors: &ByLight<Vec<f64>>,
+    dimmed: bool,
     folder: &Path,
 ) -> Result<Value> {
     for light in &loaded.scene.lights {
-        let Some(factors) = calibration.factors.get(&light.name) else { continue };
+        let Some(factors) = factors.get(&light.name) else { continue };
         let entry = entry(&mut document, &light.name);
         let entry = entry.filter(|e| e.contains_key("power") || e.contains_key("radiance"));
         let Some(entry) = entry else {
@@ -34,6 +36,14 @@ pub fn calibrated_scene(
         let power: Vec<f64> = light.power.iter().zip(factors).map(|(p, f)| p * f).collect();
         entry.remove("radiance");
         entry.insert("power".into(), json!(power));
+        let watts = entry.get("watts").and_then(Value::as_f64).filter(|_| dimmed);
+        match (watts, factors.first()) {
+            (Some(_), Some(0.0)) => drop(entry.remove("watts")),
+            (Some(watts), Some(factor)) => {
+                drop(entry.insert("watts".into(), json!(watts * factor)))
+            }
+            _ => {}
+        }
     }
     let same = |a: &Path, b: &Path| a.canonicalize().ok() == b.canonicalize().ok();
     if !same(folder, &folder_of(path)) {

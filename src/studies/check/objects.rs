@@ -325,7 +325,7 @@ fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
     let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
     // a scene that is too large for a trial is no mistake
     let Ok(Simulation { totals, .. }) = simulate(scene, &settings, &control) else { return };
-    let channels = scene.captors.iter().map(|c| (c.first_channel, c.kind.channels()));
+    let channels = scene.captors.iter().map(|c| (c.first_channel, c.channels()));
     let mut channels = channels.flat_map(|(first, count)| first..first + count);
     if channels.all(|channel| totals.photons(channel) == 0) {
         let photons = totals.histories;

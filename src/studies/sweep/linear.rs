@@ -177,7 +177,7 @@ pub struct Base {
 
 impl Base {
     /// Makes the scene for runs that differ only in powers. `None` if there are sums over bands
-    /// whose bands do not vary alike: the errors of the sums would be lost.
+    /// or their ratios, and bands do not vary alike: the errors would be lost.
     pub fn new(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
         let place = Place::of(sweep, runs)?;
         let mut largest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
@@ -187,8 +187,10 @@ impl Base {
                 most.iter_mut().zip(&power).for_each(|(most, power)| *most = most.max(*power));
             }
         }
-        let sums = place.document.get("sums").and_then(Value::as_object);
-        let has_sums = sums.is_some_and(|sums| !sums.is_empty());
+        let has_sums = ["sums", "ratios"].into_iter().any(|key| {
+            let entries = place.document.get(key).and_then(Value::as_object);
+            entries.is_some_and(|entries| !entries.is_empty())
+        });
         let mut variations: BTreeMap<usize, Sha256> = BTreeMap::new();
         for &run in runs {
             for (light, power) in place.powers(sweep, run)? {

@@ -4,7 +4,7 @@ use std::{cmp::Reverse, collections::BTreeMap};
 
 use crate::{
     formats::sweep_file::{Parameter, Run, Sweep},
-    results::saved::ResultsFile,
+    results::saved::{Band, ResultsFile},
     show::chart::{Chart, Series, Stroke},
 };
 
@@ -18,7 +18,8 @@ const PICTURES: usize = 100;
 /// The contents of the plots, gathered run by run.
 #[derive(Default)]
 pub struct Responses {
-    unit: String,
+    /// Unit of each band and sum.
+    units: Vec<String>,
     /// For each parameter, whether it has an axis.
     drawn: Vec<bool>,
     /// Names of the groups that are drawn, and the number of all groups.
@@ -42,12 +43,13 @@ struct Sum {
 impl Responses {
     /// Adds a run. The first run decides which groups are drawn: those with the most captors.
     pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &ResultsFile) {
-        if self.unit.is_empty() {
+        if self.units.is_empty() {
             let mut largest: Vec<_> = results.groups.iter().collect();
             largest.sort_by_key(|group| Reverse(group.captors));
             largest.truncate(GROUPS);
             self.drawn = sweep.parameters().iter().map(is_drawn).collect();
-            self.unit = results.unit.irradiance.clone();
+            let unit = |band: &Band| band.unit.as_ref().unwrap_or(&results.unit).irradiance.clone();
+            self.units = results.bands.iter().map(unit).collect();
             self.groups = largest.iter().map(|group| group.values.id.clone()).collect();
             self.all_groups = results.groups.len();
             self.bands = results.bands.iter().map(|band| band.name.clone()).collect();
@@ -149,8 +151,10 @@ impl Responses {
             title,
             x: parameter.name.clone(),
             y: match sums.values().any(|sum| sum.range.is_some()) && !scattered {
-                true => format!("irradiance, {} (dashed: least and greatest captor)", self.unit),
-                false => format!("irradiance, {}", self.unit),
+                true => {
+                    format!("irradiance, {} (dashed: least and greatest captor)", self.units[band])
+                }
+                false => format!("irradiance, {}", self.units[band]),
             },
             linear_x: true,
             linear_y: true,

@@ -22,11 +22,14 @@ use crate::{
 
 /// Names of the tables, without endings.
 const TABLES: [&str; 3] = ["captors", "groups", "runs"];
+/// Name of the table of ratios, without ending, which only sweeps of scenes with ratios have.
+const RATIOS: &str = "ratios";
 
 /// Returns the names of all files of the tables.
 pub fn names() -> Vec<String> {
     let endings = Table::ENDINGS.iter();
-    endings.flat_map(|ending| TABLES.map(|name| format!("{name}.{ending}"))).collect()
+    let tables = || TABLES.into_iter().chain([RATIOS]);
+    endings.flat_map(|ending| tables().map(move |name| format!("{name}.{ending}"))).collect()
 }
 
 /// Number of runs that have warnings of each kind.
@@ -58,6 +61,7 @@ pub fn write(
         ("few_paths", Kind::Whole),
     ];
     let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
+    let run_column = run;
     let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
     let of_groups = [
         &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
@@ -74,6 +78,15 @@ pub fn write(
     let mut captors = Table::create(folder.written(), TABLES[0], columns(&[run], &of_captors))?;
     let mut groups =
         Table::create(folder.written(), TABLES[1], columns(&[run], &of_groups.concat()))?;
+    let of_ratios = [
+        seed,
+        ("captor", Kind::Text),
+        ("face", Kind::Text),
+        ("ratio", Kind::Text),
+        ("value", Kind::Number),
+        ("standard_error", Kind::Number),
+    ];
+    let mut ratios = None;
     let (mut balance, mut responses) = (Balance::default(), Responses::default());
     let mut warned = Warned::new();
     for (run, state) in sweep.runs().zip(states) {
@@ -97,11 +110,27 @@ pub fn write(
         for group in &results.groups {
             rows(&mut groups, &results, &run, &group.values, Some(group.captors))?;
         }
+        if !results.ratios.is_empty() {
+            let table = match &mut ratios {
+                Some(table) => table,
+                none => {
+                    let columns = columns(&[run_column], &of_ratios);
+                    none.insert(Table::create(folder.written(), RATIOS, columns)?)
+                }
+            };
+            let groups = results.groups.iter().filter(|group| group.captors > 1);
+            for captor in results.captors.iter().chain(groups.map(|group| &group.values)) {
+                ratio_rows(table, &results, &run, captor)?;
+            }
+        }
         responses.add(sweep, &run, &results);
         balance.add(results);
     }
     captors.finish()?;
     groups.finish()?;
+    if let Some(ratios) = ratios {
+        ratios.finish()?;
+    }
     let charts = responses.charts(sweep);
     let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), "svg");
     for ((_, chart), name) in charts.iter().zip(pictures) {
@@ -175,6 +204,33 @@ fn rows(
                 cells.extend([of(|u| &u.min_over_mean), of(|u| &u.min_over_mean_se)]);
                 cells.extend([of(|u| &u.cv), of(|u| &u.cv_se)]);
             }
+            table.row(&cells)?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds one row for each ratio of a captor or of a group of several, by face; those of absorbed
+/// power have the face `absorbed`.
+fn ratio_rows(
+    table: &mut Table,
+    results: &ResultsFile,
+    run: &Run,
+    captor: &CaptorValues,
+) -> Result<()> {
+    let back = captor.back.as_ref().and_then(|back| back.ratios.as_ref());
+    let faces = [
+        ("front", captor.front.ratios.as_ref()),
+        ("back", back),
+        ("absorbed", captor.absorbed_ratios.as_ref()),
+    ];
+    for (face, found) in faces.into_iter().filter_map(|(name, found)| Some((name, found?))) {
+        for (r, ratio) in results.ratios.iter().enumerate() {
+            let Some((value, error)) = found.get(r) else { continue };
+            let mut cells = vec![Cell::Whole(run.number as u64)];
+            cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
+            cells.extend([Cell::Whole(run.seed), Cell::Text(&captor.id), Cell::Text(face)]);
+            cells.extend([Cell::Text(&ratio.name), Cell::number(Some(value)), Cell::number(error)]);
             table.row(&cells)?;
         }
     }

@@ -1,8 +1,8 @@
 //! How far off the scattered sunlight of single hours is because it is mixed with that of hours
 //! about them. Sums over the period do not suffer, because bundles hold each hour once in all.
 
-use super::value::Value;
-use crate::formats::scene_file::HourlyLights;
+use super::responses::Responses;
+use crate::formats::scene_file::HourlyLight;
 
 /// Ratio of the error of an hour to the mean difference of its bundles to what the bundles beside
 /// them let expect. If light changed with the place of the sun as a parabola does, it would be 1/3;
@@ -14,26 +14,24 @@ pub(super) const HOURS: usize = 200;
 /// Fraction of the captors and groups from which on a warning names them.
 pub(super) const MANY: f64 = 0.05;
 
-/// Returns for each light of a scene, at each id and band, by how much its light differs from a
-/// guess by the lights beside it, beyond what noise explains. The list is empty for lights that
-/// stand alone.
-pub(super) fn bends(hourly: &HourlyLights, responses: &[Vec<[f32; 2]>]) -> Vec<Vec<f32>> {
-    let mut bends = vec![Vec::new(); responses.len()];
-    for light in hourly.lights.iter().filter(|light| !light.beside.is_empty()) {
-        let own = &responses[light.light];
-        let bend = |(place, &[mean, error]): (usize, &[f32; 2])| {
-            let squares = light.beside.iter().map(|beside| {
-                let mut off = Value::default();
-                off.add(1.0, mean, error);
-                for (other, share) in beside.from {
-                    let [mean, error] = responses[other][place];
-                    off.add(-share, mean, error);
-                }
-                beside.scale.powi(2) * (off.mean * off.mean - off.variance).max(0.0)
-            });
-            squares.sum::<f64>().sqrt() as f32
-        };
-        bends[light.light] = own.iter().enumerate().map(bend).collect();
+/// Returns for each light, at each place, by how much its light differs from a guess by the lights
+/// beside it, beyond what noise explains. The list is empty for lights that stand alone.
+pub(super) fn bends(hourly: &[HourlyLight], responses: &Responses) -> Vec<Vec<f64>> {
+    let lights = hourly.iter().map(|light| light.light + 1).max().unwrap_or(0);
+    let mut bends = vec![Vec::new(); lights.max(responses.lights())];
+    for light in hourly.iter().filter(|light| !light.beside.is_empty()) {
+        let mut squares = vec![0.0; responses.means_of(light.light).len()];
+        for beside in &light.beside {
+            let of = |light| (responses.means_of(light), responses.variances_of(light));
+            let own = of(light.light);
+            let [(a, in_a), (b, in_b)] = beside.from.map(|(other, share)| (of(other), share));
+            for (place, sum) in squares.iter_mut().enumerate() {
+                let off = own.0[place] - in_a * a.0[place] - in_b * b.0[place];
+                let noise = own.1[place] + in_a * in_a * a.1[place] + in_b * in_b * b.1[place];
+                *sum += beside.scale.powi(2) * (off * off - noise).max(0.0);
+            }
+        }
+        bends[light.light] = squares.into_iter().map(f64::sqrt).collect();
     }
     bends
 }

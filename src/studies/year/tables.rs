@@ -6,20 +6,24 @@ use std::{
     path::Path,
 };
 
-use super::{Lamp, Value, Year, local};
+use super::{
+    Values, Year,
+    hours::{Lamp, time},
+};
 use crate::{
     error::{Error, Result},
     formats::{
         output::{FilesRead, OutputFile},
         written::{CompleteOwn, OwnFile, Written},
     },
-    scene::daylight::Date,
+    scene::captor::Channel,
     show::chart::{Chart, Series, Stroke},
     studies::table::{Cell, Kind, TableFile},
 };
 
 /// The files beside the table of hours: tables that are always CSV, and the chart.
-const OTHERS: [&str; 5] = ["days.csv", "months.csv", "year.csv", "lamps.csv", CHART];
+const OTHERS: [&str; 7] =
+    ["days.csv", "months.csv", "year.csv", "lamps.csv", CHART, "captors.csv", "states.csv"];
 const CHART: &str = "dli.svg";
 /// The record of these files in their folder, and what to do about one that is not of it.
 const RECORD: &str = "year.written.json";
@@ -59,26 +63,34 @@ impl Year {
     /// Writes the tables into an existing folder.
     pub fn write_tables(&self, folder: &Path, csv: bool) -> Result<()> {
         let tables = YearTables::create(folder, csv, OutputFile::create)?;
-        write(self, tables, &FilesRead::default())
+        write(self, tables, &FilesRead::default(), &|_, _| {})
     }
 }
 
 /// Writes all tables and the chart. None of them may replace a file that was `read`.
-pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
+/// `progress` is told how many hours are written, and of how many.
+pub fn write(
+    year: &Year,
+    tables: YearTables,
+    read: &FilesRead,
+    progress: &dyn Fn(u64, u64),
+) -> Result<()> {
     let YearTables { written, files, parquet } = tables;
     let mut files = files.into_iter();
     let mut next = || {
         let (name, file) = files.next().ok_or_else(|| Error::run("tables", "one is missing"))?;
         Ok(written.begin(&name, file.open(read)?))
     };
-    let mut complete = vec![table(next()?, &hour_columns(), parquet, |file| hours(year, file))?];
-    type Name = fn(Date) -> String;
-    let names: [(&str, Name); 3] = [("day", day), ("month", month), ("period", |_| "all".into())];
-    for (column, name) in names {
-        let columns = ["captor", column, "band", "unit"].map(|name| (name, Kind::Text));
-        let columns = [&columns[..], &VALUES].concat();
-        complete.push(table(next()?, &columns, false, |file| sums(year, name, file))?);
-    }
+    let mut complete =
+        vec![table(next()?, &columns(&["captor", "time", "band"]), parquet, |file| {
+            hours(year, file, progress)
+        })?];
+    let days = || year.days.keys().enumerate().map(|(d, name)| (name.as_str(), year.day(d)));
+    let months = || year.months.keys().enumerate().map(|(m, name)| (name.as_str(), year.month(m)));
+    let whole = || std::iter::once(("all", year.whole()));
+    complete.push(sums(year, next()?, "day", days())?);
+    complete.push(sums(year, next()?, "month", months())?);
+    complete.push(sums(year, next()?, "period", whole())?);
     let columns = [
         ("light", Kind::Text),
         ("month", Kind::Text),
@@ -89,6 +101,9 @@ pub fn write(year: &Year, tables: YearTables, read: &FilesRead) -> Result<()> {
     let mut file = next()?;
     file.write_all(chart(year)?.as_bytes()).map_err(unwritten)?;
     complete.push(file.complete()?);
+    complete.push(table(next()?, &CAPTORS, false, |file| captors(year, file))?);
+    let columns = [("state", Kind::Text), ("month", Kind::Text), ("hours", Kind::Number)];
+    complete.push(table(next()?, &columns, false, |file| states(year, file))?);
     written.put(complete)
 }
 
@@ -96,138 +111,164 @@ fn unwritten(e: io::Error) -> Error {
     Error::run("tables", format!("cannot be written: {e}"))
 }
 
-const VALUES: [(&str, Kind); 2] = [("value", Kind::Number), ("standard_error", Kind::Number)];
+/// The values of a row: those of the front have the names that they had before there were others.
+const VALUES: [&str; 8] = [
+    "value",
+    "standard_error",
+    "back",
+    "back_se",
+    "absorbed",
+    "absorbed_se",
+    "sunlit",
+    "sunlit_se",
+];
 
-fn hour_columns() -> Vec<(&'static str, Kind)> {
-    [&["captor", "time", "band"].map(|name| (name, Kind::Text))[..], &VALUES].concat()
+/// Returns the columns of a table, the first of which have these names and hold text.
+fn columns<'c>(texts: &[&'c str]) -> Vec<(&'c str, Kind)> {
+    let texts = texts.iter().map(|&name| (name, Kind::Text));
+    texts.chain(VALUES.map(|name| (name, Kind::Number))).collect()
 }
 
 fn table<'a>(
     file: OwnFile<'a>,
     columns: &[(&str, Kind)],
     parquet: bool,
-    rows: impl FnOnce(&mut TableFile<OwnFile<'a>>) -> io::Result<()>,
+    rows: impl FnOnce(&mut TableFile<OwnFile<'a>>) -> Result<()>,
 ) -> Result<CompleteOwn> {
     let mut table = TableFile::begin(file, columns, parquet).map_err(unwritten)?;
-    rows(&mut table).map_err(unwritten)?;
+    rows(&mut table)?;
     table.end().map_err(unwritten)?.complete()
 }
 
-fn hours<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<()> {
-    for (s, slot) in year.slots.iter().enumerate() {
-        let (date, start) = local(slot);
-        let minutes = (start * 60.0).round() as u32;
-        let offset = (slot.start.offset / 60.0).round() as i32;
-        let sign = if offset < 0 { '-' } else { '+' };
-        let time = format!(
-            "{}T{:02}:{:02}{sign}{:02}:{:02}",
-            day(date),
-            minutes / 60,
-            minutes % 60,
-            offset.abs() / 60,
-            offset.abs() % 60
-        );
-        rows(year, &time, None, &year.hour(s), table)?;
-    }
-    Ok(())
-}
-
-fn sums<W: Write + Send>(
+fn hours<W: Write + Send>(
     year: &Year,
-    name: fn(Date) -> String,
     table: &mut TableFile<W>,
-) -> io::Result<()> {
-    for (name, slots) in year.periods(name) {
-        rows(year, &name, Some(year.unit), &year.daily(&slots), table)?;
+    progress: &dyn Fn(u64, u64),
+) -> Result<()> {
+    let ids: Vec<usize> = year.with_hours().collect();
+    for (s, slot) in year.slots.iter().enumerate().filter(|_| !ids.is_empty()) {
+        rows(year, &ids, &time(slot), None, &year.hour(s)?, table)?;
+        progress(s as u64 + 1, year.slots.len() as u64);
     }
     Ok(())
 }
 
-/// Adds one row for each captor or group and each band. Daily light integrals have a row only for
-/// the bands that have one.
+/// Writes the table of sums over periods, the names of which stand in a column called `of`.
+fn sums<'y>(
+    year: &'y Year,
+    file: OwnFile,
+    of: &str,
+    periods: impl Iterator<Item = (&'y str, Result<Values<'y>>)>,
+) -> Result<CompleteOwn> {
+    let ids: Vec<usize> = (0..year.places.ids.len()).collect();
+    table(file, &columns(&["captor", of, "band", "unit"]), false, |table| {
+        for (name, values) in periods {
+            rows(year, &ids, name, Some(year.unit), &values?, table)?;
+        }
+        Ok(())
+    })
+}
+
+/// Adds one row for each of these captors and groups and each band. Daily light integrals have a
+/// row only for the bands that have one.
 fn rows<W: Write + Send>(
     year: &Year,
+    ids: &[usize],
     when: &str,
     unit: Option<&str>,
-    values: &[Value],
+    values: &Values,
     table: &mut TableFile<W>,
-) -> io::Result<()> {
-    for (id, values) in year.ids.iter().zip(values.chunks(year.bands.len())) {
-        for ((band, integrated), value) in year.bands.iter().zip(&year.integrated).zip(values) {
-            if unit.is_some() && !integrated {
-                continue;
-            }
-            let mut cells = vec![Cell::Text(id), Cell::Text(when), Cell::Text(&band.name)];
+) -> Result<()> {
+    let of_bands = year.bands.iter().zip(&year.integrated).enumerate();
+    let of_bands = of_bands.filter(|(_, (_, integrated))| unit.is_none() || **integrated);
+    let mut cells = Vec::new();
+    for &id in ids {
+        let sunlit = values.sunlit(id);
+        for (b, (band, _)) in of_bands.clone() {
+            cells.clear();
+            let texts = [&year.places.ids[id], when, &band.name];
+            cells.extend(texts.map(Cell::Text));
             cells.extend(unit.map(Cell::Text));
-            cells.extend([Cell::Number(value.mean), Cell::Number(value.variance.sqrt())]);
-            table.row(&cells)?;
+            let light = [Channel::Front, Channel::Back, Channel::Absorbed]
+                .map(|channel| values.light(id, channel, b));
+            for value in light.into_iter().chain([sunlit]) {
+                cells.push(Cell::number(value.map(|value| value.mean)));
+                cells.push(Cell::number(value.map(|value| value.variance.sqrt())));
+            }
+            table.row(&cells).map_err(unwritten)?;
         }
     }
     Ok(())
 }
-
-/// The largest number of groups, or of captors if there are no groups, that the chart shows.
-const CHARTED: usize = 6;
 
 /// Draws the daily light integral in the last band or sum that has one: the mean of each month with
 /// the range of its days, or each day if there is one month alone.
 fn chart(year: &Year) -> Result<String> {
-    let first = match year.ids.len() > year.run.captors.len() {
-        true => year.run.captors.len(),
-        false => 0,
-    };
-    let shown: Vec<(usize, &String)> =
-        year.ids.iter().enumerate().skip(first).take(CHARTED).collect();
     let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
-    // sums come after bands, so the last one is taken
-    if let Some(band) = year.integrated.iter().rposition(|&integrated| integrated) {
+    if let Some(band) = year.charted.band {
         let name = &year.bands[band].name;
         chart.title = format!("daily light integral, {name}");
         chart.y = format!("{name}, {}", year.unit);
-        let places: Vec<usize> = shown.iter().map(|(id, _)| id * year.bands.len() + band).collect();
-        let months = year.periods(month);
-        let is_by_month = months.len() > 1;
-        let split = if is_by_month { months } else { year.periods(day) };
-        let all = integrals(split.values().map(|slots| year.daily(slots)), &places);
-        let daylight = match year.lamps.is_empty() {
-            true => vec![Vec::new(); places.len()],
-            false => integrals(split.values().map(|slots| year.daily_daylight(slots)), &places),
+        let ids = &year.charted.ids;
+        let light = |values: &Values, id: usize| {
+            values.light(id, Channel::Front, band).map_or(0.0, |v| v.mean)
         };
-        let ranges = if is_by_month { ranges(year, &places) } else { Vec::new() };
-        for (colour, ((_, id), (all, daylight))) in
-            shown.iter().zip(all.into_iter().zip(daylight)).enumerate()
-        {
-            let mut add = |name: Option<&String>, stroke, points: Vec<(f64, f64)>| {
+        let mut all = vec![Vec::new(); ids.len()];
+        for day in 0..year.days.len() {
+            let values = year.day(day)?;
+            for (all, &id) in all.iter_mut().zip(ids) {
+                all.push(light(&values, id));
+            }
+        }
+        let is_by_month = year.months.len() > 1;
+        for (colour, &id) in ids.iter().enumerate() {
+            let name = Some(year.places.ids[id].clone());
+            let daylight = year.charted.daylight.get(colour);
+            let mut add = |name, colour, stroke, points: Vec<(f64, f64)>| {
                 if !points.is_empty() {
-                    chart.series.push(Series { name: name.cloned(), colour, stroke, points });
+                    chart.series.push(Series { name, colour, stroke, points });
                 }
             };
             if !is_by_month {
-                add(Some(id), Stroke::Line, all);
-                add(None, Stroke::Dashed, daylight);
+                let line = |values: &[f64]| values.iter().zip(1..).map(at).collect();
+                add(name, colour, Stroke::Line, line(&all[colour]));
+                add(None, colour, Stroke::Dashed, daylight.map_or(Vec::new(), |v| line(v)));
                 continue;
             }
-            let width = 0.8 / shown.len() as f64;
-            let aside = width * (colour as f64 - 0.5 * (shown.len() as f64 - 1.0));
-            let beside = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-                points.into_iter().map(|(x, y)| (x + aside, y)).collect()
-            };
+            let width = 0.8 / ids.len() as f64;
+            let aside = width * (colour as f64 - 0.5 * (ids.len() as f64 - 1.0));
+            let (mut means, mut shares, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+            let mut first = 0;
+            for (m, month) in year.months.keys().enumerate() {
+                let x = (m + 1) as f64 + aside;
+                let last = first
+                    + year.days.keys().skip(first).take_while(|d| d.starts_with(month)).count();
+                let days = &all[colour][first..last];
+                let mean = light(&year.month(m)?, id);
+                means.push((x, mean));
+                let sum: f64 = days.iter().sum();
+                if let Some(daylight) = daylight.filter(|_| sum > 0.0) {
+                    shares.push((x, mean * daylight[first..last].iter().sum::<f64>() / sum));
+                }
+                let of = |best: fn(f64, f64) -> f64| days.iter().copied().reduce(best);
+                ranges.extend([of(f64::min), of(f64::max)].into_iter().flatten().map(|y| (x, y)));
+                first = last;
+            }
             let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
-            add(Some(id), column(!year.lamps.is_empty()), beside(all));
-            add(None, column(false), beside(daylight));
+            add(name, colour, column(daylight.is_some()), means);
+            add(None, colour, column(false), shares);
             // grey is seen on columns and beside them
-            let (colour, points) = (Series::GREY, beside(ranges[colour].clone()));
-            chart.series.push(Series { name: None, colour, stroke: Stroke::Bars, points });
+            add(None, Series::GREY, Stroke::Bars, ranges);
         }
         if is_by_month {
             chart.x = "month, with the range of its days".into();
-            let names = split.keys().zip(1..).map(|(name, i)| (f64::from(i), month_name(name)));
-            chart.x_names = names.collect();
+            chart.x_names =
+                year.months.keys().zip(1..).map(|(m, i)| (f64::from(i), month_name(m))).collect();
         } else {
-            let first = split.keys().next();
+            let first = year.days.keys().next();
             chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
         }
-        if !year.lamps.is_empty() {
+        if !year.charted.daylight.is_empty() {
             chart.title += match is_by_month {
                 true => " (dark: daylight alone)",
                 false => " (dashed: daylight alone)",
@@ -235,6 +276,10 @@ fn chart(year: &Year) -> Result<String> {
         }
     }
     chart.svg().map_err(|e| Error::run(CHART, e))
+}
+
+fn at((value, x): (&f64, i32)) -> (f64, f64) {
+    (f64::from(x), *value)
 }
 
 /// Returns the name of a month at the axis, such as `Jun` for `2005-06`.
@@ -245,43 +290,60 @@ fn month_name(month: &str) -> String {
     number.and_then(|n| names.get(n.wrapping_sub(1))).map_or(month.into(), |name| name.to_string())
 }
 
-/// Returns the means at each of some places in period after period, which count from 1.
-fn integrals(periods: impl Iterator<Item = Vec<Value>>, places: &[usize]) -> Vec<Vec<(f64, f64)>> {
-    let mut points = vec![Vec::new(); places.len()];
-    for (values, x) in periods.zip(1..) {
-        for (points, &place) in points.iter_mut().zip(places) {
-            points.push((f64::from(x), values[place].mean));
-        }
-    }
-    points
-}
-
-/// Returns the least and the greatest daily integral of each month, one after the other, at each
-/// place.
-fn ranges(year: &Year, places: &[usize]) -> Vec<Vec<(f64, f64)>> {
-    let mut ranges = vec![Vec::new(); places.len()];
-    for (slots, x) in year.periods(month).values().zip(1..) {
-        let date = |slot: usize| local(&year.slots[slot]).0;
-        let days = slots.chunk_by(|&a, &b| date(a) == date(b));
-        let days: Vec<Vec<Value>> = days.map(|slots| year.daily(slots)).collect();
-        for (ranges, &place) in ranges.iter_mut().zip(places) {
-            let of =
-                |best: fn(f64, f64) -> f64| days.iter().map(|day| day[place].mean).reduce(best);
-            let ends = [of(f64::min), of(f64::max)].into_iter().flatten();
-            ranges.extend(ends.map(|end| (f64::from(x), end)));
-        }
-    }
-    ranges
-}
-
 /// Adds the hours and energy of each lamp for every month, then for the whole period.
-fn lamps<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> io::Result<()> {
-    let months = year.periods(month);
+fn lamps<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
     for lamp in &year.lamps {
-        for (name, slots) in &months {
+        for (name, slots) in &year.months {
             lamp_row(year, lamp, name, slots.iter().copied(), table)?;
         }
         lamp_row(year, lamp, "all", 0..year.slots.len(), table)?;
+    }
+    Ok(())
+}
+
+/// Adds the hours in which each state held for every month, then for the whole period.
+fn states<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+    let all: Vec<usize> = (0..year.slots.len()).collect();
+    for (name, shares) in &year.states {
+        let months = year.months.iter().map(|(month, slots)| (month.as_str(), slots));
+        for (when, slots) in months.chain([("all", &all)]) {
+            let hours = slots.iter().map(|&s| shares[s] * year.slots[s].length).sum();
+            let cells = [Cell::Text(name), Cell::Text(when), Cell::Number(hours)];
+            table.row(&cells).map_err(unwritten)?;
+        }
+    }
+    Ok(())
+}
+
+const CAPTORS: [(&str, Kind); 10] = [
+    ("captor", Kind::Text),
+    ("kind", Kind::Text),
+    ("x", Kind::Number),
+    ("y", Kind::Number),
+    ("z", Kind::Number),
+    ("nx", Kind::Number),
+    ("ny", Kind::Number),
+    ("nz", Kind::Number),
+    ("area", Kind::Number),
+    ("groups", Kind::Text),
+];
+
+/// Adds a row for each captor and group: what it is, and where.
+fn captors<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+    let places = &year.places;
+    for (id, (name, shape)) in places.ids.iter().zip(&places.shapes).enumerate() {
+        let mut cells = vec![Cell::Text(name), Cell::Text(shape.kind)];
+        match shape.center.zip(shape.normal) {
+            Some((center, normal)) => {
+                cells.extend(
+                    center.to_array().into_iter().chain(normal.to_array()).map(Cell::Number),
+                );
+            }
+            None => cells.resize(8, Cell::Nothing),
+        }
+        cells.push(Cell::Number(places.areas[id][Channel::Front as usize]));
+        cells.push(Cell::Text(&shape.groups));
+        table.row(&cells).map_err(unwritten)?;
     }
     Ok(())
 }
@@ -290,25 +352,12 @@ fn lamp_row<W: Write + Send>(
     year: &Year,
     lamp: &Lamp,
     when: &str,
-    slots: impl Iterator<Item = usize>,
+    slots: impl Iterator<Item = usize> + Clone,
     table: &mut TableFile<W>,
-) -> io::Result<()> {
-    let hours = year.hours_on(lamp, slots);
-    let energy = lamp.watts.map(|watts| watts * hours / 1000.0);
-    table.row(&[
-        Cell::Text(&lamp.name),
-        Cell::Text(when),
-        Cell::Number(hours),
-        Cell::number(energy),
-    ])
-}
-
-/// Writes a date as `2005-06-21`.
-pub fn day(date: Date) -> String {
-    format!("{}-{:02}-{:02}", date.year, date.month, date.day)
-}
-
-/// Writes a month as `2005-06`.
-pub fn month(date: Date) -> String {
-    format!("{}-{:02}", date.year, date.month)
+) -> Result<()> {
+    let hours = year.hours_on(lamp, slots.clone());
+    let energy = year.energy(lamp, slots);
+    let cells =
+        [Cell::Text(&lamp.name), Cell::Text(when), Cell::Number(hours), Cell::number(energy)];
+    table.row(&cells).map_err(unwritten)
 }

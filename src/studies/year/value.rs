@@ -11,8 +11,17 @@ pub struct Value {
 
 impl Value {
     /// Adds a share of a value with a standard error of its own.
-    pub(super) fn add(&mut self, share: f64, mean: f32, error: f32) {
-        self.mean += share * f64::from(mean);
-        self.variance += (share * f64::from(error)).powi(2);
+    pub(super) fn add(&mut self, share: f64, mean: f64, error: f64) {
+        self.mean += share * mean;
+        self.variance += (share * error).powi(2);
+    }
+
+    /// Returns the value and its standard error.
+    pub(super) fn pair(self) -> [f32; 2] {
+        [self.mean as f32, self.variance.max(0.0).sqrt() as f32]
+    }
+
+    pub(super) fn of_pair([mean, error]: [f32; 2]) -> Self {
+        Self { mean: f64::from(mean), variance: f64::from(error).powi(2) }
     }
 }

@@ -21,7 +21,7 @@ use super::{Pilot, spots};
 use crate::{
     math::{geometry::Ray, spectrum::Lanes},
     scene::{
-        captor::{CHANNELS, Captor},
+        captor::Captor,
         material::LobeKind,
         world::{Scene, SurfaceHit},
     },
@@ -206,7 +206,8 @@ impl ByChance {
         let (bands, captors) = (self.bands, scene.channels());
         let mut all = Sums::new(bands);
         self.faces.iter().for_each(|sums| all.add(sums));
-        let mut variances = vec![0.0; (captors + scene.groups.len() * CHANNELS.len()) * bands];
+        let mut variances =
+            vec![0.0; (captors + scene.groups.len() * scene.group_channels()) * bands];
         let faces = |captor: &Captor| {
             let Captor { first_channel, kind, .. } = *captor;
             kind.faces().iter().map(move |&face| (face as usize, first_channel + face as usize))
@@ -228,7 +229,7 @@ impl ByChance {
                     let variance = relative * flux.powi(2) / paths as f64;
                     variances[channel * bands + b] = variance;
                     for &group in &captor.groups {
-                        let channel = captors + group * CHANNELS.len() + face;
+                        let channel = captors + group * scene.group_channels() + face;
                         variances[channel * bands + b] += variance;
                     }
                 }

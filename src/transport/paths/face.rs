@@ -198,30 +198,45 @@ impl<'a> Face<'a> {
         });
     }
 
-    /// Estimates at one point and for one direction of the suns of `light`, which is at infinity,
-    /// the irradiance that they bring to the face straight, through thin panes, or by way of one
-    /// flat pane or mirror, per band, W/m2. This is the light of which
-    /// [`Finding`](super::Finding) says that it is neither scattered nor hidden. `None` where none
-    /// arrives.
-    pub fn direct<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Spectrum<L>> {
-        let scene = self.scene;
-        let Start { point: origin, normal, .. } = self.start(rng);
+    /// Draws a point of the captor, and a direction of the suns of `light`, which is at infinity.
+    /// `None` where the light has no suns.
+    pub fn sunbeam<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Sunbeam<L>> {
+        let (triangle, weights) = self.choose(rng);
         let (sun, irradiance) = light.sample_suns::<L>(rng)?;
+        Some(Sunbeam { triangle, weights, sun, irradiance })
+    }
+
+    /// Estimates from one beam what suns bring to the face straight, through thin panes, or by way
+    /// of one flat pane or mirror. This is the light of which [`Finding`](super::Finding) says that
+    /// it is neither scattered nor hidden. The beam may have been drawn for the other face of the
+    /// captor. `None` where no light arrives.
+    pub fn direct<L: Lanes>(&self, beam: &Sunbeam<L>, rng: &mut Stream) -> Option<Sunlight<L>> {
+        let (scene, sun) = (self.scene, beam.sun);
+        let Start { triangle, point: origin, normal } = self.start_at(beam.triangle, beam.weights);
+        // the face of a spherical sensor is four times its cross-section, which is its area
+        let start = self.area / scene.captors[self.captor].area as f32;
         let shines = |ray: &Ray| scene.visibility_along::<L>(ray, f32::INFINITY);
-        // what the sensor reads of the fraction that arrives along a direction
-        let read = |arriving: Spectrum<L>, cos: f32| self.read(arriving, cos).scaled(cos);
-        let mut sum = None;
-        let mut add = |more: Spectrum<L>| {
-            sum = Some(match sum.take() {
-                Some(sum) => sum + more,
-                None => more,
+        let mut found: Option<Sunlight<L>> = None;
+        // takes in the fraction of the suns' light that arrives along a direction
+        let mut add = |arriving: Spectrum<L>, direction: Vec3, is_straight: bool| {
+            let cos = normal.dot(direction);
+            let irradiance = (arriving * &beam.irradiance).scaled(cos * start);
+            let absorbed = self.absorbed(triangle, direction, &irradiance, rng);
+            let irradiance = self.read(irradiance, cos);
+            found = Some(match found.take() {
+                Some(Sunlight { irradiance: others, absorbed: of_others, is_straight: any }) => {
+                    let is_straight = any || is_straight;
+                    let absorbed = of_others + absorbed;
+                    Sunlight { irradiance: others + irradiance, absorbed, is_straight }
+                }
+                None => Sunlight { irradiance, absorbed, is_straight },
             });
         };
-        let cos = normal.dot(sun);
-        if cos > 0.0
+        if normal.dot(sun) > 0.0
             && let Some(visible) = shines(&Ray { origin, direction: sun })
+            && !visible.is_zero()
         {
-            add(read(visible, cos));
+            add(visible, sun, true);
         }
         if let Some(mirrors) = scene.flat_mirrors() {
             for (image, toward) in mirrors.seen(origin, Some(normal), sun) {
@@ -229,21 +244,28 @@ impl<'a> Face<'a> {
                 let ray = Ray { origin, direction };
                 let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines);
                 if !arriving.is_zero() {
-                    add(read(arriving, normal.dot(direction)));
+                    add(arriving, direction, false);
                 }
             }
         }
-        // the face of a spherical sensor is four times its cross-section, which is its area
-        let start = self.area / scene.captors[self.captor].area as f32;
-        sum.map(|sum| (sum * irradiance).scaled(start))
+        found
     }
 
     /// Draws a point of the face. It is as far off the face and from its edges as photons that
     /// leave it.
     fn start(&self, rng: &mut Stream) -> Start {
+        let (triangle, weights) = self.choose(rng);
+        self.start_at(triangle, weights)
+    }
+
+    /// Draws a triangle, and barycentric weights of a point.
+    fn choose(&self, rng: &mut Stream) -> (usize, Vec2) {
         let Chosen { index: triangle, rest } = self.areas.choose(rng.uniform_fine());
+        (triangle, uniform_triangle(Vec2::new(rest, rng.uniform())))
+    }
+
+    fn start_at(&self, triangle: usize, weights: Vec2) -> Start {
         let Place { normal, off, margins } = self.places[triangle];
-        let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
         let point = self.triangles[triangle].point_within(weights.x, weights.y, margins) + off;
         Start { triangle, point, normal }
     }
@@ -278,6 +300,29 @@ impl<'a> Face<'a> {
             },
         }
     }
+}
+
+/// A point of a captor, and a direction of a sun.
+pub struct Sunbeam<L> {
+    /// Index among the captor's triangles.
+    triangle: usize,
+    /// Barycentric weights of the point.
+    weights: Vec2,
+    /// Direction towards the sun, a unit vector.
+    sun: Vec3,
+    /// Irradiance of the suns on a plane across that direction, over the probability of the choice,
+    /// per band, W/m2.
+    irradiance: Spectrum<L>,
+}
+
+/// An estimate of what suns bring to a face, per band and per area of the captor, W/m2.
+pub struct Sunlight<L> {
+    /// Irradiance, as the sensor reads it.
+    pub irradiance: Spectrum<L>,
+    /// What the surface absorbs of it; zero for a virtual captor.
+    pub absorbed: Spectrum<L>,
+    /// Whether light comes straight from the sun, or through thin panes.
+    pub is_straight: bool,
 }
 
 /// The point where a path starts.

@@ -97,7 +97,7 @@ fn aimed_paths_find_the_same_and_with_less_error() {
 fn reflectors_are_chosen_with_their_density() {
     let scene = Scene::new(lamps()).unwrap();
     let reflectors = Reflectors::find(&scene, 1).unwrap();
-    let at = Vertex::new(scene, Vec3::new(0.3, -0.4, -1.0));
+    let at = Vertex::new(&scene, Vec3::new(0.3, -0.4, -1.0));
     let mut rng = Stream::new(1, 0, 0);
     let mut counts = vec![0; scene.triangles().len()];
     let choices = 100_000;

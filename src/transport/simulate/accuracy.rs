@@ -139,7 +139,7 @@ impl Run<'_> {
         let brightest = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
         let brightest: Vec<f64> = brightest.map(f64::from_bits).collect();
         let (flux, irradiance) = match &self.work {
-            Work::Photons(_) => {
+            Work::Photons(_) | Work::Lights => {
                 let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
                 // what guided photons have brought may be more than any was emitted with
                 let mut most = brightest;

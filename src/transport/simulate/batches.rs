@@ -46,17 +46,19 @@ impl Run<'_> {
             Turn::Add(batch, sums) => totals.add_batch(self.scene, &sums, schedule.batch(batch)),
             Turn::Keep(place, sums) => self.keep(place, sums, totals, map),
         };
-        self.batches(schedule, from, rounds, 0..schedule.batches, of, &mut take, map)
+        let batches = 0..schedule.batches;
+        self.batches(&|_| *schedule, from, rounds, batches, of, &mut take, map)
     }
 
     /// Runs some batches of some rounds, and hands them to `take` in order. Threads take task after
     /// task, whichever batch it belongs to. The sums of the tasks are added in the order of the
     /// tasks, so that rounding does not depend on threads. Between tasks, and when the run is
-    /// stopped, `take` is also asked to save what is done, if anything is to be saved.
+    /// stopped, `take` is also asked to save what is done, if anything is to be saved. Each round
+    /// has the batches of its own `schedule` that are among `batches`.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn batches(
         &self,
-        schedule: &Schedule,
+        schedule: &(dyn Fn(u64) -> Schedule + Sync),
         from: Place,
         rounds: Range<u64>,
         batches: Range<u64>,
@@ -68,8 +70,13 @@ impl Run<'_> {
         self.begun().iter().for_each(|sums| batch.add_sums(sums));
         let place = from.max((rounds.start, batches.start, 0));
         let done = move |&(round, task, batch): &TaskKey| (round, batch, task) < place;
+        let of_round = |round| {
+            let schedule = schedule(round);
+            let batches = batches.start..batches.end.min(schedule.batches);
+            schedule.keys(round..round + 1, batches)
+        };
         let queue = Mutex::new(Queue {
-            waiting: schedule.keys(rounds, batches).skip_while(done),
+            waiting: rounds.flat_map(of_round).skip_while(done),
             begun: 0,
             done: BTreeMap::new(),
             added: 0,
@@ -91,14 +98,15 @@ impl Run<'_> {
                 let number = queue.begun;
                 queue.begun += 1;
                 drop(queue);
-                self.task(schedule, key, &mut tally, map);
+                let schedule = schedule(key.0);
+                self.task(&schedule, key, &mut tally, map);
                 // the task may be half done
                 if self.stopped() {
                     turn.notify_all();
                     return;
                 }
                 let mut queue = lock(shared);
-                queue.add(schedule, number, key, tally.take());
+                queue.add(schedule.tasks(key.2), number, key, tally.take());
                 if self.keeps_now() {
                     queue.keep();
                 }
@@ -119,8 +127,9 @@ struct Queue<'t, I> {
     waiting: I,
     /// Number of tasks that threads have begun.
     begun: u64,
-    /// Sums of tasks that were done before their turn, by the number of the task.
-    done: BTreeMap<u64, (TaskKey, Sums)>,
+    /// Sums of tasks that were done before their turn, by the number of the task, with the number of
+    /// tasks of the batch.
+    done: BTreeMap<u64, (TaskKey, u64, Sums)>,
     /// Number of tasks whose sums have been added.
     added: u64,
     place: Place,
@@ -130,14 +139,15 @@ struct Queue<'t, I> {
 }
 
 impl<I> Queue<'_, I> {
-    /// Takes in the sums of a task, and adds all sums whose turn it is.
-    fn add(&mut self, schedule: &Schedule, number: u64, key: TaskKey, sums: Sums) {
-        self.done.insert(number, (key, sums));
-        while let Some(((round, task, batch), sums)) = self.done.remove(&self.added) {
+    /// Takes in the sums of a task of a batch of so many `tasks`, and adds all sums whose turn it
+    /// is.
+    fn add(&mut self, tasks: u64, number: u64, key: TaskKey, sums: Sums) {
+        self.done.insert(number, (key, tasks, sums));
+        while let Some(((round, task, batch), tasks, sums)) = self.done.remove(&self.added) {
             self.batch.add_sums(&sums);
             self.added += 1;
             self.place = (round, batch, task + 1);
-            if task + 1 == schedule.tasks(batch) {
+            if task + 1 == tasks {
                 self.place = (round, batch + 1, 0);
                 (self.take)(Turn::Add(batch, self.batch.take()));
             }

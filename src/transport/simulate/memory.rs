@@ -122,8 +122,11 @@ fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
     let faces: usize = scene.captors.iter().map(|c| c.kind.faces().len()).sum();
     let (groups, group_faces) = (scene.groups.len(), (CHANNELS.len() - 1) * scene.groups.len());
     let (faces, absorbing) = (faces + group_faces, absorbing + groups);
-    let face = 2 * (VALUE + ERROR) * columns + HEAD;
-    let absorbed = (VALUE + ERROR) * columns + HEAD;
+    // a ratio has a value, an error and three covariances
+    let ratios = 5 * ERROR * scene.ratios.len();
+    let face = 2 * (VALUE + ERROR) * columns + ratios + HEAD;
+    let by_face = if scene.absorbed_by_face { 2 } else { 0 };
+    let absorbed = (1 + by_face) * (VALUE + ERROR) * columns + ratios + HEAD;
     let split = (parts + 1) * (faces * face + absorbing * absorbed);
     // the smallest and the largest value among the captors of a group
     let range = group_faces * 2 * VALUE * columns;

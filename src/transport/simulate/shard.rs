@@ -91,7 +91,7 @@ impl Run<'_> {
             }
         };
         let of = Some(histories * self.unit());
-        self.batches(&schedule, (0, 0, 0), 0..1, range, of, &mut take, map.as_ref())?;
+        self.batches(&|_| schedule, (0, 0, 0), 0..1, range, of, &mut take, map.as_ref())?;
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
         let (tasks, end) = map.map_or_else(Default::default, MapBuilder::into_pieces);
         Ok(ShardSums { batches, tasks: tasks.into_iter().collect(), end })

@@ -38,7 +38,7 @@ impl Run<'_> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        let (_, task, batch) = key;
+        let (round, task, batch) = key;
         let (_, histories) = schedule.range(batch, task);
         with_lanes!(self.scene.lanes(), L => match &self.work {
             Work::Paths(faces, pilot) => {
@@ -47,10 +47,12 @@ impl Run<'_> {
             Work::Photons(strata) => {
                 let own = (strata.histories() != histories).then(|| self.strata(histories));
                 let strata = own.as_ref().unwrap_or(strata);
-                match &self.guidance {
-                    None => self.photons::<L, false>(schedule, key, strata, tally, map),
-                    Some(_) => self.photons::<L, true>(schedule, key, strata, tally, map),
-                }
+                self.emitted::<L>(schedule, key, strata, tally, map);
+            }
+            Work::Lights => {
+                let (lights, light) = (&self.scene.lights, round as usize);
+                let strata = Strata::of_light(lights, light, histories, self.scene.lanes());
+                self.emitted::<L>(schedule, key, &strata, tally, map);
             }
         });
         self.done.fetch_add(self.photons_in(schedule, batch, task), Ordering::Relaxed);
@@ -60,7 +62,7 @@ impl Run<'_> {
     pub(super) fn photons_in(&self, schedule: &Schedule, batch: u64, task: u64) -> u64 {
         let (_, histories) = schedule.range(batch, task);
         match &self.work {
-            Work::Photons(_) => histories,
+            Work::Photons(_) | Work::Lights => histories,
             Work::Paths(faces, _) => histories * schedule.faces(task, faces.len()).len() as u64,
         }
     }
@@ -107,6 +109,21 @@ impl Run<'_> {
             for (all, &most) in self.brightest.iter().zip(brightest.values()) {
                 all.fetch_max((f64::from(most) / area).to_bits(), Ordering::Relaxed);
             }
+        }
+    }
+
+    /// Emits the photons of a task, and follows them.
+    fn emitted<L: Lanes>(
+        &self,
+        schedule: &Schedule,
+        key: TaskKey,
+        strata: &Strata,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
+        match &self.guidance {
+            None => self.photons::<L, false>(schedule, key, strata, tally, map),
+            Some(_) => self.photons::<L, true>(schedule, key, strata, tally, map),
         }
     }
 

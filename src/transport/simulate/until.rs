@@ -24,7 +24,7 @@ impl Run<'_> {
         // a batch is worth adding up once it has some photons for each captor; for paths it always
         // is
         let enough = match self.work {
-            Work::Photons(_) => self.scene.channels() as u64 / 8 / task,
+            Work::Photons(_) | Work::Lights => self.scene.channels() as u64 / 8 / task,
             Work::Paths(..) => 2,
         };
         let batch = task * enough.max(2);
@@ -137,7 +137,7 @@ impl Run<'_> {
     fn less_than(&self, schedule: &Schedule, most: u64) -> Result<Option<Schedule>> {
         let Some(limit) = self.settings.max_time else { return Ok(None) };
         let each = match &self.work {
-            Work::Photons(_) => self.scene.sources() as u64,
+            Work::Photons(_) | Work::Lights => self.scene.sources() as u64,
             Work::Paths(..) => 1,
         };
         // the same batches, each with only `parts` photons of each light, or paths of each face

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Ledger, Sums, sums::MOST};
 use crate::{
-    math::stats::{Estimate, Running, is_possible},
-    scene::{captor::CHANNELS, world::Scene},
+    math::stats::{Estimate, Running, RunningPair, is_possible},
+    scene::world::Scene,
 };
 
 /// The sums over all batches: running sums for each channel of the captors, then of the groups, then
@@ -22,6 +22,9 @@ pub struct Totals {
     pub cut_off: u64,
     columns: usize,
     running: Vec<Running>,
+    /// For each channel and each ratio of sums over bands: the two sums.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pairs: Vec<RunningPair>,
     photons: Vec<u64>,
     /// Number of histories that arrived, per channel of captors.
     arrived: Vec<u64>,
@@ -30,6 +33,10 @@ pub struct Totals {
     #[serde(default)]
     weighed: Vec<[f64; 2]>,
     ledger: Ledger,
+    /// Per band, then per sum: power that each material absorbed, that left the scene, that was
+    /// lost, and that games of chance took. Empty unless the scene says what its lights cost.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    spent: Vec<Running>,
     /// Power that games of chance took, per band, then per sum; empty if there were no games.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     chance: Vec<Running>,
@@ -44,13 +51,13 @@ impl Totals {
     /// split.
     pub fn new(scene: &Scene, parts: usize) -> Self {
         let columns = scene.bands.len() + scene.sums.len();
-        let group_channels = scene.groups.len() * CHANNELS.len();
+        let group_channels = scene.groups.len() * scene.group_channels();
         let channels = scene.channels() + group_channels + scene.stand().channels();
         let captor_of_channel = scene
             .captors
             .iter()
             .enumerate()
-            .flat_map(|(i, captor)| std::iter::repeat_n(i as u32, captor.kind.channels()))
+            .flat_map(|(i, captor)| std::iter::repeat_n(i as u32, captor.channels()))
             .collect();
         Self {
             batches: 0,
@@ -59,10 +66,15 @@ impl Totals {
             cut_off: 0,
             columns,
             running: vec![Running::default(); channels * columns],
+            pairs: vec![RunningPair::default(); channels * scene.ratios.len()],
             photons: vec![0; channels],
             arrived: vec![0; scene.channels()],
             weighed: Vec::new(),
             ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
+            spent: match scene.watts.is_empty() {
+                true => Vec::new(),
+                false => vec![Running::default(); (scene.materials.len() + 3) * columns],
+            },
             chance: Vec::new(),
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
@@ -73,8 +85,9 @@ impl Totals {
     /// Returns about how many bytes totals take for `scene`, split into so many parts.
     pub fn bytes(scene: &Scene, parts: usize) -> usize {
         let columns = scene.bands.len() + scene.sums.len();
-        let groups = scene.groups.len() * CHANNELS.len();
-        let of_channel = columns * size_of::<Running>() + size_of::<[u64; 2]>();
+        let groups = scene.groups.len() * scene.group_channels();
+        let pairs = scene.ratios.len() * size_of::<RunningPair>();
+        let of_channel = columns * size_of::<Running>() + pairs + size_of::<[u64; 2]>();
         let of_group = columns * size_of::<f64>();
         let ledger = (scene.materials.len() + 3) * scene.bands.len() * size_of::<f64>();
         let channels = scene.channels() + groups + scene.stand().channels();
@@ -93,17 +106,18 @@ impl Totals {
             let flux = &batch.flux[i * bands..][..bands];
             row.iter_mut().zip(flux).for_each(|(value, flux)| *value = flux * scale);
             for (s, sum) in scene.sums.iter().enumerate() {
-                row[bands + s] = sum.bands.iter().map(|&b| row[b]).sum();
+                row[bands + s] = sum.of(&row);
             }
             let photons = batch.photons[i];
             if channel >= scene.channels() {
                 // those of the stand come after the groups
-                let channel = channel + scene.groups.len() * CHANNELS.len();
+                let channel = channel + scene.groups.len() * scene.group_channels();
                 self.photons[channel] += photons;
                 let running = &mut self.running[channel * self.columns..];
                 running.iter_mut().zip(&row).for_each(|(running, value)| running.add(*value));
                 continue;
             }
+            add_ratios(scene, &mut self.pairs, channel, &row);
             self.photons[channel] += photons;
             self.arrived[channel] += batch.histories[i];
             if let Some(theirs) = batch.weighed.get(i) {
@@ -116,17 +130,31 @@ impl Totals {
             }
             let captor = &scene.captors[self.captor_of_channel[channel] as usize];
             for &group in &captor.groups {
-                let group_channel = group * CHANNELS.len() + channel - captor.first_channel;
+                let group_channel = group * scene.group_channels() + channel - captor.first_channel;
                 self.photons[scene.channels() + group_channel] += photons;
                 let values = &mut self.group_values[group_channel * self.columns..];
                 values.iter_mut().zip(&row).for_each(|(sum, value)| *sum += value);
             }
+        }
+        for (group, values) in self.group_values.chunks(self.columns).enumerate() {
+            add_ratios(scene, &mut self.pairs, scene.channels() + group, values);
         }
         let group_running = &mut self.running[scene.channels() * self.columns..];
         for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
             running.add(std::mem::take(value));
         }
         self.ledger.add(&batch.ledger, |_| scale);
+        if !self.spent.is_empty() {
+            let Ledger { absorbed, escaped, lost, chance, .. } = &batch.ledger;
+            let rows = absorbed.chunks(bands).chain([&escaped[..], &lost[..], &chance[..]]);
+            for (spent, row) in self.spent.chunks_mut(self.columns).zip(rows) {
+                let row: Vec<f64> = row.iter().map(|value| value * scale).collect();
+                if row.len() == bands {
+                    let columns = scene.with_sums(&row);
+                    spent.iter_mut().zip(columns).for_each(|(running, value)| running.add(value));
+                }
+            }
+        }
         if !batch.ledger.chance.is_empty() {
             self.chance.resize(self.columns, Running::default());
             let taken: Vec<f64> = batch.ledger.chance.iter().map(|taken| taken * scale).collect();
@@ -152,6 +180,8 @@ impl Totals {
             && self.segments.max(self.cut_off) <= MOST
             && self.columns == other.columns
             && self.running.len() == other.running.len()
+            && self.pairs.len() == other.pairs.len()
+            && self.pairs.iter().all(RunningPair::is_possible)
             && self.photons.len() == other.photons.len()
             && self.arrived.len() == other.arrived.len()
             && [0, self.arrived.len()].contains(&self.weighed.len())
@@ -163,6 +193,8 @@ impl Totals {
             && [missed, chance].into_iter().all(|l| [0, theirs.emitted.len()].contains(&l.len()))
             && [0, self.columns].contains(&self.chance.len())
             && self.chance.iter().all(Running::is_possible)
+            && self.spent.len() == other.spent.len()
+            && self.spent.iter().all(Running::is_possible)
             && powers.into_iter().flatten().all(|power| is_possible(*power))
             && self.running.iter().all(Running::is_possible)
             && self.parts.len() == other.parts.len()
@@ -174,9 +206,15 @@ impl Totals {
         &self.parts
     }
 
-    /// Returns the totals with each part multiplied by its factors, per band and sum; they are no
-    /// longer split.
+    /// Returns the totals with each part multiplied by its factors, per band, sum and ratio; they
+    /// are no longer split.
     pub fn mixed(&self, factors: &[Vec<f64>]) -> Self {
+        let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
+        let pair = |i: usize| {
+            let parts = self.parts.iter().zip(factors);
+            let parts = parts.map(|(part, by)| (part.pairs[i], by[self.columns + i % ratios]));
+            RunningPair::mixed(parts, self.batches)
+        };
         let parts = || self.parts.iter().zip(factors);
         let mix = |i: usize| {
             let parts = parts().map(|(part, factors)| (part.running[i], factors[i % self.columns]));
@@ -187,16 +225,28 @@ impl Totals {
         parts().for_each(|(part, factors)| ledger.add(&part.ledger, |band| factors[band]));
         Self {
             running: (0..self.running.len()).map(mix).collect(),
+            pairs: (0..self.pairs.len()).map(pair).collect(),
             photons: self.photons.clone(),
             arrived: self.arrived.clone(),
             weighed: self.weighed.clone(),
             ledger,
+            spent: self.mixed_spent(factors),
             chance: self.mixed_chance(factors),
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
             parts: Vec::new(),
             ..*self
         }
+    }
+
+    /// Returns where the power went, summed over the parts, each multiplied by its factors.
+    fn mixed_spent(&self, factors: &[Vec<f64>]) -> Vec<Running> {
+        let mix = |i: usize| {
+            let parts = self.parts.iter().zip(factors);
+            let spent = parts.map(|(part, by)| (part.spent[i], by[i % self.columns]));
+            Running::mixed(spent, self.batches)
+        };
+        (0..self.spent.len()).map(mix).collect()
     }
 
     /// Returns what games of chance took, summed over the parts, each multiplied by its factors.
@@ -237,7 +287,7 @@ impl Totals {
     /// Returns the running mean and standard error of one of the sums of the stand, per band, then
     /// per sum over bands.
     pub fn of_stand(&self, scene: &Scene, channel: usize) -> &[Running] {
-        self.running(scene.channels() + scene.groups.len() * CHANNELS.len() + channel)
+        self.running(scene.channels() + scene.groups.len() * scene.group_channels() + channel)
     }
 
     /// Returns the running mean and standard error of a channel, per band, then per sum.
@@ -255,6 +305,19 @@ impl Totals {
         running.map(move |running| running.estimate(self.batches).with_misses(histories))
     }
 
+    /// Returns for each band and sum the power that each material absorbed, that left the scene,
+    /// that was lost, and that games of chance took, in lists of one entry per column; none unless
+    /// the scene says what its lights cost.
+    pub fn spent(&self) -> impl Iterator<Item = &[Running]> {
+        self.spent.chunks(self.columns)
+    }
+
+    /// Returns the two sums of each ratio in a channel.
+    pub fn pairs(&self, channel: usize) -> &[RunningPair] {
+        let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
+        &self.pairs[channel * ratios..][..ratios]
+    }
+
     /// Returns the power balance, averaged over the batches, in W or umol/s.
     pub fn ledger(&self) -> Ledger {
         let mut mean = Ledger::new(self.ledger.emitted.len(), 0);
@@ -262,5 +325,13 @@ impl Totals {
         let scale = 1.0 / self.batches as f64;
         mean.add(&self.ledger, |_| scale);
         mean
+    }
+}
+
+/// Adds what a batch brought to a channel, per band, to the two sums of each ratio.
+fn add_ratios(scene: &Scene, pairs: &mut [RunningPair], channel: usize, row: &[f64]) {
+    let pairs = pairs.iter_mut().skip(channel * scene.ratios.len());
+    for (pair, ratio) in pairs.zip(&scene.ratios) {
+        pair.add(ratio.numerator.of(row), ratio.denominator.of(row));
     }
 }

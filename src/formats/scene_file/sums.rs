@@ -1,0 +1,233 @@
+//! Loads the sums over bands and their ratios.
+
+use super::{
+    format::*,
+    loader::{Loader, unknown},
+};
+use crate::{
+    error::{Error, Result, number},
+    formats::json,
+    math::weighting::{RATIOS, SUMS, Weighting},
+    scene::world::{BandRatio, BandSum},
+};
+
+/// A change of the weight within a band, as a part of the largest weight of all, beyond which there
+/// is a warning: the sum then depends on where in the band the light is.
+const UNEVEN: f64 = 0.5;
+
+impl Loader<'_> {
+    pub(super) fn load_sums(&mut self, file: &SceneFile) -> Result<()> {
+        for (name, sum) in &file.sums {
+            let pointer = format!("/sums/{}", json::escaped(name));
+            self.check_sum_name(&pointer, name, "sum")?;
+            let sum = BandSum { name: name.clone(), ..self.sum(&pointer, sum, false)? };
+            self.parts.sums.push(sum);
+        }
+        for (name, ratio) in &file.ratios {
+            let pointer = format!("/ratios/{}", json::escaped(name));
+            self.check_sum_name(&pointer, name, "ratio")?;
+            let (numerator, denominator) = match ratio {
+                RatioFile::Name(known) => self.known_ratio(&pointer, known)?,
+                RatioFile::Of(QuotientFile { numerator, denominator }) => {
+                    let mut of = |key: &str, sum| self.sum(&format!("{pointer}/{key}"), sum, true);
+                    (of("numerator", numerator)?, of("denominator", denominator)?)
+                }
+            };
+            if denominator.weighted().all(|(_, weight)| weight == 0.0) {
+                let problem = "its denominator gives every band the weight 0";
+                return Err(self.error(pointer, problem).remedy("give one of them a weight"));
+            }
+            self.parts.ratios.push(BandRatio { name: name.clone(), numerator, denominator });
+        }
+        Ok(())
+    }
+
+    fn check_sum_name(&self, pointer: &str, name: &str, what: &str) -> Result<()> {
+        let used = match () {
+            _ if self.parts.bands.iter().any(|band| band.name == *name) => "band",
+            _ if self.parts.sums.iter().any(|sum| sum.name == *name) => "sum",
+            _ => return Ok(()),
+        };
+        Err(self
+            .error(pointer, format!("a {used} has this name too"))
+            .remedy(format!("give the {what} another name")))
+    }
+
+    /// Makes a sum without a name. In a ratio a text may name a band or a sum.
+    fn sum(&mut self, pointer: &str, sum: &SumFile, in_ratio: bool) -> Result<BandSum> {
+        let every = || (0..self.bands).collect::<Vec<_>>();
+        match sum {
+            SumFile::Bands(members) => {
+                let bands = self.members(pointer, members)?;
+                Ok(BandSum { bands, ..BandSum::default() })
+            }
+            SumFile::Weights(weights) => self.weights(pointer, weights),
+            SumFile::Window(WindowFile { from_nm, to_nm }) => {
+                for (key, nm) in [("from_nm", from_nm), ("to_nm", to_nm)] {
+                    self.in_range(&format!("{pointer}/{key}"), *nm, 0.0, f64::MAX)?;
+                }
+                if from_nm >= to_nm {
+                    let problem = format!("from_nm = {from_nm} is not below to_nm = {to_nm}");
+                    return Err(self.error(pointer, problem).remedy("swap or correct them"));
+                }
+                let window = Weighting::Photons(*from_nm, *to_nm);
+                self.weighted(pointer, "the window", &[window], &every())
+            }
+            SumFile::Some(SomeBandsFile { weighting, bands }) => {
+                let bands = self.members(&format!("{pointer}/bands"), bands)?;
+                let of = self.weighting(&format!("{pointer}/weighting"), weighting)?;
+                self.weighted(pointer, weighting, &[of], &bands)
+            }
+            SumFile::Name(name) => {
+                let band = self.parts.bands.iter().position(|band| band.name == *name);
+                let known = self.parts.sums.iter().find(|sum| sum.name == *name);
+                match (band.filter(|_| in_ratio), known.filter(|_| in_ratio)) {
+                    (Some(band), _) => Ok(BandSum { bands: vec![band], ..BandSum::default() }),
+                    (_, Some(sum)) => Ok(BandSum { name: String::new(), ..sum.clone() }),
+                    _ if band.is_some() => Err(self
+                        .error(pointer, format!("`{name}` is a band, not a weighting"))
+                        .remedy(format!("write [\"{name}\"] for a sum of this band"))),
+                    _ => {
+                        let of = self.weighting(pointer, name)?;
+                        self.weighted(pointer, name, &[of], &every())
+                    }
+                }
+            }
+        }
+    }
+
+    fn members(&self, pointer: &str, members: &[String]) -> Result<Vec<usize>> {
+        let mut bands = Vec::new();
+        for (i, member) in members.iter().enumerate() {
+            let band = self.band(&format!("{pointer}/{i}"), member)?;
+            if bands.contains(&band) {
+                let problem = format!("`{member}` stands here twice");
+                return Err(self.error(pointer, problem).remedy("name each band once"));
+            }
+            bands.push(band);
+        }
+        if bands.is_empty() {
+            return Err(self.error(pointer, "adds up no band").remedy("name its bands"));
+        }
+        Ok(bands)
+    }
+
+    fn band(&self, pointer: &str, name: &str) -> Result<usize> {
+        let names = || self.parts.bands.iter().map(|band| band.name.as_str());
+        names()
+            .position(|band| band == name)
+            .ok_or_else(|| unknown(self.error(pointer, format!("no band `{name}`")), name, names()))
+    }
+
+    fn weights(
+        &self,
+        pointer: &str,
+        weights: &std::collections::BTreeMap<String, f64>,
+    ) -> Result<BandSum> {
+        let mut of_bands = vec![None; self.bands];
+        for (name, weight) in weights {
+            let place = format!("{pointer}/{}", json::escaped(name));
+            let band = self.band(&place, name)?;
+            self.in_range(&place, *weight, 0.0, 1e30)?;
+            of_bands[band] = Some(*weight);
+        }
+        let given = of_bands.into_iter().enumerate();
+        let (bands, weights): (Vec<_>, Vec<_>) =
+            given.filter_map(|(band, weight)| Some((band, weight?))).unzip();
+        if bands.is_empty() {
+            return Err(self.error(pointer, "adds up no band").remedy("name its bands"));
+        }
+        Ok(BandSum { bands, weights, ..BandSum::default() })
+    }
+
+    fn weighting(&self, pointer: &str, name: &str) -> Result<Weighting> {
+        let known = SUMS.iter().find(|(known, _)| *known == name);
+        known.map(|(_, weighting)| *weighting).ok_or_else(|| {
+            let error = self.error(pointer, format!("no weighting `{name}`"));
+            unknown(error, name, SUMS.iter().map(|(known, _)| *known))
+        })
+    }
+
+    fn known_ratio(&mut self, pointer: &str, name: &str) -> Result<(BandSum, BandSum)> {
+        let Some((_, over, under)) = RATIOS.iter().find(|(known, ..)| *known == name) else {
+            let error = self.error(pointer, format!("no ratio `{name}`"));
+            return Err(unknown(error, name, RATIOS.iter().map(|(known, ..)| *known)));
+        };
+        let every: Vec<usize> = (0..self.bands).collect();
+        Ok((
+            self.weighted(pointer, name, &[*over], &every)?,
+            self.weighted(pointer, name, under, &every)?,
+        ))
+    }
+
+    /// Weights these bands by wavelength, by the sum of the weightings. Errors: wavelengths of a
+    /// band are not known; two bands that count overlap; no band counts.
+    fn weighted(
+        &mut self,
+        pointer: &str,
+        name: &str,
+        weightings: &[Weighting],
+        bands: &[usize],
+    ) -> Result<BandSum> {
+        let quantity = self.parts.quantity;
+        let mut sum = BandSum::default();
+        let (mut ends, mut uneven): (Vec<(usize, [f64; 2])>, Vec<String>) = Default::default();
+        for &band in bands {
+            let known = &self.parts.bands[band];
+            let (Some(from), Some(to)) = (known.from_nm, known.to_nm) else {
+                return Err(self
+                    .error(
+                        pointer,
+                        format!("the wavelengths of band `{}` are not known", known.name),
+                    )
+                    .remedy("give every band from_nm and to_nm, or weights by band here"));
+            };
+            let weight = |weighting: &Weighting| weighting.of_band([from, to], quantity);
+            let weight: f64 = weightings.iter().map(weight).sum();
+            if weight <= 0.0 {
+                continue;
+            }
+            let over = |(_, [start, end]): &&(usize, [f64; 2])| *start < to && from < *end;
+            if let Some((other, _)) = ends.iter().find(over) {
+                let other = &self.parts.bands[*other].name;
+                return Err(self.overlap(pointer, [other, &known.name]));
+            }
+            let most = weightings.iter().map(|weighting| {
+                let [least, most] = weighting.extremes([from, to]);
+                most - least
+            });
+            if most.fold(0.0, f64::max) > UNEVEN {
+                uneven.push(format!("`{}`", known.name));
+            }
+            ends.push((band, [from, to]));
+            sum.bands.push(band);
+            sum.weights.push(weight);
+        }
+        if sum.bands.is_empty() {
+            let [from, to] = weightings[0].range().map(number);
+            return Err(self
+                .error(
+                    pointer,
+                    format!("no band has light from {from} to {to} nm, which `{name}` weighs"),
+                )
+                .remedy("add such bands, or take this out"));
+        }
+        if !uneven.is_empty() {
+            uneven.sort();
+            uneven.dedup();
+            let problem = format!(
+                "what a wavelength counts in `{name}` changes much within band {}, where the light is taken to be \
+                the same in each nm; use narrower bands if it is not",
+                uneven.join(", ")
+            );
+            self.warn(pointer, problem);
+        }
+        sum.unit = Some(weightings[0].unit());
+        Ok(sum)
+    }
+
+    fn overlap(&self, pointer: &str, [first, second]: [&str; 2]) -> Error {
+        self.error(pointer, format!("bands `{first}` and `{second}` overlap, so that light would count twice"))
+            .remedy("say which bands count: {\"weighting\": ..., \"bands\": [...]}, or give weights by band")
+    }
+}

@@ -1,0 +1,334 @@
+//! Weightings of light by its wavelength: what the eye, photosynthesis and phytochrome make of it.
+//!
+//! A band of a scene has no spectrum of its own within it. Its light is taken to be flat: the same
+//! in each nm, in the quantity that the scene counts.
+
+use super::{
+    curve::integral,
+    luminosity::{LM_PER_W, luminosity},
+    units::{Quantity, UMOL_PER_J_NM},
+};
+
+/// What a weighted sum is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WeightedUnit {
+    /// Luminous flux, lm.
+    Lumen,
+    /// Photon flux, umol/s, also where the scene counts W.
+    Photons,
+}
+
+impl WeightedUnit {
+    /// Returns the units of flux and of flux per area.
+    pub fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Lumen => ["lm", "lx"],
+            Self::Photons => ["umol/s", "umol/m2/s"],
+        }
+    }
+}
+
+/// A weighting of light by its wavelength.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Weighting {
+    /// Lumens: V of the CIE, 683 lm/W at 555 nm.
+    Photopic,
+    /// Photons between two wavelengths, nm.
+    Photons(f64, f64),
+    /// Photons by the table of a weight per photon: linear between its points, 0 beyond its ends.
+    Table(&'static [[f64; 2]]),
+}
+
+impl Weighting {
+    /// Returns what the sum is measured in.
+    pub fn unit(self) -> WeightedUnit {
+        match self {
+            Self::Photopic => WeightedUnit::Lumen,
+            Self::Photons(..) | Self::Table(_) => WeightedUnit::Photons,
+        }
+    }
+
+    /// Returns the wavelengths beyond which the weight is 0, nm.
+    pub fn range(self) -> [f64; 2] {
+        match self {
+            Self::Photopic => [380.0, 780.0],
+            Self::Photons(from, to) => [from, to],
+            Self::Table(points) => [points[0][0], points[points.len() - 1][0]],
+        }
+    }
+
+    /// Returns the weight at a wavelength, nm: of 1 W where the weighting is one of lumens, else of
+    /// a photon.
+    pub fn at(self, nm: f64) -> f64 {
+        let [from, to] = self.range();
+        match self {
+            _ if !(from..=to).contains(&nm) => 0.0,
+            Self::Photopic => LM_PER_W * luminosity(nm),
+            Self::Photons(..) => 1.0,
+            Self::Table(points) => {
+                let i = points.partition_point(|[at, _]| *at <= nm).clamp(1, points.len() - 1);
+                let ([a, low], [b, high]) = (points[i - 1], points[i]);
+                low + (high - low) * (nm - a) / (b - a)
+            }
+        }
+    }
+
+    /// Returns the weight of light that is spread evenly over a band, per unit of `quantity`.
+    pub fn of_band(self, [from, to]: [f64; 2], quantity: Quantity) -> f64 {
+        let [first, last] = self.range();
+        let (start, end) = (from.max(first), to.min(last));
+        if start >= end {
+            return 0.0;
+        }
+        let per_unit = |nm: f64| match (self.unit(), quantity) {
+            (WeightedUnit::Lumen, Quantity::Watt)
+            | (WeightedUnit::Photons, Quantity::Micromole) => self.at(nm),
+            (WeightedUnit::Lumen, Quantity::Micromole) => self.at(nm) / (nm * UMOL_PER_J_NM),
+            (WeightedUnit::Photons, Quantity::Watt) => self.at(nm) * nm * UMOL_PER_J_NM,
+        };
+        let knots: Vec<f64> = match self {
+            // the points of the table of V
+            Self::Photopic => (0..=80).map(|i| 380.0 + 5.0 * f64::from(i)).collect(),
+            Self::Photons(..) => Vec::new(),
+            Self::Table(points) => points.iter().map(|[nm, _]| *nm).collect(),
+        };
+        integral(start, end, &knots, per_unit) / (to - from)
+    }
+
+    /// Returns the least and the largest weight within a band, over the largest of all.
+    pub fn extremes(self, [from, to]: [f64; 2]) -> [f64; 2] {
+        let values = |[from, to]: [f64; 2]| {
+            const STEPS: u32 = 200;
+            let step = (to - from) / f64::from(STEPS);
+            (0..STEPS).map(move |i| self.at(from + (f64::from(i) + 0.5) * step))
+        };
+        let most = values(self.range()).fold(0.0, f64::max);
+        let [least, largest] =
+            values([from, to]).fold([f64::INFINITY, 0.0], |[a, b], v| [a.min(v), b.max(v)]);
+        [least / most, largest / most]
+    }
+}
+
+/// The weightings of sums that have a name.
+pub const SUMS: [(&str, Weighting); 5] = [
+    ("photopic", Weighting::Photopic),
+    ("PPF", Weighting::Photons(400.0, 700.0)),
+    ("ePAR", Weighting::Photons(400.0, 750.0)),
+    ("YPF", Weighting::Table(&YIELD)),
+    ("YPF-chamber", Weighting::Table(&YIELD_CHAMBER)),
+];
+
+/// The ratios that have a name: of light weighted in one way over light weighted in ways that are
+/// added up.
+pub const RATIOS: [(&str, Weighting, &[Weighting]); 4] = [
+    ("R:FR", Weighting::Photons(655.0, 665.0), &[Weighting::Photons(725.0, 735.0)]),
+    ("R:FR-broad", Weighting::Photons(600.0, 700.0), &[Weighting::Photons(700.0, 800.0)]),
+    ("blue-share", Weighting::Photons(400.0, 500.0), &[Weighting::Photons(400.0, 700.0)]),
+    ("PSS", Weighting::Table(&TO_PFR), &[Weighting::Table(&TO_PFR), Weighting::Table(&TO_PR)]),
+];
+
+/// Action of a photon in photosynthesis, relative to 625 nm: the mean over species grown in the
+/// field (McCree 1972, Agricultural Meteorology 9, 191-216, tables III and IV).
+const YIELD: [[f64; 2]; 16] = [
+    [350.0, 0.02],
+    [375.0, 0.12],
+    [400.0, 0.42],
+    [425.0, 0.68],
+    [450.0, 0.70],
+    [475.0, 0.63],
+    [500.0, 0.65],
+    [525.0, 0.72],
+    [550.0, 0.82],
+    [575.0, 0.91],
+    [600.0, 0.97],
+    [625.0, 1.00],
+    [650.0, 0.90],
+    [675.0, 0.90],
+    [700.0, 0.48],
+    [725.0, 0.23],
+];
+
+/// The same for plants from growth chambers.
+const YIELD_CHAMBER: [[f64; 2]; 16] = [
+    [350.0, 0.16],
+    [375.0, 0.45],
+    [400.0, 0.66],
+    [425.0, 0.76],
+    [450.0, 0.75],
+    [475.0, 0.68],
+    [500.0, 0.71],
+    [525.0, 0.74],
+    [550.0, 0.87],
+    [575.0, 0.95],
+    [600.0, 1.00],
+    [625.0, 1.00],
+    [650.0, 0.94],
+    [675.0, 0.92],
+    [700.0, 0.44],
+    [725.0, 0.20],
+];
+
+/// Photoconversion cross-section of Pr to Pfr, m2/mol: phytochrome of type I, as compiled by
+/// Mancinelli (1994, in Kendrick and Kronenberg, Photomorphogenesis in Plants, 2nd ed., 211-269).
+const TO_PFR: [[f64; 2]; 49] = [
+    [300.0, 1404.00],
+    [310.0, 906.10],
+    [320.0, 677.70],
+    [330.0, 609.00],
+    [340.0, 723.70],
+    [350.0, 981.20],
+    [360.0, 1301.00],
+    [370.0, 1423.00],
+    [380.0, 1492.00],
+    [390.0, 1310.00],
+    [400.0, 845.50],
+    [410.0, 453.90],
+    [420.0, 312.10],
+    [430.0, 241.60],
+    [440.0, 188.70],
+    [450.0, 146.50],
+    [460.0, 114.70],
+    [470.0, 94.08],
+    [480.0, 76.80],
+    [490.0, 66.69],
+    [500.0, 67.12],
+    [510.0, 79.26],
+    [520.0, 101.00],
+    [530.0, 136.40],
+    [540.0, 195.10],
+    [550.0, 287.50],
+    [560.0, 398.80],
+    [570.0, 541.50],
+    [580.0, 758.60],
+    [590.0, 1084.00],
+    [600.0, 1508.00],
+    [610.0, 1870.00],
+    [620.0, 2069.00],
+    [630.0, 2403.00],
+    [640.0, 3062.00],
+    [650.0, 3975.00],
+    [660.0, 4963.00],
+    [666.0, 5313.00],
+    [670.0, 5230.00],
+    [680.0, 3770.00],
+    [690.0, 1647.00],
+    [700.0, 515.80],
+    [710.0, 160.20],
+    [720.0, 65.45],
+    [730.0, 35.53],
+    [740.0, 26.63],
+    [750.0, 20.39],
+    [760.0, 16.88],
+    [770.0, 13.40],
+];
+
+/// The same of Pfr to Pr.
+const TO_PR: [[f64; 2]; 49] = [
+    [300.0, 728.30],
+    [310.0, 572.70],
+    [320.0, 481.00],
+    [330.0, 366.90],
+    [340.0, 314.10],
+    [350.0, 328.00],
+    [360.0, 376.90],
+    [370.0, 450.90],
+    [380.0, 526.00],
+    [390.0, 599.60],
+    [400.0, 650.60],
+    [410.0, 658.30],
+    [420.0, 559.70],
+    [430.0, 409.00],
+    [440.0, 280.70],
+    [450.0, 198.60],
+    [460.0, 146.10],
+    [470.0, 113.40],
+    [480.0, 91.95],
+    [490.0, 79.24],
+    [500.0, 71.52],
+    [510.0, 67.39],
+    [520.0, 64.71],
+    [530.0, 63.93],
+    [540.0, 65.82],
+    [550.0, 71.76],
+    [560.0, 81.73],
+    [570.0, 96.74],
+    [580.0, 119.10],
+    [590.0, 149.90],
+    [600.0, 190.10],
+    [610.0, 237.70],
+    [620.0, 296.50],
+    [630.0, 376.20],
+    [640.0, 482.00],
+    [650.0, 610.90],
+    [660.0, 743.90],
+    [666.0, 817.60],
+    [670.0, 854.50],
+    [680.0, 945.70],
+    [690.0, 1061.00],
+    [700.0, 1223.00],
+    [710.0, 1416.00],
+    [720.0, 1602.00],
+    [730.0, 1701.00],
+    [740.0, 1592.00],
+    [750.0, 1237.00],
+    [760.0, 794.70],
+    [770.0, 443.50],
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Direct sums in steps of 0.001 nm, written out here, of light that is flat over a band.
+    fn direct(of: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
+        const STEPS: u32 = 400_000;
+        let step = (to - from) / f64::from(STEPS);
+        (0..STEPS).map(|i| of(from + (f64::from(i) + 0.5) * step)).sum::<f64>() / f64::from(STEPS)
+    }
+
+    #[test]
+    fn weights_of_bands_are_means_of_the_tables() {
+        let photon = |nm: f64| nm / 119.626_566; // umol in 1 J
+        let bands =
+            [[400.0, 500.0], [580.0, 720.0], [300.0, 800.0], [655.0, 665.0], [412.0, 413.0]];
+        for (name, weighting) in SUMS {
+            for band in bands {
+                let lumen = weighting.unit() == WeightedUnit::Lumen;
+                let watt = |nm: f64| weighting.at(nm) * if lumen { 1.0 } else { photon(nm) };
+                let umol = |nm: f64| weighting.at(nm) / if lumen { photon(nm) } else { 1.0 };
+                let found =
+                    [Quantity::Watt, Quantity::Micromole].map(|q| weighting.of_band(band, q));
+                for (found, direct) in
+                    found.into_iter().zip([direct(watt, band), direct(umol, band)])
+                {
+                    assert!(
+                        (found - direct).abs() < 2e-6 * direct + 1e-12,
+                        "{name} {band:?}: {found}, {direct}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Known values: 1 W at 555 nm is 683 lm; of flat light from 400 to 700 nm 1 J has 4.598 umol;
+    /// photons beyond a window count for nothing; phytochrome in light of 660 and 730 nm.
+    #[test]
+    fn known_values() {
+        let narrow = |nm: f64| [nm - 1e-3, nm + 1e-3];
+        let photopic = Weighting::Photopic.of_band(narrow(555.0), Quantity::Watt);
+        assert!((photopic - 683.0).abs() < 0.05, "{photopic}");
+        let ppf = Weighting::Photons(400.0, 700.0);
+        assert!((ppf.of_band([400.0, 700.0], Quantity::Watt) - 4.598).abs() < 5e-4);
+        assert!((ppf.of_band([650.0, 750.0], Quantity::Micromole) - 0.5).abs() < 1e-12);
+        assert_eq!(ppf.of_band([700.0, 800.0], Quantity::Micromole), 0.0);
+        let pss = |nm: f64| {
+            let (_, over, under) = RATIOS[3];
+            over.at(nm) / under.iter().map(|weighting| weighting.at(nm)).sum::<f64>()
+        };
+        assert!((pss(660.0) - 4963.0 / 5706.9).abs() < 1e-12);
+        assert!((pss(730.0) - 35.53 / 1736.53).abs() < 1e-12);
+        let yields = SUMS.map(|(_, weighting)| weighting.at(612.5));
+        assert!((yields[3] - 0.985).abs() < 1e-12 && (yields[4] - 1.0).abs() < 1e-12);
+        assert_eq!([SUMS[3].1.at(349.9), SUMS[3].1.at(725.1)], [0.0, 0.0]);
+    }
+}

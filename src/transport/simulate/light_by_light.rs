@@ -1,0 +1,90 @@
+//! Runs that trace the lights one after the other, so that what each of them brings need not be in
+//! memory beside the others.
+
+use std::sync::atomic::Ordering;
+
+use super::{Control, Keep, Plan, Run, Work, batches::Turn, schedule::Schedule};
+use crate::{
+    error::{Error, Result, catch_panic},
+    scene::{light::Strata, world::Scene},
+    transport::{
+        guiding::Guidance,
+        settings::{Estimator, Settings},
+        tally::Totals,
+    },
+};
+
+/// The least number of photons of each light and face that daylight enters by, where there are that
+/// many for each: from a few batches an error can be estimated.
+const LEAST: u64 = 8;
+
+/// Number of photons of each of these faces in a batch, where there are enough for several batches.
+const EACH: u64 = 4;
+
+/// What is done with the sums of a light once all its photons are traced: it gets the index of the
+/// light. An error ends the run.
+pub type Take<'t> = dyn FnMut(usize, &Totals) -> Result<()> + Send + 't;
+
+/// Traces the photons of one light after the other, in their order, and hands the sums of each to
+/// `take`. Left out is the light that comes from a sun to a captor straight, through thin panes or
+/// by way of one flat pane or mirror, which [`direct_sun`](crate::transport::direct_sun) finds
+/// better. Errors: those of a run, and of `take`.
+pub fn simulate_light_by_light(
+    scene: &Scene,
+    settings: &Settings,
+    control: &Control,
+    take: &mut Take,
+) -> Result<()> {
+    let settings =
+        Settings { estimator: Estimator::Photons, by_light: false, k: Some(0), ..settings.clone() };
+    catch_panic("run", || {
+        let Plan { settings, guidance, .. } = &Plan::make(scene, &settings, control)?;
+        // copies of a photon do not know whether it came straight, so there are no weight windows
+        let guidance = guidance.as_ref().and_then(|_| Guidance::aim(scene));
+        let run = Run::new(scene, settings, Vec::new(), Keep::OnCaptors, control)?;
+        let run = Run { without_direct_sun: true, ..run.guided_by(guidance) };
+        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        // this checks that there are enough photons
+        run.schedule(photons)?;
+        run.light_by_light(photons, take)
+    })
+}
+
+impl Run<'_> {
+    fn light_by_light(self, photons: u64, take: &mut Take) -> Result<()> {
+        let lights = self.scene.lights.len();
+        if lights == 0 {
+            return Ok(());
+        }
+        let least = LEAST.min(photons / self.scene.sources() as u64);
+        let shares = Strata::photons_of_lights(&self.scene.lights, photons, least);
+        let run = Self { work: Work::Lights, ..self };
+        let schedule = |light: u64| {
+            let light = light as usize;
+            let sources = run.scene.lights[light].sources().max(1) as u64;
+            // several photons of each face in a batch, so that the faces have their shares
+            let batch = (shares[light] / LEAST).clamp(sources, EACH * sources);
+            Schedule::new(shares[light], batch, super::TASK.max(batch))
+        };
+        let mut failed = None;
+        let (mut light, mut totals) = (0, run.totals());
+        let mut add = |turn: Turn| {
+            let Turn::Add(batch, sums) = turn else { return };
+            let schedule = schedule(light as u64);
+            totals.add_batch(run.scene, &sums, schedule.batch(batch));
+            if batch + 1 < schedule.batches || failed.is_some() {
+                return;
+            }
+            if let Err(error) = take(light, &totals) {
+                failed = Some(error);
+                run.broken.store(true, Ordering::Relaxed);
+            }
+            light += 1;
+            totals = run.totals();
+        };
+        let of = Some(shares.iter().sum());
+        let all = 0..u64::MAX;
+        let done = run.batches(&schedule, (0, 0, 0), 0..lights as u64, all, of, &mut add, None);
+        failed.map_or(done, |error: Error| Err(error))
+    }
+}

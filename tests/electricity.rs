@@ -1,0 +1,222 @@
+//! What light costs and where it goes, and what surfaces absorb by face.
+
+use phylux::{Estimator, RunResult, Settings};
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::phylux,
+    common::{TestScene, run_file},
+};
+
+/// Two plates of 1 m2, one over the other, in the light of two lamps between and over them.
+fn scene(change: impl FnOnce(&mut Value)) -> TestScene {
+    let plate = |name: &str, z: f64| {
+        json!({ "name": name, "obj": "plate.obj", "material": name, "captor": true,
+        "transform": { "translate": [0, 0, z] } })
+    };
+    let mut scene = json!({
+        "name": "plates", "quantity": "umol/s",
+        "bands": [{ "name": "B", "from_nm": 400, "to_nm": 500 }, { "name": "R", "from_nm": 600, "to_nm": 700 }],
+        "sums": { "PPF": "PPF", "lm": "photopic" },
+        "materials": {
+            "floor": { "type": "lambert", "reflectance": [0.1, 0.2] },
+            "leaf": { "type": "leaf", "reflectance": [0.1, 0.1], "transmittance": [0.1, 0.3] }
+        },
+        "objects": [plate("floor", 0.0), plate("leaf", 0.5)],
+        "lights": [
+            { "name": "low", "type": "point", "position": [0.5, 0.5, 0.25], "power": [10, 30], "watts": 20 },
+            { "name": "high", "type": "point", "position": [0.3, 0.5, 1], "power": [20, 20], "watts": 30 }
+        ],
+        "captors": [{ "name": "s", "disc": { "center": [0.5, 0.5, 0.1], "normal": [0, 0, 1], "radius": 0.1 } }],
+        "settings": { "photons": 20_000, "k": 0, "guiding": "off" },
+        "absorbed_by_face": true
+    });
+    change(&mut scene);
+    TestScene::new(
+        &scene.to_string(),
+        &[("plate.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")],
+    )
+}
+
+fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
+    run_file(&scene.path("scene.json"), change)
+}
+
+fn close(a: f64, b: f64) {
+    assert!((a - b).abs() <= 1e-9 * a.abs().max(b.abs()), "{a} and {b}");
+}
+
+/// What is absorbed of the light on each face adds up to what is absorbed, by photons (also by
+/// light, mixed, and guided) and by paths, on captors and groups.
+#[test]
+fn faces_add_up_to_what_is_absorbed() {
+    let scene = scene(|_| ());
+    let whole = run(&scene, |settings| settings.by_light = true);
+    let dim = whole.mix(&[("low".to_string(), 0.5)].into_iter().collect()).expect("a mix");
+    let paths = run(&scene, |settings| settings.estimator = Estimator::Paths);
+    let guided = run(&scene, |settings| settings.guiding = phylux::Guiding::Full);
+    for result in [&whole, &dim, &paths, &guided] {
+        let captors = result.captors.iter().map(|c| (&c.absorbed, &c.absorbed_by_face));
+        let groups = result.groups.iter().map(|g| (&g.absorbed, &g.absorbed_by_face));
+        let mut surfaces = 0;
+        for (absorbed, faces) in captors.chain(groups) {
+            let (Some(absorbed), Some(faces)) = (absorbed, faces) else {
+                assert!(absorbed.is_none() && faces.is_none());
+                continue;
+            };
+            surfaces += 1;
+            for (b, absorbed) in absorbed.iter().enumerate() {
+                close(faces.front[b] + faces.back[b], *absorbed);
+                assert_eq!(faces.front_se[b].is_some(), faces.front[b] != 0.0);
+            }
+        }
+        assert_eq!(surfaces, 4);
+    }
+    // of what arrives on a face, the share 1 - R - T is absorbed
+    let leaf = whole.captors.iter().find(|c| c.id.starts_with("leaf")).expect("the leaf");
+    let faces = leaf.absorbed_by_face.as_ref().expect("faces");
+    let back = leaf.back.as_ref().expect("a back");
+    for (found, arrived) in [(&faces.front, &leaf.front.flux), (&faces.back, &back.flux)] {
+        for (b, least) in [(0, 0.7), (1, 0.5)] {
+            let share = found[b] / arrived[b];
+            assert!((least..0.9).contains(&share), "{share}");
+        }
+    }
+    // 4 combined standard errors (fixed seeds)
+    for (c, captor) in paths.captors.iter().enumerate() {
+        let (Some(a), Some(b)) = (&captor.absorbed_by_face, &whole.captors[c].absorbed_by_face)
+        else {
+            continue;
+        };
+        for band in 0..2 {
+            let error = a.back_se[band].unwrap_or(0.0).hypot(b.back_se[band].unwrap_or(0.0));
+            assert!((a.back[band] - b.back[band]).abs() <= 4.0 * error, "{}", captor.id);
+        }
+    }
+}
+
+/// Efficacies are those of the powers, shares add up to 1 and are those of the energy balance, and
+/// 1 umol/J is 3.6 mol/kWh; by photons, guided ones, and in part by paths.
+#[test]
+fn light_has_its_price() {
+    let scene = scene(|_| ());
+    for (paths, guiding) in [(false, "off"), (false, "full"), (true, "off")] {
+        let result = run(&scene, |settings| {
+            if paths {
+                settings.estimator = Estimator::Paths;
+            }
+            if guiding == "full" {
+                settings.guiding = phylux::Guiding::Full;
+            }
+        });
+        let found = result.electricity.as_ref().expect("electricity");
+        assert_eq!(found.unit, ["umol/J", "umol/J", "umol/J", "lm/W"]);
+        assert_eq!((found.watts, found.lights["low"].watts), (50.0, 20.0));
+        close(found.per_watt[2], 80.0 / 50.0);
+        close(found.lights["low"].per_watt[2], 2.0);
+        let plants = &found.groups.as_ref().expect("groups")["leaf"];
+        let absorbed = result.groups.iter().find(|g| g.id == "leaf").expect("leaf");
+        let absorbed = absorbed.absorbed.as_ref().expect("absorbed");
+        close(plants.mol_per_kwh[2].expect("mol/kWh"), 3.6 * absorbed[2] / 50.0);
+        close(plants.share.share[2].expect("a share"), absorbed[2] / 80.0);
+        assert!(plants.mol_per_kwh[3].is_none() && plants.of == "absorbed");
+        assert_eq!(found.groups.as_ref().expect("groups")["s"].of, "front");
+        assert_eq!(found.shares.is_none(), paths);
+        let Some(shares) = &found.shares else { continue };
+        assert_eq!(shares.chance.is_some(), result.energy.chance.is_some());
+        for b in 0..4 {
+            let sum = |of: fn(&phylux::Share) -> &Vec<Option<f64>>| {
+                shares.all().map(|(_, share)| of(share)[b].expect("a number")).sum::<f64>()
+            };
+            close(sum(|share| &share.share), 1.0);
+            let outside = shares.outside.share[b].expect("a share");
+            close(outside, result.energy.escaped[b] / result.energy.power[b]);
+            let error = shares.outside.share_se[b].expect("an error");
+            assert!(error > 0.0 && error < 0.05, "{error}");
+        }
+    }
+}
+
+/// The error of the outside's share against the spread of 100 runs of 2000 photons (seeds 1 to 100):
+/// the root mean square of deviations over errors is 1 with a standard deviation of 0.07; 0.75 to
+/// 1.25 is allowed.
+#[test]
+fn errors_of_shares_are_the_spread_of_seeds() {
+    let scene = scene(|_| ());
+    let found: Vec<[(f64, f64); 2]> = (1..=100)
+        .map(|seed| {
+            let result = run(&scene, |settings| {
+                (settings.photons, settings.seed, settings.threads) = (Some(2000), seed, 1);
+            });
+            let shares = result.electricity.expect("electricity").shares.expect("shares");
+            [&shares.outside, &shares.absorbed_by["leaf"]]
+                .map(|of| (of.share[2].expect("a share"), of.share_se[2].expect("an error")))
+        })
+        .collect();
+    for i in 0..2 {
+        let mean = found.iter().map(|run| run[i].0).sum::<f64>() / 100.0;
+        let squares = found.iter().map(|run| ((run[i].0 - mean) / run[i].1).powi(2));
+        let rms = (squares.sum::<f64>() / 100.0).sqrt();
+        assert!((0.75..1.25).contains(&rms), "{rms}");
+    }
+}
+
+/// Where another light shines, nothing is said of shares unless results are kept by light; then it
+/// is what the lamps alone would have.
+#[test]
+fn other_lights_do_not_mix_in() {
+    let both = scene(|scene| {
+        scene["lights"][1].as_object_mut().expect("a light").remove("watts");
+    });
+    let alone = scene(|scene| {
+        scene["lights"][1]["power"] = json!(0);
+        scene["lights"][1].as_object_mut().expect("a light").remove("watts");
+    });
+    let plain = run(&both, |_| ()).electricity.expect("electricity");
+    assert!(plain.shares.is_none() && plain.groups.is_none() && plain.watts == 20.0);
+    let split = run(&both, |settings| settings.by_light = true);
+    let split = split.electricity.expect("electricity").shares.expect("shares");
+    let alone = run(&alone, |_| ()).electricity.expect("electricity").shares.expect("shares");
+    for b in 0..2 {
+        let [(a, a_se), (c, c_se)] = [&split, &alone].map(|shares| {
+            let of = &shares.absorbed_by["floor"];
+            (of.share[b].expect("a share"), of.share_se[b].expect("an error"))
+        });
+        assert!((a - c).abs() < 4.0 * a_se.hypot(c_se), "{a} {c}");
+    }
+}
+
+/// The table has rows for all of it, and the summary tells it; a wrong number of watts is refused.
+#[test]
+fn it_is_told_and_written() {
+    let scene = scene(|_| ());
+    let output = phylux(&scene.path(""), &["run", "scene.json", "--csv", "r.csv", "-o", "r.json"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for word in
+        ["light per electricity", "share of the light", "outside", "mol/kWh", "of light on the"]
+    {
+        assert!(text.contains(word) || word == "of light on the", "{text}");
+    }
+    let table = std::fs::read_to_string(scene.path("r.csv")).expect("a table");
+    for start in [
+        "low,,PPF,per_watt,2,",
+        "all lights,,PPF,per_watt,1.6,",
+        "floor,,PPF,material_share,",
+        "outside,,PPF,share,",
+        "leaf,,PPF,group_share,",
+        "leaf,,PPF,mol_per_kwh,",
+        "leaf/plate,back,PPF,absorbed_by_face,",
+    ] {
+        assert!(table.lines().any(|line| line.starts_with(start)), "{start}\n{table}");
+    }
+    let result = phylux::read_json(&scene.path("r.json")).expect("results");
+    assert!(result.electricity.is_some());
+    for watts in ["0", "-1", "1e10"] {
+        let wrong = self::scene(|scene| {
+            scene["lights"][0]["watts"] = serde_json::from_str(watts).expect("a number");
+        });
+        let output = phylux(&wrong.path(""), &["check", "scene.json"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(error.starts_with("error: scene.json: /lights/0/watts: "), "{error}");
+    }
+}

@@ -1,0 +1,342 @@
+//! Sums over bands with weights, and ratios of sums with their errors.
+
+use phylux::{ByLight, RunResult, Settings};
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::phylux,
+    common::{TestScene, run_file},
+};
+
+/// A reflecting plate of 1 m2 with sensors over it, under two lamps of different colours.
+fn scene(quantity: &str, change: impl FnOnce(&mut Value)) -> TestScene {
+    let mut scene = json!({
+        "name": "colours", "quantity": quantity,
+        "bands": [
+            { "name": "B", "from_nm": 400, "to_nm": 500 }, { "name": "G", "from_nm": 500, "to_nm": 600 },
+            { "name": "R", "from_nm": 600, "to_nm": 700 }, { "name": "FR", "from_nm": 700, "to_nm": 800 }
+        ],
+        "sums": { "PAR": ["B", "G", "R"], "lux": "photopic", "YPFD": "YPF", "mine": { "B": 0.5, "R": 2 } },
+        "ratios": {
+            "R:FR": "R:FR-broad", "blue": "blue-share", "PSS": "PSS",
+            "B:R": { "numerator": "B", "denominator": ["R"] },
+            "lux/PAR": { "numerator": "lux", "denominator": "PAR" }
+        },
+        "materials": { "grey": { "type": "lambert", "reflectance": [0.1, 0.3, 0.1, 0.6] } },
+        "objects": [{ "name": "plate", "obj": "plate.obj", "material": "grey", "captor": true }],
+        "lights": [
+            { "name": "red", "type": "point", "position": [0.1, 0.2, 0.6], "power": [30, 10, 100, 5] },
+            { "name": "white", "type": "point", "position": [0.6, 0.4, 0.8], "power": [30, 40, 30, 50] }
+        ],
+        "captors": [{ "name": "s", "grid": { "x": [0, 1], "y": [0, 1], "nx": 2, "ny": 1, "z": 0.2, "radius": 0.2 },
+                      "sides": "both" }],
+        "settings": { "photons": 4096, "k": 0, "guiding": "off" }
+    });
+    change(&mut scene);
+    TestScene::new(
+        &scene.to_string(),
+        &[("plate.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")],
+    )
+}
+
+fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
+    run_file(&scene.path("scene.json"), change)
+}
+
+fn error_of(change: impl FnOnce(&mut Value)) -> String {
+    let scene = scene("umol/s", change);
+    let output = phylux(&scene.path(""), &["check", "scene.json"]);
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every weighted sum and every ratio follows from the bands, in W and in umol/s, on captors,
+/// groups, absorbed power and energy.
+#[test]
+fn sums_and_ratios_are_those_of_the_bands() {
+    for quantity in ["W", "umol/s"] {
+        let result = run(&scene(quantity, |_| ()), |_| ());
+        let of = |weights: &[f64], values: &[f64]| -> f64 {
+            weights.iter().zip(values).map(|(weight, value)| weight * value).sum()
+        };
+        let weights: Vec<(usize, Vec<f64>)> = (4..result.bands.len())
+            .map(|b| {
+                let mut weights = vec![0.0; 4];
+                result.bands[b].members(&result.bands).for_each(|(b, weight)| weights[b] = weight);
+                (b, weights)
+            })
+            .collect();
+        let mine = result.bands.iter().find(|band| band.name == "mine").expect("a sum");
+        assert_eq!(mine.weights.as_deref(), Some(&[0.5, 2.0][..]));
+        let check = |values: &[f64]| {
+            for (b, weights) in &weights {
+                let expected = of(weights, values);
+                assert!((values[*b] - expected).abs() <= 1e-12 * expected.abs(), "{quantity} {b}");
+            }
+        };
+        check(&result.energy.power);
+        check(&result.energy.absorbed);
+        let faces = result.captors.iter().flat_map(|captor| captor.faces());
+        for face in faces.chain(result.groups.iter().map(|group| &group.front)) {
+            check(&face.flux);
+            for (r, ratio) in result.ratios.iter().enumerate() {
+                let expected =
+                    of(&ratio.numerator, &face.flux) / of(&ratio.denominator, &face.flux);
+                let found = face.ratios.as_ref().expect("ratios").get(r).map(|(value, _)| value);
+                match found {
+                    Some(found) => {
+                        assert!((found / expected - 1.0).abs() < 1e-12, "{}", ratio.name)
+                    }
+                    None => assert_eq!(face.photons, 0),
+                }
+            }
+        }
+        let plate = &result.captors.iter().find(|c| c.kind == "surface").expect("the plate");
+        let absorbed = plate.absorbed.as_ref().expect("absorbed");
+        let blue = plate.absorbed_ratios.as_ref().expect("ratios").get(0).expect("a ratio").0;
+        assert!((blue * absorbed[2] / absorbed[0] - 1.0).abs() < 1e-12, "B:R is the first by name");
+    }
+}
+
+/// The power of a lamp that is given in lumens comes back as lumens, and its photons in umol/s, from
+/// 400 bands of 1 nm in W.
+#[test]
+fn a_lamp_of_known_lumens_has_them() {
+    let bands: Vec<Value> = (380..780)
+        .map(|nm| json!({ "name": format!("{nm}"), "from_nm": nm, "to_nm": nm + 1 }))
+        .collect();
+    for quantity in ["W", "umol/s"] {
+        let scene = scene(quantity, |scene| {
+            scene["bands"] = json!(bands);
+            scene["sums"] =
+                json!({ "lm": "photopic", "PPF": "PPF", "all": { "from_nm": 380, "to_nm": 780 } });
+            scene["ratios"] = json!({});
+            scene["materials"]["grey"]["reflectance"] = json!(0.5);
+            scene["lights"] = json!([{ "name": "lamp", "type": "point", "position": [0, 0, 1],
+                "power": { "spectrum": "LED-B3", "total": 1000, "quantity": "lm" } }]);
+        });
+        let output = phylux(&scene.path(""), &["check", "scene.json", "--json"]);
+        let checked: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let sums = &checked["lights"][0]["sums"];
+        let lumens = sums["lm"].as_f64().expect("a number");
+        assert!((lumens / 1000.0 - 1.0).abs() < 1e-4, "{quantity}: {lumens}");
+        // the same lamp by its photons
+        let photons = sums["all"].as_f64().expect("a number");
+        let ppf = sums["PPF"].as_f64().expect("a number");
+        assert!(photons > ppf && ppf > 10.0 && photons < 20.0, "{photons} {ppf}");
+    }
+}
+
+/// Errors of ratios against the spread of 200 runs of 4096 photons (seeds 1 to 200), as they are and
+/// after a mix: the root mean square of deviations over errors is 1 with a standard deviation of
+/// 0.05; 0.8 to 1.2 is allowed.
+#[test]
+fn errors_of_ratios_are_the_spread_of_seeds() {
+    let scene = scene("umol/s", |_| ());
+    let factors: ByLight<f64> = [("red".to_string(), 0.3)].into_iter().collect();
+    let mut found: Vec<[Vec<(f64, f64)>; 2]> = Vec::new();
+    for seed in 1..=200 {
+        let result = run(&scene, |settings| {
+            (settings.seed, settings.by_light, settings.threads) = (seed, true, 1);
+        });
+        let all = |result: &RunResult| {
+            let sensor = result.captors[0].front.ratios.clone().expect("ratios");
+            let group = result.groups[0].front.ratios.clone().expect("ratios");
+            let plate = result.captors.iter().find_map(|c| c.absorbed_ratios.clone());
+            let each = [sensor, group, plate.expect("ratios")].into_iter().flat_map(|of| {
+                (0..5).map(move |r| of.get(r).map(|(value, error)| (value, error.unwrap_or(0.0))))
+            });
+            each.map(|found| found.expect("a ratio")).collect::<Vec<_>>()
+        };
+        found.push([all(&result), all(&result.mix(&factors).expect("a mix"))]);
+    }
+    let n = found.len() as f64;
+    for mixed in [0, 1] {
+        for i in 0..found[0][mixed].len() {
+            let values = || found.iter().map(move |run| run[mixed][i]);
+            let mean = values().map(|(value, _)| value).sum::<f64>() / n;
+            let squares = values().map(|(value, error)| ((value - mean) / error).powi(2));
+            let rms = (squares.sum::<f64>() / n).sqrt();
+            assert!((0.8..1.2).contains(&rms), "ratio {i}, mixed {mixed}: {rms}");
+        }
+    }
+}
+
+/// A mix in which nothing changes has the ratios of the run, with their errors; factors that differ
+/// between bands leave the values and drop the errors.
+#[test]
+fn mixes_have_ratios() {
+    let scene = scene("umol/s", |_| ());
+    let result = run(&scene, |settings| settings.by_light = true);
+    let one: ByLight<f64> = [("red".to_string(), 1.0)].into_iter().collect();
+    let same = result.mix(&one).expect("a mix");
+    let bands = [("red".to_string(), phylux::Factor::Bands(vec![1.0, 1.0, 2.0, 1.0]))];
+    let uneven = result.mix_bands(&bands.into_iter().collect()).expect("a mix");
+    for ((was, is), other) in result.captors.iter().zip(&same.captors).zip(&uneven.captors) {
+        let [was, is, other] =
+            [was, is, other].map(|captor| captor.front.ratios.as_ref().expect("ratios"));
+        for r in 0..result.ratios.len() {
+            let ((a, a_se), (b, b_se)) =
+                (was.get(r).expect("a ratio"), is.get(r).expect("a ratio"));
+            assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+            assert!((a_se.unwrap() / b_se.unwrap() - 1.0).abs() < 0.3, "lights are strata");
+            let (c, c_se) = other.get(r).expect("a ratio");
+            let name = &result.ratios[r].name;
+            assert!(c_se.is_none() && c != a || !["B:R", "R:FR"].contains(&name.as_str()));
+        }
+    }
+}
+
+/// The same bytes on 1 and on 3 threads, and from two shards.
+#[test]
+fn threads_and_shards_change_no_byte() {
+    let scene = scene("W", |_| ());
+    let folder = scene.path("");
+    let read = |name: &str| std::fs::read(scene.path(name)).expect("results");
+    for arguments in [
+        "run scene.json --threads 1 -o a.json --quiet",
+        "run scene.json --threads 3 -o b.json --quiet",
+        "run scene.json --shard 1/2 -o 1.shard --quiet",
+        "run scene.json --shard 2/2 -o 2.shard --quiet",
+        "merge 1.shard 2.shard -o c.json --quiet",
+    ] {
+        let output = phylux(&folder, &arguments.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert!(read("a.json") == read("b.json") && read("a.json") == read("c.json"));
+}
+
+/// Paths find the ratios that photons find, within 4 combined errors (fixed seeds).
+#[test]
+fn paths_have_ratios_too() {
+    let scene = scene("umol/s", |_| ());
+    let photons = run(&scene, |settings| settings.photons = Some(100_000));
+    let paths = run(&scene, |settings| {
+        (settings.photons, settings.estimator) = (Some(20_000), phylux::Estimator::Paths);
+    });
+    for r in 0..photons.ratios.len() {
+        let of = |result: &RunResult| {
+            let (value, error) =
+                result.groups[0].front.ratios.as_ref().and_then(|all| all.get(r)).expect("a ratio");
+            (value, error.expect("an error"))
+        };
+        let ((a, a_se), (b, b_se)) = (of(&photons), of(&paths));
+        assert!((a - b).abs() < 4.0 * a_se.hypot(b_se), "{}: {a} {b}", photons.ratios[r].name);
+    }
+}
+
+/// Daily light integrals of sums of photons, also where the scene counts W; lumens have none.
+#[test]
+fn sums_of_photons_have_daily_light_integrals() {
+    for (quantity, plain) in [("umol/s", true), ("W", false)] {
+        let scene = scene(quantity, |scene| {
+            scene["site"] = json!({ "latitude": 43, "longitude": 4 });
+            scene["time"] = json!({ "from": "2025-06-21T00:00Z", "to": "2025-06-22T00:00Z" });
+            scene["weather"] = json!({ "direct_normal": 500, "diffuse_horizontal": 100 });
+            scene["lights"] = json!([{ "type": "sky" }]);
+        });
+        let output =
+            phylux(&scene.path(""), &["run", "scene.json", "--photons", "2000", "--quiet"]);
+        if !output.status.success() {
+            // a period needs a weather file
+            let error = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(error.contains("weather"), "{error}");
+            let mut text = "time,ghi,dni,dhi\n".to_string();
+            (0..24).for_each(|h| text += &format!("2025-06-21T{h:02}:00Z,300,0,300\n"));
+            std::fs::write(scene.path("w.csv"), text).expect("a file");
+            let mut file: Value =
+                serde_json::from_slice(&std::fs::read(scene.path("scene.json")).expect("a scene"))
+                    .expect("JSON");
+            file["weather"] = json!({ "file": "w.csv", "stamp": "start" });
+            std::fs::write(scene.path("scene.json"), file.to_string()).expect("a file");
+        }
+        let result = run(&scene, |settings| settings.photons = Some(2000));
+        let face = &result.groups[0].front;
+        let dli = face.dli.as_ref().expect("daily light integrals");
+        for (b, band) in result.bands.iter().enumerate() {
+            let has = match band.name.as_str() {
+                "YPFD" => true,
+                "lux" | "FR" => false,
+                _ => plain,
+            };
+            let expected = has.then_some(0.0864 * face.irradiance[b]);
+            match (dli[b], expected) {
+                (Some(found), Some(expected)) => assert!((found / expected - 1.0).abs() < 1e-12),
+                (found, expected) => assert_eq!(found, expected, "{quantity} {}", band.name),
+            }
+        }
+    }
+}
+
+/// A table of ratios is there for sweeps of scenes with ratios, and for no others.
+#[test]
+fn sweeps_have_a_table_of_ratios() {
+    for ratios in [true, false] {
+        let scene = scene("umol/s", |scene| {
+            if !ratios {
+                scene["ratios"] = json!({});
+            }
+        });
+        let sweep = json!({ "scene": "scene.json", "vary": { "/lights/0/power/3": [5, 50] } });
+        std::fs::write(scene.path("s.json"), sweep.to_string()).expect("a file");
+        let output = phylux(
+            &scene.path(""),
+            &["sweep", "s.json", "-o", "out", "--photons", "2000", "--quiet"],
+        );
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let table = std::fs::read_to_string(scene.path("out/ratios.csv"));
+        assert_eq!(table.is_ok(), ratios);
+        let Ok(table) = table else { continue };
+        let head = "run,/lights/0/power/3,seed,captor,face,ratio,value,standard_error";
+        assert_eq!(table.lines().next(), Some(head));
+        let value = |run: &str| -> f64 {
+            let line =
+                table.lines().find(|line| line.starts_with(run) && line.contains(",s,front,R:FR,"));
+            line.expect("a row").split(',').nth(6).expect("a value").parse().expect("a number")
+        };
+        assert!(value("1,") > 1.5 * value("2,"), "{table}");
+    }
+}
+
+/// What is wrong with a sum or ratio is said with its place and the cure; what depends on where in
+/// a wide band the light is, is warned of.
+#[test]
+fn wrong_sums_are_refused() {
+    type Change = fn(&mut Value);
+    let cases: [(Change, &str); 15] = [
+        (
+            |s| s["sums"]["x"] = json!("photopc"),
+            "/sums/x: no weighting `photopc`; did you mean `photopic`?",
+        ),
+        (|s| s["sums"]["x"] = json!("B"), "/sums/x: `B` is a band, not a weighting; write [\"B\"]"),
+        (|s| s["sums"]["x"] = json!({}), "/sums/x: adds up no band; name its bands"),
+        (|s| s["sums"]["x"] = json!({ "B": -1 }), "/sums/x/B: -1, must be from 0 to"),
+        (|s| s["sums"]["x"] = json!({ "Bl": 1 }), "/sums/x/Bl: no band `Bl`"),
+        (|s| s["sums"]["x"] = json!({ "B": "1" }), "the weight of `B` is not a number"),
+        (|s| s["sums"]["x"] = json!(3), "/sums/x"),
+        (|s| s["sums"]["x"] = json!({ "weighting": "PPF" }), "`bands` is missing"),
+        (|s| s["sums"]["x"] = json!({ "from_nm": 700, "to_nm": 600 }), "is not below to_nm"),
+        (
+            |s| s["sums"]["x"] = json!({ "from_nm": 900, "to_nm": 950 }),
+            "/sums/x: no band has light from 900 to 950 nm",
+        ),
+        (|s| s["ratios"]["PAR"] = json!("PSS"), "/ratios/PAR: a sum has this name too"),
+        (|s| s["ratios"]["x"] = json!("RFR"), "/ratios/x: no ratio `RFR`"),
+        (|s| s["ratios"]["x"] = json!({ "numerator": "B" }), "/ratios/x"),
+        (
+            |s| s["ratios"]["x"] = json!({ "numerator": "B", "denominator": { "R": 0 } }),
+            "/ratios/x: its denominator gives every band the weight 0",
+        ),
+        (|s| s["bands"][3] = json!({ "name": "FR" }), "the wavelengths of band `FR` are not known"),
+    ];
+    for (change, expected) in cases {
+        let error = error_of(change);
+        assert!(error.contains(expected) && error.starts_with("error: "), "{error}\n{expected}");
+    }
+    let overlap = error_of(|s| s["bands"][3]["from_nm"] = json!(650));
+    assert!(overlap.contains("bands `R` and `FR` overlap"), "{overlap}");
+    let wide = error_of(|_| ());
+    assert!(
+        wide.contains("/sums/lux: what a wavelength counts in `photopic` changes much"),
+        "{wide}"
+    );
+}
