@@ -223,6 +223,26 @@ fn a_spectrum_has_a_step_for_each_band() {
     assert!(!texts.iter().any(|t| t == "grid/7" || t == "shelf/0"), "{texts:?}");
 }
 
+/// Amounts begin at 0, the legend is inside the chart, and no lines are between those that have
+/// numbers.
+#[test]
+fn plots_begin_at_0_and_have_their_legend_inside() {
+    let scene = results();
+    for (kind, name) in [("plants", "tomato"), ("spectrum", "tomato/leaf1#0"), ("profile", "")] {
+        let (texts, svg) = plotted(&scene, &["--show", kind, "--captors", "tomato/*"]);
+        has(&texts, &["0"]);
+        assert!(!svg.contains("opacity=\"0.04\""), "{kind} has a minor grid");
+        let legend = if name.is_empty() { "surfaces, absorbed" } else { name };
+        let (before, _) = svg.split_once(&format!("\n{legend}\n")).expect("its name");
+        let text = before.rsplit("<text").next().expect("its start");
+        let x = place(&format!("<text{text}>"), "<text", &["x"])[0][0];
+        let right = |line: &Vec<f64>| line[0].max(line[1]);
+        let lines = place(&svg, "<line", &["x1", "x2"]);
+        let most = lines.iter().map(right).fold(0.0, f64::max);
+        assert!(x < most - 20.0 && most > 800.0, "{kind}: {x} {most}");
+    }
+}
+
 /// PNG pictures have twice the pixels of SVG pictures, and something is drawn in them.
 #[test]
 fn png_pictures_are_drawn_too() {

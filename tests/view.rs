@@ -4,6 +4,7 @@
 mod chromium;
 mod copies;
 mod hours;
+mod opening;
 mod weight;
 
 use std::{fs, path::Path};
@@ -149,6 +150,7 @@ fn needs_chromium_every_control_does_something() {
             "element('high').value = '3'; element('high').dispatchEvent(new Event('change'))",
         ),
         ("log", "element('log').click()"),
+        ("smooth light", "element('smooth').click()"),
         (
             "captors",
             "element('values').value = 'captor'; element('values').dispatchEvent(new Event('change'))",

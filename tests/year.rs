@@ -498,6 +498,36 @@ fn the_command_writes_tables() {
     assert!(std::fs::read(scene.path("b/hours.parquet")).expect("Parquet").starts_with(b"PAR1"));
 }
 
+/// The chart of two months has a column for each. The last day of June has twice the diffuse light
+/// of the first of July, and so a column that is twice as high.
+#[test]
+fn months_are_columns_from_0() {
+    let mut weather = String::from("time,ghi,dni,dhi\n");
+    for (day, light) in [("06-30", 200.0), ("07-01", 100.0)] {
+        for hour in 0..24 {
+            let light = if (5..20).contains(&hour) { light } else { 0.0 };
+            let _ = writeln!(weather, "2025-{day}T{hour:02}:00+01:00,{light},0,{light}");
+        }
+    }
+    let period = json!({ "from": "2025-06-30T00:00+01:00", "to": "2025-07-02T00:00+01:00" });
+    let scene = world(period).captor("up", &Mesh::square([0.0; 3], UP, 1.0)).write();
+    std::fs::write(scene.path("w.csv"), weather).expect("weather");
+    let output =
+        phylux(&scene.path(""), &["year", "scene.json", "-o", "y", "--photons", "20000", "--csv"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let svg = std::fs::read_to_string(scene.path("y/dli.svg")).expect("a chart");
+    assert!(["Jun", "Jul", "month, with the range of its days"].iter().all(|t| svg.contains(t)));
+    let blue = svg.split("<rect").filter(|text| text.contains("fill=\"#0072B2\""));
+    let heights: Vec<f64> = blue
+        .map(|text| {
+            let (_, height) = text.split_once(" height=\"").expect("a height");
+            height.split('"').next().expect("its end").parse().expect("a number")
+        })
+        .collect();
+    assert_eq!(heights.len(), 2, "{svg}");
+    assert!((heights[0] / heights[1] - 2.0).abs() < 0.1, "{heights:?}");
+}
+
 #[test]
 fn wrong_years_have_their_sentence() {
     let captor = || Mesh::square([0.0; 3], UP, 1.0);

@@ -40,9 +40,10 @@ const MOST_LIGHTS: usize = 10_000;
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("view/data.js"),
     include_str!("view/draw.js"),
+    include_str!("view/smooth.js"),
     include_str!("view/table.js"),
     include_str!("view/link.js"),
     include_str!("view/panel.js"),
@@ -238,6 +239,8 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
         }).collect::<Vec<_>>(),
         "hours": hours.map(Hours::facts),
         "local": rendered.has_local().then(|| levels(rendered, most_arrived(rendered)).facts()),
+        // of a place where photons of equal power arrive
+        "localError": rendered.light.as_ref().map(SurfaceLight::error_of_alike),
         "kept": levels(rendered, 1.0).facts(),
         "photons": shown.map(|(light, shown)| json!({
             "count": shown.len(), "levels": Levels::fine(most_power(light, &shown)).facts(),

@@ -95,6 +95,13 @@ impl Page {
         );
     }
 
+    /// Gives the page the size of another screen, in pixels.
+    pub fn resize(&self, width: u32, height: u32) {
+        let size =
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": true });
+        self.call("Emulation.setDeviceMetricsOverride", size);
+    }
+
     /// Sends an event of the mouse at this place of the page, in pixels.
     pub fn mouse(&self, kind: &str, x: f64, y: f64) {
         self.mouse.set((x, y));

@@ -1,11 +1,13 @@
 //! Draws values at points of a plane as colours with contours; between points they are linear over
 //! the triangles of a Delaunay triangulation.
 
+use std::ops::Range;
+
 use plotters::{
     chart::ChartBuilder,
     element::{Circle, PathElement, Polygon, Rectangle, Text},
     prelude::{Color, RGBColor, ShapeStyle},
-    style::BLACK,
+    style::{BLACK, WHITE},
 };
 
 use crate::show::{
@@ -101,7 +103,8 @@ impl HeatMap {
     }
 
     fn draw<D: Backend>(&self, area: &Area<D>, scale: &Scale) -> Result<(), Failure> {
-        let [across, up] = self.ranges(area.dim_in_pixel());
+        let triangles = self.spread();
+        let [across, up] = ranges(&triangles, area.dim_in_pixel());
         let mut builder = ChartBuilder::on(area);
         let (left, right, above, below) = ROOM;
         area.draw(&Text::new(self.title.as_str(), (left, above - 24), font(16)))?;
@@ -114,7 +117,6 @@ impl HeatMap {
         mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v)).draw()?;
 
         let step = (scale.high - scale.low) / STEPS as f64;
-        let triangles = self.triangles();
         for triangle in &triangles {
             let [least, most] = span(triangle);
             for i in 0..STEPS {
@@ -138,15 +140,35 @@ impl HeatMap {
             }
         }
         let line = ShapeStyle::from(&BLACK.mix(0.55)).stroke_width(1);
+        let mut numbers: Vec<(i32, i32)> = Vec::new();
         for level in scale.ticks(8) {
             let segments: Vec<[(f64, f64); 2]> =
                 triangles.iter().filter_map(|triangle| contour(triangle, level)).collect();
-            let number = segments.get(segments.len() / 2).copied();
-            let paths = segments.into_iter().map(|ends| PathElement::new(ends.to_vec(), line));
+            let middle = |[from, to]: &[(f64, f64); 2]| {
+                let at = chart.backend_coord(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0));
+                let (left, top) = area.get_base_pixel();
+                (at.0 - left, at.1 - top)
+            };
+            let (width, height) = area.dim_in_pixel();
+            let fits = |&(x, y): &(i32, i32)| {
+                let inside = x > left + 24
+                    && x < width as i32 - right - 24
+                    && y > above + 12
+                    && y < height as i32 - below - 12;
+                inside && numbers.iter().all(|n| (n.0 - x).abs() > 40 || (n.1 - y).abs() > 16)
+            };
+            // from the middle of the line to its ends
+            let order = (segments.len() / 2..segments.len()).chain(0..segments.len() / 2);
+            let number = order.map(|i| middle(&segments[i])).find(fits);
+            let paths = segments.iter().map(|ends| PathElement::new(ends.to_vec(), line));
             chart.draw_series(paths)?;
-            if let Some([from, to]) = number {
-                let middle = ((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0);
-                chart.draw_series([Text::new(label(level), middle, font(12))])?;
+            if let Some((x, y)) = number {
+                let text = label(level);
+                let half = (7 * text.chars().count() as i32) / 2;
+                let paper = [(x - half - 1, y - 7), (x + half + 1, y + 7)];
+                area.draw(&Rectangle::new(paper, WHITE.mix(0.6).filled()))?;
+                area.draw(&Text::new(text, (x - half, y - 6), font(12)))?;
+                numbers.push((x, y));
             }
         }
         let marks = self.points.iter().map(|&point| Circle::new(point, 2, BLACK.mix(0.7).filled()));
@@ -154,24 +176,69 @@ impl HeatMap {
         Ok(())
     }
 
-    /// Returns ranges of both axes such that a metre is equally long on both.
-    fn ranges(&self, (width, height): (u32, u32)) -> [std::ops::Range<f64>; 2] {
-        let (left, right, above, below) = ROOM;
-        let room = [width as i32 - left - right, height as i32 - above - below].map(f64::from);
-        let ends = [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1].map(|axis| {
-            self.points
-                .iter()
-                .map(axis)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                    (low.min(v), high.max(v))
-                })
-        });
-        let pixel = (0..2).map(|i| (ends[i].1 - ends[i].0) / room[i]).fold(0.0, f64::max) * 1.08;
-        [0, 1].map(|i| {
-            let (middle, half) = ((ends[i].0 + ends[i].1) / 2.0, pixel * room[i] / 2.0);
-            middle - half..middle + half
-        })
+    /// Returns the triangles and, around a grid, those to the ends of the cells whose middles the
+    /// points are: they have the values of the nearest points.
+    fn spread(&self) -> Vec<[Corner; 3]> {
+        let ends = ends(&self.points);
+        let half = [step(self.points.iter().map(|p| p.0)), step(self.points.iter().map(|p| p.1))]
+            .map(|step| step / 2.0);
+        // how far a point moves out along an axis, if it is at an end of it
+        let out = |axis: usize, at: f64| match (at - ends[axis].0, ends[axis].1 - at) {
+            (from, _) if from < half[axis] => Some(-half[axis]),
+            (_, to) if to < half[axis] => Some(half[axis]),
+            _ => None,
+        };
+        let mut all = self.clone();
+        let mut corners = 0;
+        for (&(x, y), &value) in self.points.iter().zip(&self.values) {
+            let (across, up) = (out(0, x), out(1, y));
+            corners += usize::from(across.is_some() && up.is_some());
+            let beside = across.map(|across| (x + across, y));
+            let above = up.map(|up| (x, y + up));
+            let both = across.zip(up).map(|(across, up)| (x + across, y + up));
+            for place in [beside, above, both].into_iter().flatten() {
+                all.points.push(place);
+                all.values.push(value);
+            }
+        }
+        // points that are no grid have no cells
+        if corners == 4 { all.triangles() } else { self.triangles() }
     }
+}
+
+/// Returns the median distance between neighbours along an axis; 0 if all have the same place.
+fn step(places: impl Iterator<Item = f64>) -> f64 {
+    let mut places: Vec<f64> = places.collect();
+    places.sort_by(f64::total_cmp);
+    let least = match (places.first(), places.last()) {
+        (Some(first), Some(last)) => 1e-6 * (last - first),
+        _ => return 0.0,
+    };
+    let mut steps: Vec<f64> =
+        places.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > least).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Returns the least and the greatest coordinates on both axes.
+fn ends(points: &[(f64, f64)]) -> [(f64, f64); 2] {
+    [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1].map(|axis| {
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        points.iter().map(axis).fold(none, |(low, high), v| (low.min(v), high.max(v)))
+    })
+}
+
+/// Returns ranges of both axes around triangles such that a metre is equally long on both.
+fn ranges(triangles: &[[Corner; 3]], (width, height): (u32, u32)) -> [Range<f64>; 2] {
+    let (left, right, above, below) = ROOM;
+    let room = [width as i32 - left - right, height as i32 - above - below].map(f64::from);
+    let points: Vec<(f64, f64)> = triangles.as_flattened().iter().map(|c| (c.0, c.1)).collect();
+    let ends = ends(&points);
+    let pixel = (0..2).map(|i| (ends[i].1 - ends[i].0) / room[i]).fold(0.0, f64::max);
+    [0, 1].map(|i| {
+        let (middle, half) = ((ends[i].0 + ends[i].1) / 2.0, pixel * room[i] / 2.0);
+        middle - half..middle + half
+    })
 }
 
 fn colour(scale: &Scale, value: f64) -> RGBColor {
@@ -250,6 +317,25 @@ mod tests {
             triangles.iter().filter_map(|t| contour(t, 1.2)).flatten().collect();
         assert!(ends.len() >= 4, "{ends:?}");
         assert!(ends.iter().all(|(x, y)| (x + 2.0 * y - 1.2).abs() < 1e-12), "{ends:?}");
+    }
+
+    /// Around a grid of cells of 1 m the map reaches to the ends of the cells, and values stay; around
+    /// points that are no grid it ends at the points.
+    #[test]
+    fn a_grid_is_filled_to_the_ends_of_its_cells() {
+        let map = |points: Vec<(f64, f64)>| {
+            let values = points.iter().map(|(x, _)| 100.0 * x).collect();
+            HeatMap { title: String::new(), axes: Default::default(), points, values }
+        };
+        let grid: Vec<(f64, f64)> = (0..12).map(|i| (f64::from(i % 4), f64::from(i / 4))).collect();
+        let found = map(grid).spread();
+        let corners: Vec<(f64, f64)> = found.as_flattened().iter().map(|c| (c.0, c.1)).collect();
+        assert_eq!(ends(&corners), [(-0.5, 3.5), (-0.5, 2.5)]);
+        assert!(found.as_flattened().iter().all(|c| c.2 == 100.0 * c.0.clamp(0.0, 3.0)));
+        let star = vec![(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
+        let corners: Vec<(f64, f64)> =
+            map(star).spread().as_flattened().iter().map(|c| (c.0, c.1)).collect();
+        assert_eq!(ends(&corners), [(0.0, 2.0), (0.0, 2.0)]);
     }
 
     /// Points on a line have no triangles.

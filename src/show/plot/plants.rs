@@ -110,7 +110,7 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         linear_x: true,
         linear_y: true,
         series,
-        levels: Vec::new(),
+        ..Chart::default()
     };
     let band = chosen.band_name();
     let mut charts = vec![chart(

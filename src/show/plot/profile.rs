@@ -70,8 +70,9 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         y: "height z, m".into(),
         linear_x: true,
         linear_y: true,
+        amounts_across: true,
         series,
-        levels: Vec::new(),
+        ..Chart::default()
     };
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
 }

@@ -70,7 +70,7 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         linear_x: true,
         linear_y: true,
         series,
-        levels: Vec::new(),
+        ..Chart::default()
     };
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes })
 }

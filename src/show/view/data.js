@@ -1,6 +1,6 @@
 // The page that `phylux view` writes: surfaces and captors in tiles, coloured by their light. This file
 // reads the data, which view.rs writes into script elements of the page, and holds the user's choices.
-// Then come draw.js, table.js, link.js, panel.js and start.js.
+// Then come draw.js, smooth.js, table.js, link.js, panel.js and start.js.
 "use strict";
 
 // --- the data ---
@@ -221,7 +221,7 @@ function shownValue(part, tile, channel, band) {
 
 const state = {
   quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: facts.local ? "local" : "captor",
-  low: 0, high: 1, log: false, cut: 0, dark: true, shade: true,
+  low: 0, high: 1, log: false, cut: 0, clear: false, planes: false, dark: true, shade: true, smooth: true,
   photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
   listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),
@@ -229,6 +229,13 @@ const state = {
 };
 /** Whether some lamp is set to another power than it has in the scene. */
 let dimmed = false;
+
+/** Finds large planes: virtual captors of more than this many times the median area of all captors, which would hide the others. */
+const LARGE = 20;
+function findLargePlanes() {
+  const median = facts.areas.toSorted((a, b) => a - b)[facts.areas.length >> 1];
+  for (const part of parts) part.large = part.captor >= 0 && part.material < 0 && facts.areas[part.captor] > LARGE * median;
+}
 
 /** Finds for each part the faces that are practically unlit while the other face is lit. */
 function findDarkSides() {

@@ -3,13 +3,16 @@
 const T = THREE;
 const TEXTURE_WIDTH = 2048;
 const stage = element("stage");
+/** Whether most triangles are smaller than a pixel, so that drawing them well takes seconds without a graphics card. */
+const MANY = facts.tiles > 500000;
 let renderer, camera, controls, scene, points, valueTexture, pickTarget, paintMaterial, pickMaterial;
 const meshes = [];
 
 const VERTEX = `
 precision highp float; precision highp int; precision highp sampler2D;
 uniform mat4 modelViewMatrix, projectionMatrix;
-uniform sampler2D values;
+uniform sampler2D values, corners;
+uniform bool smoothed;
 uniform vec3 boxMin, boxSize;
 in vec3 position;
 in vec4 row0, row1, row2; // of the matrix of the copy
@@ -17,12 +20,18 @@ in float first; // tile of the copy
 flat out vec4 tile;
 flat out int index;
 out vec3 view, inBox;
+out vec2 here; // smoothed light on the front and the back
 void main() {
   vec4 own = vec4(position, 1.0);
   vec3 place = vec3(dot(row0, own), dot(row1, own), dot(row2, own));
   inBox = (place - boxMin) / boxSize;
   index = int(first) + gl_VertexID / 3;
   tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
+  here = tile.xy;
+  if (smoothed) {
+    ivec2 at = ivec2(2 * (index % 1024), index / 1024);
+    here = vec2(texelFetch(corners, at, 0)[gl_VertexID % 3], texelFetch(corners, at + ivec2(1, 0), 0)[gl_VertexID % 3]);
+  }
   vec4 at = modelViewMatrix * vec4(place, 1.0);
   view = at.xyz;
   gl_Position = projectionMatrix * at;
@@ -38,6 +47,17 @@ uniform vec3 clipLow, clipHigh;
 flat in vec4 tile;
 flat in int index;
 in vec3 view, inBox;
+uniform bool clear;
+uniform vec3 eye, captorLow, captorHigh; // in the box
+// whether the line of sight goes on to the box around the captors, and enters it only farther on
+bool isBefore() {
+  vec3 ahead = inBox - eye;
+  ahead += vec3(lessThan(abs(ahead), vec3(1e-9))) * 1e-9;
+  vec3 a = (captorLow - inBox) / ahead, b = (captorHigh - inBox) / ahead;
+  vec3 enters = min(a, b), leaves = max(a, b);
+  float enter = max(max(enters.x, enters.y), enters.z);
+  return enter > 0.0 && enter < min(min(leaves.x, leaves.y), leaves.z);
+}
 bool flag(float bit) { return mod(floor(tile.w / bit), 2.0) >= 1.0; }
 void skipUnseen() {
   if (-view.z < nearest) discard;
@@ -49,10 +69,11 @@ const COLOUR = `${SEEN}
 uniform sampler2D colours;
 uniform float low, high, hovered;
 uniform bool logarithmic, shaded;
+in vec2 here;
 out vec4 colour;
 void main() {
   skipUnseen();
-  float value = gl_FrontFacing ? tile.x : tile.y;
+  float value = gl_FrontFacing ? here.x : here.y;
   vec3 paint = vec3(0.87);
   if (value >= 0.0) {
     float f = logarithmic ? log(max(value, 1e-30) / low) / log(high / low) : (value - low) / (high - low);
@@ -64,7 +85,9 @@ void main() {
   }
   if (flag(8.0)) paint = mix(paint, vec3(0.9, 0.1, 0.5), 0.45);
   if (hovered >= 0.0 && tile.z == hovered) paint = mix(paint, vec3(1.0), 0.4);
-  colour = vec4(paint, 1.0);
+  bool isVeil = clear && isBefore();
+  ${MANY ? "if (isVeil) discard;" : ""}
+  colour = vec4(paint, isVeil ? 0.25 : 1.0);
 }`;
 
 // the tile under the mouse, as a colour
@@ -72,6 +95,7 @@ const PICK = `${SEEN}
 out vec4 colour;
 void main() {
   skipUnseen();
+  if (clear && isBefore()) discard;
   int id = index + 1;
   colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
 }`;
@@ -121,8 +145,10 @@ out vec4 colour;
 void main() { colour = vec4(0.9, 0.1, 0.55, 0.3); }`;
 
 function makeRenderer() {
-  // with so many triangles most are smaller than a pixel, and without a graphics card drawing would take seconds
-  renderer = new T.WebGLRenderer({ antialias: facts.tiles <= 500000 });
+  const canvas = document.createElement("canvas");
+  // what is transparent shows the scene behind it, not the page
+  const context = canvas.getContext("webgl2", { alpha: false, antialias: !MANY });
+  renderer = new T.WebGLRenderer({ canvas, ...(context && { context }) });
   renderer.setPixelRatio(window.devicePixelRatio);
   renderer.domElement.tabIndex = 0;
   renderer.domElement.setAttribute("aria-label", "the scene in the colours of its light");
@@ -136,7 +162,8 @@ function makeRenderer() {
   controls = new T.OrbitControls(camera, renderer.domElement);
   controls.zoomToCursor = true;
   controls.addEventListener("change", draw);
-  controls.target.copy(new T.Vector3(...facts.min).addScaledVector(size, 0.5));
+  const radius = Math.max(size.length() / 2, 1e-6);
+  [controls.minDistance, controls.maxDistance] = [1e-4 * radius, 20 * radius];
 }
 
 /** Returns whether the page is dark: as the user has chosen, or as the system is. */
@@ -153,27 +180,106 @@ function showTheme() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
   element("theme").textContent = isDark() ? "light" : "dark";
   renderer.setClearColor(paper(), 1);
+  outlines.material.color.set(isDark() ? 0xd0d4da : 0x444444);
   draw();
 }
 
-/** Looks at the whole scene from the front and a little above, as near as possible. */
-function lookAtAll() {
+/** Returns a box around the tiles of the parts chosen, as its middle and half of its sides; null if there are none. */
+function boxAround(chosen) {
+  const [low, high] = [new T.Vector3(), new T.Vector3()].map((end, i) => end.setScalar(i ? -Infinity : Infinity));
+  const place = new T.Vector3();
+  for (const { corner, first, tiles, copies, places } of shapes) {
+    for (let copy = 0; copy < copies; copy++) {
+      const m = places.subarray(12 * copy, 12 * copy + 12);
+      const rows = [0, 4, 8].map((row) => [...m.subarray(row, row + 4)]);
+      const [from, to] = [first + copy * tiles, first + (copy + 1) * tiles];
+      for (let tile = from, end; tile < to; tile = end) {
+        const part = partOf(tile);
+        end = Math.min(part.end, to);
+        if (!chosen(part)) continue;
+        for (let i = 9 * (corner + tile - from); i < 9 * (corner + end - from); i += 3) {
+          const [x, y, z] = [corners[i] / 65535, corners[i + 1] / 65535, corners[i + 2] / 65535];
+          place.set(...rows.map(([a, b, c, d]) => a * x + b * y + c * z + d));
+          low.min(place);
+          high.max(place);
+        }
+      }
+    }
+  }
+  if (low.x > high.x) return null;
+  return { middle: low.clone().add(high).multiplyScalar(0.5), half: high.sub(low).multiplyScalar(0.5) };
+}
+
+/** Returns a box around the whole scene. */
+function wholeScene() {
   const half = new T.Vector3(...facts.size).multiplyScalar(0.5);
-  const radius = Math.max(half.length(), 1e-6);
-  const away = new T.Vector3(0.45, -1, 0.55).normalize();
+  return { middle: new T.Vector3(...facts.min).add(half), half };
+}
+
+/** Returns a box around the captors and the objects that they belong to. Sensors alone have too little around them
+ *  to be recognised, and so their box is at least a quarter of the scene. */
+function boxOfCaptors() {
+  const own = parts.filter((part) => part.captor >= 0);
+  const objects = new Set(own.filter((part) => part.material >= 0).map((part) => part.object));
+  const whole = wholeScene();
+  const box = boxAround((part) => part.captor >= 0 || objects.has(part.object)) ?? whole;
+  if (!objects.size) box.half.max(whole.half.clone().multiplyScalar(0.25));
+  return box;
+}
+
+/** Looks at a box from a direction, as near as possible. */
+function lookAt({ middle, half }, away) {
   const right = new T.Vector3(0, 0, 1).cross(away).normalize();
   const up = away.clone().cross(right);
   const slope = Math.tan((camera.fov * Math.PI) / 360);
-  let distance = 1e-3 * radius;
+  let distance = Math.max(1e-3 * half.length(), 1e-6);
   for (let i = 0; i < 8; i++) {
     const corner = new T.Vector3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1).multiply(half);
     const across = Math.max(Math.abs(corner.dot(right)) / camera.aspect, Math.abs(corner.dot(up))) / slope;
     distance = Math.max(distance, corner.dot(away) + 1.06 * across);
   }
-  camera.position.copy(controls.target).addScaledVector(away, distance);
-  controls.maxDistance = 20 * radius;
-  controls.minDistance = 1e-4 * radius;
+  controls.target.copy(middle);
+  camera.position.copy(middle).addScaledVector(away, distance);
   controls.update();
+}
+
+/** Returns the direction that is so many degrees to the right of the front and so many above it. */
+function direction(across, up) {
+  const [a, b] = [across, up].map((angle) => (angle * Math.PI) / 180);
+  return new T.Vector3(Math.sin(a) * Math.cos(b), -Math.cos(a) * Math.cos(b), Math.sin(b));
+}
+
+const [ACROSS, UP] = [24, 27];
+
+function lookAtAll() {
+  lookAt(wholeScene(), direction(ACROSS, UP));
+}
+
+let captorBox, fitted;
+/** Looks at the captors from the side where most of them is seen, which is the front unless another side is clearly
+ *  better, and makes what stands before them transparent if more of them is seen then. */
+function lookAtCaptors() {
+  captorBox = boxOfCaptors();
+  let best = { score: 0, away: direction(ACROSS, UP), clear: false };
+  const sides = facts.captors.length && !MANY ? [0, 90, 270, 180] : [];
+  for (const up of [UP, 42]) {
+    for (const side of sides) {
+      for (const across of [ACROSS, -ACROSS]) {
+        const away = direction(side + across, up);
+        lookAt(captorBox, away);
+        const [plain, clear] = [false, true].map((clear) => {
+          state.clear = clear;
+          return captorPixels();
+        });
+        // what is seen only through something counts half
+        const score = (plain + clear) / 2;
+        if (score > 1.15 * best.score) best = { score, away, clear: clear > 1.05 * plain };
+      }
+    }
+  }
+  state.clear = best.clear;
+  lookAt(captorBox, best.away);
+  fitted = { away: best.away, eye: camera.position.clone() };
 }
 
 /** Returns the lengths of the sides of the scene's box, m. */
@@ -206,16 +312,18 @@ function makeMeshes() {
 
   const uniforms = {
     boxMin: { value: new T.Vector3(...facts.min) }, boxSize: { value: sides() },
-    values: { value: valueTexture }, colours: { value: colourTexture },
+    values: { value: valueTexture }, corners: { value: cornerTexture }, smoothed: { value: false }, colours: { value: colourTexture },
     low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false }, shaded: { value: true },
     nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
     clipLow: { value: new T.Vector3() }, clipHigh: { value: new T.Vector3() },
+    clear: { value: false }, eye: { value: null }, captorLow: { value: null }, captorHigh: { value: null },
   };
   const material = (fragmentShader) => new T.RawShaderMaterial({
     glslVersion: T.GLSL3, vertexShader: VERTEX, fragmentShader, uniforms, side: T.DoubleSide,
     polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, // photons and outlines lie in front
   });
   [paintMaterial, pickMaterial] = [material(COLOUR), material(PICK)];
+  paintMaterial.alphaToCoverage = true; // transparency that needs no order
   for (const { corner, first, tiles, copies, places } of shapes) {
     const geometry = new T.InstancedBufferGeometry();
     geometry.instanceCount = copies;
@@ -277,11 +385,8 @@ function makeLights() {
 /** Number of times that tiles were painted: each time other tiles may be hidden. */
 let paints = 0;
 
-let mark = null;
-/** Marks tiles with a veil and an outline that nothing hides. */
-function markTiles(tiles) {
-  mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
-  const triangles = tiles.map(cornersOf);
+/** Returns the edges that are not shared by two of the tiles, as pairs of corners. */
+function edgesAround(triangles) {
   const edges = new Map();
   for (const corners of triangles) {
     for (const [p, q] of [[0, 1], [1, 2], [2, 0]]) {
@@ -290,6 +395,29 @@ function markTiles(tiles) {
       if (!edges.delete(ends)) edges.set(ends, [corners[p], corners[q]]);
     }
   }
+  return [...edges.values()];
+}
+
+function tilesOf(part) {
+  return Array.from({ length: part.end - part.first }, (_, i) => part.first + i);
+}
+
+let outlines = null;
+/** Draws large planes as outlines, which leave in view what is behind them. */
+function makeOutlines() {
+  const ends = parts.filter((part) => part.large).flatMap((part) => edgesAround(tilesOf(part).map(cornersOf)));
+  const geometry = new T.BufferGeometry();
+  geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends.flat(2)), 3));
+  outlines = new T.LineSegments(geometry, new T.LineBasicMaterial());
+  outlines.frustumCulled = false;
+  scene.add(outlines);
+}
+
+let mark = null;
+/** Marks tiles with a veil and an outline that nothing hides. */
+function markTiles(tiles) {
+  mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
+  const triangles = tiles.map(cornersOf);
   const geometry = (points) => {
     const geometry = new T.BufferGeometry();
     return geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(points.flat(2)), 3));
@@ -297,7 +425,7 @@ function markTiles(tiles) {
   const seen = { depthTest: false, transparent: true };
   const veil = new T.RawShaderMaterial({ glslVersion: T.GLSL3, vertexShader: MARK_VERTEX, fragmentShader: MARK_COLOUR, side: T.DoubleSide, ...seen });
   const line = new T.LineBasicMaterial({ color: 0xe6198c, ...seen });
-  mark = [new T.Mesh(geometry(triangles), veil), new T.LineSegments(geometry([...edges.values()]), line)];
+  mark = [new T.Mesh(geometry(triangles), veil), new T.LineSegments(geometry(edgesAround(triangles)), line)];
   mark.forEach((object) => { object.frustumCulled = false; scene.add(object); });
 }
 
@@ -308,7 +436,8 @@ function paintTiles() {
   const listed = new Set(state.listed.filter((row) => row.captor >= 0).map((row) => row.captor));
   const channels = state.quantity === "absorbed" ? [ABSORBED, ABSORBED] : [FRONT, BACK];
   for (const part of parts) {
-    const hidden = state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
+    const isOutline = part.large && !state.planes;
+    const hidden = isOutline || state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
     const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * (part.captor >= 0 && listed.has(part.captor));
     for (let tile = part.first; tile < part.end; tile++) {
       for (const face of [FRONT, BACK]) {
@@ -319,6 +448,8 @@ function paintTiles() {
     }
   }
   valueTexture.needsUpdate = true;
+  if (isSmooth()) paintCorners();
+  outlines.visible = !state.planes && !state.hidden.object.has(-1);
 }
 
 /** Returns the sensors' values of the quantity shown, sorted; the values of all captors if there are few sensors. */
@@ -378,6 +509,34 @@ function roundUp(value, size) {
   return Number((Math.ceil(value / step - 1e-9) * step).toPrecision(8));
 }
 
+/** Tells the shaders what was chosen, and sets the nearest and the farthest distance that are drawn. */
+function setUniforms() {
+  const uniforms = paintMaterial.uniforms;
+  uniforms.low.value = state.low;
+  uniforms.high.value = state.high;
+  uniforms.logarithmic.value = state.log;
+  uniforms.shaded.value = state.shade;
+  uniforms.smoothed.value = isSmooth();
+  uniforms.seeThrough.value = state.dark;
+  // things in the faces of the box stay visible
+  uniforms.clipLow.value.set(...[0, 2, 4].map((i) => state.clip[i] - (state.clip[i] <= 0)));
+  uniforms.clipHigh.value.set(...[1, 3, 5].map((i) => state.clip[i] + (state.clip[i] >= 1)));
+  const { middle, half } = wholeScene();
+  const radius = half.length();
+  const distance = camera.position.distanceTo(middle);
+  camera.near = Math.max(distance - 1.1 * radius, 1e-3 * Math.min(radius, camera.position.distanceTo(controls.target)));
+  camera.far = distance + 1.1 * radius;
+  camera.updateProjectionMatrix();
+  const front = Math.max(distance - radius, 0);
+  uniforms.nearest.value = state.cut && front + state.cut * (distance + radius - front);
+  const inBox = (place) => place.sub(uniforms.boxMin.value).divide(uniforms.boxSize.value);
+  const reach = captorBox.half.clone().multiplyScalar(1.02);
+  uniforms.clear.value = state.clear;
+  uniforms.eye.value = inBox(camera.position.clone());
+  uniforms.captorLow.value = inBox(captorBox.middle.clone().sub(reach));
+  uniforms.captorHigh.value = inBox(captorBox.middle.clone().add(reach));
+}
+
 let waiting = false;
 /** Schedules drawing, once for all changes until then. */
 function draw() {
@@ -385,22 +544,7 @@ function draw() {
   waiting = true;
   requestAnimationFrame(() => {
     waiting = false;
-    const uniforms = paintMaterial.uniforms;
-    uniforms.low.value = state.low;
-    uniforms.high.value = state.high;
-    uniforms.logarithmic.value = state.log;
-    uniforms.shaded.value = state.shade;
-    uniforms.seeThrough.value = state.dark;
-    // things in the faces of the box stay visible
-    uniforms.clipLow.value.set(...[0, 2, 4].map((i) => state.clip[i] - (state.clip[i] <= 0)));
-    uniforms.clipHigh.value.set(...[1, 3, 5].map((i) => state.clip[i] + (state.clip[i] >= 1)));
-    const radius = new T.Vector3(...facts.size).length() / 2;
-    const distance = camera.position.distanceTo(new T.Vector3(...facts.min).addScaledVector(new T.Vector3(...facts.size), 0.5));
-    camera.near = Math.max(distance - 1.1 * radius, 1e-3 * Math.min(radius, camera.position.distanceTo(controls.target)));
-    camera.far = distance + 1.1 * radius;
-    camera.updateProjectionMatrix();
-    const front = Math.max(distance - radius, 0);
-    uniforms.nearest.value = state.cut && front + state.cut * (distance + radius - front);
+    setUniforms();
     if (points) {
       points.visible = state.photons;
       points.material.uniforms.bounces.value.set(...state.bounces);
@@ -415,32 +559,57 @@ function resize() {
   if (width === stage.clientWidth && height === stage.clientHeight) return;
   renderer.setSize(stage.clientWidth, stage.clientHeight);
   camera.aspect = stage.clientWidth / Math.max(stage.clientHeight, 1);
+  // a view that was not touched fits again
+  if (fitted?.eye.equals(camera.position)) {
+    lookAt(captorBox, fitted.away);
+    fitted.eye.copy(camera.position);
+  }
   draw();
 }
 
+/** Draws all tiles with their numbers as colours, into `pickTarget`. */
+function drawNumbers(width, height) {
+  setUniforms();
+  pickTarget.setSize(width, height);
+  const others = scene.children.filter((child) => !meshes.includes(child) && child.visible);
+  others.forEach((child) => (child.visible = false));
+  meshes.forEach((mesh) => (mesh.material = pickMaterial));
+  renderer.setRenderTarget(pickTarget);
+  renderer.setClearColor(0, 0);
+  renderer.clear();
+  renderer.render(scene, camera);
+  renderer.setRenderTarget(null);
+  renderer.setClearColor(paper(), 1);
+  meshes.forEach((mesh) => (mesh.material = paintMaterial));
+  others.forEach((child) => (child.visible = true));
+}
+
+/** Returns the tiles in a rectangle of what `drawNumbers` has drawn; -1 where there is none. */
+function numbersAt(x, y, width, height) {
+  const pixels = new Uint8Array(4 * width * height);
+  renderer.readRenderTargetPixels(pickTarget, x, y, width, height, pixels);
+  return new Uint32Array(pixels.buffer).map((id) => id - 1);
+}
+
+/** Returns how much of the picture captors take, as a number of pixels of a small picture. */
+function captorPixels() {
+  const [width, height] = [Math.round(160 * Math.sqrt(camera.aspect)), Math.round(160 / Math.sqrt(camera.aspect))];
+  drawNumbers(width, height);
+  picked = "";
+  return numbersAt(0, 0, width, height).filter((tile) => tile < facts.tiles && partOf(tile).captor >= 0).length;
+}
+
 let picked = "";
-/** Returns the tile at a place of the page, or -1. All tiles are drawn with their numbers as colours whenever
- *  something has moved. */
+/** Returns the tile at a place of the page; there is none from `facts.tiles` on. All tiles are drawn with their numbers
+ *  whenever something has moved. */
 function tileAt(x, y) {
   const box = renderer.domElement.getBoundingClientRect();
   const [width, height] = [Math.max(Math.round(box.width), 1), Math.max(Math.round(box.height), 1)];
-  const shown = [width, height, paints, state.cut, state.dark, ...state.clip, ...camera.matrixWorld.elements].join();
+  const shown = [width, height, paints, state.cut, state.clear, state.dark, ...state.clip, ...camera.matrixWorld.elements].join();
   if (shown !== picked) {
+    drawNumbers(width, height);
     picked = shown;
-    pickTarget.setSize(width, height);
-    const others = scene.children.filter((child) => !meshes.includes(child) && child.visible);
-    others.forEach((child) => (child.visible = false));
-    meshes.forEach((mesh) => (mesh.material = pickMaterial));
-    renderer.setRenderTarget(pickTarget);
-    renderer.setClearColor(0, 0);
-    renderer.clear();
-    renderer.render(scene, camera);
-    renderer.setRenderTarget(null);
-    renderer.setClearColor(paper(), 1);
-    meshes.forEach((mesh) => (mesh.material = paintMaterial));
-    others.forEach((child) => (child.visible = true));
   }
-  const pixel = new Uint8Array(4);
-  renderer.readRenderTargetPixels(pickTarget, Math.floor(x - box.left), height - 1 - Math.floor(y - box.top), 1, 1, pixel);
-  return pixel[0] + 256 * pixel[1] + 65536 * pixel[2] + 16777216 * pixel[3] - 1;
+  const [tile] = numbersAt(Math.floor(x - box.left), height - 1 - Math.floor(y - box.top), 1, 1);
+  return tile < facts.tiles ? tile : -1;
 }

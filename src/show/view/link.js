@@ -6,8 +6,8 @@ function linkText() {
   const off = (kind) => [...state.hidden[kind]].join(",");
   return new URLSearchParams({
     quantity: state.quantity, band: facts.bands[state.band].name, values: state.values,
-    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clip: list(state.clip),
-    unlit: Number(state.dark), shading: Number(state.shade), objects: off("object"), materials: off("material"),
+    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clear: Number(state.clear), planes: Number(state.planes), clip: list(state.clip),
+    unlit: Number(state.dark), shading: Number(state.shade), smooth: Number(state.smooth), objects: off("object"), materials: off("material"),
     eye: list(camera.position), at: list(controls.target),
     ...(hours && { time: timeText() || "all" }),
     ...(dimmed && { lamps: list(state.lamps) }), ...(state.theme && { theme: state.theme }),
@@ -37,8 +37,11 @@ function readLink() {
   const band = facts.bands.findIndex((band) => band.name === link.get("band"));
   if (band >= 0) state.band = band;
   state.log = flag("log", state.log);
+  state.clear = flag("clear", state.clear);
+  state.planes = flag("planes", state.planes);
   state.dark = flag("unlit", state.dark);
   state.shade = flag("shading", state.shade);
+  state.smooth = flag("smooth", state.smooth);
   const inside = (n) => Math.min(Math.max(n, 0), 1);
   state.cut = inside(numbers("cut", 1)?.[0] ?? 0);
   state.clip = (numbers("clip", 6) ?? state.clip).map(inside);

@@ -156,8 +156,7 @@ function find(text) {
 }
 
 function markFound() {
-  const own = parts.filter((part) => part.captor === state.found && state.found >= 0);
-  markTiles(own.flatMap(({ first, end }) => Array.from({ length: end - first }, (_, i) => first + i)));
+  markTiles(parts.filter((part) => part.captor === state.found && state.found >= 0).flatMap(tilesOf));
 }
 
 /** Shows the values of the captor that was found. */
@@ -282,7 +281,7 @@ function makePanel() {
   makeList("objects", "object", facts.objects, (key) => state.hidden.object.has(key));
   makeList("materials", "material", facts.materials.map((m) => m.name), (key) => state.hidden.material.has(key));
   for (const [id, value] of [["quantity", state.quantity], ["cut", state.cut]]) element(id).value = value;
-  for (const [id, value] of [["log", state.log], ["dark", state.dark], ["shade", state.shade]]) element(id).checked = value;
+  for (const [id, value] of [["log", state.log], ["clear", state.clear], ["planes", state.planes], ["dark", state.dark], ["shade", state.shade], ["smooth", state.smooth]]) element(id).checked = value;
   makeLamps();
   makeTime();
   makeClip();
@@ -320,8 +319,13 @@ function makePanel() {
     });
   }
   on("cut", "input", (e) => { state.cut = Number(e.target.value); draw(); });
+  on("clear", "change", (e) => { state.clear = e.target.checked; draw(); });
   on("dark", "change", (e) => { state.dark = e.target.checked; draw(); });
+  element("planesLabel").hidden = !parts.some((part) => part.large);
+  on("planes", "change", (e) => { state.planes = e.target.checked; repaint(false); });
   on("shade", "change", (e) => { state.shade = e.target.checked; draw(); });
+  element("smoothLabel").hidden = !meeting;
+  on("smooth", "change", (e) => { state.smooth = e.target.checked; repaint(false); });
   on("find", "change", (e) => find(e.target.value));
   on("copy", "click", () => copyText(csv(), "copy"));
   on("clear", "click", () => { state.listed = []; showListed(); });
@@ -426,16 +430,18 @@ function zoom(factor) {
   draw();
 }
 
-function resetView() {
-  controls.target.copy(new T.Vector3(...facts.min).addScaledVector(new T.Vector3(...facts.size), 0.5));
-  lookAtAll();
+/** Returns to the captors or, with `all`, shows the whole scene. */
+function resetView(all) {
+  if (all) lookAtAll();
+  else lookAtCaptors();
+  element("clear").checked = state.clear;
   draw();
 }
 
 function watchKeys() {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   const keys = {
-    "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: resetView,
+    "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: () => resetView(false), a: () => resetView(true),
     f: () => element("find").focus(), p: savePicture, t: () => element("tableButtons").firstElementChild?.click(),
     Escape: () => { tables.of = ""; showTables(); showTip(-1); },
   };

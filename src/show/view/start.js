@@ -3,13 +3,17 @@
 function start() {
   makeRenderer();
   resize();
-  lookAtAll();
   // glass would hide what is behind it
   facts.materials.forEach((material, key) => material.clear && state.hidden.material.add(key));
   findDarkSides();
   if (hours) state.hour = brightestHour();
-  const ranged = readLink();
+  findLargePlanes();
+  makeSmooth();
   makeMeshes();
+  makeOutlines();
+  paintTiles();
+  lookAtCaptors();
+  const ranged = readLink();
   makeLights();
   if (photons) makePhotons();
   makePanel();

@@ -45,7 +45,10 @@ function linesOf(part, tile) {
   }
   if (tile < surfaceTiles) {
     const line = (name, channel, quantity, face) => {
-      const values = each((band) => ({ value: localValue(tile, channel, band), error: NaN }));
+      const values = each((band) => {
+        const value = localValue(tile, channel, band);
+        return { value, error: value > 0 ? value * facts.localError : NaN };
+      });
       lines.push({ name, values, unit: irradiance, quantity, face });
     };
     line("here, front", FRONT, "local_irradiance", "front");
@@ -78,8 +81,10 @@ function heading(table, names) {
   table.createTHead().append(row);
 }
 
-/** Returns all bands or, of more than five, the chosen one and the sums; the table of clicked tiles has all. */
+/** Returns all bands or, of more than five, the chosen one and the sums; on a phone only the chosen one. The table of clicked
+ *  tiles has all. */
 function bandsOfTip() {
+  if (stage.clientWidth < 640) return [state.band];
   const all = facts.bands.map((_, band) => band);
   if (all.length <= 5) return all;
   return all.filter((band) => band === state.band || facts.bands[band].sum).slice(0, 5);
@@ -117,11 +122,46 @@ function showTip(tile, x, y) {
     tip.append(warning);
   }
   const box = stage.getBoundingClientRect();
-  const left = Math.min(x - box.left + 16, box.width - tip.offsetWidth - 6);
-  const below = y - box.top + 16;
-  const above = y - box.top - tip.offsetHeight - 12;
-  tip.style.left = `${Math.max(left, 4)}px`;
-  tip.style.top = `${below + tip.offsetHeight > box.height ? Math.max(above, 4) : below}px`;
+  placeTip(tip, box, aroundTiles(part.captor >= 0 ? tilesOf(part) : [tile], x - box.left, y - box.top, box));
+}
+
+/** Returns the rectangle of the stage that tiles take there, with the mouse in it. */
+function aroundTiles(tiles, x, y, { width, height }) {
+  const around = { left: x, right: x, top: y, bottom: y };
+  const corner = new T.Vector3();
+  // the outline of a leaf is known well enough from some of its tiles
+  const step = Math.ceil(tiles.length / 500);
+  for (let i = 0; i < tiles.length; i += step) {
+    for (const place of cornersOf(tiles[i])) {
+      const { x, y, z } = corner.set(...place).project(camera);
+      if (Math.abs(z) > 1) continue;
+      const [across, down] = [((1 + x) / 2) * width, ((1 - y) / 2) * height];
+      around.left = Math.min(around.left, Math.max(across, 0));
+      around.right = Math.max(around.right, Math.min(across, width));
+      around.top = Math.min(around.top, Math.max(down, 0));
+      around.bottom = Math.max(around.bottom, Math.min(down, height));
+    }
+  }
+  return around;
+}
+
+/** Places the tip beside what it tells of; if there is no room, where it covers least of it. */
+function placeTip(tip, stage, { left, right, top, bottom }) {
+  const [width, height, GAP] = [tip.offsetWidth, tip.offsetHeight, 12];
+  const [middle, centre] = [(left + right - width) / 2, (top + bottom - height) / 2];
+  const [farRight, farDown] = [stage.width - width - 4, stage.height - height - 4];
+  const inside = ([x, y]) => [Math.max(Math.min(x, farRight), 4), Math.max(Math.min(y, farDown), 4)];
+  const covers = ([x, y]) => {
+    const across = Math.min(x + width, right) - Math.max(x, left);
+    const down = Math.min(y + height, bottom) - Math.max(y, top);
+    return Math.max(across + GAP / 2, 0) * Math.max(down + GAP / 2, 0);
+  };
+  const places = [
+    [right + GAP, centre], [left - GAP - width, centre], [middle, bottom + GAP], [middle, top - GAP - height],
+    [farRight, 4], [farRight, farDown], [4, 4], [4, farDown],
+  ].map(inside);
+  const [x, y] = places.reduce((best, place) => (covers(place) < covers(best) ? place : best));
+  [tip.style.left, tip.style.top] = [`${x}px`, `${y}px`];
 }
 
 function list(tile) {

@@ -159,7 +159,7 @@ impl Responses {
             linear_x: true,
             linear_y: true,
             series,
-            levels: Vec::new(),
+            ..Chart::default()
         }
     }
 }

@@ -201,40 +201,93 @@ fn rows<W: Write + Send>(
     Ok(())
 }
 
-/// Draws the daily light integral of each day, in the last band or sum that has one.
+/// Draws the daily light integral in the last band or sum that has one: the mean of each month with
+/// the range of its days, or each day if there is one month alone.
 fn chart(year: &Year) -> Result<String> {
     let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
     if let Some(band) = year.charted.band {
         let name = &year.bands[band].name;
         chart.title = format!("daily light integral, {name}");
         chart.y = format!("{name}, {}", year.unit);
-        let days = &year.days;
-        chart.x =
-            days.first().map_or(String::new(), |(first, _)| format!("day, the first is {first}"));
         let ids = &year.charted.ids;
+        let light = |values: &Values, id: usize| {
+            values.light(id, Channel::Front, band).map_or(0.0, |v| v.mean)
+        };
         let mut all = vec![Vec::new(); ids.len()];
-        for day in 0..days.len() {
+        for day in 0..year.days.len() {
             let values = year.day(day)?;
             for (all, &id) in all.iter_mut().zip(ids) {
-                all.push(values.light(id, Channel::Front, band).map_or(0.0, |v| v.mean));
+                all.push(light(&values, id));
             }
         }
-        for (colour, (i, &id)) in ids.iter().enumerate().enumerate() {
-            let daylight = year.charted.daylight.get(i).map(|line| (line, Stroke::Dashed));
-            for (line, stroke) in [(&all[i], Stroke::Line)].into_iter().chain(daylight) {
-                let points = line.iter().zip(1..).map(|(value, d)| (f64::from(d), *value));
-                let points: Vec<(f64, f64)> = points.collect();
-                let name = (stroke == Stroke::Line).then(|| year.places.ids[id].clone());
+        let is_by_month = year.months.len() > 1;
+        for (colour, &id) in ids.iter().enumerate() {
+            let name = Some(year.places.ids[id].clone());
+            let daylight = year.charted.daylight.get(colour);
+            let mut add = |name, colour, stroke, points: Vec<(f64, f64)>| {
                 if !points.is_empty() {
                     chart.series.push(Series { name, colour, stroke, points });
                 }
+            };
+            if !is_by_month {
+                let line = |values: &[f64]| values.iter().zip(1..).map(at).collect();
+                add(name, colour, Stroke::Line, line(&all[colour]));
+                add(None, colour, Stroke::Dashed, daylight.map_or(Vec::new(), |v| line(v)));
+                continue;
             }
+            let width = 0.8 / ids.len() as f64;
+            let aside = width * (colour as f64 - 0.5 * (ids.len() as f64 - 1.0));
+            let (mut means, mut shares, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+            let mut first = 0;
+            for (m, month) in year.months.keys().enumerate() {
+                let x = (m + 1) as f64 + aside;
+                let last = first
+                    + year.days.keys().skip(first).take_while(|d| d.starts_with(month)).count();
+                let days = &all[colour][first..last];
+                let mean = light(&year.month(m)?, id);
+                means.push((x, mean));
+                let sum: f64 = days.iter().sum();
+                if let Some(daylight) = daylight.filter(|_| sum > 0.0) {
+                    shares.push((x, mean * daylight[first..last].iter().sum::<f64>() / sum));
+                }
+                let of = |best: fn(f64, f64) -> f64| days.iter().copied().reduce(best);
+                ranges.extend([of(f64::min), of(f64::max)].into_iter().flatten().map(|y| (x, y)));
+                first = last;
+            }
+            let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
+            add(name, colour, column(daylight.is_some()), means);
+            add(None, colour, column(false), shares);
+            // grey is seen on columns and beside them
+            add(None, Series::GREY, Stroke::Bars, ranges);
+        }
+        if is_by_month {
+            chart.x = "month, with the range of its days".into();
+            chart.x_names =
+                year.months.keys().zip(1..).map(|(m, i)| (f64::from(i), month_name(m))).collect();
+        } else {
+            let first = year.days.keys().next();
+            chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
+        }
+        if !year.charted.daylight.is_empty() {
+            chart.title += match is_by_month {
+                true => " (dark: daylight alone)",
+                false => " (dashed: daylight alone)",
+            };
         }
     }
-    if !year.lamps.is_empty() {
-        chart.title += " (dashed: daylight alone)";
-    }
     chart.svg().map_err(|e| Error::run(CHART, e))
+}
+
+fn at((value, x): (&f64, i32)) -> (f64, f64) {
+    (f64::from(x), *value)
+}
+
+/// Returns the name of a month at the axis, such as `Jun` for `2005-06`.
+fn month_name(month: &str) -> String {
+    let names =
+        ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+    let number: Option<usize> = month.rsplit('-').next().and_then(|number| number.parse().ok());
+    number.and_then(|n| names.get(n.wrapping_sub(1))).map_or(month.into(), |name| name.to_string())
 }
 
 /// Adds the hours and energy of each lamp for every month, then for the whole period.

@@ -1,0 +1,106 @@
+// Light from few photons is blotchy. Here it is smoothed for the eye, along surfaces without edges and between places that
+// differ by no more than their errors do. Numbers stay as they are.
+
+/** Rounds of smoothing among neighbours. */
+const ROUNDS = 3;
+/** Standard errors of the estimates by which two places may differ as if they had the same light. */
+const ALIKE = 2.5;
+/** Texels in a row of the texture of corners. A tile has two, for the fronts and the backs of its three corners. */
+const CORNER_WIDTH = 2 * 1024;
+
+/** For each tile its area and, corner by corner, where the list of the tiles that meet there begins in `meeting`. */
+let areas, meetings, meeting, cornerTexture;
+
+/** Finds the tiles that meet at each corner and continue the surface smoothly. */
+function makeSmooth() {
+  const canSmooth = Boolean(local) && !MANY && facts.localError > 0;
+  const rows = canSmooth ? Math.max(1, Math.ceil(facts.tiles / 1024)) : 1;
+  cornerTexture = texture(new Float32Array(4 * CORNER_WIDTH * rows), CORNER_WIDTH, rows, T.FloatType, T.RGBAFormat);
+  if (!canSmooth) return;
+  areas = new Float32Array(facts.tiles);
+  meetings = new Uint32Array(3 * facts.tiles + 1);
+  const [lists, normals] = [[], new Float32Array(3 * facts.tiles)];
+  for (const { corner, first, tiles, copies } of shapes) {
+    const tilesAt = new Map();
+    for (let own = 0; own < tiles; own++) {
+      const [a, b, c] = cornersOf(first + own).map((place) => new T.Vector3(...place));
+      const normal = b.sub(a).cross(c.sub(a));
+      areas.fill(normal.length() / 2, first + own, first + own + 1);
+      normals.set(normal.normalize().toArray(), 3 * (first + own));
+      for (let i = 0; i < 3; i++) {
+        const key = cornerKey(corner + own, i);
+        if (!tilesAt.has(key)) tilesAt.set(key, []);
+        tilesAt.get(key).push(own);
+      }
+    }
+    const continues = (own, other) => [0, 1, 2].reduce((sum, i) => sum + normals[3 * (first + own) + i] * normals[3 * (first + other) + i], 0) > 0.9;
+    const around = Array.from({ length: 3 * tiles }, (_, i) => {
+      const own = Math.floor(i / 3);
+      return tilesAt.get(cornerKey(corner + own, i % 3)).filter((other) => continues(own, other));
+    });
+    for (let copy = 0; copy < copies; copy++) {
+      const from = first + copy * tiles;
+      areas.copyWithin(from, first, first + tiles);
+      around.forEach((list, i) => {
+        meetings[3 * from + i] = lists.length;
+        for (const other of list) lists.push(from + other);
+      });
+    }
+  }
+  meetings[3 * facts.tiles] = lists.length;
+  meeting = Uint32Array.from(lists);
+}
+
+/** Returns a number that tells corners at different places of a shape apart. */
+function cornerKey(tile, i) {
+  const [x, y, z] = corners.subarray(9 * tile + 3 * i, 9 * tile + 3 * i + 3);
+  return x + 65536 * (y + 65536 * z);
+}
+
+/** Returns the mean of a face's values where tiles meet, from the first list to the last, of those that are like `value`. */
+function meanAlike(values, face, value, first, last) {
+  const reach = ALIKE * facts.localError;
+  let [sum, weight] = [0, 0];
+  for (let i = meetings[first]; i < meetings[last]; i++) {
+    const tile = meeting[i];
+    const other = values[2 * tile + face];
+    if (!(other >= 0)) continue;
+    const off = (other - value) / (reach * Math.max(other, value, 1e-30));
+    const share = areas[tile] * Math.exp(-off * off);
+    sum += share * other;
+    weight += share;
+  }
+  return weight > 0 ? sum / weight : value;
+}
+
+/** Fills in the light at the corners of all tiles, smoothed. */
+function paintCorners() {
+  const raw = valueTexture.image.data;
+  let values = Float32Array.from({ length: 2 * facts.tiles }, (_, i) => raw[4 * (i >> 1) + (i & 1)]);
+  for (let round = 0; round < ROUNDS; round++) {
+    const next = values.slice();
+    for (let tile = 0; tile < surfaceTiles; tile++) {
+      for (const face of [FRONT, BACK]) {
+        const value = values[2 * tile + face];
+        if (value > 0) next[2 * tile + face] = meanAlike(values, face, value, 3 * tile, 3 * tile + 3);
+      }
+    }
+    values = next;
+  }
+  const data = cornerTexture.image.data;
+  for (let tile = 0; tile < facts.tiles; tile++) {
+    for (const face of [FRONT, BACK]) {
+      const value = values[2 * tile + face];
+      for (let i = 0; i < 3; i++) {
+        const at = 3 * tile + i;
+        data[8 * tile + 4 * face + i] = value > 0 && tile < surfaceTiles ? meanAlike(values, face, value, at, at + 1) : value;
+      }
+    }
+  }
+  cornerTexture.needsUpdate = true;
+}
+
+/** Returns whether the light is smoothed now. */
+function isSmooth() {
+  return Boolean(meeting) && state.smooth && state.values === "local" && state.quantity !== "none" && state.hour < 0;
+}
