@@ -72,8 +72,9 @@ pub struct Surface {
     captor: u32,
     /// Distance from the triangle at which rays that leave it start, m.
     pub offset: f32,
-    /// The barycentric weights that a movement of [`ROUNDING`] times the distance 1 m changes.
-    pub(crate) change: Vec3,
+    /// The largest change of a barycentric weight that a movement of [`ROUNDING`] times the distance
+    /// 1 m makes.
+    pub(crate) steepest: f32,
     /// The bound of the error of the triangle's points, over [`ROUNDING`], m.
     pub(crate) reach: f32,
 }
@@ -85,13 +86,6 @@ impl Surface {
     #[inline]
     pub fn captor(&self) -> Option<usize> {
         (self.captor != NO_CAPTOR).then_some(self.captor as usize)
-    }
-
-    /// Returns the barycentric weights below which a point is too near to the edge opposite each
-    /// corner; at most 1/3, the weight of the centroid.
-    #[inline]
-    pub(crate) fn margins(&self) -> Vec3 {
-        Triangle::margins(self.change, MARGINS * self.reach)
     }
 }
 
@@ -393,8 +387,8 @@ impl Scene {
         let triangle = hit.triangle as usize;
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         // the errors of the triangle's points, and of a ray that comes from afar
-        let Surface { change, reach, .. } = self.surfaces[triangle];
-        if weights.cmplt(change * (MARGINS * (reach + hit.t))).any() {
+        let Surface { steepest, reach, .. } = self.surfaces[triangle];
+        if weights.min_element() < steepest * (MARGINS * (reach + hit.t)) {
             // taken apart, so that this rare call does not force the usual hit into memory
             let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit);
             return SurfaceHit { t, triangle, point };
@@ -404,13 +398,32 @@ impl Scene {
 
     #[cold]
     fn hit_near_edge(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
-        let front = self.front_at_edge(ray, hit, self.surfaces[hit.triangle as usize].reach);
+        let triangle = hit.triangle as usize;
+        if !self.is_near_edge(triangle, hit) {
+            return SurfaceHit { t: hit.t, triangle, point: hit.point };
+        }
+        let front = self.front_at_edge(ray, hit, self.surfaces[triangle].reach);
         let triangle = front.triangle as usize;
         SurfaceHit {
             t: front.t,
             triangle,
             point: self.off_edges(triangle, front.point, front.u, front.v),
         }
+    }
+
+    /// Returns whether a hit is so near to an edge of the triangle of a surface, of this index, that
+    /// its error, that of a ray from afar included, may put it beyond the edge.
+    fn is_near_edge(&self, triangle: usize, hit: &Hit) -> bool {
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        let change = ROUNDING * self.triangles()[triangle].slopes();
+        weights.cmplt(change * (MARGINS * (self.surfaces[triangle].reach + hit.t))).any()
+    }
+
+    /// Returns the barycentric weights below which a point of the triangle of a surface is too near
+    /// to the edge opposite each corner; at most 1/3, the weight of the centroid.
+    pub fn margins(&self, triangle: usize) -> Vec3 {
+        let change = ROUNDING * self.triangles()[triangle].slopes();
+        Triangle::margins(change, MARGINS * self.surfaces[triangle].reach)
     }
 
     /// Returns the hit of a ray near the edge of a triangle, the bound of whose error is `reach`
@@ -512,6 +525,6 @@ impl Scene {
     /// that rounding has put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
     pub(super) fn off_edges(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
-        self.triangles()[triangle].draw_in(point, u, v, self.surfaces[triangle].margins())
+        self.triangles()[triangle].draw_in(point, u, v, self.margins(triangle))
     }
 }

@@ -143,7 +143,7 @@ impl Scene {
                     material: part.material as u32,
                     captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
                     offset: triangle.offset(),
-                    change: ROUNDING * triangle.slopes(),
+                    steepest: (ROUNDING * triangle.slopes()).max_element(),
                     reach: triangle.blur() / ROUNDING,
                 });
                 triangles.push(triangle);

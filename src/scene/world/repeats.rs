@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use super::{Crossing, MARGINS, Scene, SurfaceHit, shapes::has_parallel};
+use super::{Crossing, Scene, SurfaceHit, shapes::has_parallel};
 use crate::{
     math::{
         geometry::{Ray, Triangle, closeness},
@@ -105,9 +105,8 @@ impl Scene {
     fn hit_in_cell(&self, repeats: &Repeats, stretch: &Stretch, mut hit: Hit) -> SurfaceHit {
         let own = self.triangles().len();
         let of = |hit: &Hit| repeats.surfaces.origin(hit.triangle, own).0 as usize;
-        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         let surface = &self.surfaces[of(&hit)];
-        if weights.cmplt(surface.change * (MARGINS * (surface.reach + hit.t))).any() {
+        if self.is_near_edge(of(&hit), &hit) {
             hit = self.front_at_edge(&stretch.ray, &hit, surface.reach);
         }
         let triangle = of(&hit);

@@ -83,7 +83,7 @@ impl<'a> Face<'a> {
             let (off, margins) = match of.kind {
                 CaptorKind::Surface => {
                     let surface = scene.surface(of.triangles.start + index);
-                    (surface.offset * normal, surface.margins())
+                    (surface.offset * normal, scene.margins(of.triangles.start + index))
                 }
                 CaptorKind::Virtual { .. } => {
                     let margins = Triangle::margins(triangle.slopes(), triangle.blur());
