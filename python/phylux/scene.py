@@ -238,8 +238,9 @@ class Scene:
         seed: int | None = None,
         guiding: str | None = None,
         csv: bool = False,
+        hours: str | None = None,
+        sun_rays: int | None = None,
         threads: int | None = None,
-        **options: Any,
     ) -> Year:
         """Calculates daylight and lamps by the hour, and daily light integrals of days, months and the whole period, from
         one run.
@@ -252,8 +253,10 @@ class Scene:
             seed: seed of the random numbers.
             guiding: as for `run`.
             csv: write the table of hours as CSV and not as Parquet.
+            hours: whose hours are written: ``"groups"``, ``"all"``, ``"none"`` or a pattern of ids; without it all
+                of up to 1,000 ids, else those of groups.
+            sun_rays: number of points of each captor from which the sun of an hour is looked for.
             threads: number of threads; 0 uses all processors. The results do not depend on it.
-            options: any other option of ``phylux year``, such as ``hours="groups"`` or ``sun_rays=64``.
 
         Returns:
             the tables ``hours``, ``days``, ``months``, ``total`` and ``lamps``, as DataFrames.
@@ -268,8 +271,8 @@ class Scene:
                 path.write_text(json.dumps(_plain(control)), encoding="utf-8")
                 control = path
             given = {"control": control, "patches": patches, "photons": photons, "seed": seed}
-            given |= {"guiding": guiding, "csv": csv, "threads": threads}
-            year, warned = run_year(scene, Path(output), _options({**given, **options}))
+            given |= {"guiding": guiding, "csv": csv, "hours": hours, "sun_rays": sun_rays, "threads": threads}
+            year, warned = run_year(scene, Path(output), _options(given))
         say(*warned)
         return year
 

@@ -31,6 +31,9 @@ const MOST_PHOTONS: u64 = 1 << 17;
 /// a path is to come there, in the mean over the lamp's photons. This ratio is about what the lamp
 /// would otherwise add to the relative variance of a path.
 const WORTH: f32 = 100.0;
+/// Number of lamps that send photons from which on all have the same chance: to weigh each by its
+/// distance would take longer than it gains.
+const MANY: usize = 32;
 /// Least cosine assumed at the next surface, where the way back to a bright spot starts.
 const LEAST_COS: f32 = 0.1;
 
@@ -98,6 +101,11 @@ impl Spots {
         if let [lamp] = self.lamps[..] {
             return (lamp, 1.0);
         }
+        if self.lamps.len() > MANY {
+            let number = rng.uniform_fine() * self.lamps.len() as f64;
+            let lamp = self.lamps[(number as usize).min(self.lamps.len() - 1)];
+            return (lamp, 1.0 / self.lamps.len() as f32);
+        }
         let (mut rest, all) = (rng.uniform(), self.all(scene, at));
         let mut chosen = (0, 0.0);
         for &lamp in &self.lamps {
@@ -116,6 +124,7 @@ impl Spots {
         match self.lamps[..] {
             [lamp] => f32::from(u8::from(lamp == light)),
             _ if !self.has(light) => 0.0,
+            _ if self.lamps.len() > MANY => 1.0 / self.lamps.len() as f32,
             _ => self.chance_of(scene, light, at, self.all(scene, at)),
         }
     }
