@@ -150,7 +150,10 @@ impl Header {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::formats::spoil::spoiled;
 
     fn read(text: &str) -> Result<Vec<Transform>> {
         parse(text.as_bytes(), Path::new("field.csv"), 0.01)
@@ -189,5 +192,26 @@ mod tests {
         wrong("x,y,z,x\n", "columns 1 and 4 are both x");
         let flat = "m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n1,0,0,0,1,0,0,0,0,0,1,0\n";
         wrong(flat, "flattens");
+    }
+
+    const FILES: &[&str] = &[
+        "x,y,z,turn_deg,scale\n1,2,3,90,2\n0,0,0,0,1\n",
+        "m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n-1,0,0,1,0,1,0,2,0,0,1,3\n",
+        "# a field\nx,y,z\n0.5,1e3,-2\n",
+    ];
+    const WORDS: &[&str] =
+        &["x", "m13", "scale", "turn_deg", "1e999", "-0", ",", ";", "\"", "\n", "#"];
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// What is read places points finitely and keeps volumes; all else is an error.
+        #[test]
+        fn no_spoiled_file_panics(bytes in spoiled(FILES, WORDS)) {
+            for copy in parse(&bytes, Path::new("field.csv"), 0.01).into_iter().flatten() {
+                let moved = copy.point(DVec3::new(0.1, 0.2, 0.3));
+                prop_assert!(moved.is_finite() || moved.abs().max_element() > 1e100, "{}", moved);
+            }
+        }
     }
 }
