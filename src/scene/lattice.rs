@@ -25,7 +25,7 @@ pub const MAX_CELLS: u32 = 10_000;
 /// otherwise nothing would be joined with the images beside the nearest.
 const LEAST_HEIGHT: f64 = 0.25;
 
-/// Beyond this many periods the probability of an image is that of its middle.
+/// Beyond this many periods, or heights, the probability of an image is that of its middle.
 const FAR: f64 = 50.0;
 
 /// Indices of a cell along x and y; (0, 0) is the one that the scene describes.
@@ -93,6 +93,11 @@ impl Lattice {
     /// Returns the ground area of a cell, m2; `None` if the scene repeats along one axis only.
     pub fn area(&self) -> Option<f64> {
         Some(self.periods[0]?.length * self.periods[1]?.length)
+    }
+
+    /// Returns whether the ground rises or falls from cell to cell.
+    pub fn slopes(&self) -> bool {
+        self.periods.iter().flatten().any(|period| period.rise != 0.0)
     }
 
     /// Returns the way from a place to its image in a cell.
@@ -298,11 +303,6 @@ impl Layers {
     /// Returns the lowest and the highest height; `None` for an empty scene.
     pub fn range(&self) -> Option<[f64; 2]> {
         Some([self.heights.first()?[0], self.heights.last()?[1]])
-    }
-
-    /// Returns the ends of the scene along an axis on which it does not repeat.
-    pub fn ends(&self, axis: usize) -> [f64; 2] {
-        self.ends[axis]
     }
 
     /// Returns how much farther a ray has to go from a height to come to a layer, if it rises by

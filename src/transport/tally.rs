@@ -260,7 +260,7 @@ impl Tally {
                     accumulate(&mut self.ledger.missed, weights, power);
                 }
                 if scene.stand().balances {
-                    let way = if direction.z > 0.0 { Balance::Up } else { Balance::Down };
+                    let way = if scene.rises(direction) { Balance::Up } else { Balance::Down };
                     self.add(scene.channels() + scene.stand().channel(way), weights, power);
                 }
             }
@@ -277,7 +277,7 @@ impl Tally {
         let channel = |balance| scene.channels() + scene.stand().channel(balance);
         let absorbed = power.clone().zip(scattered, |before, after| before - after);
         if scene.is_ground(hit.triangle) {
-            if interaction.direction.z < 0.0 {
+            if !scene.rises(interaction.direction) {
                 self.add(channel(Balance::OnGround), weights, power);
             }
             self.add(channel(Balance::ByGround), weights, &absorbed);

@@ -32,15 +32,15 @@ pub struct Prism {
     pub corner: Vec3,
     /// Its edges from there, m.
     pub edges: [Vec3; 3],
-    /// Whether light comes in by the two faces to which each edge leads.
-    pub entered: [bool; 3],
+    /// Whether light comes in by the two faces across each edge: that at the corner, and the far one.
+    pub entered: [[bool; 2]; 3],
 }
 
 impl From<Extent> for Prism {
     fn from(extent: Extent) -> Self {
         let size = extent.size();
         let edges = [0, 1, 2].map(|axis| size[axis] * Vec3::AXES[axis]);
-        Self { corner: extent.min, edges, entered: [true; 3] }
+        Self { corner: extent.min, edges, entered: [[true; 2]; 3] }
     }
 }
 
@@ -63,7 +63,8 @@ impl Prism {
         let (low, high) = (low - margin, high + margin);
         let mut corner = DVec3::new(0.0, 0.0, low);
         let mut edges = [DVec3::ZERO, DVec3::ZERO, (high - low) * DVec3::Z];
-        let mut entered = [true; 3];
+        // from within a hill comes no light
+        let mut entered = [[true; 2], [true; 2], [!lattice.slopes(), true]];
         for axis in 0..2 {
             let along = DVec3::AXES[axis];
             match lattice.period(axis) {
@@ -71,7 +72,7 @@ impl Prism {
                     let rise = period.rise / period.length * DVec3::Z;
                     corner += period.from * (along + rise);
                     edges[axis] = period.length * (along + rise);
-                    entered[axis] = false;
+                    entered[axis] = [false; 2];
                 }
                 None => {
                     corner[axis] = f64::from(around.min[axis]);
@@ -214,12 +215,15 @@ impl Entrance {
             if !light.through.is_empty() {
                 continue;
             }
-            for axis in (0..3).filter(|&axis| inside.entered[axis]) {
+            for axis in 0..3 {
                 let sides = [(axis + 1) % 3, (axis + 2) % 3].map(|i| inside.edges[i]);
                 let across = sides[0].as_dvec3().cross(sides[1].as_dvec3());
                 let area = across.length();
                 let normal = (across / area).as_vec3();
                 for (far, outward) in [(true, normal), (false, -normal)] {
+                    if !inside.entered[axis][usize::from(far)] {
+                        continue;
+                    }
                     let Some(entry) = part.entry(outward) else { continue };
                     let power = entry.irradiance.iter().map(|e| e * area).collect();
                     let corner = inside.corner + if far { inside.edges[axis] } else { Vec3::ZERO };

@@ -52,9 +52,12 @@ impl Scene {
     }
 
     /// Returns whether the light at infinity of index `light` arrives along a ray that leaves the
-    /// scene. If the light has openings, the ray must pass one of them towards the sky, and meet
+    /// scene. From below a slope comes none. If the light has openings, the ray must pass one of them towards the sky, and meet
     /// nothing beyond the last one.
     pub fn is_let_in(&self, light: usize, ray: &Ray) -> bool {
+        if self.lattice().is_some_and(Lattice::slopes) && !self.rises(ray.direction) {
+            return false;
+        }
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
         entrance.is_none_or(|_| match self.last_opening_in_cells(light, ray, 0.0) {
             Some((t, true)) => {

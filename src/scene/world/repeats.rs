@@ -115,8 +115,14 @@ impl Scene {
         SurfaceHit { t: (stretch.start + f64::from(hit.t)) as f32, triangle, point }
     }
 
-    /// Returns the number of triangles of surfaces that reach into other cells than the middle of
-    /// their object.
+    /// Returns whether a direction leads up from the slope on which the scene repeats; up from the
+    /// horizontal if it does not.
+    pub fn rises(&self, direction: Vec3) -> bool {
+        let direction = direction.as_dvec3();
+        self.lattice().map_or(direction.z, |lattice| lattice.level(direction)) > 0.0
+    }
+
+    /// Returns the number of triangles of surfaces that reach out of the cell (0, 0).
     pub fn reaching_out(&self) -> usize {
         let Some(repeats) = &self.shapes.repeats else { return 0 };
         let cell = |p: Vec3| repeats.lattice.cell_of(p.as_dvec3());

@@ -2,6 +2,8 @@
 
 use std::{collections::HashSet, fmt::Display};
 
+use glam::DVec3;
+
 use super::{Band, BandSum, CaptorPart, LightPart, SceneParts, SurfacePart};
 use crate::{
     error::{Error, Problem, Result, check_range, number},
@@ -273,7 +275,22 @@ pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checke
         let triangles = light.shape.triangles().iter();
         triangles.map(|corners| (light.name.as_str(), corners.as_slice()))
     });
-    for (name, corners) in surfaces.chain(captors).chain(lights) {
+    let tubes = parts.lights.iter().filter_map(|light| match &light.shape {
+        LightShape::Tube { from, to, .. } | LightShape::ApertureTube { from, to, .. } => {
+            Some((light.name.as_str(), vec![*from, *to]))
+        }
+        _ => None,
+    });
+    let openings = parts.lights.iter().flat_map(|light| {
+        let polygons = match &light.shape {
+            LightShape::Infinite(infinite) => infinite.through.as_slice(),
+            _ => &[],
+        };
+        polygons.iter().map(|polygon| (light.name.as_str(), polygon.clone()))
+    });
+    let others: Vec<(&str, Vec<DVec3>)> = tubes.chain(openings).collect();
+    let others = others.iter().map(|(name, corners)| (*name, corners.as_slice()));
+    for (name, corners) in surfaces.chain(captors).chain(lights).chain(others) {
         all = all.saturating_add(lattice.count_images(corners, slack));
         if all > MAX_TRIANGLES as u64 {
             return Err(Problem::new(
