@@ -2,28 +2,35 @@
 //! material.
 
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use phylux::{
-    Dielectric, Extent, Interaction, Lambert, Lanes, Leaf, LeafFace, Light, LightShape, Material,
-    Mirror, Pane, Phong, PhongFractions, Stream, Transport,
+    Scene,
+    formats::spec::*,
+    math::{Lanes, Stream},
+    scene::{
+        Dielectric, Interaction, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong,
+        PhongFractions, Transport,
+    },
 };
 
 const EVENTS: u64 = 10_000;
 
 #[divan::bench(args = ["point", "spot", "tube", "isotropic line", "area"])]
 fn emit(bencher: Bencher, shape: &str) {
-    let (position, to) = (DVec3::ZERO, DVec3::X);
-    let shape = match shape {
-        "point" => LightShape::Point { position },
-        "spot" => LightShape::Spot { position, direction: -DVec3::Z, half_angle: 0.5 },
-        "tube" => LightShape::Tube { from: position, to, radius: 0.02 },
-        "isotropic line" => LightShape::IsotropicLine { from: position, to },
+    let (position, to) = ([0.0; 3], [1.0, 0.0, 0.0]);
+    let tube = |radius| TubeSpec::new(position, to, radius, 1.0);
+    let light: LightSpec = match shape {
+        "point" => PointSpec::new(position, 1.0).into(),
+        "spot" => SpotSpec::new(position, [0.0, 0.0, -1.0], 30.0, 1.0).into(),
+        "tube" => tube(0.02).into(),
+        "isotropic line" => TubeSpec { emission: EmissionSpec::Isotropic, ..tube(0.0) }.into(),
         _ => {
-            let triangles = vec![[position, to, DVec3::Y], [to, DVec3::ONE, DVec3::Y]];
-            LightShape::Area { triangles, two_sided: false }
+            let corners = vec![position, to, [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+            AreaSpec::polygon(corners, 1.0).into()
         }
     };
-    let light = Light::new("lamp".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY.into());
+    let loaded = Scene::builder().light(light).build().expect("a scene of one light");
+    let light = &loaded.scene.lights[0];
     sample(bencher, |rng| light.emit(rng));
 }
 

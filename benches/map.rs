@@ -3,7 +3,10 @@
 use divan::{Bencher, counter::ItemsCount};
 use glam::Vec3;
 use phylux::{
-    Arrival, Captor, CaptorKind, PackedDirection, PhotonMap, Scene, StoredPhoton, Stream,
+    Scene,
+    math::Stream,
+    scene::{Captor, CaptorKind},
+    transport::{Arrival, PackedDirection, PhotonMap, StoredPhoton},
 };
 
 use crate::scenes::shipped;

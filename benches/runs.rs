@@ -1,7 +1,5 @@
 //! Times whole runs, on one thread unless stated otherwise.
 
-use std::sync::atomic::AtomicBool;
-
 use divan::{Bencher, counter::ItemsCount};
 use phylux::{Control, Estimator, LoadedScene, Settings, simulate};
 
@@ -14,7 +12,7 @@ fn run(bencher: Bencher, loaded: &LoadedScene, change: impl FnOnce(&mut Settings
     let (photons, threads) = (Some(HISTORIES), 1);
     let mut settings = Settings { photons, threads, k: Some(0), ..loaded.settings.clone() };
     change(&mut settings);
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     bencher
         .counter(ItemsCount::new(HISTORIES))
         .bench(|| simulate(&loaded.scene, &settings, &control).expect("a run"));

@@ -3,7 +3,11 @@
 
 use std::{fs, path::Path};
 
-use phylux::{Interaction, Lambert, LoadedScene, Material, Ray, Scene, Stream, Transport, load};
+use phylux::{
+    LoadedScene, Scene, load,
+    math::{Ray, Stream},
+    scene::{Interaction, Lambert, Material, Transport},
+};
 use serde_json::{Value, json};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");

@@ -1,43 +1,37 @@
-//! Builds a growth chamber in memory and prints the PPFD that three sensors on its shelf receive.
-//! No file is read or written. Run it with `cargo run --release --example chamber`.
-
-use std::{collections::HashMap, path::Path, sync::atomic::AtomicBool};
+//! Builds a growth chamber in memory and prints the PPFD that three sensors on its shelf and two
+//! plants receive. No file is read or written. Run it with `cargo run --release --example chamber`.
 
 use glam::DVec3;
-use phylux::{Channel, Control, FlatResult, Mesh, load_with, simulate};
-use serde_json::json;
+use phylux::{
+    Control, FlatResult, Scene, Settings,
+    formats::{Mesh, spec::*},
+    math::Quantity,
+    scene::Channel,
+    simulate,
+};
 
 fn main() -> phylux::Result<()> {
     let sensor = |x: f64| {
-        json!({ "name": format!("sensor at x = {x} m"),
-                "disc": { "center": [x, 0.25, 0.1], "normal": [0, 0, 1], "radius": 0.02 } })
+        let name = format!("sensor at x = {x} m");
+        CaptorSpec::disc(&name, [x, 0.25, 0.1], [0.0, 0.0, 1.0], 0.02)
     };
-    let sensors = [0.2, 0.5, 0.8].map(sensor);
-    let scene = json!({
-        "quantity": "umol/s",
-        "bands": [{ "name": "PAR", "from_nm": 400, "to_nm": 700 }],
-        "materials": {
-            "white paint": { "type": "lambert", "reflectance": 0.8 },
-            "leaf": { "type": "leaf", "reflectance": 0.07, "transmittance": 0.04 },
-        },
-        "objects": [
-            { "name": "walls", "obj": "mesh:walls", "material": "white paint" },
-            { "name": "plant", "obj": "mesh:leaf", "material": "leaf", "captor": true,
-              "instances": [{ "translate": [0.3, 0.5, 0.2] }, { "translate": [0.7, 0.5, 0.25] }] },
-        ],
-        "lights": [{ "name": "tube", "type": "tube", "from": [0.1, 0.5, 0.95], "to": [0.9, 0.5, 0.95],
-                     "radius": 0.013, "power": 100 }],
-        "captors": sensors,
-        "settings": { "photons": 1e6, "seed": 1, "k": 0 },
-    });
-    let meshes = HashMap::from([
-        ("walls".to_string(), room()?),
-        ("leaf".to_string(), Mesh::from_faces(&leaf_corners(), &[[0, 1, 2], [0, 2, 3]])?),
-    ]);
-    let loaded = load_with(scene, Path::new("."), &meshes)?;
+    let loaded = Scene::builder()
+        .quantity(Quantity::Micromole)
+        .band("PAR", 400.0, 700.0)
+        .material("white paint", LambertSpec::new(0.8))
+        .material("leaf", LeafSpec::new(0.07, 0.04))
+        .mesh("walls", room()?)
+        .mesh("plant", Mesh::from_faces(&leaf_corners(), &[[0, 1, 2], [0, 2, 3]])?)
+        .object(ObjectSpec::mesh("walls", "white paint"))
+        .object(ObjectSpec::mesh("plant", "leaf").captor().at([[0.3, 0.5, 0.2], [0.7, 0.5, 0.25]]))
+        .light(TubeSpec::new([0.1, 0.5, 0.95], [0.9, 0.5, 0.95], 0.013, 100.0))
+        .captor(sensor(0.2))
+        .captor(sensor(0.5))
+        .captor(sensor(0.8))
+        .build()?;
 
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
-    let simulation = simulate(&loaded.scene, &loaded.settings, &control)?;
+    let settings = Settings { photons: Some(1_000_000), k: Some(0), ..loaded.settings };
+    let simulation = simulate(&loaded.scene, &settings, &Control::default())?;
     let found = FlatResult::new(&loaded.scene, &simulation.totals);
     for (c, captor) in loaded.scene.captors.iter().enumerate() {
         let (flux, error) = found.get(c, Channel::Front, 0);

@@ -1,9 +1,12 @@
 //! How even pictures are where the light is even: the greenhouse as it is drawn by default,
 //! compared with long runs.
 
-use std::{path::Path, sync::atomic::AtomicBool};
+use std::path::Path;
 
-use phylux::{Control, Gather, LoadedScene, Sampling, Settings, Show, Viewpoint, render};
+use phylux::{
+    Control, LoadedScene, Settings,
+    show::{Gather, Sampling, Show, Viewpoint, render},
+};
 
 const WIDTH: usize = 800;
 const HEIGHT: usize = 600;
@@ -31,15 +34,15 @@ fn drawn(
     rays: u32,
     settings: Settings,
 ) -> Drawn {
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
-    let light = phylux::light_surfaces(&loaded.scene, &settings, &control);
+    let control = Control::default();
+    let light = phylux::transport::light_surfaces(&loaded.scene, &settings, &control);
     let light = light.unwrap_or_else(|e| panic!("{e}"));
     let gather = Gather::new(&light, 1, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
     let sampling = Sampling { rays, before: 0, seed: settings.seed, threads: 0 };
     let found = render(&light, Some(&gather), viewpoint, show, sampling, &control);
     let found = found.unwrap_or_else(|e| panic!("{e}"));
     let even = found.denoised(&[0], 0).unwrap_or_else(|e| panic!("{e}"));
-    let first = |pixels: phylux::Pixels| {
+    let first = |pixels: phylux::show::Pixels| {
         (0..WIDTH * HEIGHT).map(|i| pixels.pixel(i)[0]).collect::<Vec<f32>>()
     };
     Drawn { plain: first(found.pixels()), even: first(even) }

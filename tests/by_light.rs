@@ -1,6 +1,9 @@
 //! Results that are split by light, and mixed again at other powers.
 
-use phylux::{ByLight, Estimator, FaceResult, Factor, RunResult, Settings};
+use phylux::{
+    Estimator, RunResult, Settings,
+    results::{ByLight, FaceResult, Factor},
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -102,7 +105,7 @@ fn a_split_adds_up_and_changes_nothing_else() {
         check_sum(whole, parts.values().map(|part| &part.absorbed[..]));
     }
     let (energy, lights) = (&split.energy, split.energy.by_light.as_ref().expect("a split"));
-    type Entry = fn(&phylux::Energy) -> &[f64];
+    type Entry = fn(&phylux::results::Energy) -> &[f64];
     let entries: [Entry; 5] =
         [|e| &e.power, |e| &e.emitted, |e| &e.absorbed, |e| &e.escaped, |e| &e.lost];
     for of in entries {
@@ -187,10 +190,12 @@ fn a_mix_is_the_run_at_these_powers() {
     assert_eq!(mixed.energy.power, run.energy.power);
     let mut all = Vec::new();
     for (a, b) in mixed.captors.iter().zip(&run.captors) {
-        let absorbed = |c: &phylux::CaptorResult| (c.absorbed.clone(), c.absorbed_se.clone());
-        let flux =
-            |c: &phylux::CaptorResult| (Some(c.front.flux.clone()), Some(c.front.flux_se.clone()));
-        for of in [flux as fn(&phylux::CaptorResult) -> _, absorbed] {
+        let absorbed =
+            |c: &phylux::results::CaptorResult| (c.absorbed.clone(), c.absorbed_se.clone());
+        let flux = |c: &phylux::results::CaptorResult| {
+            (Some(c.front.flux.clone()), Some(c.front.flux_se.clone()))
+        };
+        for of in [flux as fn(&phylux::results::CaptorResult) -> _, absorbed] {
             let ((Some(a), Some(a_se)), (Some(b), Some(b_se))) = (of(a), of(b)) else { continue };
             for i in 0..3 {
                 let (Some(x), Some(y)) = (a_se[i], b_se[i]) else { continue };
@@ -224,7 +229,7 @@ fn mixing_on_the_command_line() {
         line.split_whitespace().collect::<Vec<_>>(),
         ["left,", "low", "1.500", "2.000", "3.500"]
     );
-    let read = |name: &str| phylux::read_json(&scene.path(name)).expect("a result");
+    let read = |name: &str| phylux::formats::read_json(&scene.path(name)).expect("a result");
     let by_library = read("a.json").mix(&factors([0.5, 1.0, 2.0])).expect("a mix");
     assert_eq!(value(&read("b.json"))["captors"], value(&by_library)["captors"]);
     assert_eq!(run(&["mix", "a.json", "--power", "l*=0.5,*t=1,spot=2", "-o", "b.json"]).0, Some(2));

@@ -20,7 +20,7 @@ fn scene() -> TestScene {
 
 fn bytes(result: &RunResult) -> String {
     let mut bytes = Vec::new();
-    phylux::write_json(result, &mut bytes).expect("written to memory");
+    phylux::formats::write_json(result, &mut bytes).expect("written to memory");
     String::from_utf8(bytes).expect("text")
 }
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use phylux::{Calibration, RunResult};
+use phylux::{RunResult, results::Calibration};
 use serde_json::{Value, json};
 
 use crate::{
@@ -69,7 +69,7 @@ fn known_factors_are_found_again() {
     let scene = scene();
     let traced = command(&scene, "run scene.json --by-light -o all.json");
     assert_eq!(traced.0, Some(0), "{}", traced.2);
-    let all = phylux::read_json(&scene.path("all.json")).expect("results");
+    let all = phylux::formats::read_json(&scene.path("all.json")).expect("results");
     std::fs::write(scene.path("m.csv"), readings(&all, |_| 0.0)).expect("a file");
 
     let done = command(&scene, "calibrate scene.json m.csv --results all.json --prior none");
@@ -97,7 +97,7 @@ fn known_factors_are_found_again() {
     // a mix by the same factors gives the readings, and its sums, whose errors are not known
     let mixed = command(&scene, "mix all.json --calibration calibration.json -o mixed.json");
     assert_eq!(mixed.0, Some(0), "{}", mixed.2);
-    let mixed = phylux::read_json(&scene.path("mixed.json")).expect("results");
+    let mixed = phylux::formats::read_json(&scene.path("mixed.json")).expect("results");
     for (reading, captor) in found.readings.chunks(2).zip(&mixed.captors) {
         let face = &captor.front;
         assert!((face.irradiance[0] / reading[0].measured.expect("a reading") - 1.0).abs() < 1e-6);
@@ -137,7 +137,7 @@ fn noisy_readings_have_honest_intervals() {
     let scene = scene();
     let traced = command(&scene, "run scene.json --by-light -o all.json");
     assert_eq!(traced.0, Some(0), "{}", traced.2);
-    let all = phylux::read_json(&scene.path("all.json")).expect("results");
+    let all = phylux::formats::read_json(&scene.path("all.json")).expect("results");
     let sign = |i: usize| if (i * i / 3 + i / 5).is_multiple_of(2) { 0.03 } else { -0.03 };
     std::fs::write(scene.path("m.csv"), readings(&all, sign)).expect("a file");
     let done = command(&scene, "calibrate scene.json m.csv --seed 2 --model lamps --prior none");
@@ -163,7 +163,7 @@ fn more_photons_are_asked_for_only_where_they_help() {
     let scene = scene();
     let traced = command(&scene, "run scene.json --by-light --photons 20000 -o all.json");
     assert_eq!(traced.0, Some(0), "{}", traced.2);
-    let all = phylux::read_json(&scene.path("all.json")).expect("results");
+    let all = phylux::formats::read_json(&scene.path("all.json")).expect("results");
     let exact = readings(&all, |_| 0.0);
     let with_sd = |line: &str| match line.starts_with("captor") {
         true => format!("{line},sd\n"),
@@ -414,7 +414,7 @@ fn a_row_of_lamps_lights_a_line_evenly() {
     // the scene that was written has this mean, and its lamps the watts that go with their light
     let (code, _, warned) = command(&scene, "run even.json --threads 1 -o again.json --quiet");
     assert_eq!(code, Some(0), "{warned}");
-    let again = phylux::read_json(&scene.path("again.json")).expect("results");
+    let again = phylux::formats::read_json(&scene.path("again.json")).expect("results");
     let line = again.groups.iter().find(|group| group.id == "line").expect("the group");
     assert!((line.front.irradiance[0] / 50.0 - 1.0).abs() < 0.02);
     let watts = again.electricity.as_ref().expect("electricity").lights["l0"].watts;
@@ -429,7 +429,7 @@ fn a_row_of_lamps_lights_a_line_evenly() {
         let (code, _, warned) = command(&scene, arguments);
         assert_eq!(code, Some(0), "{arguments}: {warned}");
     }
-    let mixed = phylux::read_json(&scene.path("mixed.json")).expect("results");
+    let mixed = phylux::formats::read_json(&scene.path("mixed.json")).expect("results");
     let mean = mixed.groups[0].front.irradiance[0];
     assert!((mean / 50.0 - 1.0).abs() < 1e-6, "{mean}");
     // the least power reaches the minimum exactly somewhere, with less power than the evenest light
@@ -507,7 +507,7 @@ fn places_without_a_reading_are_predicted() {
     )
     .0;
     assert_eq!(code, Some(0));
-    let result = phylux::read_json(&scene.path("all.json")).expect("results");
+    let result = phylux::formats::read_json(&scene.path("all.json")).expect("results");
     let text = readings(&result, |i| 0.01 * (i as f64).sin());
     let tested = text.clone();
     let predicted: String = text

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use phylux::SceneSummary;
+use phylux::studies::SceneSummary;
 
 use crate::{bad_input::phylux, common::TestScene};
 
@@ -73,7 +73,7 @@ fn check(scene: &TestScene) -> SceneSummary {
 
 fn check_file(path: &Path) -> SceneSummary {
     let loaded = phylux::load(path).unwrap_or_else(|e| panic!("{e}"));
-    phylux::check(&loaded).unwrap_or_else(|e| panic!("{e}"))
+    phylux::studies::check(&loaded).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Asserts that there is exactly one warning, and that it contains all `words`.
@@ -454,7 +454,7 @@ fn objects_are_described_and_usual_slips_are_warned_of() {
     let checked = |text: String| {
         let scene = TestScene::new(&text, &[("room.obj", &room), ("leaf.obj", leaf)]);
         let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-        phylux::check(&loaded).expect("a summary")
+        phylux::studies::check(&loaded).expect("a summary")
     };
     let good = checked(text(good_leaf, "1.5, 1.5, 3.5", up));
     assert_eq!(good.warnings, Vec::<String>::new());
@@ -516,7 +516,7 @@ fn lamps_may_shine_in_by_a_vent() {
     for (room, is_outside) in [(whole, true), (vented, false)] {
         let scene = TestScene::new(text, &[("room.obj", &room)]);
         let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-        let found = phylux::check(&loaded).expect("a summary").warnings;
+        let found = phylux::studies::check(&loaded).expect("a summary").warnings;
         let told = found.iter().any(|warning| warning.contains("outside the closed room `room`"));
         assert_eq!(told, is_outside, "{found:?}");
     }

@@ -1,11 +1,8 @@
 //! What the tests share: how a scene file is run, where the program is, and folders for scenes.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::atomic::AtomicBool,
-};
+use std::path::{Path, PathBuf};
 
-use phylux::{Control, Estimator, FaceResult, RunResult, Settings};
+use phylux::{Control, Estimator, RunResult, Settings, results::FaceResult};
 
 /// Loads and runs a scene file whose settings are first changed by `change`. Panics with the
 /// error's message.
@@ -21,8 +18,7 @@ pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
         settings.seed += 1;
         settings.photons = Some(4 * settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS));
     }
-    let stop = AtomicBool::new(false);
-    let control = Control { stop: &stop, progress: &|_| {} };
+    let control = Control::default();
     let simulation =
         phylux::simulate(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
     RunResult::new(&loaded.scene, &settings, &simulation)

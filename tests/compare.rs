@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use phylux::{Comparison, ResultsFile};
+use phylux::results::{Comparison, ResultsFile};
 
 use crate::{
     bad_input::phylux,

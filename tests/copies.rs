@@ -48,7 +48,7 @@ fn a_table_of_copies_is_an_array() {
         let found = run(&field(&json!({ "csv": "field.csv" }), &captor), table);
         for (found, expected) in found.captors.iter().zip(&expected.captors) {
             assert_eq!(found.id, expected.id);
-            let value = |c: &phylux::CaptorResult| c.absorbed.as_ref().unwrap()[0];
+            let value = |c: &phylux::results::CaptorResult| c.absorbed.as_ref().unwrap()[0];
             let (found, expected) = (value(found), value(expected));
             assert!((found - expected).abs() <= 1e-6 * expected, "{found} {expected}");
         }

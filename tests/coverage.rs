@@ -57,7 +57,7 @@ fn run(path: &Path, method: Method, seed: u64) -> RunResult {
 fn values(run: &RunResult) -> Vec<Value> {
     let mut all = Vec::new();
     for group in &run.groups {
-        let face = |face: &phylux::FaceResult| (face.flux.clone(), face.flux_se.clone());
+        let face = |face: &phylux::results::FaceResult| (face.flux.clone(), face.flux_se.clone());
         let absorbed = group.absorbed.clone().zip(group.absorbed_se.clone());
         let rows = [
             ("flux, front", Some(face(&group.front))),

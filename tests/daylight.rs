@@ -3,7 +3,7 @@
 
 use std::{f64::consts::PI, path::Path};
 
-use phylux::{Estimator, FaceResult, Guiding, RunResult};
+use phylux::{Estimator, Guiding, RunResult, results::FaceResult};
 use serde_json::{Value, json};
 
 use crate::{
@@ -223,7 +223,7 @@ fn light_comes_through_openings() {
         assert_eq!(front(&run, "up").irradiance[0], 0.0);
     }
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-    let notes = phylux::check(&loaded).expect("a check").notes;
+    let notes = phylux::studies::check(&loaded).expect("a check").notes;
     assert!(
         notes.iter().any(|note| note.contains("comes in through its openings alone: 0.0 %")),
         "{notes:?}"
@@ -253,7 +253,7 @@ fn surfaces_outside_openings_are_told() {
             .surface("ground", "soil", ground);
         let scene = world.write();
         let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-        let told = phylux::check(&loaded).expect("a check").warnings;
+        let told = phylux::studies::check(&loaded).expect("a check").warnings;
         let outside = |warnings: &[String]| {
             let of = warnings.iter().filter(|warning| warning.contains("through openings alone"));
             of.cloned().collect::<Vec<String>>()
@@ -350,7 +350,8 @@ fn the_sun_in_two_panes() {
     let mut check = Comparisons::new("two panes", 0.002).rounding(1e-4);
     check.irradiance("down", front(&run, "down"), 0, 400.0 * once);
     check.finish(1);
-    let told = |warning: &phylux::Warning| warning.text.contains("line or sun that comes by way");
+    let told =
+        |warning: &phylux::results::Warning| warning.text.contains("line or sun that comes by way");
     assert!(run.warnings().iter().any(told), "{:?}", run.warnings());
     // the captor is virtual: it also counts light between and below the panes, nearly all of which
     // comes straight
@@ -623,7 +624,7 @@ fn a_period_has_its_daily_light_integral() {
     }
     assert!(front(&mixed, "up").dli > front(&run, "up").dli);
     let mut table = Vec::new();
-    phylux::write_csv(&run, &mut table).expect("a table");
+    phylux::formats::write_csv(&run, &mut table).expect("a table");
     let table = String::from_utf8(table).expect("text");
     assert_eq!(table.lines().filter(|line| line.contains(",dli,")).count(), 1, "{table}");
     let warnings = phylux::load(&scene.path("scene.json")).expect("a scene").warnings;
@@ -635,7 +636,7 @@ fn a_period_has_its_daily_light_integral() {
 fn missing_ground_is_warned_of() {
     let warned = |world: &World| {
         let loaded = phylux::load(&world.write().path("scene.json")).expect("a scene");
-        let found = phylux::check(&loaded).expect("a check").warnings;
+        let found = phylux::studies::check(&loaded).expect("a check").warnings;
         found.into_iter().find(|warning| warning.contains("no surface below"))
     };
     let sky = json!({ "type": "sky", "model": "uniform", "irradiance": 100 });

@@ -125,7 +125,7 @@ fn light_has_its_price() {
         let Some(shares) = &found.shares else { continue };
         assert_eq!(shares.chance.is_some(), result.energy.chance.is_some());
         for b in 0..4 {
-            let sum = |of: fn(&phylux::Share) -> &Vec<Option<f64>>| {
+            let sum = |of: fn(&phylux::results::Share) -> &Vec<Option<f64>>| {
                 shares.all().map(|(_, share)| of(share)[b].expect("a number")).sum::<f64>()
             };
             close(sum(|share| &share.share), 1.0);
@@ -209,7 +209,7 @@ fn it_is_told_and_written() {
     ] {
         assert!(table.lines().any(|line| line.starts_with(start)), "{start}\n{table}");
     }
-    let result = phylux::read_json(&scene.path("r.json")).expect("results");
+    let result = phylux::formats::read_json(&scene.path("r.json")).expect("results");
     assert!(result.electricity.is_some());
     for watts in ["0", "-1", "1e10"] {
         let wrong = self::scene(|scene| {

@@ -1,6 +1,6 @@
 //! Exact values, and the comparison of estimates with them.
 
-use phylux::FaceResult;
+use phylux::results::FaceResult;
 
 use crate::world::Point;
 

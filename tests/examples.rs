@@ -242,3 +242,33 @@ fn blocks_of_a_page() {
         "phylux run a.json --photons 2000 -o b"
     );
 }
+
+/// The examples of the library run, and each prints what it is for. They are built by `cargo test`.
+/// The test does not depend on chance.
+#[test]
+fn examples_of_the_library_run() {
+    let folder =
+        env::current_exe().expect("this program").ancestors().nth(2).map(|at| at.join("examples"));
+    for (name, lines, unit) in [
+        ("chamber", 5, "umol/m2/s"),
+        ("own_tally", 7, "degrees"),
+        ("materials", 5, "W/m2"),
+        ("field", 5, "m: "),
+    ] {
+        let program =
+            folder.as_ref().expect("a folder").join(format!("{name}{}", env::consts::EXE_SUFFIX));
+        let output = Command::new(&program).current_dir(root()).output().unwrap_or_else(|why| {
+            panic!(
+                "{}: {why}; build it: cargo build --examples, with the profile of this test",
+                program.display()
+            )
+        });
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(text.lines().count(), lines, "{name}: {text}");
+        assert!(
+            text.contains(unit) && text.contains("+-") && !text.contains("NaN"),
+            "{name}: {text}"
+        );
+    }
+}

@@ -3,7 +3,7 @@
 use std::{f64::consts::TAU, fmt::Write};
 
 use glam::Vec3;
-use phylux::{Ray, Stream};
+use phylux::math::{Ray, Stream};
 
 use crate::common::TestScene;
 

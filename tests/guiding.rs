@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{FaceResult, Guiding, RunResult};
+use phylux::{Guiding, RunResult, results::FaceResult};
 use serde_json::json;
 
 use crate::{
@@ -286,7 +286,7 @@ fn many_sensors_are_aimed_at() {
         .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": 1 }));
     let [plain, aimed] =
         [("off", 1), ("aim", 2)].map(|(name, seed)| guided(&world, name, 20_000, seed));
-    let z = |(a, b): (&phylux::CaptorResult, &phylux::CaptorResult)| {
+    let z = |(a, b): (&phylux::results::CaptorResult, &phylux::results::CaptorResult)| {
         let [own, other] = [a, b].map(|c| c.front.flux_se[0].expect("an error"));
         ((a.front.flux[0] - b.front.flux[0]) / own.hypot(other)).powi(2)
     };

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{FaceResult, Guiding, RunResult};
+use phylux::{Guiding, RunResult, results::FaceResult};
 use serde_json::json;
 
 use crate::{

@@ -12,9 +12,14 @@ use std::{
 
 use glam::DVec3;
 use phylux::{
-    Band, BandSum, CaptorKind, CaptorPart, Control, Dielectric, Error, ErrorKind, Estimator,
-    Lambert, Leaf, LeafFace, LightPart, LightShape, Material, Mirror, NamedMaterial, Pane, Phong,
-    PhongFractions, RunResult, Scene, SceneParts, Settings, SurfacePart, light_surfaces, simulate,
+    Control, Error, ErrorKind, Estimator, RunResult, Scene, Settings,
+    scene::{
+        Band, BandSum, CaptorKind, CaptorPart, Dielectric, Lambert, Leaf, LeafFace, LightPart,
+        LightShape, Material, Mirror, NamedMaterial, Pane, Phong, PhongFractions, SceneParts,
+        SurfacePart,
+    },
+    simulate,
+    transport::light_surfaces,
 };
 
 fn square(z: f64) -> Vec<[DVec3; 3]> {
@@ -90,7 +95,7 @@ fn parts() -> SceneParts {
 }
 
 fn run(scene: &Scene, settings: &Settings) -> RunResult {
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let simulation = simulate(scene, settings, &control).unwrap_or_else(|e| panic!("{e}"));
     RunResult::new(scene, settings, &simulation)
 }

@@ -2,7 +2,7 @@
 //! traced together, and how captors are grouped. Also whether standard errors are as large as
 //! reported.
 
-use phylux::{FaceResult, RunResult};
+use phylux::{RunResult, results::FaceResult};
 use serde_json::{Value, json};
 
 use crate::{

@@ -1,9 +1,14 @@
 //! Scenes whose meshes are in memory give the same results as scenes from files, to the byte.
 
-use std::{collections::HashMap, fs, path::Path, sync::atomic::AtomicBool};
+use std::{collections::HashMap, fs, path::Path};
 
 use glam::DVec3;
-use phylux::{Control, FlatResult, LoadedScene, Mesh, MeshGroup, RunResult, load, load_with};
+use phylux::{
+    Control, FlatResult, LoadedScene, RunResult, Scene,
+    formats::{Mesh, MeshGroup, load_with, spec::*},
+    load,
+    math::Quantity,
+};
 use serde_json::{Value, json};
 
 /// Reads the groups of an OBJ file that only has `v`, `g`, `usemtl` and `f` lines.
@@ -36,7 +41,7 @@ fn groups(obj: &str) -> Vec<MeshGroup> {
 }
 
 fn result(loaded: &LoadedScene) -> (RunResult, FlatResult) {
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let settings = phylux::Settings { photons: Some(20_000), ..loaded.settings.clone() };
     let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
     let flat = FlatResult::new(&loaded.scene, &simulation.totals);
@@ -62,11 +67,11 @@ fn a_scene_in_memory_gives_the_bytes_of_its_files() {
 
     // the flat arrays hold the same numbers as the nested lists
     for (c, captor) in from_files.captors.iter().enumerate() {
-        let (value, error) = flat.get(c, phylux::Channel::Front, 0);
+        let (value, error) = flat.get(c, phylux::scene::Channel::Front, 0);
         assert_eq!(Some(value), captor.front.flux.first().copied(), "{}", captor.id);
         let known = Some(error).filter(|error| !error.is_nan());
         assert_eq!(known, captor.front.flux_se[0]);
-        let (absorbed, _) = flat.get(c, phylux::Channel::Absorbed, 0);
+        let (absorbed, _) = flat.get(c, phylux::scene::Channel::Absorbed, 0);
         assert_eq!(absorbed.is_nan(), captor.absorbed.is_none());
         assert!(captor.absorbed.as_ref().is_none_or(|values| values[0] == absorbed));
     }
@@ -93,4 +98,75 @@ fn a_mesh_that_is_not_there_is_named() {
     // an empty folder
     let text = error("none.obj", &meshes);
     assert!(text.contains("none.obj: there is no such file"), "{text}");
+}
+
+/// A scene of typed values is the scene of the JSON that says the same: by its digest, by its ids,
+/// and by the sentences of its errors. The test does not depend on chance.
+#[test]
+fn a_builder_makes_the_scene_of_a_file() {
+    let floor = || {
+        let corners = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]].map(DVec3::from);
+        Mesh::from_faces(&corners, &[[0, 1, 2], [0, 2, 3]]).expect("a floor")
+    };
+    let scene = |reflectance: f64| {
+        Scene::builder()
+            .name("both")
+            .quantity(Quantity::Micromole)
+            .band("blue", 400.0, 500.0)
+            .band("red", 600.0, 700.0)
+            .material("soil", LambertSpec::new([0.1, reflectance]))
+            .material("leaf", LeafSpec::new(0.08, 0.05))
+            .mesh("floor", floor())
+            .object(ObjectSpec::mesh("floor", "soil"))
+            .object(ObjectSpec {
+                name: Some("plant".into()),
+                ..ObjectSpec::mesh("floor", "leaf").captor().at([[0., 0., 1.], [2., 0., 1.]])
+            })
+            .light(PointSpec { watts: Some(50.0), ..PointSpec::new([0., 0., 2.], [1.0, 2.0]) })
+            .light(TubeSpec::new([0., 0., 3.], [1., 0., 3.], 0.02, 5.0))
+            .captor(CaptorSpec::disc("sensor", [0., 0., 0.5], [0., 0., 1.], 0.1))
+            .group("all", ["sensor", "plant*"])
+            .build()
+    };
+    let file = |reflectance: f64| {
+        let json = json!({
+            "name": "both",
+            "quantity": "umol/s",
+            "bands": [{ "name": "blue", "from_nm": 400, "to_nm": 500 },
+                      { "name": "red", "from_nm": 600, "to_nm": 700 }],
+            "materials": {
+                "soil": { "type": "lambert", "reflectance": [0.1, reflectance] },
+                "leaf": { "type": "leaf", "reflectance": 0.08, "transmittance": 0.05 },
+            },
+            "objects": [
+                { "name": "floor", "obj": "mesh:floor", "material": "soil" },
+                { "name": "plant", "obj": "mesh:floor", "material": "leaf", "captor": true,
+                  "instances": [{ "translate": [0, 0, 1] }, { "translate": [2, 0, 1] }] },
+            ],
+            "lights": [
+                { "type": "point", "position": [0, 0, 2], "power": [1, 2], "watts": 50 },
+                { "type": "tube", "from": [0, 0, 3], "to": [1, 0, 3], "radius": 0.02, "power": 5 },
+            ],
+            "captors": [{ "name": "sensor",
+                          "disc": { "center": [0, 0, 0.5], "normal": [0, 0, 1], "radius": 0.1 } }],
+            "groups": { "all": ["sensor", "plant*"] },
+        });
+        load_with(json, Path::new(""), &HashMap::from([("floor".to_string(), floor())]))
+    };
+    let (made, read) = (scene(0.2).expect("a scene"), file(0.2).expect("a scene"));
+    assert_eq!(made.scene.digest(), read.scene.digest());
+    let ids = |scene: &Scene| scene.captors.iter().map(|c| c.id.clone()).collect::<Vec<_>>();
+    assert_eq!(ids(&made.scene), ids(&read.scene));
+    assert_eq!(ids(&made.scene).len(), 3);
+    assert_eq!(made.warnings, read.warnings);
+    let sentence = |result: phylux::Result<LoadedScene>| result.expect_err("refused").to_string();
+    let refused = sentence(scene(1.2));
+    assert_eq!(refused, sentence(file(1.2)));
+    assert!(refused.starts_with("scene: /materials/soil/reflectance"), "{refused}");
+    let twice = Scene::builder()
+        .material("soil", LambertSpec::new(0.1))
+        .material("soil", LambertSpec::new(0.2))
+        .light(PointSpec::new([0.; 3], 1.0));
+    let twice = twice.build().expect_err("two of one name").to_string();
+    assert!(twice.starts_with("scene: /materials: `soil` is there twice"), "{twice}");
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{NearestResult, RunResult, Settings};
+use phylux::{RunResult, Settings, results::NearestResult};
 use serde_json::json;
 
 use crate::{
@@ -41,7 +41,7 @@ fn run(world: &World, photons: u64, k: usize, map_photons: usize) -> RunResult {
 
 /// Returns the k-nearest irradiances of all captors.
 fn nearest(result: &RunResult) -> Vec<f64> {
-    let irradiance = |knn: &Option<Option<phylux::NearestResult>>| {
+    let irradiance = |knn: &Option<Option<phylux::results::NearestResult>>| {
         knn.as_ref().and_then(|knn| knn.as_ref()).map_or(0.0, |knn| knn.irradiance[0])
     };
     result.captors.iter().map(|captor| irradiance(&captor.front.knn)).collect()

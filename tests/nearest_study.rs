@@ -2,10 +2,12 @@
 //! the captor and gradient of the light, and other kernels on the same photons. Its findings are in
 //! docs/notes/nearest.md.
 
-use std::{collections::BTreeMap, f64::consts::PI, sync::atomic::AtomicBool};
+use std::{collections::BTreeMap, f64::consts::PI};
 
 use glam::{DVec3, Vec3};
-use phylux::{Control, LoadedScene, Neighbour, RunResult, Settings, Simulation, Triangle};
+use phylux::{
+    Control, LoadedScene, RunResult, Settings, Simulation, math::Triangle, transport::Neighbour,
+};
 use serde_json::json;
 
 use crate::{
@@ -119,7 +121,7 @@ impl Run {
 
     fn simulate(&self, photons: u64, seed: u64) -> (Simulation, Settings) {
         let settings = Settings { photons: Some(photons), seed, ..Settings::default() };
-        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let control = Control::default();
         let done = phylux::simulate(&self.scene.scene, &settings, &control);
         (done.unwrap_or_else(|e| panic!("{e}")), settings)
     }

@@ -1,7 +1,7 @@
 //! Backward paths from the captors: compared with closed forms and with photons, and what they
 //! cannot find.
 
-use std::{f64::consts::PI, sync::atomic::AtomicBool};
+use std::f64::consts::PI;
 
 use phylux::{Control, Estimator, RunResult, Settings};
 use serde_json::json;
@@ -419,7 +419,7 @@ fn paths_need_a_captor() {
     let scene = World::new().lamp("lamp", &level(0.0, 1.0), 1.0).write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
     let settings = Settings { estimator: Estimator::Paths, ..loaded.settings };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let error = phylux::simulate(&loaded.scene, &settings, &control).err().expect("an error");
     assert!(error.to_string().contains("none for paths to start from"), "{error}");
 }
@@ -456,7 +456,7 @@ fn cost(world: &World, estimator: Estimator, photons: u64) -> f64 {
     let scene = world.write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
     let settings = Settings { estimator, photons: Some(photons), k: Some(0), ..loaded.settings };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
     let result = RunResult::new(&loaded.scene, &settings, &simulation);
     let face = front(&result, "captor");

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{FaceResult, RunResult};
+use phylux::{RunResult, results::FaceResult};
 use serde_json::{Value, json};
 
 use crate::{
@@ -419,8 +419,8 @@ fn ground_larger_than_the_cell_is_told() {
             .light(sky());
         let scene = world.write();
         let loaded = phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-        let of_run = phylux::check_meshes(&loaded.scene).expect("threads");
-        let of_check = phylux::check(&loaded).expect("threads");
+        let of_run = phylux::studies::check_meshes(&loaded.scene).expect("threads");
+        let of_check = phylux::studies::check(&loaded).expect("threads");
         let told = |list: &[String]| list.iter().any(|w| w.contains("lie on their own images"));
         assert_eq!(told(&of_run), told(&of_check.warnings));
         assert!(
@@ -444,7 +444,7 @@ fn ground_larger_than_the_cell_is_told() {
 fn warnings_of_wide(soil: &Mesh) -> bool {
     let world = field(0.2).counted("leaf", "black", soil).light(sky()).write();
     let loaded = phylux::load(&world.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-    let warnings = phylux::check_meshes(&loaded.scene).expect("threads");
+    let warnings = phylux::studies::check_meshes(&loaded.scene).expect("threads");
     warnings.iter().any(|w| w.contains("lie on their own images") && w.contains("`leaf`"))
 }
 

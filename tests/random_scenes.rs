@@ -23,7 +23,7 @@ use std::{
     },
 };
 
-use phylux::{Running, Scene};
+use phylux::{Scene, math::Running};
 
 use crate::{common::TestScene, world::World};
 use compare::{BATCHES, Compared, LeftOut, Length, beyond, compare, z};

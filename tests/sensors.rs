@@ -218,7 +218,7 @@ fn tables_say_how_even_groups_are() {
     let done = command(&scene, "run scene.json --photons 1e5 --csv r.csv");
     assert_eq!(done.0, Some(0), "{}", done.2);
     assert!(done.1.contains("uniformity of groups") && done.1.contains("min / mean"), "{}", done.1);
-    let result = phylux::read_json(&scene.path("results.json")).expect("results");
+    let result = phylux::formats::read_json(&scene.path("results.json")).expect("results");
     let even =
         result.groups.iter().find(|g| g.id == "far").and_then(|g| g.front.uniformity.clone());
     let even = even.expect("several");
@@ -263,7 +263,7 @@ fn a_tolerance_of_what_matters() {
             &format!("run scene.json --k 0 --guiding off --tolerance 0.03 -o r.json {arguments}"),
         );
         assert_eq!(done.0, Some(0), "{}", done.2);
-        phylux::read_json(&scene.path("r.json")).expect("results")
+        phylux::formats::read_json(&scene.path("r.json")).expect("results")
     };
     let worst = |result: &RunResult| {
         result

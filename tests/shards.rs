@@ -1,8 +1,8 @@
 //! One run on several machines: shards of its batches are merged to the bytes of a single run.
 
-use std::{fs, path::PathBuf, process::Output, sync::atomic::AtomicBool};
+use std::{fs, path::PathBuf, process::Output};
 
-use phylux::{Control, Stream};
+use phylux::{Control, math::Stream};
 use serde_json::json;
 
 use crate::{
@@ -203,10 +203,10 @@ fn no_spoiled_shard_is_believed() {
         ok(&folder, &format!("run scene.json --photons 300 --k 2 --shard {i}/2 -o p{i}.json"));
     }
     let shard = fs::read(folder.path("p2.json")).expect("a shard");
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let join = |name: &str| {
         let shards: Vec<PathBuf> = vec![folder.path("p1.json"), folder.path(name)];
-        phylux::join(&shards, Some(&folder.path("scene.json")), &control)
+        phylux::studies::join(&shards, Some(&folder.path("scene.json")), &control)
     };
     join("p2.json").unwrap_or_else(|e| panic!("{e}"));
     let mut stream = Stream::new(11, 0, 0);

@@ -1,7 +1,7 @@
 //! Spectra as values per band: averages that are calculated by hand, powers of lamps, warnings and
 //! refusals.
 
-use phylux::{Prospect, load};
+use phylux::{load, scene::Prospect};
 use serde_json::{Value, json};
 
 use crate::{

@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
-use phylux::{Estimator, FaceResult, RunResult, Settings};
+use phylux::{Estimator, RunResult, Settings, results::FaceResult};
 use serde_json::json;
 
 use crate::{

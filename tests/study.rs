@@ -1,10 +1,11 @@
 //! Studies of error against cost: what they find where the truth is known, their table and their
 //! pictures.
 
-use std::{path::Path, sync::atomic::AtomicBool};
+use std::path::Path;
 
 use phylux::{
-    Control, ConvergencePlan, ConvergenceStudy, Estimator, LoadedScene, Reference, Settings,
+    Control, Estimator, LoadedScene, Settings,
+    studies::{ConvergencePlan, ConvergenceStudy, Reference},
 };
 use serde_json::json;
 
@@ -33,10 +34,10 @@ fn load(scene: &TestScene) -> LoadedScene {
 fn study(scene: &TestScene, truth: Option<&Path>, seeds: u64) -> ConvergenceStudy {
     let loaded = load(scene);
     let plan = ConvergencePlan { photons: 100_000, seed: 1, seeds, k: vec![400], threads: 0 };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let truth =
         truth.map(|path| Reference::read(path, &loaded.scene).unwrap_or_else(|e| panic!("{e}")));
-    phylux::study(&loaded.scene, &plan, truth, &control).unwrap_or_else(|e| panic!("{e}"))
+    phylux::studies::study(&loaded.scene, &plan, truth, &control).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn table(scene: &TestScene) -> std::path::PathBuf {
@@ -120,7 +121,7 @@ fn a_trial_picks_the_cheaper_estimator() {
     let choice = |loaded: &LoadedScene| {
         let settings =
             Settings { estimator: Estimator::Auto, photons: Some(10_000), ..Settings::default() };
-        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let control = Control::default();
         let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
         let choice = simulation.choice.expect("a choice");
         assert_eq!(choice.estimator, simulation.estimator);
@@ -206,7 +207,7 @@ fn a_trial_has_an_end() {
         let loaded = load(&world.write());
         let settings =
             Settings { estimator: Estimator::Auto, photons: Some(128), ..Settings::default() };
-        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let control = Control::default();
         phylux::simulate(&loaded.scene, &settings, &control).expect("a run")
     };
     // the trial stops at its limit of work: 65,536 photons of 10,000 interactions each would take
@@ -233,8 +234,9 @@ fn a_study_of_the_dark_is_refused() {
     assert!(!scene.path("charts").exists());
 
     let plan = ConvergencePlan { photons: 1000, seed: 1, seeds: 1, k: vec![], threads: 1 };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
-    let error = phylux::study(&load(&scene).scene, &plan, None, &control).expect_err("one seed");
+    let control = Control::default();
+    let error =
+        phylux::studies::study(&load(&scene).scene, &plan, None, &control).expect_err("one seed");
     assert!(error.to_string().contains("1 seeds, must be at least 2"), "{error}");
 }
 

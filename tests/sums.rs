@@ -1,6 +1,6 @@
 //! Sums over bands with weights, and ratios of sums with their errors.
 
-use phylux::{ByLight, RunResult, Settings};
+use phylux::{RunResult, Settings, results::ByLight};
 use serde_json::{Value, json};
 
 use crate::{
@@ -169,7 +169,7 @@ fn mixes_have_ratios() {
     let result = run(&scene, |settings| settings.by_light = true);
     let one: ByLight<f64> = [("red".to_string(), 1.0)].into_iter().collect();
     let same = result.mix(&one).expect("a mix");
-    let bands = [("red".to_string(), phylux::Factor::Bands(vec![1.0, 1.0, 2.0, 1.0]))];
+    let bands = [("red".to_string(), phylux::results::Factor::Bands(vec![1.0, 1.0, 2.0, 1.0]))];
     let uneven = result.mix_bands(&bands.into_iter().collect()).expect("a mix");
     for ((was, is), other) in result.captors.iter().zip(&same.captors).zip(&uneven.captors) {
         let [was, is, other] =

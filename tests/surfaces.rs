@@ -6,7 +6,11 @@ use std::{
 };
 
 use glam::Vec3;
-use phylux::{Control, LoadedScene, Patches, Settings, SurfaceLight, light_surfaces};
+use phylux::{
+    Control, LoadedScene, Settings,
+    scene::Patches,
+    transport::{SurfaceLight, light_surfaces},
+};
 use serde_json::json;
 
 use crate::world::{Mesh, World, room};
@@ -27,7 +31,7 @@ fn with_threads<T>(
 ) -> T {
     let loaded = load(world);
     let settings = Settings { map_photons, threads, k: Some(K), ..Settings::default() };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let light =
         light_surfaces(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
     then(&light)
@@ -93,7 +97,8 @@ fn a_sheet_is_lit_from_its_own_side() {
         .light(json!({ "type": "point", "position": [0, 0, 1], "power": 4.0 * PI }));
     lit(&world, 8_000, |light| {
         let [leaf, black] = [0.0, -0.001].map(|z: f32| {
-            let at = |t: &phylux::Triangle| (t.a.z + light.scene.center.z as f32 - z).abs() < 1e-5;
+            let at =
+                |t: &phylux::math::Triangle| (t.a.z + light.scene.center.z as f32 - z).abs() < 1e-5;
             light.scene.triangles().iter().position(at).expect("a triangle")
         });
         let middle = light.scene.triangles()[leaf].point(0.4, 0.3);
@@ -173,7 +178,7 @@ fn walls_that_absorb_nothing() {
         load(&World::new().lambert("wall", 1.0).surface("walls", "wall", &walls).light(lamp));
     let settings = Settings { map_photons: 20_000, k: Some(K), ..Settings::default() };
     let traced = AtomicU64::new(0);
-    let progress = |progress: phylux::Progress| {
+    let progress = |progress: phylux::transport::Progress| {
         traced.fetch_max(progress.photons, Ordering::Relaxed);
     };
     let control = Control { stop: &AtomicBool::new(false), progress: &progress };

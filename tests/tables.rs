@@ -3,7 +3,7 @@
 
 use std::{f64::consts::PI, fmt::Write, fs};
 
-use phylux::{Estimator, FaceResult, RunResult};
+use phylux::{Estimator, RunResult, results::FaceResult};
 use serde_json::{Value, json};
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{FaceResult, RunResult};
+use phylux::{RunResult, results::FaceResult};
 use serde_json::{Value, json};
 
 use crate::common::TestScene;

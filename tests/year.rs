@@ -1,11 +1,14 @@
 //! `phylux year`: hours and daily light integrals compared with single runs and closed forms, and
 //! lamps that a control switches.
 
-use std::{fmt::Write, path::Path, sync::atomic::AtomicBool};
+use std::{fmt::Write, path::Path};
 
 use phylux::{
-    Channel, Control, ControlFile, Quantity, Settings, SkyDivision, Year, YearOptions, daylight,
-    iso8601,
+    Control, Settings,
+    formats::{ControlFile, SkyDivision, iso8601},
+    math::Quantity,
+    scene::{Channel, daylight},
+    studies::{Year, YearOptions},
 };
 use serde_json::{Value, json};
 
@@ -74,7 +77,7 @@ pub fn two_days() -> TestScene {
 }
 
 fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivision) -> Year {
-    let loaded = phylux::load_by_hour(&scene.path("scene.json"), fine).expect("a scene");
+    let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), fine).expect("a scene");
     let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
     let file = control.map(|path| ControlFile::load(path).expect("a control file"));
     let control = file.as_ref().map(|file| (file, "control.json"));
@@ -83,14 +86,16 @@ fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivisi
 }
 
 fn find(loaded: phylux::LoadedScene, options: &YearOptions, settings: &Settings) -> Year {
-    let stop = AtomicBool::new(false);
-    let watched = Control { stop: &stop, progress: &|_| {} };
-    let scenes = phylux::YearScenes::plain(loaded);
+    let watched = Control::default();
+    let scenes = phylux::studies::YearScenes::plain(loaded);
     Year::find(&scenes, options, settings, &watched).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Returns the light on the fronts of all captors and groups, band by band.
-fn fronts(year: &Year, values: phylux::Result<phylux::Values>) -> Vec<phylux::Value> {
+fn fronts(
+    year: &Year,
+    values: phylux::Result<phylux::studies::Values>,
+) -> Vec<phylux::studies::Value> {
     let values = values.unwrap_or_else(|e| panic!("{e}"));
     let ids = 0..year.places.ids.len();
     let bands = 0..year.bands.len();
@@ -98,7 +103,7 @@ fn fronts(year: &Year, values: phylux::Result<phylux::Values>) -> Vec<phylux::Va
     all.map(|(id, b)| values.light(id, Channel::Front, b).expect("a front")).collect()
 }
 
-fn hour(year: &Year, slot: usize) -> Vec<phylux::Value> {
+fn hour(year: &Year, slot: usize) -> Vec<phylux::studies::Value> {
     fronts(year, year.hour(slot))
 }
 
@@ -108,7 +113,7 @@ fn a_dark_period_has_zeros() {
     let night = json!({ "from": "2025-06-20T00:00+01:00", "to": "2025-06-20T03:00+01:00" });
     let square = Mesh::square([0.0; 3], UP, 1.0);
     let scene = written(&world(night).captor("up", &square));
-    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let warnings = loaded.expect("a scene").warnings;
     let dark = "/lights: no light comes from them in this period: it is dark";
     assert!(warnings.iter().any(|warning| warning == dark), "{warnings:?}");
@@ -134,7 +139,7 @@ fn hours_in_the_open_are_those_of_the_weather() {
     let share = |source, from, to| {
         daylight::band_share(source, Quantity::Micromole, from, to).expect("a share")
     };
-    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let hours = loaded.expect("a scene").hourly.expect("hours").hours;
     let (mut lit, mut day) = (0, 0.0);
     for (s, slot) in year.slots.iter().enumerate() {
@@ -269,7 +274,7 @@ fn light_by_way_of_a_mirror_is_found_hour_by_hour() {
     }
     let scene = world.write();
     let year = year(&scene, None, 10_000, SkyDivision::Tregenza);
-    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let hourly = loaded.expect("a scene").hourly.expect("hours");
     let (mut compared, mut mirrored) = (0, 0);
     for (s, slot) in year.slots.iter().enumerate() {

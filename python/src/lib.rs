@@ -12,7 +12,7 @@ mod watched;
 use std::ffi::OsString;
 
 use numpy::PyArray1;
-use phylux::{Curve, Prospect};
+use phylux::{math::Curve, scene::Prospect};
 use pyo3::prelude::*;
 
 /// Runs the command line and returns its exit code. It is meant for a process of its own.
@@ -22,7 +22,7 @@ fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 }
 
 /// Computes the reflectance and the transmittance of a leaf from 400 to 2500 nm. `contents` are those
-/// of `phylux::Prospect`, in its order.
+/// of `phylux::scene::Prospect`, in its order.
 #[pyfunction]
 fn prospect<'py>(py: Python<'py>, contents: [f64; 7]) -> PyResult<[Bound<'py, PyArray1<f64>>; 3]> {
     let [n, chlorophyll, carotenoids, anthocyanins, brown, water, dry_matter] = contents;

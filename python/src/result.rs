@@ -8,9 +8,14 @@ use std::{
 
 use numpy::PyArray1;
 use phylux::{
-    Absorbed, AbsorbedByFace, ByLight, CaptorResult, EvenPlan, FaceResult, Factor, FilesRead,
-    GroupResult, OutputFile, OutputFolder, Ratios, RunResult, Uniformity,
+    RunResult,
     cli::embedded::{self, Words},
+    formats::{FilesRead, OutputFile, OutputFolder},
+    results::{
+        Absorbed, AbsorbedByFace, ByLight, CaptorResult, FaceResult, Factor, GroupResult, Ratios,
+        Uniformity,
+    },
+    studies::EvenPlan,
 };
 use pyo3::{
     prelude::*,
@@ -42,7 +47,7 @@ impl Found {
     /// Returns the content of the results file.
     pub fn json_bytes(&self) -> PyResult<Vec<u8>> {
         let mut bytes = Vec::new();
-        phylux::write_json(&self.result, &mut bytes)?;
+        phylux::formats::write_json(&self.result, &mut bytes)?;
         Ok(bytes)
     }
 }
@@ -159,14 +164,14 @@ impl Found {
     /// Reads a results file.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let result = raised(py, py.detach(|| phylux::read_json(&path)))?;
+        let result = raised(py, py.detach(|| phylux::formats::read_json(&path)))?;
         Ok(Self::new(result, Vec::new()))
     }
 
     /// Reads results from the bytes of a results file.
     #[staticmethod]
     fn from_json(py: Python<'_>, json: &[u8]) -> PyResult<Self> {
-        Ok(Self::new(raised(py, phylux::parse_json(json))?, Vec::new()))
+        Ok(Self::new(raised(py, phylux::formats::parse_json(json))?, Vec::new()))
     }
 
     /// Returns the bytes of the results file.
@@ -176,12 +181,12 @@ impl Found {
 
     /// Writes the results file.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        self.write_with(py, path, |result, writer| phylux::write_json(result, writer))
+        self.write_with(py, path, |result, writer| phylux::formats::write_json(result, writer))
     }
 
     /// Writes the tidy table.
     fn write_csv(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        self.write_with(py, path, |result, writer| phylux::write_csv(result, writer))
+        self.write_with(py, path, |result, writer| phylux::formats::write_csv(result, writer))
     }
 
     /// Writes one file for each captor into a folder.
@@ -232,7 +237,7 @@ impl Found {
         groups: Vec<String>,
     ) -> PyResult<String> {
         let plan = EvenPlan { captors, band, mean, minimum, groups };
-        let found = raised(py, py.detach(|| phylux::even(&self.result, &watts, &plan)))?;
+        let found = raised(py, py.detach(|| phylux::studies::even(&self.result, &watts, &plan)))?;
         Ok(serde_json::to_string(&found).unwrap_or_default())
     }
 

@@ -9,9 +9,11 @@ use std::{
 use glam::DVec3;
 use numpy::{PyArray1, PyReadonlyArray2};
 use phylux::{
-    Control, Error, FilesRead, InMemory, LoadedScene, Mesh, MeshGroup, OutputFile, RenderPlan,
-    RenderedScene, ResultsFile, Settings,
+    Control, Error, LoadedScene, Settings,
     cli::embedded::{self, Rendering, Words},
+    formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile},
+    results::ResultsFile,
+    show::{RenderPlan, RenderedScene},
 };
 use pyo3::prelude::*;
 
@@ -54,7 +56,7 @@ pub fn load(
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let loaded = watched(py, None, move |_| {
         let scene = serde_json::from_str(&json).map_err(|e| Error::input(path.display(), e))?;
-        phylux::load_from(scene, &path, &memory)
+        phylux::formats::load_from(scene, &path, &memory)
     })?;
     Ok(Loaded { loaded: Arc::new(loaded), folder })
 }
@@ -168,7 +170,7 @@ impl Loaded {
         let loaded = self.loaded.clone();
         let results = results.map(Found::json_bytes).transpose()?;
         watched(py, None, move |watch| {
-            phylux::check_view(&loaded.scene)?;
+            phylux::show::check_view(&loaded.scene)?;
             let file = OutputFile::create(&path)?;
             let plan = match results {
                 Some(json) => {
@@ -183,7 +185,7 @@ impl Loaded {
             let rendered =
                 RenderedScene::new(&loaded.scene, &settings, plan, &control, &|_, _| {})?;
             file.write(&FilesRead::new(&loaded.files), |writer| {
-                phylux::write_view(&rendered, None, writer)
+                phylux::show::write_view(&rendered, None, writer)
             })
         })
     }

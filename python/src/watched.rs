@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use phylux::Progress;
+use phylux::transport::Progress;
 use pyo3::{exceptions::PyRuntimeError, prelude::*};
 
 use crate::errors::raised;

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use crate::{
     error::{Error, Result},
     formats::{
-        control_file::ControlFile, result_file::SingleCaptor, scene_file::SceneFile,
+        control_file::ControlFile, result_file::SingleCaptor, scene_file::SceneSpec,
         sweep_file::SweepFile,
     },
     results::result::RunResult,
@@ -28,7 +28,7 @@ pub(super) enum Of {
 
 pub(super) fn print(of: Of) -> Result<()> {
     let schema = match of {
-        Of::Scene => schemars::schema_for!(SceneFile),
+        Of::Scene => schemars::schema_for!(SceneSpec),
         Of::Sweep => schemars::schema_for!(SweepFile),
         Of::Results => schemars::schema_for!(RunResult),
         Of::Control => schemars::schema_for!(ControlFile),

@@ -317,10 +317,7 @@ fn difference(there: &KeptSettings, here: &KeptSettings) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::{
-        sync::{LazyLock, atomic::AtomicBool},
-        time::Duration,
-    };
+    use std::{sync::LazyLock, time::Duration};
 
     use proptest::prelude::*;
 
@@ -358,7 +355,7 @@ mod tests {
             texts.lock().expect("no panic").push(text);
         };
         let keeper = Keeper::new(Duration::ZERO, None, &save);
-        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let control = Control::default();
         simulate_kept(&scene, &settings(), &control, Some(&keeper)).expect("a run");
         let texts = texts.into_inner().expect("no panic");
         let chosen = [texts.first(), texts.last()].map(|text| text.expect("kept").clone().leak());
@@ -390,7 +387,7 @@ mod tests {
                 Err(error) => check_error(&error, checkpoint.path()),
                 Ok(resumed) => {
                     let keeper = Keeper::new(Duration::from_secs(1000), resumed, &|_, _| {});
-                    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+                    let control = Control::default();
                     if let Err(error) = simulate_kept(&scene, &settings(), &control, Some(&keeper)) {
                         prop_assert!(error.kind() == ErrorKind::Input, "{}", error);
                     }

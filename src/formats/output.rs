@@ -134,7 +134,7 @@ impl OutputFile {
 
     /// Returns the temporary file that must be removed if the process ends before this value is
     /// dropped; `None` for a device, a pipe or the standard output.
-    pub fn temporary(&self) -> Option<Temporary> {
+    pub(crate) fn temporary(&self) -> Option<Temporary> {
         match &self.target {
             Target::Temporary(file, _) => Some(Temporary::File(file.path().to_path_buf())),
             Target::Special | Target::Standard => None,
@@ -153,7 +153,7 @@ impl OutputFile {
 
     /// Writes the content, but does not move the file to its place yet. Errors: the file would
     /// replace one of the files in `read`, or it cannot be written.
-    pub fn complete(
+    pub(crate) fn complete(
         self,
         read: &FilesRead,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -165,7 +165,7 @@ impl OutputFile {
 
     /// Starts to write the file. Errors: it would replace one of the files in `read`, or a device
     /// or pipe cannot be opened.
-    pub fn open(self, read: &FilesRead) -> Result<OpenFile> {
+    pub(crate) fn open(self, read: &FilesRead) -> Result<OpenFile> {
         self.place().map_or(Ok(()), |place| read.check(place))?;
         let Self { path, target } = self;
         let target = match target {
@@ -205,7 +205,7 @@ impl OpenFile {
 
     /// Ends the content of the file, which does not have its place yet, if `written` says that all
     /// of it could be written. Error: it could not be written completely.
-    pub fn complete(self, written: io::Result<()>) -> Result<CompleteFile> {
+    pub(crate) fn complete(self, written: io::Result<()>) -> Result<CompleteFile> {
         let Self { path, writer } = self;
         let target = written.and_then(|()| writer.into_inner().map_err(io::Error::from));
         let complete = target.and_then(|target| match target {

@@ -123,7 +123,7 @@ impl OutputFolder {
 
     /// Returns the temporary folder that must be removed if the process ends before this value is
     /// dropped.
-    pub fn temporary(&self) -> Temporary {
+    pub(crate) fn temporary(&self) -> Temporary {
         Temporary::Folder(self.staging.path().to_path_buf())
     }
 
@@ -153,7 +153,7 @@ impl OutputFolder {
 
     /// Writes one JSON file for each captor, of which none has its place yet. Errors: a file would
     /// replace one of the files in `read`, or cannot be written.
-    pub fn complete(self, read: &FilesRead, result: &RunResult) -> Result<CompleteFolder> {
+    pub(crate) fn complete(self, read: &FilesRead, result: &RunResult) -> Result<CompleteFolder> {
         let ids = result.captors.iter().map(|captor| captor.id.as_str());
         self.places(ids)?.iter().try_for_each(|place| read.check(place))?;
         match self.stage(result) {

@@ -5,9 +5,9 @@
 //! then puts the scene together in the order of `Loader::load`, at the end of this file. Each of
 //! the other files of the folder loads what its name says.
 
+mod builder;
 mod captors;
 mod daylight;
-mod format;
 #[cfg(test)]
 mod fuzz;
 mod head;
@@ -27,6 +27,7 @@ mod objects;
 mod placed;
 mod radiance;
 mod rooms;
+pub mod spec;
 mod spectra;
 mod sums;
 mod tables;
@@ -42,14 +43,15 @@ use std::{
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+pub use builder::SceneBuilder;
 pub use daylight::OpenField;
-pub use format::{Count, SceneFile};
-use format::{LayersFile, LightFile, PeriodicFile};
 pub use hourly_lights::{ByHour, HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
 pub use notes::TableNote;
+pub use spec::{Count, SceneSpec};
+use spec::{LayersSpec, LightSpec, PeriodicSpec};
 
 use crate::{
     error::{Error, LISTED, Result, some},
@@ -220,12 +222,12 @@ fn load_in_memory(scene: Value, path: &Path, sources: &Sources) -> Result<Loaded
 }
 
 fn load_sources(value: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
-    let file: SceneFile = json::read(&path.display().to_string(), value)?;
+    let file: SceneSpec = json::read(&path.display().to_string(), value)?;
     Loader::new(path, &file, sources)?.load(&file)
 }
 
 impl Loader<'_> {
-    fn lattice(&self, cell: &PeriodicFile, unit: LengthUnit) -> Result<Lattice> {
+    fn lattice(&self, cell: &PeriodicSpec, unit: LengthUnit) -> Result<Lattice> {
         let period = |axis: usize, ends: [f64; 2]| {
             let [from, to] = ends.map(|end| end * unit.metres());
             Period { from, length: to - from, rise: cell.slope[axis] * unit.metres() }
@@ -245,7 +247,7 @@ impl Loader<'_> {
         Ok(lattice)
     }
 
-    fn load(mut self, file: &SceneFile) -> Result<LoadedScene> {
+    fn load(mut self, file: &SceneSpec) -> Result<LoadedScene> {
         let settings = self.settings(&file.settings)?;
         let view = file.camera.as_ref().map(|camera| self.view(camera)).transpose()?;
         let spectra = file.materials.len() + file.lights.len();
@@ -257,7 +259,7 @@ impl Loader<'_> {
         }
         self.parts.lattice =
             file.periodic.as_ref().map(|cell| self.lattice(cell, file.unit)).transpose()?;
-        if let Some(LayersFile { dz }) = file.layers {
+        if let Some(LayersSpec { dz }) = file.layers {
             if !(dz.is_finite() && dz > 0.0) {
                 return Err(self
                     .error("/layers/dz", format!("{dz}, must be above 0"))
@@ -311,7 +313,7 @@ impl Loader<'_> {
             hourly: self.sources.by_hour.is_some().then_some(self.hourly),
             open_field,
             averages,
-            without_ground: file.lights.iter().filter_map(LightFile::without_ground).collect(),
+            without_ground: file.lights.iter().filter_map(LightSpec::without_ground).collect(),
             tables: self.tables,
             non_reciprocal_leaves,
             files: self.files.into_inner(),

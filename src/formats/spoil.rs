@@ -1,6 +1,6 @@
 //! Damaged text files for property tests: valid files in which words, bytes and lines were changed.
 
-use std::{fmt::Debug, path::Path, sync::atomic::AtomicBool};
+use std::{fmt::Debug, path::Path};
 
 use proptest::{
     collection::vec,
@@ -45,7 +45,7 @@ pub fn small_scene() -> LoadedScene {
 pub fn small_run(settings: Settings) -> RunResult {
     let scene = small_scene().scene;
     let settings = Settings { photons: Some(256), threads: 1, ..settings };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let simulation = simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
     RunResult::new(&scene, &settings, &simulation)
 }

@@ -79,7 +79,7 @@ impl Streams {
     /// Returns the Sobol sequence of a `set` of histories, such as those of one face. No other set
     /// of this batch is scrambled alike.
     #[inline]
-    pub fn sequence(self, set: u64) -> Sequence {
+    pub(crate) fn sequence(self, set: u64) -> Sequence {
         // not the numbers of a history
         Sequence(mix(mix(!self.0) ^ set))
     }
@@ -143,7 +143,7 @@ impl Stream {
     /// and a random shift of the leading digits. Each coordinate is uniform by itself; those of
     /// neighbouring points are spread evenly.
     #[inline]
-    pub fn with_sobol(self, sequence: Sequence, point: u64, numbers: u32) -> Self {
+    pub(crate) fn with_sobol(self, sequence: Sequence, point: u64, numbers: u32) -> Self {
         // a sequence of the crate has 2^16 points
         let key = mix(sequence.0 ^ point >> 16);
         let point = point as u32 & 0xffff;

@@ -1,14 +1,27 @@
 //! Results: the numbers that a run has found, with standard errors.
 //!
-//! Read [`result`] first: it makes results from sums, groups them, rescales lamps and warns.
-//! [`flat`] holds the same numbers as arrays, [`saved`] results that were read from a file.
-//! [`compare`] compares two results. [`calibration`] holds factors on the powers of lamps that were
+//! Read `result` first: it makes results from sums, groups them, rescales lamps and warns.
+//! `flat` holds the same numbers as arrays, `saved` results that were read from a file.
+//! `compare` compares two results. `calibration` holds factors on the powers of lamps that were
 //! found from readings.
 //!
 //! Nothing in this module reads or writes files.
 
-pub mod calibration;
-pub mod compare;
-pub mod flat;
-pub mod result;
-pub mod saved;
+pub(crate) mod calibration;
+pub(crate) mod compare;
+pub(crate) mod flat;
+pub(crate) mod result;
+pub(crate) mod saved;
+
+pub use calibration::{
+    Calibration, EvenPowers, Lit, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
+};
+pub use compare::{Comparison, Difference};
+pub use flat::FlatResult;
+pub use result::{
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CanopyResult, CaptorResult, DarkResult,
+    Electricity, Energy, FaceResult, Factor, GroupElectricity, GroupResult, LampElectricity,
+    LayerResult, MapResult, NearestResult, RatioResult, Ratios, RunResult, RunSettings, Share,
+    Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
+};
+pub use saved::ResultsFile;

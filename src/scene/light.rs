@@ -71,7 +71,7 @@ enum Emitter {
 impl Light {
     /// Makes a light from its shape. Coordinates become relative to `center`. The power of a light
     /// at infinity is replaced by the flux that enters `inside`, a prism in these coordinates.
-    pub fn new(
+    pub(crate) fn new(
         name: String,
         mut power: Vec<f64>,
         shape: &LightShape,
@@ -252,7 +252,7 @@ impl Light {
 
     /// Returns how a light at infinity enters the scene.
     #[inline]
-    pub fn entrance(&self) -> Option<&Entrance> {
+    pub(crate) fn entrance(&self) -> Option<&Entrance> {
         match &self.emitter {
             Emitter::Infinite(entrance) => Some(entrance),
             _ => None,

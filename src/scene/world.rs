@@ -135,7 +135,7 @@ pub struct Scene {
     /// Half the diagonal of the box around surfaces, captors and lights, m.
     pub radius: f32,
     /// The surfaces that are copies of an object.
-    pub copies: Vec<ObjectCopy>,
+    pub(crate) copies: Vec<ObjectCopy>,
     /// The prism by whose faces light from infinitely far away comes in.
     inside: Prism,
     shapes: Arc<Shapes>,
@@ -216,20 +216,20 @@ impl Scene {
     }
 
     /// Returns the prism by whose faces light from infinitely far away comes in.
-    pub fn inside(&self) -> &Prism {
+    pub(crate) fn inside(&self) -> &Prism {
         &self.inside
     }
 
     /// Returns the tree of the lights, if there are so many that scanning them takes longer. A scene
     /// that repeats has none.
     #[inline]
-    pub fn light_tree(&self) -> Option<&LightTree> {
+    pub(crate) fn light_tree(&self) -> Option<&LightTree> {
         self.light_tree.as_ref()
     }
 
     /// Returns what is summed of the plants as a whole.
     #[inline]
-    pub fn stand(&self) -> &Stand {
+    pub(crate) fn stand(&self) -> &Stand {
         &self.stand
     }
 
@@ -324,7 +324,7 @@ impl Scene {
     }
 
     /// Returns the lights that lie in a surface, and the tubes that a surface cuts.
-    pub fn flush_lights(&self) -> &[FlushLight] {
+    pub(crate) fn flush_lights(&self) -> &[FlushLight] {
         &self.flush_lights
     }
 

@@ -1,20 +1,31 @@
-//! The display of light: pictures ([`render`], [`picture`]), charts ([`chart`]), plots of results
-//! ([`plot`]), the page for the browser ([`view`]) and files for other programs ([`export`], with
-//! [`vtk`], [`glb`] and [`ply`]).
+//! The display of light: pictures (`render`, `picture`), charts (`chart`), plots of results
+//! (`plot`), the page for the browser (`view`) and files for other programs (`export`, with
+//! `vtk`, `glb` and `ply`).
 //!
-//! Read [`rendered`] first, a scene with its light: the page and the exported files are made from
-//! it. Pictures begin with [`render`], and [`picture`] colours and writes them. Charts draw rows of
+//! Read `rendered` first, a scene with its light: the page and the exported files are made from
+//! it. Pictures begin with `render`, and `picture` colours and writes them. Charts draw rows of
 //! numbers; plots read results and no scene. Code that knows sweeps, studies or the command line
 //! may not enter.
 
-pub mod chart;
-pub mod export;
-pub mod glb;
-pub mod picture;
-pub mod plot;
-pub mod ply;
-pub mod render;
-pub mod rendered;
-pub mod view;
-pub mod vtk;
-pub mod xml;
+pub(crate) mod chart;
+pub(crate) mod export;
+pub(crate) mod glb;
+pub(crate) mod picture;
+pub(crate) mod plot;
+pub(crate) mod ply;
+pub(crate) mod render;
+pub(crate) mod rendered;
+pub(crate) mod view;
+pub(crate) mod vtk;
+pub(crate) mod xml;
+
+pub use chart::{Chart, Series, Stroke};
+pub use export::{Colours, ExportFormat};
+pub use glb::Shown;
+pub use picture::{Legend, Picture, Scale};
+pub use render::{
+    FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, painted, render,
+};
+pub use rendered::{RenderPlan, RenderStage, RenderedScene};
+pub use view::{check_view, write_view};
+pub use vtk::VtkKind;

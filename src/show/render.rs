@@ -37,7 +37,7 @@ use crate::{
     },
 };
 
-pub use dots::{Dot, path_dots, photon_dots};
+pub use dots::{path_dots, photon_dots};
 pub use fragments::{Fragments, Pixels};
 use fragments::{Guide, Sums};
 pub use gather::Gather;

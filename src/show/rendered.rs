@@ -32,7 +32,7 @@ pub struct RenderedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The tiles of its surfaces and virtual captors.
-    pub tiles: Tiles,
+    pub(crate) tiles: Tiles,
     /// Description of the origin of the captors' results, in words.
     pub source: String,
     /// Results of the captors, in the order of the scene.
@@ -174,7 +174,7 @@ impl<'a> RenderedScene<'a> {
 
     /// Returns the value that is shown for a tile in a band or sum: the light at its place where
     /// that is known, otherwise the value of its captor; per area, W/m2 or umol/m2/s.
-    pub fn value(
+    pub(crate) fn value(
         &self,
         part: &TilePart,
         tile: usize,

@@ -173,10 +173,7 @@ fn scene_of(
 
 #[cfg(test)]
 mod tests {
-    use std::{
-        fs,
-        sync::{LazyLock, atomic::AtomicBool},
-    };
+    use std::{fs, sync::LazyLock};
 
     use proptest::prelude::*;
 
@@ -218,7 +215,7 @@ mod tests {
             threads: 1,
             ..loaded.settings
         };
-        let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+        let control = Control::default();
         let plan = Plan::make(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
         let shard_sums = simulate_shard(&loaded.scene, &plan, Shard::WHOLE, &control);
         let head = ShardHead {
@@ -255,7 +252,7 @@ mod tests {
             let (scene, path) = (FOLDER.path().join("scene.json"), FOLDER.path().join("p.json"));
             let bytes = if seal { sealed(bytes) } else { bytes };
             fs::write(&path, &bytes).expect("a file");
-            let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+            let control = Control::default();
             match join(std::slice::from_ref(&path), Some(&scene), &control) {
                 Ok(result) => {
                     assert!(seal || bytes == FILES[0].as_bytes());

@@ -223,7 +223,7 @@ impl PhotonMap {
     /// the distance of the k-th, which `inside` returns for a radius in m. With fewer than `k` (at
     /// least 1) photons, gathers all of them and takes the `whole` area, m2. `None` if there are no
     /// photons or no area.
-    pub fn gather(
+    pub(crate) fn gather(
         &self,
         bin: u32,
         point: Vec3,

@@ -2,14 +2,18 @@
 
 use std::{
     f64::consts::{FRAC_1_PI, TAU},
-    sync::{Arc, atomic::AtomicBool},
+    sync::Arc,
 };
 
 use glam::DVec3;
 use phylux::{
-    Band, CaptorKind, CaptorPart, Control, Estimator, Lambert, LightPart, LightShape, Material,
-    NamedMaterial, RunResult, Scene, SceneParts, Sensor, Settings, Stream, SurfacePart,
-    daylight::{InfiniteLight, InfinitePart, InfiniteShape, RadianceMap},
+    Control, Estimator, RunResult, Scene, Settings,
+    math::Stream,
+    scene::{
+        Band, CaptorKind, CaptorPart, Lambert, LightPart, LightShape, Material, NamedMaterial,
+        SceneParts, Sensor, SurfacePart,
+        daylight::{InfiniteLight, InfinitePart, InfiniteShape, RadianceMap},
+    },
 };
 
 use crate::{
@@ -78,7 +82,7 @@ fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> Ru
     .unwrap_or_else(|e| panic!("{e}"));
     let settings =
         Settings { photons: Some(30_000), seed, k: Some(0), estimator, ..Settings::default() };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let simulation =
         phylux::simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
     RunResult::new(&scene, &settings, &simulation)

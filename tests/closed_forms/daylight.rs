@@ -121,7 +121,7 @@ fn the_polar_night_is_dark() {
         assert_eq!(front(&run, "up").irradiance, [0.0]);
     }
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-    let warnings = phylux::check(&loaded).expect("a check").warnings;
+    let warnings = phylux::studies::check(&loaded).expect("a check").warnings;
     let dark = |warning: &&String| warning.contains("no light comes from it: it is dark");
     assert_eq!(warnings.iter().filter(dark).count(), 2, "{warnings:?}");
 }

@@ -1,8 +1,6 @@
 //! Compares one room by photons and by paths.
 
-use std::sync::atomic::AtomicBool;
-
-use phylux::{Control, Estimator, Running, Scene, Settings};
+use phylux::{Control, Estimator, Scene, Settings, math::Running};
 
 /// Number of batches from which both errors come.
 pub const BATCHES: u64 = 128;
@@ -65,7 +63,8 @@ pub fn beyond(z: f64) -> bool {
 /// Compares all values that are not zero in both estimates. Photons are traced in `scene` and paths
 /// in `of_paths`; the two are the same unless a test wants to see a fault found.
 pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Vec<Compared> {
-    let photons = phylux::found_and_unseen(scene, BATCHES, length.photons * PHOTONS, seed);
+    let photons =
+        phylux::transport::found_and_unseen(scene, BATCHES, length.photons * PHOTONS, seed);
     let found = &photons.parts()[0];
     let faces: usize = scene.captors.iter().map(|captor| captor.kind.faces().len()).sum();
     let settings = Settings {
@@ -75,7 +74,7 @@ pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Ve
         threads: 1,
         ..Settings::default()
     };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     let run = phylux::simulate(of_paths, &settings, &control).expect("a run of paths");
     let uncertain = |channel: usize| {
         let concentrated = |r: &Running| r.concentration(BATCHES) > CONCENTRATED;
@@ -117,11 +116,11 @@ pub fn z(photons: &Running, paths: &Running) -> Option<Result<f64, LeftOut>> {
     if x.mean == 0.0 && y.mean == 0.0 {
         return None;
     }
-    let error = |e: &phylux::Estimate| e.standard_error.unwrap_or(0.0);
+    let error = |e: &phylux::math::Estimate| e.standard_error.unwrap_or(0.0);
     if error(&x) > ROUGH * x.mean || x.mean == 0.0 {
         return Some(Err(LeftOut::FewPhotons));
     }
-    let of_root = |e: &phylux::Estimate| match e.mean > 0.0 {
+    let of_root = |e: &phylux::math::Estimate| match e.mean > 0.0 {
         true => 0.5 * error(e) / e.mean.sqrt(),
         false => 0.0,
     };

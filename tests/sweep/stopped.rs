@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use phylux::Stream;
+use phylux::math::Stream;
 
 use super::*;
 use crate::{bad_input::listing, common::binary};
@@ -61,16 +61,18 @@ fn a_killed_sweep_ends_like_any_other() {
 #[test]
 fn running_is_reported_before_the_first_run() {
     let folder = folder(r#"{"scene": "scene.json", "vary": {"/lights/0/power": [1, 2]}}"#);
-    let file = phylux::Sweep::load(&folder.path("sweep.json")).expect("a sweep");
+    let file = phylux::formats::Sweep::load(&folder.path("sweep.json")).expect("a sweep");
     let first = Mutex::new(None);
-    let progress = |progress: phylux::SweepProgress| {
-        if progress.step == phylux::Step::Running {
+    let progress = |progress: phylux::studies::SweepProgress| {
+        if progress.step == phylux::studies::Step::Running {
             first.lock().expect("no panic").get_or_insert(progress.runs);
         }
     };
-    let control = phylux::SweepControl { stop: &AtomicBool::new(false), progress: &progress };
-    let plan = phylux::SweepPlan { shard: phylux::Shard::WHOLE, threads: 1, jobs: 1 };
-    phylux::sweep(&file, &folder.path("out"), &plan, &control).expect("it runs");
+    let control =
+        phylux::studies::SweepControl { stop: &AtomicBool::new(false), progress: &progress };
+    let plan =
+        phylux::studies::SweepPlan { shard: phylux::transport::Shard::WHOLE, threads: 1, jobs: 1 };
+    phylux::studies::sweep(&file, &folder.path("out"), &plan, &control).expect("it runs");
     assert_eq!(*first.lock().expect("no panic"), Some(0.0));
 }
 

@@ -228,10 +228,10 @@ fn groups_have_a_least_and_a_greatest_captor() {
 #[test]
 fn the_shipped_sweep_is_sound() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let sweep = phylux::Sweep::load(&scenes.join("lamp-height.sweep.json"));
+    let sweep = phylux::formats::Sweep::load(&scenes.join("lamp-height.sweep.json"));
     let sweep = sweep.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(sweep.runs().len(), 11);
-    phylux::load_base(&sweep).unwrap_or_else(|e| panic!("{e}"));
+    phylux::studies::load_base(&sweep).unwrap_or_else(|e| panic!("{e}"));
 }
 
 /// At its end a sweep says how many runs have which warnings, including runs from before. Values

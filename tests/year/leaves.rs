@@ -1,6 +1,11 @@
 //! What leaves get by the hour: front, back, absorbed light and the sunlit share.
 
-use phylux::{Channel, HoursOf, Settings, SkyDivision, Value, Values, Year, YearOptions};
+use phylux::{
+    Settings,
+    formats::SkyDivision,
+    scene::Channel,
+    studies::{HoursOf, Value, Values, Year, YearOptions},
+};
 use serde_json::json;
 
 use super::{UP, find, south_room, sunny};
@@ -13,7 +18,7 @@ use crate::{
 const ALL: [Channel; 3] = [Channel::Front, Channel::Back, Channel::Absorbed];
 
 fn year(scene: &TestScene, photons: u64, options: &YearOptions) -> Year {
-    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let loaded = loaded.expect("a scene");
     let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
     find(loaded, options, &settings)
@@ -48,7 +53,7 @@ fn both_faces_of_a_leaf_see_the_sun() {
         .captor("sensor", &Mesh::square([0.0, -90.0, 90.0], UP, 0.5))
         .write();
     let year = year(&scene, 2000, &YearOptions::default());
-    let loaded = phylux::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+    let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let hourly = loaded.expect("a scene").hourly.expect("hours");
     let [leaf, black, sensor] = ["leaf", "black", "sensor"].map(|name| id(&year, name));
     let (mut fronts, mut backs) = (0, 0);

@@ -1,8 +1,13 @@
 //! States of a year: screens, whitewash and blackout, and lamps that are dimmed.
 
-use std::{fmt::Write, sync::atomic::AtomicBool};
+use std::fmt::Write;
 
-use phylux::{Channel, Control, ControlFile, Settings, SkyDivision, Year, YearOptions, YearScenes};
+use phylux::{
+    Control, Settings,
+    formats::{ControlFile, SkyDivision},
+    scene::Channel,
+    studies::{Year, YearOptions, YearScenes},
+};
 use serde_json::{Value, json};
 
 use super::{UP, first_days, sunny, world, written};
@@ -39,8 +44,7 @@ fn find(scene: &TestScene, control: &Value, photons: u64) -> phylux::Result<Year
         YearScenes::load(&scene.path("scene.json"), SkyDivision::Tregenza, Some((&file, &path)))?;
     let settings = &scenes.scenes[0].loaded.settings;
     let settings = Settings { photons: Some(photons), ..settings.clone() };
-    let stop = AtomicBool::new(false);
-    let watched = Control { stop: &stop, progress: &|_| {} };
+    let watched = Control::default();
     let control = Some((&file, path_text.as_str()));
     let options = YearOptions { control, ..YearOptions::default() };
     Year::find(&scenes, &options, &settings, &watched)

@@ -46,7 +46,7 @@ pub type Problem = String;
 impl HoursFile {
     /// Adds the next row. The rows of the first hour decide which ids and bands the table has.
     /// Error: the row does not follow the rows before it, or holds a value that is not finite.
-    pub fn add(&mut self, row: &Row) -> std::result::Result<(), Problem> {
+    pub(crate) fn add(&mut self, row: &Row) -> std::result::Result<(), Problem> {
         if self.values.len() >= MOST {
             return Err(format!("more than {MOST} values"));
         }

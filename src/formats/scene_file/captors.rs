@@ -9,9 +9,9 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    format::*,
     loader::{Loader, stem},
     placed::area,
+    spec::*,
 };
 use crate::{
     error::{Error, Result},
@@ -33,7 +33,7 @@ const DISC_TRIANGLES: usize = 32;
 const SPHERE_CUTS: usize = 16;
 
 impl Loader<'_> {
-    pub(super) fn load_captors(&mut self, captors: &[CaptorFile]) -> Result<()> {
+    pub(super) fn load_captors(&mut self, captors: &[CaptorSpec]) -> Result<()> {
         for (i, file) in captors.iter().enumerate() {
             let pointer = format!("/captors/{i}");
             let name = self.entry_name(&pointer, file)?;
@@ -42,7 +42,7 @@ impl Loader<'_> {
             groups.extend(file.group.as_ref().map(|group| self.group(group)));
             groups.sort_unstable();
             groups.dedup();
-            let kind = CaptorKind::Virtual { both_sides: file.sides == SidesFile::Both };
+            let kind = CaptorKind::Virtual { both_sides: file.sides == SidesSpec::Both };
             let response = match &file.response {
                 Some(table) => Some(
                     Response::new(table)
@@ -58,20 +58,20 @@ impl Loader<'_> {
             }
             let entry = Entry { pointer, name, kind, groups, sensor };
             match file {
-                CaptorFile { csv: Some(csv), .. } => self.load_csv(&entry, csv, &file.ignore)?,
-                CaptorFile { obj: Some(obj), .. } => self.load_captor_obj(&entry, obj)?,
-                CaptorFile { disc: Some(disc), .. } => self.load_disc(&entry, disc)?,
-                CaptorFile { sphere: Some(sphere), .. } => self.load_sphere(&entry, sphere)?,
-                CaptorFile { grid: Some(grid), .. } => self.load_grid(&entry, grid)?,
-                CaptorFile { line: Some(line), .. } => self.load_line(&entry, line)?,
+                CaptorSpec { csv: Some(csv), .. } => self.load_csv(&entry, csv, &file.ignore)?,
+                CaptorSpec { obj: Some(obj), .. } => self.load_captor_obj(&entry, obj)?,
+                CaptorSpec { disc: Some(disc), .. } => self.load_disc(&entry, disc)?,
+                CaptorSpec { sphere: Some(sphere), .. } => self.load_sphere(&entry, sphere)?,
+                CaptorSpec { grid: Some(grid), .. } => self.load_grid(&entry, grid)?,
+                CaptorSpec { line: Some(line), .. } => self.load_line(&entry, line)?,
                 _ => {}
             }
         }
         Ok(())
     }
 
-    fn entry_name(&self, pointer: &str, file: &CaptorFile) -> Result<String> {
-        let CaptorFile { csv, obj, disc, sphere, grid, line, .. } = file;
+    fn entry_name(&self, pointer: &str, file: &CaptorSpec) -> Result<String> {
+        let CaptorSpec { csv, obj, disc, sphere, grid, line, .. } = file;
         let files = [csv.is_some(), obj.is_some()];
         let shapes = [disc.is_some(), sphere.is_some(), grid.is_some(), line.is_some()];
         let given = files.into_iter().chain(shapes).filter(|given| *given).count();
@@ -126,7 +126,7 @@ impl Loader<'_> {
         })
     }
 
-    fn load_disc(&mut self, entry: &Entry, file: &DiscFile) -> Result<()> {
+    fn load_disc(&mut self, entry: &Entry, file: &DiscSpec) -> Result<()> {
         let pointer = format!("{}/disc", entry.pointer);
         self.check_size(&format!("{pointer}/radius"), file.radius)?;
         let Some(normal) = unit_vector(file.normal.into()) else {
@@ -140,7 +140,7 @@ impl Loader<'_> {
         self.add_captor(entry, &place, entry.name.clone(), triangles)
     }
 
-    fn load_sphere(&mut self, entry: &Entry, file: &SphereFile) -> Result<()> {
+    fn load_sphere(&mut self, entry: &Entry, file: &SphereSpec) -> Result<()> {
         let pointer = format!("{}/sphere", entry.pointer);
         self.check_size(&format!("{pointer}/radius"), file.radius)?;
         self.count_triangles(8 * SPHERE_CUTS * SPHERE_CUTS)?;
@@ -148,7 +148,7 @@ impl Loader<'_> {
         self.add_captor(entry, &self.place(&pointer), entry.name.clone(), triangles)
     }
 
-    fn load_grid(&mut self, entry: &Entry, file: &GridFile) -> Result<()> {
+    fn load_grid(&mut self, entry: &Entry, file: &GridSpec) -> Result<()> {
         let pointer = format!("{}/grid", entry.pointer);
         self.check_size(&format!("{pointer}/radius"), file.radius)?;
         for (key, count) in [("nx", file.nx), ("ny", file.ny)] {
@@ -183,7 +183,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn load_line(&mut self, entry: &Entry, file: &LineFile) -> Result<()> {
+    fn load_line(&mut self, entry: &Entry, file: &LineSpec) -> Result<()> {
         let pointer = format!("{}/line", entry.pointer);
         self.check_size(&format!("{pointer}/width"), file.width)?;
         let (from, to) = (self.point(file.from), self.point(file.to));

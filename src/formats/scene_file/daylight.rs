@@ -5,7 +5,7 @@ use std::{f64::consts::PI, sync::Arc};
 
 use glam::DVec3;
 
-use super::{format::*, loader::Loader};
+use super::{loader::Loader, spec::*};
 use crate::{
     error::Result,
     formats::{
@@ -59,14 +59,14 @@ pub(super) struct Sky {
     hours: Option<Vec<Hour>>,
 }
 
-impl LightFile {
+impl LightSpec {
     /// Returns the name of a sun or a sky that has no `ground`.
     pub(super) fn without_ground(&self) -> Option<String> {
         match self {
-            Self::Sun(SunFile { name, ground: None, .. }) => {
+            Self::Sun(SunSpec { name, ground: None, .. }) => {
                 Some(name.clone().unwrap_or("sun".into()))
             }
-            Self::Sky(SkyFile { name, ground: None, .. }) => {
+            Self::Sky(SkySpec { name, ground: None, .. }) => {
                 Some(name.clone().unwrap_or("sky".into()))
             }
             _ => None,
@@ -77,14 +77,14 @@ impl LightFile {
 impl Loader<'_> {
     /// Reads what the scene says about daylight; `None` for a scene without sun, sky or environment
     /// map.
-    pub(super) fn load_sky(&mut self, file: &SceneFile) -> Result<Option<Sky>> {
+    pub(super) fn load_sky(&mut self, file: &SceneSpec) -> Result<Option<Sky>> {
         let keys = [
             ("site", file.site.is_some()),
             ("time", file.time.is_some()),
             ("weather", file.weather.is_some()),
             ("sun_at", file.sun_at.is_some()),
         ];
-        if !file.lights.iter().any(LightFile::is_infinite) {
+        if !file.lights.iter().any(LightSpec::is_infinite) {
             return match keys.iter().find(|(_, given)| *given) {
                 None => Ok(None),
                 Some((key, _)) => Err(self
@@ -106,7 +106,7 @@ impl Loader<'_> {
             hours: None,
         };
         let weather = match &file.weather {
-            Some(WeatherFile { file: Some(name), .. }) => Some(self.weather_file(file, name)?),
+            Some(WeatherSpec { file: Some(name), .. }) => Some(self.weather_file(file, name)?),
             _ => None,
         };
         let site = self.site(file, weather.as_ref())?;
@@ -135,7 +135,7 @@ impl Loader<'_> {
             Some(_) => sky.is_period = true,
             None => {}
         }
-        let steady = |light: &&LightFile| !matches!(light, LightFile::Sun(_) | LightFile::Sky(_));
+        let steady = |light: &&LightSpec| !matches!(light, LightSpec::Sun(_) | LightSpec::Sky(_));
         if sky.is_period
             && self.sources.by_hour.is_none()
             && file.lights.iter().any(|light| steady(&light))
@@ -161,19 +161,19 @@ impl Loader<'_> {
         Ok(Some(sky))
     }
 
-    fn weather_file(&self, file: &SceneFile, name: &str) -> Result<Weather> {
+    fn weather_file(&self, file: &SceneSpec, name: &str) -> Result<Weather> {
         let stamp = file.weather.as_ref().and_then(|weather| weather.stamp);
         let stamp = stamp.map(|stamp| match stamp {
-            StampFile::Start => Stamp::Start,
-            StampFile::Middle => Stamp::Middle,
-            StampFile::End => Stamp::End,
+            StampSpec::Start => Stamp::Start,
+            StampSpec::Middle => Stamp::Middle,
+            StampSpec::End => Stamp::End,
         });
         let path = self.sibling(name);
         Weather::parse(&self.bytes("/weather/file", &path)?, &path, stamp)
     }
 
     /// Returns where the scene is: what the scene file says, or else what its weather file says.
-    fn site(&mut self, file: &SceneFile, weather: Option<&Weather>) -> Result<Option<Site>> {
+    fn site(&mut self, file: &SceneSpec, weather: Option<&Weather>) -> Result<Option<Site>> {
         let of_file = weather.and_then(|weather| weather.site);
         let Some(site) = &file.site else { return Ok(of_file) };
         let (latitude, longitude) = match (site.latitude, site.longitude) {
@@ -199,15 +199,15 @@ impl Loader<'_> {
         Ok(Some(Site { latitude, longitude }))
     }
 
-    fn when(&self, file: &SceneFile) -> Result<Option<Period>> {
+    fn when(&self, file: &SceneSpec) -> Result<Option<Period>> {
         let time = |pointer: &str, text: &str| -> Result<Timestamp> {
             parse_time(text, self.place(pointer))
         };
         Ok(match &file.time {
             None => None,
-            Some(TimeFile::Text(text)) if text == "year" => Some(Period::Year),
-            Some(TimeFile::Text(text)) => Some(Period::Instant(time("/time", text)?)),
-            Some(TimeFile::Span { from, to }) => {
+            Some(TimeSpec::Text(text)) if text == "year" => Some(Period::Year),
+            Some(TimeSpec::Text(text)) => Some(Period::Instant(time("/time", text)?)),
+            Some(TimeSpec::Span { from, to }) => {
                 Some(Period::Span { from: time("/time/from", from)?, to: time("/time/to", to)? })
             }
         })
@@ -216,7 +216,7 @@ impl Loader<'_> {
     fn hours_of_file(
         &mut self,
         weather: &Weather,
-        given: &WeatherFile,
+        given: &WeatherSpec,
         when: Period,
         site: Site,
     ) -> Result<Vec<Hour>> {
@@ -238,7 +238,7 @@ impl Loader<'_> {
     }
 
     /// Returns the weather that the scene file itself gives, as a single hour.
-    fn given_hour(&self, given: &WeatherFile, sky: &Sky, when: Option<Period>) -> Result<Hour> {
+    fn given_hour(&self, given: &WeatherSpec, sky: &Sky, when: Option<Period>) -> Result<Hour> {
         for (key, given) in [("stamp", given.stamp.is_some()), ("shift_h", given.shift_h.is_some())]
         {
             if given {
@@ -295,7 +295,7 @@ impl Loader<'_> {
     }
 
     /// Returns the half angle of a sun's disc, rad.
-    pub(super) fn half_angle(&self, pointer: &str, light: &SunFile) -> Result<f64> {
+    pub(super) fn half_angle(&self, pointer: &str, light: &SunSpec) -> Result<f64> {
         let half_angle = light.half_angle_deg.unwrap_or(0.2666);
         self.in_range(&format!("{pointer}/half_angle_deg"), half_angle, 0.0, 5.0)?;
         Ok(half_angle.to_radians())
@@ -304,7 +304,7 @@ impl Loader<'_> {
     pub(super) fn sun_light(
         &mut self,
         pointer: &str,
-        light: &SunFile,
+        light: &SunSpec,
         sky: &Sky,
     ) -> Result<LightShape> {
         let half_angle = self.half_angle(pointer, light)?;
@@ -347,7 +347,7 @@ impl Loader<'_> {
     pub(super) fn sky_light(
         &mut self,
         pointer: &str,
-        light: &SkyFile,
+        light: &SkySpec,
         sky: &Sky,
     ) -> Result<LightShape> {
         let model = self.sky_model(pointer, light)?;
@@ -395,16 +395,16 @@ impl Loader<'_> {
         self.with_ground(pointer, "sky", part, &light.ground, &horizontal)
     }
 
-    pub(super) fn sky_model(&self, pointer: &str, light: &SkyFile) -> Result<SkyModel> {
-        if (light.model == SkyModelFile::Cie) != light.cie_type.is_some() {
+    pub(super) fn sky_model(&self, pointer: &str, light: &SkySpec) -> Result<SkyModel> {
+        if (light.model == SkyModelSpec::Cie) != light.cie_type.is_some() {
             let problem = "`cie_type` (1 to 15) goes with the model `cie`, and only with it";
             return Err(self.error(pointer, problem).remedy("give both, or neither"));
         }
         Ok(match light.model {
-            SkyModelFile::Uniform => SkyModel::Uniform,
-            SkyModelFile::Overcast => SkyModel::Overcast,
-            SkyModelFile::Perez => SkyModel::Perez,
-            SkyModelFile::Cie => {
+            SkyModelSpec::Uniform => SkyModel::Uniform,
+            SkyModelSpec::Overcast => SkyModel::Overcast,
+            SkyModelSpec::Perez => SkyModel::Perez,
+            SkyModelSpec::Cie => {
                 let kind = light.cie_type.map_or(0, |kind| kind.0);
                 self.in_range(&format!("{pointer}/cie_type"), kind as f64, 1.0, 15.0)?;
                 SkyModel::Cie(kind as u8)
@@ -441,7 +441,7 @@ impl Loader<'_> {
     pub(super) fn environment_light(
         &mut self,
         pointer: &str,
-        light: &EnvironmentFile,
+        light: &EnvironmentSpec,
         sky: &Sky,
     ) -> Result<LightShape> {
         let path = self.sibling(&light.file);

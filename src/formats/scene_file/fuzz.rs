@@ -2,7 +2,7 @@
 //! Whatever the change, there is an error with its place, or a run whose energies add up.
 
 use std::{
-    sync::{LazyLock, atomic::AtomicBool},
+    sync::LazyLock,
     time::{Duration, Instant},
 };
 
@@ -312,8 +312,7 @@ fn check(bytes: &[u8]) {
                 max_time: None,
                 ..loaded.settings
             };
-            let stop = AtomicBool::new(false);
-            let control = Control { stop: &stop, progress: &|_| {} };
+            let control = Control::default();
             if let Ok(simulation) = simulate(&loaded.scene, &settings, &control) {
                 check_result(&RunResult::new(&loaded.scene, &settings, &simulation));
             }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{format::*, loader::Loader};
+use super::{loader::Loader, spec::*};
 use crate::{
     error::Result,
     math::spectrum::MAX_BANDS,
@@ -11,7 +11,7 @@ use crate::{
 };
 
 impl Loader<'_> {
-    pub(super) fn load_bands(&mut self, file: &SceneFile) -> Result<()> {
+    pub(super) fn load_bands(&mut self, file: &SceneSpec) -> Result<()> {
         let Some(bands) = &file.bands else {
             self.bands = 1;
             self.parts.bands = vec![Band { name: "all".into(), from_nm: None, to_nm: None }];
@@ -40,7 +40,7 @@ impl Loader<'_> {
         self.load_sums(file)
     }
 
-    pub(super) fn settings(&self, file: &SettingsFile) -> Result<Settings> {
+    pub(super) fn settings(&self, file: &SettingsSpec) -> Result<Settings> {
         let default = Settings::default();
         let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
         let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
@@ -78,7 +78,7 @@ impl Loader<'_> {
         })
     }
 
-    pub(super) fn view(&self, camera: &CameraFile) -> Result<View> {
+    pub(super) fn view(&self, camera: &CameraSpec) -> Result<View> {
         let point = |p: [f64; 3]| DVec3::from(p) * self.metres;
         let pixels = |key: &str, count: Option<Count>, usual: usize| {
             let Some(count) = count else { return Ok(usual) };

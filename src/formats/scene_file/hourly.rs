@@ -3,9 +3,9 @@
 
 use super::{
     daylight::Sky,
-    format::*,
     hourly_lights::{ByHour, HourlyLight, HourlySun, SkyDivision},
     loader::Loader,
+    spec::*,
 };
 use crate::{
     error::Result,
@@ -24,15 +24,15 @@ impl Loader<'_> {
     pub(super) fn load_by_hour(
         &mut self,
         pointer: &str,
-        file: &LightFile,
+        file: &LightSpec,
         sky: &Sky,
         ByHour { division, shares }: ByHour,
     ) -> Result<bool> {
         let (name, given, ground, through) = match file {
-            LightFile::Sun(SunFile { name, irradiance, ground, through, .. }) => {
+            LightSpec::Sun(SunSpec { name, irradiance, ground, through, .. }) => {
                 (name.as_deref().unwrap_or("sun"), irradiance, ground, through)
             }
-            LightFile::Sky(SkyFile { name, irradiance, ground, through, .. }) => {
+            LightSpec::Sky(SkySpec { name, irradiance, ground, through, .. }) => {
                 (name.as_deref().unwrap_or("sky"), irradiance, ground, through)
             }
             _ => return Ok(false),
@@ -64,7 +64,7 @@ impl Loader<'_> {
         self.hourly.hours = hours.to_vec();
         self.hourly.north = sky.north;
         let (parts, of_ground, source, share) = match file {
-            LightFile::Sun(light) => {
+            LightSpec::Sun(light) => {
                 let half_angle = self.half_angle(pointer, light)?;
                 let shares = self.shares(pointer, &light.share, DaylightSource::Sun)?;
                 self.hourly.suns.push(HourlySun { half_angle, shares });
@@ -72,7 +72,7 @@ impl Loader<'_> {
                 let horizontal = |h: &Hour| mean_direct(&[Hour { weight: 1.0, ..*h }]);
                 (parts, HourlyPart::ground(hours, horizontal), DaylightSource::Sun, &light.share)
             }
-            LightFile::Sky(light) => {
+            LightSpec::Sky(light) => {
                 let fine = if division == SkyDivision::Reinhart { 2 } else { 1 };
                 let model = self.sky_model(pointer, light)?;
                 let parts = sky_by_hour(model, hours, sky.north, fine);
@@ -82,7 +82,7 @@ impl Loader<'_> {
             _ => return Ok(false),
         };
         let shares = self.shares(pointer, share, source)?;
-        if let LightFile::Sky(_) = file {
+        if let LightSpec::Sky(_) = file {
             self.hourly.skies.push(shares.clone());
         }
         let first = self.parts.lights.len();

@@ -3,7 +3,7 @@
 
 use std::{cell::RefCell, collections::BTreeMap, sync::Arc};
 
-use super::format::*;
+use super::spec::*;
 use crate::{math::curve::Curve, scene::daylight::DaylightSource};
 
 /// The mean of a spectrum over each band of a scene.
@@ -37,7 +37,7 @@ pub(super) struct Spectra {
 pub(super) enum Part {
     Lamp {
         curve: Arc<Curve>,
-        unit: SpectralUnitFile,
+        unit: SpectralUnitSpec,
         scale: f64,
     },
     Daylight(DaylightSource),

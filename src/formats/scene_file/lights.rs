@@ -7,10 +7,10 @@ use glam::DVec3;
 
 use super::{
     daylight::Sky,
-    format::*,
     loader::Loader,
     luminaires::{Aim, LampFile},
     placed::{Turn, area},
+    spec::*,
 };
 use crate::{
     error::Result,
@@ -29,7 +29,7 @@ use crate::{
 const TUBE_SIDES: usize = 64;
 
 impl Loader<'_> {
-    pub(super) fn load_lights(&mut self, lights: &[LightFile], sky: Option<&Sky>) -> Result<()> {
+    pub(super) fn load_lights(&mut self, lights: &[LightSpec], sky: Option<&Sky>) -> Result<()> {
         for (i, file) in lights.iter().enumerate() {
             let pointer = format!("/lights/{i}");
             if let Some(sky) = sky
@@ -42,15 +42,15 @@ impl Loader<'_> {
                 check_watts(watts).map_err(|problem| problem.at(place))?;
             }
             let (name, lights) = match file {
-                LightFile::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
-                LightFile::Spot(light) => (&light.name, vec![self.spot_light(&pointer, light)?]),
-                LightFile::Tube(light) => (&light.name, vec![self.tube_light(&pointer, light)?]),
-                LightFile::Area(light) => (&light.name, self.area_lights(&pointer, light)?),
-                LightFile::Rad(light) => {
+                LightSpec::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
+                LightSpec::Spot(light) => (&light.name, vec![self.spot_light(&pointer, light)?]),
+                LightSpec::Tube(light) => (&light.name, vec![self.tube_light(&pointer, light)?]),
+                LightSpec::Area(light) => (&light.name, self.area_lights(&pointer, light)?),
+                LightSpec::Rad(light) => {
                     self.rad_light(&pointer, light)?;
                     continue;
                 }
-                LightFile::Sun(_) | LightFile::Sky(_) | LightFile::Environment(_) => continue,
+                LightSpec::Sun(_) | LightSpec::Sky(_) | LightSpec::Environment(_) => continue,
             };
             let name = name.clone().unwrap_or(format!("light{i}"));
             let several = lights.len() > 1;
@@ -66,20 +66,20 @@ impl Loader<'_> {
     }
 
     /// Adds a light that is infinitely far away, if `file` is one, and returns whether it is.
-    fn load_infinite(&mut self, pointer: &str, file: &LightFile, sky: &Sky) -> Result<bool> {
+    fn load_infinite(&mut self, pointer: &str, file: &LightSpec, sky: &Sky) -> Result<bool> {
         if let Some(by_hour) = self.sources.by_hour
             && self.load_by_hour(pointer, file, sky, by_hour)?
         {
             return Ok(true);
         }
         let (name, usual, mut shape, through) = match file {
-            LightFile::Sun(light) => {
+            LightSpec::Sun(light) => {
                 (&light.name, "sun", self.sun_light(pointer, light, sky)?, &light.through)
             }
-            LightFile::Sky(light) => {
+            LightSpec::Sky(light) => {
                 (&light.name, "sky", self.sky_light(pointer, light, sky)?, &light.through)
             }
-            LightFile::Environment(light) => {
+            LightSpec::Environment(light) => {
                 let shape = self.environment_light(pointer, light, sky)?;
                 (&light.name, "environment", shape, &light.through)
             }
@@ -167,7 +167,7 @@ impl Loader<'_> {
         }
     }
 
-    fn point_light(&mut self, pointer: &str, light: &PointFile) -> Result<Glowing> {
+    fn point_light(&mut self, pointer: &str, light: &PointSpec) -> Result<Glowing> {
         let position = self.point(light.position);
         let aim = Aim { aim: light.aim, zero_plane: light.zero_plane };
         let measured = self.measured(pointer, light.lamp_file())?;
@@ -200,7 +200,7 @@ impl Loader<'_> {
         Ok(Glowing::new(power, shape))
     }
 
-    fn spot_light(&mut self, pointer: &str, light: &SpotFile) -> Result<Glowing> {
+    fn spot_light(&mut self, pointer: &str, light: &SpotSpec) -> Result<Glowing> {
         let wrong = |key: &str| self.place(format!("{pointer}/{key}"));
         let direction = check_direction(light.direction.into())
             .map_err(|problem| problem.at(wrong("direction")))?;
@@ -214,14 +214,14 @@ impl Loader<'_> {
         Ok(Glowing::new(self.power(pointer, &light.power, LampFile::default(), None)?, shape))
     }
 
-    fn tube_light(&mut self, pointer: &str, light: &TubeFile) -> Result<Glowing> {
+    fn tube_light(&mut self, pointer: &str, light: &TubeSpec) -> Result<Glowing> {
         let (from, to) = (self.point(light.from), self.point(light.to));
         let radius = light.radius * self.metres;
         let axis = check_axis(from, to).map_err(|problem| problem.at(self.place(pointer)))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
         let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let aperture = self.aperture(pointer, light, axis)?;
-        if light.emission == EmissionFile::Isotropic {
+        if light.emission == EmissionSpec::Isotropic {
             if radius > 0.0 || light.material.is_some() {
                 return Err(self
                     .error(format!("{pointer}/emission"), "only a line (radius 0) is isotropic")
@@ -254,7 +254,7 @@ impl Loader<'_> {
     fn aperture(
         &self,
         pointer: &str,
-        light: &TubeFile,
+        light: &TubeSpec,
         axis: DVec3,
     ) -> Result<Option<(DVec3, f64)>> {
         let (toward, opening) = match (light.toward, light.opening_deg) {
@@ -282,7 +282,7 @@ impl Loader<'_> {
 
     /// Returns an area light. One with a measured distribution becomes as many lights as it has
     /// copies, if these are turned differently.
-    fn area_lights(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<Glowing>> {
+    fn area_lights(&mut self, pointer: &str, light: &AreaSpec) -> Result<Vec<Glowing>> {
         let copies = self.area_copies(pointer, light)?;
         let areas = copies.iter().flat_map(|copy| &copy.triangles).map(area);
         let whole: f64 = areas.sum();
@@ -365,7 +365,7 @@ impl Loader<'_> {
     }
 
     /// Returns the copies of an area light, one where it is a polygon.
-    fn area_copies(&mut self, pointer: &str, light: &AreaFile) -> Result<Vec<Copy>> {
+    fn area_copies(&mut self, pointer: &str, light: &AreaSpec) -> Result<Vec<Copy>> {
         match (&light.vertices, &light.obj) {
             (Some(vertices), None) => {
                 for (key, given) in [

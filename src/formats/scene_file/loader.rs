@@ -12,13 +12,13 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    format::SceneFile,
     hourly_lights::{ByHour, HourlyLights},
     kept::Kept,
     known_spectra::Spectra,
     library::Library,
     notes::TableNote,
     rooms::RoomLamps,
+    spec::SceneSpec,
 };
 use crate::{
     error::{Error, Result, nearest},
@@ -78,7 +78,7 @@ pub(super) struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    pub(super) fn new(path: &Path, file: &SceneFile, sources: &'a Sources) -> Result<Self> {
+    pub(super) fn new(path: &Path, file: &SceneSpec, sources: &'a Sources) -> Result<Self> {
         let mut loader = Self {
             path: path.to_path_buf(),
             sources,

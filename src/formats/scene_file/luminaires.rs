@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{format::*, loader::Loader};
+use super::{loader::Loader, spec::*};
 use crate::{
     error::{LISTED, Result, some},
     formats::photometry::Photometry,
@@ -23,7 +23,7 @@ pub(super) struct LampFile<'a> {
     lm_per_umol: Option<f64>,
 }
 
-impl PointFile {
+impl PointSpec {
     pub(super) fn lamp_file(&self) -> LampFile<'_> {
         LampFile {
             file: self.photometry.as_deref(),
@@ -34,7 +34,7 @@ impl PointFile {
     }
 }
 
-impl AreaFile {
+impl AreaSpec {
     pub(super) fn lamp_file(&self) -> LampFile<'_> {
         LampFile {
             file: self.photometry.as_deref(),
@@ -145,11 +145,11 @@ impl Loader<'_> {
     pub(super) fn power(
         &mut self,
         pointer: &str,
-        power: &PowerFile,
+        power: &PowerSpec,
         lamp: LampFile,
         measured: Option<&Measured>,
     ) -> Result<Vec<f64>> {
-        if !matches!(power, PowerFile::File) {
+        if !matches!(power, PowerSpec::File) {
             let given = [("lm_per_W", lamp.lm_per_w), ("lm_per_umol", lamp.lm_per_umol)];
             if let Some((key, _)) = given.into_iter().find(|(_, factor)| factor.is_some()) {
                 return Err(self
@@ -160,15 +160,15 @@ impl Loader<'_> {
         let there = format!("{pointer}/power");
         let flux = measured.map(|measured| measured.flux);
         let power = match power {
-            PowerFile::Given(power) => return self.per_band(&there, power, f64::MAX),
-            PowerFile::Spectrum(spectrum) => {
+            PowerSpec::Given(power) => return self.per_band(&there, power, f64::MAX),
+            PowerSpec::Spectrum(spectrum) => {
                 let power = self.lamp_power(&there, spectrum, flux)?;
-                if spectrum.total != TotalFile::File {
+                if spectrum.total != TotalSpec::File {
                     return Ok(power);
                 }
                 power
             }
-            PowerFile::File => self.converted(pointer, lamp, flux)?,
+            PowerSpec::File => self.converted(pointer, lamp, flux)?,
         };
         if let (Some(measured), Some(file)) = (measured, lamp.file) {
             self.remark_on_flux(pointer, lamp, file, measured);

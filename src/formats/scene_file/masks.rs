@@ -8,7 +8,7 @@ use std::{
 
 use glam::DVec2;
 
-use super::{format::ObjectFile, loader::Loader, placed::area};
+use super::{loader::Loader, placed::area, spec::ObjectSpec};
 use crate::{
     error::Result,
     formats::{
@@ -34,7 +34,7 @@ impl Loader<'_> {
     pub(super) fn masked(
         &mut self,
         pointer: &str,
-        file: &ObjectFile,
+        file: &ObjectSpec,
         obj: Arc<ObjFile>,
     ) -> Result<(Arc<ObjFile>, Pieces)> {
         if file.mask == Some(false) {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::{
-    format::*,
     loader::{Loader, unknown},
     numbers::single,
+    spec::*,
 };
 use crate::{
     error::{Error, Problem, Result},
@@ -24,12 +24,12 @@ use crate::{
 const LEAF_IOR: f64 = 1.425;
 
 impl Loader<'_> {
-    pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialFile>) -> Result<()> {
+    pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialSpec>) -> Result<()> {
         for (name, file) in files {
             let pointer = format!("/materials/{}", json::escaped(name));
             let material = self.material(&pointer, file);
             let reciprocal = match file {
-                MaterialFile::Leaf(leaf) => {
+                MaterialSpec::Leaf(leaf) => {
                     let back = leaf.back.as_ref().and_then(|back| back.transmittance.as_ref());
                     back.is_none_or(|back| {
                         self.checked(Some(back)) == self.checked(leaf.transmittance.as_ref())
@@ -147,7 +147,7 @@ impl Loader<'_> {
         match entry.illum {
             Some(1 | 3) => Ok(lambert(fraction("Kd", entry.kd)?)),
             Some(2) if specular => {
-                let phong = PhongFile {
+                let phong = PhongSpec {
                     reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),
                     specular: Some(PerBand::Each(fraction("Ks", entry.ks)?)),
                     transmittance: None,
@@ -165,7 +165,7 @@ impl Loader<'_> {
             Some(5) => Ok(Material::Mirror(Mirror::new(&single(&fraction("Ks", entry.ks)?)))),
             Some(6) => {
                 let given = entry.tf.filter(|tf| *tf != [1.0; 3]);
-                let leaf = LeafFile {
+                let leaf = LeafSpec {
                     ior: Some(LEAF_IOR),
                     reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),
                     transmittance: Some(PerBand::Each(fraction("Tf", given)?)),
@@ -196,20 +196,20 @@ impl Loader<'_> {
         }
     }
 
-    fn material(&mut self, pointer: &str, file: &MaterialFile) -> Result<Material> {
+    fn material(&mut self, pointer: &str, file: &MaterialSpec) -> Result<Material> {
         let place = json::place(&self.path.display().to_string(), pointer);
         match file {
-            MaterialFile::Lambert(m) => {
+            MaterialSpec::Lambert(m) => {
                 let reflectance =
                     self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
                 Ok(Material::Lambert(Lambert::new(&single(&reflectance))))
             }
-            MaterialFile::Mirror(m) => {
+            MaterialSpec::Mirror(m) => {
                 let reflectance =
                     self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
                 Ok(Material::Mirror(Mirror::new(&single(&reflectance))))
             }
-            MaterialFile::Transparent(m) => {
+            MaterialSpec::Transparent(m) => {
                 check_ior(m.ior).map_err(|why| why.at(&place))?;
                 let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
                 let (ior, tint) = (m.ior as f32, single(&tint));
@@ -218,7 +218,7 @@ impl Loader<'_> {
                     false => Material::Dielectric(Dielectric::new(ior, &tint)),
                 })
             }
-            MaterialFile::Phong(m) => {
+            MaterialSpec::Phong(m) => {
                 for (key, values) in [
                     ("reflectance", &m.reflectance),
                     ("specular", &m.specular),
@@ -231,8 +231,8 @@ impl Loader<'_> {
                 }
                 self.phong(m).map_err(|why| why.at(&place))
             }
-            MaterialFile::Table(m) => self.table_material(pointer, m),
-            MaterialFile::Leaf(m) if m.thin => {
+            MaterialSpec::Table(m) => self.table_material(pointer, m),
+            MaterialSpec::Leaf(m) if m.thin => {
                 let of_contents = self.leaf_of_contents(pointer, m)?;
                 let m = of_contents.as_ref().unwrap_or(m);
                 self.check_leaf_ranges(pointer, m)?;
@@ -242,7 +242,7 @@ impl Loader<'_> {
                 }
                 Ok(material)
             }
-            MaterialFile::Leaf(m) => {
+            MaterialSpec::Leaf(m) => {
                 for (key, given) in [
                     ("reflectance", m.reflectance.is_some()),
                     ("transmittance", m.transmittance.is_some()),
@@ -278,7 +278,7 @@ impl Loader<'_> {
 
     /// Returns the leaf with the reflectance and the transmittance that PROSPECT computes of its
     /// contents; `None` if it has none.
-    fn leaf_of_contents(&self, pointer: &str, leaf: &LeafFile) -> Result<Option<LeafFile>> {
+    fn leaf_of_contents(&self, pointer: &str, leaf: &LeafSpec) -> Result<Option<LeafSpec>> {
         let Some(contents) = &leaf.prospect else { return Ok(None) };
         for (key, given) in [
             ("reflectance", leaf.reflectance.is_some()),
@@ -310,7 +310,7 @@ impl Loader<'_> {
             let means = self.mean(&format!("{pointer} {key}"), "PROSPECT", curve, 1.0, 1.0)?;
             Ok(Some(PerBand::Each(means)))
         };
-        Ok(Some(LeafFile {
+        Ok(Some(LeafSpec {
             reflectance: mean("reflectance", &spectra.reflectance)?,
             transmittance: mean("transmittance", &spectra.transmittance)?,
             prospect: None,
@@ -318,7 +318,7 @@ impl Loader<'_> {
         }))
     }
 
-    fn check_leaf_ranges(&self, pointer: &str, leaf: &LeafFile) -> Result<()> {
+    fn check_leaf_ranges(&self, pointer: &str, leaf: &LeafSpec) -> Result<()> {
         if leaf.tint.is_some() {
             return Err(self
                 .error(format!("{pointer}/tint"), "only a solid leaf (thin: false) has a tint")
@@ -357,7 +357,7 @@ impl Loader<'_> {
         }
     }
 
-    fn phong(&self, file: &PhongFile) -> std::result::Result<Material, Problem> {
+    fn phong(&self, file: &PhongSpec) -> std::result::Result<Material, Problem> {
         let [reflectance, specular, transmittance] =
             [&file.reflectance, &file.specular, &file.transmittance]
                 .map(|values| self.checked(values.as_ref()));
@@ -375,7 +375,7 @@ impl Loader<'_> {
     /// Makes a thin leaf, and a warning where its cuticle alone reflects more than was measured.
     fn thin_leaf(
         &self,
-        file: &LeafFile,
+        file: &LeafSpec,
     ) -> std::result::Result<(Material, Option<String>), Problem> {
         let ior = file.ior.unwrap_or(LEAF_IOR);
         check_ior(ior)?;

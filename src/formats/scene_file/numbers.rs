@@ -1,6 +1,6 @@
 //! Checks numbers against their ranges, and values that have one number per band.
 
-use super::{format::PerBand, loader::Loader};
+use super::{loader::Loader, spec::PerBand};
 use crate::error::{Result, check_length, check_range};
 
 impl Loader<'_> {

@@ -6,10 +6,10 @@ use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
 use glam::DVec3;
 
 use super::{
-    format::*,
     loader::{Loader, stem},
     masks::Pieces,
     placed::{Turn, area},
+    spec::*,
 };
 use crate::{
     error::{Error, Result},
@@ -30,7 +30,7 @@ use crate::{
 struct Object<'a> {
     pointer: &'a str,
     name: String,
-    file: &'a ObjectFile,
+    file: &'a ObjectSpec,
     obj: Arc<ObjFile>,
     /// Name of the file without its extension: the group of faces outside any group of the file.
     stem: String,
@@ -51,15 +51,15 @@ struct Glow {
 }
 
 impl Loader<'_> {
-    pub(super) fn load_objects(&mut self, objects: &[ObjectFile]) -> Result<()> {
-        let present = |(_, file): &(usize, &ObjectFile)| file.present != Some(false);
+    pub(super) fn load_objects(&mut self, objects: &[ObjectSpec]) -> Result<()> {
+        let present = |(_, file): &(usize, &ObjectSpec)| file.present != Some(false);
         for (i, file) in objects.iter().enumerate().filter(present) {
             self.load_object(&format!("/objects/{i}"), file)?;
         }
         Ok(())
     }
 
-    fn load_object(&mut self, pointer: &str, file: &ObjectFile) -> Result<()> {
+    fn load_object(&mut self, pointer: &str, file: &ObjectSpec) -> Result<()> {
         let (obj, rad) = self.object_file(pointer, file)?;
         let (obj, pieces) = self.masked(pointer, file, obj)?;
         let stem = stem(&self.sibling(file.obj.as_ref().or(file.rad.as_ref()).map_or("", |f| f)));
@@ -91,7 +91,7 @@ impl Loader<'_> {
             }
         }
 
-        if file.captor != SurfaceCaptorFile::Off {
+        if file.captor != SurfaceCaptorSpec::Off {
             self.claim_group(pointer, &object.name)?;
             self.say_merged(file.obj.as_deref().unwrap_or_default(), &object.obj);
         }
@@ -135,7 +135,7 @@ impl Loader<'_> {
     fn object_file(
         &mut self,
         pointer: &str,
-        file: &ObjectFile,
+        file: &ObjectSpec,
     ) -> Result<(Arc<ObjFile>, Option<RadFile>)> {
         match (&file.obj, &file.rad) {
             (Some(obj), None) => {
@@ -195,10 +195,10 @@ impl Loader<'_> {
         let object_index = self.parts.objects.len().checked_sub(1);
         let copy = instance.map_or(String::new(), |i| format!("#{i}"));
         let mut captors = match object.file.captor {
-            SurfaceCaptorFile::Off => None,
+            SurfaceCaptorSpec::Off => None,
             _ => {
                 let mut groups = vec![self.group(&object.name)];
-                if instance.is_some() && object.file.captor != SurfaceCaptorFile::Instances {
+                if instance.is_some() && object.file.captor != SurfaceCaptorSpec::Instances {
                     groups.push(self.group(&format!("{}{copy}", object.name)));
                 }
                 groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
@@ -233,14 +233,14 @@ impl Loader<'_> {
                 });
                 continue;
             };
-            let whole = object.file.captor == SurfaceCaptorFile::Instances;
+            let whole = object.file.captor == SurfaceCaptorSpec::Instances;
             let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
             let id = match whole {
                 true => format!("{}{copy}", object.name),
                 false => format!("{}/{group}{copy}", object.name),
             };
             let seen = &mut captors.of_group[if whole { 0 } else { part.group }];
-            if object.file.captor == SurfaceCaptorFile::Triangles {
+            if object.file.captor == SurfaceCaptorSpec::Triangles {
                 let number = |i| numbers.map_or(seen.triangles + i, |numbers| numbers[i]);
                 let numbers: Vec<usize> = (0..triangles.len()).map(number).collect();
                 seen.triangles += triangles.len();

@@ -5,8 +5,8 @@ use std::{collections::BTreeSet, path::Path, sync::Arc};
 use glam::DVec3;
 
 use super::{
-    format::*,
     loader::{Loader, unknown},
+    spec::*,
 };
 use crate::{
     error::{LISTED, Result, some},
@@ -31,10 +31,10 @@ pub(super) enum Turn {
 impl Turn {
     /// How a file is turned whose axis `up` points up. The triangles of a glTF have been turned
     /// already, as its definition says.
-    pub(super) fn of(obj: &ObjFile, up: Option<UpFile>) -> Self {
+    pub(super) fn of(obj: &ObjFile, up: Option<UpSpec>) -> Self {
         match (obj.is_gltf, up) {
-            (false, Some(UpFile::Y)) => Self::YToZ,
-            (true, Some(UpFile::Z)) => Self::ZToY,
+            (false, Some(UpSpec::Y)) => Self::YToZ,
+            (true, Some(UpSpec::Z)) => Self::ZToY,
             _ => Self::None,
         }
     }
@@ -169,13 +169,13 @@ impl Loader<'_> {
     pub(super) fn object_placements(
         &self,
         pointer: &str,
-        transform: Option<TransformFile>,
-        instances: Option<&InstancesFile>,
+        transform: Option<TransformSpec>,
+        instances: Option<&InstancesSpec>,
         turn: Turn,
     ) -> Result<Vec<Transform>> {
         let csv = match instances {
-            Some(InstancesFile::Table { csv }) => csv,
-            Some(InstancesFile::List(list)) => {
+            Some(InstancesSpec::Table { csv }) => csv,
+            Some(InstancesSpec::List(list)) => {
                 return self.placements(pointer, transform, Some(list), turn);
             }
             None => return self.placements(pointer, transform, None, turn),
@@ -197,8 +197,8 @@ impl Loader<'_> {
     pub(super) fn placements(
         &self,
         pointer: &str,
-        transform: Option<TransformFile>,
-        instances: Option<&[TransformFile]>,
+        transform: Option<TransformSpec>,
+        instances: Option<&[TransformSpec]>,
         turn: Turn,
     ) -> Result<Vec<Transform>> {
         let base =
@@ -225,7 +225,7 @@ impl Loader<'_> {
             .collect()
     }
 
-    fn transform(&self, pointer: &str, file: TransformFile) -> Result<Transform> {
+    fn transform(&self, pointer: &str, file: TransformSpec) -> Result<Transform> {
         let scale = file.scale.unwrap_or(1.0);
         if scale <= 0.0 {
             return Err(self

@@ -6,12 +6,12 @@ use std::{collections::HashMap, f64::consts::TAU, sync::Arc};
 use glam::DVec3;
 
 use super::{
-    format::*,
     loader::{Loader, unknown},
     luminaires::LampFile,
     numbers::single,
     placed::area,
     rooms::{RoomLamp, RoomLamps},
+    spec::*,
 };
 use crate::{
     error::{Error, Result},
@@ -45,7 +45,7 @@ impl Loader<'_> {
         &mut self,
         pointer: &str,
         file: &str,
-        dialect: DialectFile,
+        dialect: DialectSpec,
     ) -> Result<(RadFile, Arc<ObjFile>)> {
         if file.is_empty() {
             return Err(self.error(pointer, "no file name").remedy("name a .rad file"));
@@ -53,8 +53,8 @@ impl Loader<'_> {
         let path = self.sibling(file);
         let bytes = self.bytes(pointer, &path)?;
         let dialect = match dialect {
-            DialectFile::Radiance => Dialect::Radiance,
-            DialectFile::Sec2 => Dialect::Sec2,
+            DialectSpec::Radiance => Dialect::Radiance,
+            DialectSpec::Sec2 => Dialect::Sec2,
         };
         let rad = RadFile::parse(&bytes, &path, dialect, &|path| self.fetch(path))?;
         rad.warnings.iter().for_each(|warning| self.warn(pointer, warning));
@@ -77,7 +77,7 @@ impl Loader<'_> {
         &mut self,
         place: &str,
         file: &RadMaterial,
-        dialect: DialectFile,
+        dialect: DialectSpec,
     ) -> Result<usize> {
         if let Some(&entry) = self.materials.by_name.get(&file.name) {
             return self.materials.use_entry(entry);
@@ -165,14 +165,14 @@ impl Loader<'_> {
         }
     }
 
-    fn made_of(&self, file: &RadMaterial, dialect: DialectFile) -> Result<Material> {
+    fn made_of(&self, file: &RadMaterial, dialect: DialectSpec) -> Result<Material> {
         let colour = self.colour(file)?;
         let number = |i: usize| file.numbers.get(i).copied().unwrap_or(0.0);
         let refused = |problem: &str| {
             Err(Error::input(&file.place, format!("{}: {problem}", quoted(&file.name))).remedy(OWN))
         };
         let times = |factor: f64| -> Vec<f64> { colour.iter().map(|c| c * factor).collect() };
-        let sec2 = dialect == DialectFile::Sec2;
+        let sec2 = dialect == DialectSpec::Sec2;
         let (s, roughness, t, straight) = (number(3), number(4), number(5), number(6));
         if ["plastic", "metal", "trans"].contains(&file.kind.as_str())
             && ![s, t].iter().all(|share| (0.0..=1.0).contains(share))
@@ -278,7 +278,7 @@ impl Loader<'_> {
 
     /// Gives power to the lamps of one material in an object: each lamp gets a share of the power
     /// by its area.
-    pub(super) fn rad_light(&mut self, pointer: &str, light: &RadLightFile) -> Result<()> {
+    pub(super) fn rad_light(&mut self, pointer: &str, light: &RadLightSpec) -> Result<()> {
         let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let wanted =
             |lamps: &RoomLamps| lamps.object == light.object && lamps.material == light.material;

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use super::{
-    format::*,
     known_spectra::{Part, SpectrumAverage},
     loader::{Loader, unknown},
     luminaires::LampFile,
+    spec::*,
 };
 use crate::{
     error::Result,
@@ -30,18 +30,18 @@ use crate::{
 const NOISE: f64 = 0.05;
 
 /// Converts a value per nm of a table, in photons (umol) or energy (J), to `quantity`.
-fn density(value: f64, nm: f64, unit: SpectralUnitFile, quantity: Quantity) -> f64 {
+fn density(value: f64, nm: f64, unit: SpectralUnitSpec, quantity: Quantity) -> f64 {
     match (unit, quantity) {
-        (SpectralUnitFile::Photons, Quantity::Micromole)
-        | (SpectralUnitFile::Energy, Quantity::Watt) => value,
-        (SpectralUnitFile::Photons, Quantity::Watt) => value / (nm * UMOL_PER_J_NM),
-        (SpectralUnitFile::Energy, Quantity::Micromole) => value * nm * UMOL_PER_J_NM,
+        (SpectralUnitSpec::Photons, Quantity::Micromole)
+        | (SpectralUnitSpec::Energy, Quantity::Watt) => value,
+        (SpectralUnitSpec::Photons, Quantity::Watt) => value / (nm * UMOL_PER_J_NM),
+        (SpectralUnitSpec::Energy, Quantity::Micromole) => value * nm * UMOL_PER_J_NM,
     }
 }
 
 impl Loader<'_> {
     /// Finds the light that averages of spectra are weighted with.
-    pub(super) fn load_spectra(&mut self, file: &SceneFile) -> Result<()> {
+    pub(super) fn load_spectra(&mut self, file: &SceneSpec) -> Result<()> {
         let weight = file.spectra.weight.as_deref().unwrap_or("lights");
         match weight {
             "flat" => return Ok(()),
@@ -56,20 +56,20 @@ impl Loader<'_> {
         for (i, light) in file.lights.iter().enumerate() {
             let mut lamp_file = LampFile::default();
             let (name, power) = match light {
-                LightFile::Point(light) => {
+                LightSpec::Point(light) => {
                     lamp_file = light.lamp_file();
                     (&light.name, Some(&light.power))
                 }
-                LightFile::Spot(light) => (&light.name, Some(&light.power)),
-                LightFile::Tube(light) => (&light.name, Some(&light.power)),
-                LightFile::Area(light) => {
+                LightSpec::Spot(light) => (&light.name, Some(&light.power)),
+                LightSpec::Tube(light) => (&light.name, Some(&light.power)),
+                LightSpec::Area(light) => {
                     lamp_file = light.lamp_file();
                     (&light.name, light.power.as_ref())
                 }
-                LightFile::Rad(light) => (&None, Some(&light.power)),
-                LightFile::Environment(light) => (&light.name, None),
-                LightFile::Sun(_) | LightFile::Sky(_) => {
-                    let is_sun = matches!(light, LightFile::Sun(_));
+                LightSpec::Rad(light) => (&None, Some(&light.power)),
+                LightSpec::Environment(light) => (&light.name, None),
+                LightSpec::Sun(_) | LightSpec::Sky(_) => {
+                    let is_sun = matches!(light, LightSpec::Sun(_));
                     let source = if is_sun { DaylightSource::Sun } else { DaylightSource::Sky };
                     self.spectra.weight.push(Part::Daylight(source));
                     continue;
@@ -77,10 +77,10 @@ impl Loader<'_> {
             };
             let pointer = format!("/lights/{i}/power");
             let part = match power {
-                Some(PowerFile::Spectrum(lamp)) => {
+                Some(PowerSpec::Spectrum(lamp)) => {
                     let measured = match lamp.total {
-                        TotalFile::File => self.measured(&format!("/lights/{i}"), lamp_file)?,
-                        TotalFile::Given(_) => None,
+                        TotalSpec::File => self.measured(&format!("/lights/{i}"), lamp_file)?,
+                        TotalSpec::Given(_) => None,
                     };
                     let flux = measured.map(|measured| measured.flux);
                     let (curve, unit, scale) = self.lamp(&pointer, lamp, flux)?;
@@ -89,8 +89,8 @@ impl Loader<'_> {
                 power => {
                     self.spectra.flat.push(name.clone().unwrap_or(format!("light{i}")));
                     let power = match power {
-                        Some(PowerFile::Given(PerBand::All(power))) => vec![*power; self.bands],
-                        Some(PowerFile::Given(PerBand::Each(power))) => power.clone(),
+                        Some(PowerSpec::Given(PerBand::All(power))) => vec![*power; self.bands],
+                        Some(PowerSpec::Given(PerBand::Each(power))) => power.clone(),
                         _ => vec![1.0; self.bands],
                     };
                     Part::Flat(power)
@@ -121,7 +121,7 @@ impl Loader<'_> {
 
     /// Returns a column of the table `file`, which the scene file names at `pointer`; each column
     /// is read once.
-    fn curve(&self, pointer: &str, file: &str, column: Option<&ColumnFile>) -> Result<Arc<Curve>> {
+    fn curve(&self, pointer: &str, file: &str, column: Option<&ColumnSpec>) -> Result<Arc<Curve>> {
         let key = format!("{file} {column:?}");
         if let Some(known) = self.spectra.curves.borrow().get(&key) {
             return Ok(known.clone());
@@ -130,8 +130,8 @@ impl Loader<'_> {
         let bytes = self.bytes(pointer, &path)?;
         let column = match column {
             None => Column::Number(2),
-            Some(ColumnFile::Number(number)) => Column::Number(number.0),
-            Some(ColumnFile::Name(name)) => Column::Name(name),
+            Some(ColumnSpec::Number(number)) => Column::Number(number.0),
+            Some(ColumnSpec::Name(name)) => Column::Name(name),
         };
         let curve = Arc::new(spectrum_file::parse(&bytes, &path, column)?);
         self.spectra.curves.borrow_mut().insert(key, curve.clone());
@@ -166,7 +166,7 @@ impl Loader<'_> {
     pub(super) fn average(
         &self,
         pointer: &str,
-        spectrum: &SpectrumFile,
+        spectrum: &SpectrumSpec,
         high: f64,
     ) -> Result<Vec<f64>> {
         let key = format!("{spectrum:?}");
@@ -260,7 +260,7 @@ impl Loader<'_> {
     }
 
     /// Returns the means of a spectrum that has been averaged before.
-    pub(super) fn averaged(&self, spectrum: &SpectrumFile) -> Vec<f64> {
+    pub(super) fn averaged(&self, spectrum: &SpectrumSpec) -> Vec<f64> {
         let means = self.spectra.means.borrow();
         means.get(&format!("{spectrum:?}")).cloned().unwrap_or_else(|| vec![0.0; self.bands])
     }
@@ -297,9 +297,9 @@ impl Loader<'_> {
         pointer: &str,
         key: &str,
         name: &str,
-        column: Option<&ColumnFile>,
-        unit: Option<SpectralUnitFile>,
-    ) -> Result<(Arc<Curve>, SpectralUnitFile)> {
+        column: Option<&ColumnSpec>,
+        unit: Option<SpectralUnitSpec>,
+    ) -> Result<(Arc<Curve>, SpectralUnitSpec)> {
         let place = format!("{pointer}/{key}");
         if let Some(curve) = known_spectrum(name) {
             for (key, given) in [("column", column.is_some()), ("unit", unit.is_some())] {
@@ -311,7 +311,7 @@ impl Loader<'_> {
                         .remedy(format!("leave it out, or name your own file `./{name}`")));
                 }
             }
-            return Ok((Arc::new(curve.clone()), SpectralUnitFile::Energy));
+            return Ok((Arc::new(curve.clone()), SpectralUnitSpec::Energy));
         }
         let curve = self.curve(&place, name, column).map_err(|error| {
             let is_name = !name.contains(['/', '\\', ':']) && !name.contains(".csv");
@@ -329,15 +329,15 @@ impl Loader<'_> {
     fn lamp(
         &self,
         pointer: &str,
-        lamp: &LampSpectrumFile,
+        lamp: &LampSpectrumSpec,
         of_file: Option<f64>,
-    ) -> Result<(Arc<Curve>, SpectralUnitFile, f64)> {
+    ) -> Result<(Arc<Curve>, SpectralUnitSpec, f64)> {
         let (column, unit) = (lamp.column.as_ref(), lamp.unit);
         let (curve, unit) = self.lamp_curve(pointer, "spectrum", &lamp.spectrum, column, unit)?;
         let total = match (lamp.total, of_file) {
-            (TotalFile::Given(total), _) => total,
-            (TotalFile::File, Some(flux)) => flux,
-            (TotalFile::File, None) => {
+            (TotalSpec::Given(total), _) => total,
+            (TotalSpec::File, Some(flux)) => flux,
+            (TotalSpec::File, None) => {
                 return Err(self
                     .error(format!("{pointer}/total"), "\"file\" without `photometry`")
                     .remedy("name the file, or give the flux"));
@@ -346,10 +346,10 @@ impl Loader<'_> {
         self.in_range(&format!("{pointer}/total"), total, 0.0, f64::MAX)?;
         let [first, last] = curve.range();
         let of_total = match (lamp.quantity, lamp.total) {
-            (Some(TotalQuantityFile::Watt), _) => Quantity::Watt,
-            (Some(TotalQuantityFile::Micromole), _) => Quantity::Micromole,
-            (None, TotalFile::Given(_)) => self.parts.quantity,
-            (Some(TotalQuantityFile::Lumen), _) | (None, TotalFile::File) => {
+            (Some(TotalQuantitySpec::Watt), _) => Quantity::Watt,
+            (Some(TotalQuantitySpec::Micromole), _) => Quantity::Micromole,
+            (None, TotalSpec::Given(_)) => self.parts.quantity,
+            (Some(TotalQuantitySpec::Lumen), _) | (None, TotalSpec::File) => {
                 let lumens = self.lumens(pointer, lamp, &curve, unit)?;
                 return Ok((curve, unit, total / lumens));
             }
@@ -387,9 +387,9 @@ impl Loader<'_> {
     fn lumens(
         &self,
         pointer: &str,
-        lamp: &LampSpectrumFile,
+        lamp: &LampSpectrumSpec,
         curve: &Curve,
-        unit: SpectralUnitFile,
+        unit: SpectralUnitSpec,
     ) -> Result<f64> {
         let [low, high] = VISIBLE;
         for (key, given) in [("from_nm", lamp.from_nm), ("to_nm", lamp.to_nm)] {
@@ -426,7 +426,7 @@ impl Loader<'_> {
     fn flux(
         &self,
         curve: &Curve,
-        unit: SpectralUnitFile,
+        unit: SpectralUnitSpec,
         quantity: Quantity,
         [from, to]: [f64; 2],
     ) -> f64 {
@@ -438,7 +438,7 @@ impl Loader<'_> {
     pub(super) fn lamp_power(
         &self,
         pointer: &str,
-        lamp: &LampSpectrumFile,
+        lamp: &LampSpectrumSpec,
         of_file: Option<f64>,
     ) -> Result<Vec<f64>> {
         let (curve, unit, scale) = self.lamp(pointer, lamp, of_file)?;

@@ -1,8 +1,8 @@
 //! Loads the sums over bands and their ratios.
 
 use super::{
-    format::*,
     loader::{Loader, unknown},
+    spec::*,
 };
 use crate::{
     error::{Error, Result, number},
@@ -16,7 +16,7 @@ use crate::{
 const UNEVEN: f64 = 0.5;
 
 impl Loader<'_> {
-    pub(super) fn load_sums(&mut self, file: &SceneFile) -> Result<()> {
+    pub(super) fn load_sums(&mut self, file: &SceneSpec) -> Result<()> {
         for (name, sum) in &file.sums {
             let pointer = format!("/sums/{}", json::escaped(name));
             self.check_sum_name(&pointer, name, "sum")?;
@@ -27,8 +27,8 @@ impl Loader<'_> {
             let pointer = format!("/ratios/{}", json::escaped(name));
             self.check_sum_name(&pointer, name, "ratio")?;
             let (numerator, denominator) = match ratio {
-                RatioFile::Name(known) => self.known_ratio(&pointer, known)?,
-                RatioFile::Of(QuotientFile { numerator, denominator }) => {
+                RatioSpec::Name(known) => self.known_ratio(&pointer, known)?,
+                RatioSpec::Of(QuotientSpec { numerator, denominator }) => {
                     let mut of = |key: &str, sum| self.sum(&format!("{pointer}/{key}"), sum, true);
                     (of("numerator", numerator)?, of("denominator", denominator)?)
                 }
@@ -54,15 +54,15 @@ impl Loader<'_> {
     }
 
     /// Makes a sum without a name. In a ratio a text may name a band or a sum.
-    fn sum(&mut self, pointer: &str, sum: &SumFile, in_ratio: bool) -> Result<BandSum> {
+    fn sum(&mut self, pointer: &str, sum: &SumSpec, in_ratio: bool) -> Result<BandSum> {
         let every = || (0..self.bands).collect::<Vec<_>>();
         match sum {
-            SumFile::Bands(members) => {
+            SumSpec::Bands(members) => {
                 let bands = self.members(pointer, members)?;
                 Ok(BandSum { bands, ..BandSum::default() })
             }
-            SumFile::Weights(weights) => self.weights(pointer, weights),
-            SumFile::Window(WindowFile { from_nm, to_nm }) => {
+            SumSpec::Weights(weights) => self.weights(pointer, weights),
+            SumSpec::Window(WindowSpec { from_nm, to_nm }) => {
                 for (key, nm) in [("from_nm", from_nm), ("to_nm", to_nm)] {
                     self.in_range(&format!("{pointer}/{key}"), *nm, 0.0, f64::MAX)?;
                 }
@@ -73,12 +73,12 @@ impl Loader<'_> {
                 let window = Weighting::Photons(*from_nm, *to_nm);
                 self.weighted(pointer, "the window", &[window], &every())
             }
-            SumFile::Some(SomeBandsFile { weighting, bands }) => {
+            SumSpec::Some(SomeBandsSpec { weighting, bands }) => {
                 let bands = self.members(&format!("{pointer}/bands"), bands)?;
                 let of = self.weighting(&format!("{pointer}/weighting"), weighting)?;
                 self.weighted(pointer, weighting, &[of], &bands)
             }
-            SumFile::Name(name) => {
+            SumSpec::Name(name) => {
                 let band = self.parts.bands.iter().position(|band| band.name == *name);
                 let known = self.parts.sums.iter().find(|sum| sum.name == *name);
                 match (band.filter(|_| in_ratio), known.filter(|_| in_ratio)) {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{format::*, loader::Loader, notes::TableNote, numbers::single};
+use super::{loader::Loader, notes::TableNote, numbers::single, spec::*};
 use crate::{
     error::Result,
     formats::{
@@ -20,7 +20,7 @@ const NOT_RECIPROCAL: f64 = 0.05;
 
 impl Loader<'_> {
     /// Loads a measured material: the file that it names, or a cover.
-    pub(super) fn table_material(&mut self, pointer: &str, file: &TableFile) -> Result<Material> {
+    pub(super) fn table_material(&mut self, pointer: &str, file: &TableSpec) -> Result<Material> {
         let Some(name) = &file.file else {
             if file.reciprocal.is_some() {
                 return Err(self
@@ -96,7 +96,7 @@ impl Loader<'_> {
     }
 
     /// Loads a cover, whose values are given by the angle of incidence.
-    fn cover(&mut self, pointer: &str, file: &TableFile) -> Result<Material> {
+    fn cover(&mut self, pointer: &str, file: &TableSpec) -> Result<Material> {
         let Some(angles) = &file.angles_deg else {
             return Err(self.error(pointer, "a table with neither `file` nor `angles_deg`").remedy(
                 "name a file, or give the angles of incidence with `direct`, `diffuse` or both at each",

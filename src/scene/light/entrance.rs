@@ -271,12 +271,12 @@ impl Entrance {
     }
 
     /// Returns the number of pairs of a face and a part of the light that enters there.
-    pub fn faces(&self) -> usize {
+    pub(crate) fn faces(&self) -> usize {
         self.faces.len()
     }
 
     /// Returns one of these pairs, or `None` if there are not so many.
-    pub fn face(&self, face: usize) -> Option<&EntryFace> {
+    pub(crate) fn face(&self, face: usize) -> Option<&EntryFace> {
         self.faces.get(face)
     }
 

@@ -54,7 +54,7 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// Shares `histories` (at least one for each of the [`sources`]) in proportion to the largest
+    /// Shares `histories` (at least one for each of its strata) in proportion to the largest
     /// band power of each stratum, but gives each at least 1 % / number of strata.
     pub fn new(lights: &[Light], histories: u64, lanes: usize) -> Self {
         Self::shared(lights, histories, lanes, None)

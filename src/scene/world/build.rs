@@ -38,7 +38,7 @@ impl Scene {
 
     /// Works like [`new`](Self::new), but reuses the shapes kept from other scenes where the
     /// triangles are the same.
-    pub fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+    pub(crate) fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().build();
         pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
     }

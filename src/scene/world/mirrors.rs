@@ -104,19 +104,19 @@ impl FlatMirrors {
     }
 
     /// Returns the indices of the lights with a sun.
-    pub fn suns(&self) -> &[usize] {
+    pub(crate) fn suns(&self) -> &[usize] {
         &self.suns
     }
 
     /// Returns the index of the image that a triangle shows, if it shows one.
-    pub fn image_of(&self, triangle: usize) -> Option<usize> {
+    pub(crate) fn image_of(&self, triangle: usize) -> Option<usize> {
         self.of_triangle.get(&triangle).copied()
     }
 
     /// Returns the images of a sun that stands towards `sun` (unit vector), each with its index and
     /// the direction in which it is seen: those that may be seen from `point`, on
     /// the side of `normal` if one is given.
-    pub fn seen(
+    pub(crate) fn seen(
         &self,
         point: Vec3,
         normal: Option<Vec3>,
@@ -132,7 +132,7 @@ impl FlatMirrors {
     }
 
     /// Returns whether a ray may meet one of the surfaces that show an image.
-    pub fn may_be_met(&self, image: usize, ray: &Ray) -> bool {
+    pub(crate) fn may_be_met(&self, image: usize, ray: &Ray) -> bool {
         self.images[image].extent.is_met(ray)
     }
 }
@@ -141,7 +141,7 @@ impl Scene {
     /// Returns the flat panes and mirrors in which the suns of the scene are seen, if there are
     /// any.
     #[inline]
-    pub fn flat_mirrors(&self) -> Option<&FlatMirrors> {
+    pub(crate) fn flat_mirrors(&self) -> Option<&FlatMirrors> {
         self.flat_mirrors.as_ref()
     }
 
@@ -149,7 +149,7 @@ impl Scene {
     /// [0, 1). Candidates are the images that may be seen from `point`, on the side of `normal` if
     /// one is given. The probability of each is the fraction of light that it mirrors, divided by
     /// the sum of these fractions if that is above 1. `None` if no image is chosen.
-    pub fn choose_image<L: Lanes>(
+    pub(crate) fn choose_image<L: Lanes>(
         &self,
         mirrors: &FlatMirrors,
         point: Vec3,

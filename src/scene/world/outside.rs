@@ -31,7 +31,7 @@ pub struct Outside {
 
 impl Scene {
     /// Returns the surfaces that openings see towards the sky, and that send on some light.
-    pub fn outside_openings(&self) -> Vec<Outside> {
+    pub(crate) fn outside_openings(&self) -> Vec<Outside> {
         let mut found: Vec<Outside> = Vec::new();
         let entrances = || {
             self.infinite.iter().filter_map(|&light| Some((light, self.lights[light].entrance()?)))

@@ -48,9 +48,9 @@ pub(super) struct Sums {
     /// this noise in common.
     pub deviation: f32,
     /// The light that came straight from lamps: each ray has its own, independent noise.
-    pub lamps: Gathered,
+    pub(crate) lamps: Gathered,
     /// The light that gathering rays found on other surfaces, with independent noise as well.
-    pub surfaces: Gathered,
+    pub(crate) surfaces: Gathered,
 }
 
 /// Sums over the rays of a fragment of a part of the light that was gathered.

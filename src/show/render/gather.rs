@@ -80,7 +80,7 @@ impl<'a> Gather<'a> {
     /// It traces photons of focused light, as [`light_surfaces`] does, from which `light` comes,
     /// with the same `settings`. Errors: as those of [`light_surfaces`].
     ///
-    /// [`light_surfaces`]: crate::light_surfaces
+    /// [`light_surfaces`]: crate::transport::light_surfaces
     pub fn new(
         light: &SurfaceLight<'a>,
         directions: u32,

@@ -1,7 +1,7 @@
 //! The objects of a scene one by one, and mistakes that are common where a model comes from another
 //! program.
 
-use std::{collections::HashSet, sync::atomic::AtomicBool, time::Duration};
+use std::{collections::HashSet, time::Duration};
 
 use glam::{DVec3, Vec3};
 
@@ -322,7 +322,7 @@ fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
         max_time: Some(LONGEST),
         ..Settings::default()
     };
-    let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+    let control = Control::default();
     // a scene that is too large for a trial is no mistake
     let Ok(Simulation { totals, .. }) = simulate(scene, &settings, &control) else { return };
     let channels = scene.captors.iter().map(|c| (c.first_channel, c.channels()));

@@ -90,7 +90,6 @@ impl Found {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
 
     use glam::DVec3;
 
@@ -124,7 +123,7 @@ mod tests {
                 }],
                 ..SceneParts::default()
             });
-            let control = Control { stop: &AtomicBool::new(false), progress: &|_| {} };
+            let control = Control::default();
             affordable(&scene.unwrap(), &Settings::default(), &control, 4096).unwrap()
         };
         assert_eq!(photons(0.0), 4096);

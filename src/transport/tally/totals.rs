@@ -97,7 +97,7 @@ impl Totals {
 
     /// Adds a batch of `histories`. All batches have equal weight: each is a whole small run, in
     /// which every light has its share.
-    pub fn add_batch(&mut self, scene: &Scene, batch: &Sums, histories: u64) {
+    pub(crate) fn add_batch(&mut self, scene: &Scene, batch: &Sums, histories: u64) {
         let scale = 1.0 / histories as f64;
         let bands = scene.bands.len();
         let mut row = vec![0.0; self.columns];
@@ -313,7 +313,7 @@ impl Totals {
     }
 
     /// Returns the two sums of each ratio in a channel.
-    pub fn pairs(&self, channel: usize) -> &[RunningPair] {
+    pub(crate) fn pairs(&self, channel: usize) -> &[RunningPair] {
         let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
         &self.pairs[channel * ratios..][..ratios]
     }

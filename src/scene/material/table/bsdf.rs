@@ -102,7 +102,7 @@ impl BsdfFaces {
     }
 
     /// Returns how far the values are from reciprocity.
-    pub fn reciprocity(&self) -> Reciprocity {
+    pub(crate) fn reciprocity(&self) -> Reciprocity {
         let part = |values: &PairValues| Part::new(values, self.bands);
         let mut errors =
             vec![difference(&self.front.reflected, &part(&self.front.reflected), self.bands)];

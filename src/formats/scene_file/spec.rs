@@ -1,7 +1,9 @@
-//! The scene file as it is written: the types that serde reads its JSON into, and that `phylux
-//! schema` makes the JSON Schema of. Their doc comments are the descriptions in that schema.
-//! Nothing is checked here beyond keys and types; ranges are checked by the other files of this
-//! folder.
+//! The description of a scene, as a scene file or a program gives it: the types that serde reads
+//! JSON into, and that `phylux schema` makes the JSON Schema of. Their doc comments are the
+//! descriptions in that schema. Nothing is checked here beyond keys and types: ranges are checked
+//! when the scene is [built](crate::formats::SceneBuilder::build).
+
+mod make;
 
 use std::{collections::BTreeMap, fmt};
 
@@ -19,9 +21,9 @@ use crate::{
 };
 
 /// A phylux scene.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SceneFile {
+pub struct SceneSpec {
     /// Where an editor finds the JSON Schema; phylux does not read it.
     #[serde(rename = "$schema")]
     pub _schema: Option<String>,
@@ -34,61 +36,61 @@ pub struct SceneFile {
     #[serde(default)]
     pub quantity: Quantity,
     /// Wavelength intervals, all traced in one pass (default: one named `all`).
-    pub bands: Option<Vec<BandFile>>,
+    pub bands: Option<Vec<BandSpec>>,
     /// Totals over bands, reported like bands: name of the total -> names of its bands, their
     /// weights, or the name of a weighting by wavelength.
     #[serde(default)]
-    pub sums: BTreeMap<String, SumFile>,
+    pub sums: BTreeMap<String, SumSpec>,
     /// Ratios of totals over bands: name of the ratio -> its numerator and denominator, or the name
     /// of a known ratio.
     #[serde(default)]
-    pub ratios: BTreeMap<String, RatioFile>,
+    pub ratios: BTreeMap<String, RatioSpec>,
     /// Whether surfaces say what they absorbed of the light on each face (default false).
     #[serde(default)]
     pub absorbed_by_face: bool,
     /// How spectra are averaged over each band.
     #[serde(default)]
-    pub spectra: SpectraFile,
+    pub spectra: SpectraSpec,
     /// Materials by name.
     #[serde(default)]
-    pub materials: BTreeMap<String, MaterialFile>,
+    pub materials: BTreeMap<String, MaterialSpec>,
     /// Surfaces.
     #[serde(default)]
-    pub objects: Vec<ObjectFile>,
+    pub objects: Vec<ObjectSpec>,
     /// Lights; at least one.
     #[serde(default)]
     #[schemars(length(min = 1))]
-    pub lights: Vec<LightFile>,
+    pub lights: Vec<LightSpec>,
     /// Sensors that do not disturb light.
     #[serde(default)]
-    pub captors: Vec<CaptorFile>,
+    pub captors: Vec<CaptorSpec>,
     /// Groups of captors by their ids: name -> a pattern or a list of patterns, in which `*` stands
     /// for any characters.
     #[serde(default)]
     pub groups: BTreeMap<String, Patterns>,
     /// The cell of a scene that repeats for ever: surfaces, captors, lights, sun and sky.
-    pub periodic: Option<PeriodicFile>,
+    pub periodic: Option<PeriodicSpec>,
     /// Layers in which the light that surface captors absorb is summed.
-    pub layers: Option<LayersFile>,
+    pub layers: Option<LayersSpec>,
     /// Defaults of a run; options of the command line override them.
     #[serde(default)]
-    pub settings: SettingsFile,
+    pub settings: SettingsSpec,
     /// The view to render as a picture.
-    pub camera: Option<CameraFile>,
+    pub camera: Option<CameraSpec>,
     /// Where on the earth the scene is, and where its north lies; +z is up.
-    pub site: Option<SiteFile>,
+    pub site: Option<SiteSpec>,
     /// When the scene is: an ISO 8601 time with offset, a period, or "year".
-    pub time: Option<TimeFile>,
+    pub time: Option<TimeSpec>,
     /// Irradiances of the whole solar spectrum, or a file of them.
-    pub weather: Option<WeatherFile>,
+    pub weather: Option<WeatherSpec>,
     /// Where the sun stands, in place of `site` and `time`.
-    pub sun_at: Option<SunAtFile>,
+    pub sun_at: Option<SunAtSpec>,
 }
 
 /// The cell of a scene that repeats.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PeriodicFile {
+pub struct PeriodicSpec {
     /// Ends of the cell along x, the lower one first, in the scene's unit; left out, the scene does
     /// not repeat along x.
     pub x: Option<[f64; 2]>,
@@ -102,16 +104,16 @@ pub struct PeriodicFile {
 /// Layers of equal height, of which one begins at the height 0.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LayersFile {
+pub struct LayersSpec {
     /// Height of a layer, in the scene's unit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub dz: f64,
 }
 
 /// A place on the earth.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SiteFile {
+pub struct SiteSpec {
     /// Latitude in degrees; north is positive.
     pub latitude: Option<f64>,
     /// Longitude in degrees; east is positive.
@@ -123,7 +125,7 @@ pub struct SiteFile {
 /// Where the sun stands.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SunAtFile {
+pub struct SunAtSpec {
     /// Elevation in degrees above the horizon.
     #[schemars(range(min = -90, max = 90))]
     pub elevation_deg: f64,
@@ -134,7 +136,7 @@ pub struct SunAtFile {
 /// An instant, a period or a year.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum TimeFile {
+pub enum TimeSpec {
     /// ISO 8601 with offset, or "year".
     Text(String),
     /// A period of time.
@@ -146,7 +148,7 @@ pub enum TimeFile {
     },
 }
 
-impl<'de> Deserialize<'de> for TimeFile {
+impl<'de> Deserialize<'de> for TimeSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -156,17 +158,17 @@ impl<'de> Deserialize<'de> for TimeFile {
         }
         struct Visitor;
         impl<'de> de::Visitor<'de> for Visitor {
-            type Value = TimeFile;
+            type Value = TimeSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a time, {\"from\", \"to\"} or \"year\"")
             }
-            fn visit_str<E>(self, text: &str) -> Result<TimeFile, E> {
-                Ok(TimeFile::Text(text.into()))
+            fn visit_str<E>(self, text: &str) -> Result<TimeSpec, E> {
+                Ok(TimeSpec::Text(text.into()))
             }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<TimeFile, A::Error> {
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<TimeSpec, A::Error> {
                 let Span { from, to } =
                     Span::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                Ok(TimeFile::Span { from, to })
+                Ok(TimeSpec::Span { from, to })
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -174,9 +176,9 @@ impl<'de> Deserialize<'de> for TimeFile {
 }
 
 /// Irradiances of the whole solar spectrum, W/m2, or a file of them.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WeatherFile {
+pub struct WeatherSpec {
     /// Direct irradiance of a plane that faces the sun, W/m2.
     #[schemars(range(min = 0, max = 2000))]
     pub direct_normal: Option<f64>,
@@ -189,13 +191,13 @@ pub struct WeatherFile {
     /// How many hours the clock of the file is put forward (default 0).
     pub shift_h: Option<f64>,
     /// For a CSV file or another table: which moment of its interval the time of a row is.
-    pub stamp: Option<StampFile>,
+    pub stamp: Option<StampSpec>,
 }
 
 /// Which moment of its interval the time of a row is.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum StampFile {
+pub enum StampSpec {
     /// The start of the interval.
     Start,
     /// The middle of the interval.
@@ -207,7 +209,7 @@ pub enum StampFile {
 /// A wavelength interval.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct BandFile {
+pub struct BandSpec {
     /// Unique name.
     pub name: String,
     /// Shortest wavelength, nm.
@@ -219,23 +221,23 @@ pub struct BandFile {
 /// A total over bands.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
-pub enum SumFile {
+pub enum SumSpec {
     /// Names of bands, each of which counts as it is.
     Bands(Vec<String>),
     /// A weighting by wavelength, of all bands. In a ratio also the name of a band or of a sum.
     Name(#[schemars(extend("examples" = SUMS.map(|(name, _)| name)))] String),
     /// A weighting by wavelength, of some of the bands.
-    Some(SomeBandsFile),
+    Some(SomeBandsSpec),
     /// The photons of a window of wavelengths, of all bands.
-    Window(WindowFile),
+    Window(WindowSpec),
     /// A weight for each of some bands, by their names.
-    Weights(#[schemars(with = "BTreeMap<String, WeightFile>")] BTreeMap<String, f64>),
+    Weights(#[schemars(with = "BTreeMap<String, WeightSpec>")] BTreeMap<String, f64>),
 }
 
 /// A weighting by wavelength, of some of the bands.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(deny_unknown_fields)]
-pub struct SomeBandsFile {
+pub struct SomeBandsSpec {
     /// Name of the weighting.
     #[schemars(extend("examples" = SUMS.map(|(name, _)| name)))]
     pub weighting: String,
@@ -246,7 +248,7 @@ pub struct SomeBandsFile {
 /// A window of wavelengths.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(deny_unknown_fields)]
-pub struct WindowFile {
+pub struct WindowSpec {
     /// Wavelength where the window begins, nm.
     pub from_nm: f64,
     /// Wavelength where the window ends, nm.
@@ -256,7 +258,7 @@ pub struct WindowFile {
 /// The weight of a band.
 #[derive(JsonSchema)]
 #[schemars(transparent)]
-struct WeightFile(
+struct WeightSpec(
     #[schemars(range(min = 0))]
     #[allow(dead_code)]
     f64,
@@ -298,7 +300,7 @@ impl<'de> Deserialize<'de> for SumValue {
     }
 }
 
-impl SumFile {
+impl SumSpec {
     /// Makes the sum that an object describes: by a weighting, a window or the weights of bands.
     fn of_object<E: de::Error>(mut object: BTreeMap<String, SumValue>) -> Result<Self, E> {
         if let Some(SumValue::Text(weighting)) = object.get("weighting") {
@@ -306,7 +308,7 @@ impl SumFile {
             object.remove("weighting");
             return match (object.remove("bands"), object.into_keys().next()) {
                 (Some(SumValue::List(bands)), None) => {
-                    Ok(Self::Some(SomeBandsFile { weighting, bands }))
+                    Ok(Self::Some(SomeBandsSpec { weighting, bands }))
                 }
                 (Some(_), None) => Err(E::custom("`bands` is a list of names of bands")),
                 (None, None) => {
@@ -321,7 +323,7 @@ impl SumFile {
         };
         if let (2, Some(from_nm), Some(to_nm)) = (object.len(), number("from_nm"), number("to_nm"))
         {
-            return Ok(Self::Window(WindowFile { from_nm, to_nm }));
+            return Ok(Self::Window(WindowSpec { from_nm, to_nm }));
         }
         let weight = |(name, value)| match value {
             SumValue::Number(weight) => Ok((name, weight)),
@@ -333,24 +335,24 @@ impl SumFile {
     }
 }
 
-impl<'de> Deserialize<'de> for SumFile {
+impl<'de> Deserialize<'de> for SumSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl<'de> de::Visitor<'de> for Visitor {
-            type Value = SumFile;
+            type Value = SumSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a list of bands, an object of bands and weights, or a weighting")
             }
-            fn visit_str<E>(self, name: &str) -> Result<SumFile, E> {
-                Ok(SumFile::Name(name.into()))
+            fn visit_str<E>(self, name: &str) -> Result<SumSpec, E> {
+                Ok(SumSpec::Name(name.into()))
             }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<SumFile, A::Error> {
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<SumSpec, A::Error> {
                 let names = de::value::SeqAccessDeserializer::new(seq);
-                Ok(SumFile::Bands(Vec::deserialize(names)?))
+                Ok(SumSpec::Bands(Vec::deserialize(names)?))
             }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<SumFile, A::Error> {
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<SumSpec, A::Error> {
                 let object = de::value::MapAccessDeserializer::new(map);
-                SumFile::of_object(BTreeMap::deserialize(object)?)
+                SumSpec::of_object(BTreeMap::deserialize(object)?)
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -360,37 +362,37 @@ impl<'de> Deserialize<'de> for SumFile {
 /// A ratio of totals over bands.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
-pub enum RatioFile {
+pub enum RatioSpec {
     /// A known ratio, of all bands.
     Name(#[schemars(extend("examples" = RATIOS.map(|(name, ..)| name)))] String),
     /// A ratio of two totals.
-    Of(QuotientFile),
+    Of(QuotientSpec),
 }
 
 /// Two totals over bands, of which the one is divided by the other.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct QuotientFile {
+pub struct QuotientSpec {
     /// The total that is divided: a band, a sum, or anything that a sum may be.
-    pub numerator: SumFile,
+    pub numerator: SumSpec,
     /// The total that it is divided by.
-    pub denominator: SumFile,
+    pub denominator: SumSpec,
 }
 
-impl<'de> Deserialize<'de> for RatioFile {
+impl<'de> Deserialize<'de> for RatioSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl<'de> de::Visitor<'de> for Visitor {
-            type Value = RatioFile;
+            type Value = RatioSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("the name of a ratio, or {\"numerator\", \"denominator\"}")
             }
-            fn visit_str<E>(self, name: &str) -> Result<RatioFile, E> {
-                Ok(RatioFile::Name(name.into()))
+            fn visit_str<E>(self, name: &str) -> Result<RatioSpec, E> {
+                Ok(RatioSpec::Name(name.into()))
             }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<RatioFile, A::Error> {
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<RatioSpec, A::Error> {
                 let object = de::value::MapAccessDeserializer::new(map);
-                QuotientFile::deserialize(object).map(RatioFile::Of)
+                QuotientSpec::deserialize(object).map(RatioSpec::Of)
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -406,17 +408,17 @@ pub enum PerBand {
     /// One number for each band.
     Each(#[schemars(inner(range(min = 0)))] Vec<f64>),
     /// A spectrum, of which each band takes the mean.
-    Spectrum(SpectrumFile),
+    Spectrum(SpectrumSpec),
 }
 
 /// A measured spectrum, averaged over each band.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SpectrumFile {
+pub struct SpectrumSpec {
     /// File with a table: the first column holds wavelengths in nm, rising.
     pub spectrum: String,
     /// Name or number of the column with the spectrum (default 2).
-    pub column: Option<ColumnFile>,
+    pub column: Option<ColumnSpec>,
     /// Whether the values of the column are in percent (default false).
     #[serde(default)]
     pub percent: bool,
@@ -427,20 +429,20 @@ pub struct SpectrumFile {
 /// The spectrum of a lamp, and the flux of the lamp.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LampSpectrumFile {
+pub struct LampSpectrumSpec {
     /// Name of a spectrum at hand, or a file with a table: the first column holds wavelengths in
     /// nm, rising.
     #[schemars(extend("examples" = known_spectra().collect::<Vec<_>>()))]
     pub spectrum: String,
     /// Name or number of the column with the spectrum (default 2).
-    pub column: Option<ColumnFile>,
+    pub column: Option<ColumnSpec>,
     /// What the table counts per nm (default photons).
-    pub unit: Option<SpectralUnitFile>,
+    pub unit: Option<SpectralUnitSpec>,
     /// Flux of the lamp from `from_nm` to `to_nm`; with `photometry` also "file": the flux that the
     /// file states.
-    pub total: TotalFile,
+    pub total: TotalSpec,
     /// Quantity that `total` is measured in (default: the quantity of the scene; of the "file", lm).
-    pub quantity: Option<TotalQuantityFile>,
+    pub quantity: Option<TotalQuantitySpec>,
     /// Wavelength where `total` begins, nm (default: where the table begins).
     pub from_nm: Option<f64>,
     /// Wavelength where `total` ends, nm (default: where the table ends).
@@ -450,7 +452,7 @@ pub struct LampSpectrumFile {
 /// The flux of a lamp with a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
-pub enum TotalFile {
+pub enum TotalSpec {
     /// The flux itself.
     Given(#[schemars(range(min = 0))] f64),
     /// "file": the flux that the photometry file states.
@@ -458,26 +460,26 @@ pub enum TotalFile {
     File,
 }
 
-impl<'de> Deserialize<'de> for TotalFile {
+impl<'de> Deserialize<'de> for TotalSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl de::Visitor<'_> for Visitor {
-            type Value = TotalFile;
+            type Value = TotalSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a number, or \"file\"")
             }
-            fn visit_f64<E>(self, v: f64) -> Result<TotalFile, E> {
-                Ok(TotalFile::Given(v))
+            fn visit_f64<E>(self, v: f64) -> Result<TotalSpec, E> {
+                Ok(TotalSpec::Given(v))
             }
-            fn visit_u64<E>(self, v: u64) -> Result<TotalFile, E> {
-                Ok(TotalFile::Given(v as f64))
+            fn visit_u64<E>(self, v: u64) -> Result<TotalSpec, E> {
+                Ok(TotalSpec::Given(v as f64))
             }
-            fn visit_i64<E>(self, v: i64) -> Result<TotalFile, E> {
-                Ok(TotalFile::Given(v as f64))
+            fn visit_i64<E>(self, v: i64) -> Result<TotalSpec, E> {
+                Ok(TotalSpec::Given(v as f64))
             }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<TotalFile, E> {
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<TotalSpec, E> {
                 match text {
-                    "file" => Ok(TotalFile::File),
+                    "file" => Ok(TotalSpec::File),
                     _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
                 }
             }
@@ -488,7 +490,7 @@ impl<'de> Deserialize<'de> for TotalFile {
 
 /// What the flux of a lamp with a spectrum is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-pub enum TotalQuantityFile {
+pub enum TotalQuantitySpec {
     /// Radiant flux, W.
     #[serde(rename = "W")]
     Watt,
@@ -503,7 +505,7 @@ pub enum TotalQuantityFile {
 /// What the table of a lamp counts per nm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum SpectralUnitFile {
+pub enum SpectralUnitSpec {
     /// Photons (umol, mol).
     #[default]
     Photons,
@@ -514,37 +516,37 @@ pub enum SpectralUnitFile {
 /// How spectra are averaged over a band.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SpectraFile {
+pub struct SpectraSpec {
     /// What the mean of a spectrum is weighted with: "lights" (default: the light of the lamps),
     /// "flat", the name of a spectrum at hand, or the file of a lamp's table.
     pub weight: Option<String>,
     /// What the table of `weight` counts per nm (default photons).
-    pub unit: Option<SpectralUnitFile>,
+    pub unit: Option<SpectralUnitSpec>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
-pub enum ColumnFile {
+pub enum ColumnSpec {
     /// Number of the column, from 1; the first column holds the wavelengths.
     Number(Count),
     /// Name of the column in the header.
     Name(String),
 }
 
-impl<'de> Deserialize<'de> for ColumnFile {
+impl<'de> Deserialize<'de> for ColumnSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl de::Visitor<'_> for Visitor {
-            type Value = ColumnFile;
+            type Value = ColumnSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("the name or number of a column")
             }
-            fn visit_u64<E>(self, number: u64) -> Result<ColumnFile, E> {
-                Ok(ColumnFile::Number(Count(number)))
+            fn visit_u64<E>(self, number: u64) -> Result<ColumnSpec, E> {
+                Ok(ColumnSpec::Number(Count(number)))
             }
-            fn visit_str<E>(self, name: &str) -> Result<ColumnFile, E> {
-                Ok(ColumnFile::Name(name.into()))
+            fn visit_str<E>(self, name: &str) -> Result<ColumnSpec, E> {
+                Ok(ColumnSpec::Name(name.into()))
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -577,7 +579,7 @@ impl<'de> Deserialize<'de> for PerBand {
             }
             fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PerBand, A::Error> {
                 let deserializer = de::value::MapAccessDeserializer::new(map);
-                SpectrumFile::deserialize(deserializer).map(PerBand::Spectrum)
+                SpectrumSpec::deserialize(deserializer).map(PerBand::Spectrum)
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -587,23 +589,23 @@ impl<'de> Deserialize<'de> for PerBand {
 /// The power of a light.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum PowerFile {
+pub enum PowerSpec {
     /// The flux itself, or a spectrum that is averaged over each band.
     Given(PerBand),
     /// "file": the flux that the photometry file states.
     #[schemars(with = "FileWord")]
     File,
     /// A spectrum of any scale, and the flux between two wavelengths.
-    Spectrum(LampSpectrumFile),
+    Spectrum(LampSpectrumSpec),
 }
 
-impl PowerFile {
+impl PowerSpec {
     /// Returns whether the photometry file says how large the flux is.
     pub fn is_of_file(&self) -> bool {
         match self {
             Self::Given(_) => false,
             Self::File => true,
-            Self::Spectrum(lamp) => lamp.total == TotalFile::File,
+            Self::Spectrum(lamp) => lamp.total == TotalSpec::File,
         }
     }
 }
@@ -617,38 +619,38 @@ enum FileWord {
     File,
 }
 
-impl<'de> Deserialize<'de> for PowerFile {
+impl<'de> Deserialize<'de> for PowerSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl<'de> de::Visitor<'de> for Visitor {
-            type Value = PowerFile;
+            type Value = PowerSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str(
                     "a number, or an array with one number per band, or a spectrum, or \"file\"",
                 )
             }
-            fn visit_f64<E>(self, v: f64) -> Result<PowerFile, E> {
-                Ok(PowerFile::Given(PerBand::All(v)))
+            fn visit_f64<E>(self, v: f64) -> Result<PowerSpec, E> {
+                Ok(PowerSpec::Given(PerBand::All(v)))
             }
-            fn visit_u64<E: de::Error>(self, v: u64) -> Result<PowerFile, E> {
+            fn visit_u64<E: de::Error>(self, v: u64) -> Result<PowerSpec, E> {
                 self.visit_f64(v as f64)
             }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<PowerFile, E> {
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<PowerSpec, E> {
                 self.visit_f64(v as f64)
             }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<PowerFile, E> {
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<PowerSpec, E> {
                 match text {
-                    "file" => Ok(PowerFile::File),
+                    "file" => Ok(PowerSpec::File),
                     _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
                 }
             }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<PowerFile, A::Error> {
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<PowerSpec, A::Error> {
                 let deserializer = de::value::SeqAccessDeserializer::new(seq);
-                PerBand::deserialize(deserializer).map(PowerFile::Given)
+                PerBand::deserialize(deserializer).map(PowerSpec::Given)
             }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PowerFile, A::Error> {
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PowerSpec, A::Error> {
                 let deserializer = de::value::MapAccessDeserializer::new(map);
-                LampSpectrumFile::deserialize(deserializer).map(PowerFile::Spectrum)
+                LampSpectrumSpec::deserialize(deserializer).map(PowerSpec::Spectrum)
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -688,26 +690,26 @@ impl<'de> Deserialize<'de> for Count {
 
 tagged! {
     /// What a surface does with light; every interaction conserves energy.
-    pub enum MaterialFile {
+    pub enum MaterialSpec {
         /// Opaque, Lambertian, both faces alike.
-        "lambert" => Lambert(LambertFile),
+        "lambert" => Lambert(LambertSpec),
         /// Smooth dielectric: the interface of a closed solid (normals out), or a thin pane.
-        "transparent" => Transparent(TransparentFile),
+        "transparent" => Transparent(TransparentSpec),
         /// A leaf: a thin sheet, or a closed solid.
-        "leaf" => Leaf(Box<LeafFile>),
+        "leaf" => Leaf(Box<LeafSpec>),
         /// Lambertian, with a glossy or mirror lobe and diffuse transmission.
-        "phong" => Phong(PhongFile),
+        "phong" => Phong(PhongSpec),
         /// A mirror whose reflectance is the same at every angle.
-        "mirror" => Mirror(MirrorFile),
+        "mirror" => Mirror(MirrorSpec),
         /// A thin sheet as it was measured.
-        "table" => Table(TableFile),
+        "table" => Table(TableSpec),
     }
 }
 
 /// Material `lambert`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LambertFile {
+pub struct LambertSpec {
     /// Fraction that is reflected, in [0, 1].
     pub reflectance: PerBand,
 }
@@ -715,16 +717,16 @@ pub struct LambertFile {
 /// Material `mirror`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct MirrorFile {
+pub struct MirrorSpec {
     /// Fraction that is reflected, in [0, 1].
     pub reflectance: PerBand,
 }
 
 /// Material `table`: a file of the scattering function, or a cover's values by angle of incidence.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["angles_deg"]}]))]
-pub struct TableFile {
+pub struct TableSpec {
     /// File of the scattering function f (1/sr): CSV (theta_i,phi_i,theta_o,phi_o, bands) or Klems
     /// XML.
     pub file: Option<String>,
@@ -744,7 +746,7 @@ pub struct TableFile {
 /// Material `transparent`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TransparentFile {
+pub struct TransparentSpec {
     /// Index of refraction, at least 1.
     #[schemars(range(min = 1, max = 1000))]
     pub ior: f64,
@@ -759,7 +761,7 @@ pub struct TransparentFile {
 /// Material `leaf`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LeafFile {
+pub struct LeafSpec {
     /// Index of refraction of the cuticle, at least 1 (default 1.425).
     #[schemars(range(min = 1, max = 1000))]
     pub ior: Option<f64>,
@@ -768,9 +770,9 @@ pub struct LeafFile {
     /// Hemispherical transmittance near normal incidence of light that enters the front face.
     pub transmittance: Option<PerBand>,
     /// What the leaf is made of, in the place of `reflectance` and `transmittance`.
-    pub prospect: Option<ProspectFile>,
+    pub prospect: Option<ProspectSpec>,
     /// The lower (back) face; a value that it lacks is that of the front.
-    pub back: Option<LeafBackFile>,
+    pub back: Option<LeafBackSpec>,
     /// Whether it is a thin sheet (default true) or a closed solid with a dielectric interface.
     #[serde(default = "yes")]
     pub thin: bool,
@@ -785,7 +787,7 @@ fn yes() -> bool {
 /// What a leaf is made of: PROSPECT-D computes its reflectance and transmittance.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ProspectFile {
+pub struct ProspectSpec {
     /// Structure parameter N, the number of layers (1.2 to 2.5 in most leaves).
     #[schemars(range(min = 1, max = 10))]
     pub n: f64,
@@ -815,7 +817,7 @@ pub struct ProspectFile {
 /// The lower face of a leaf.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LeafBackFile {
+pub struct LeafBackSpec {
     /// Hemispherical reflectance of this face near normal incidence (default: that of the front).
     pub reflectance: Option<PerBand>,
     /// Hemispherical transmittance of light that enters this face (default: that of the front).
@@ -823,9 +825,9 @@ pub struct LeafBackFile {
 }
 
 /// Material `phong`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PhongFile {
+pub struct PhongSpec {
     /// Lambertian reflectance (default 0).
     pub reflectance: Option<PerBand>,
     /// Reflectance of the glossy or mirror lobe (default 0).
@@ -840,7 +842,7 @@ pub struct PhongFile {
 /// Placement: scale, then rotation about x, then y, then z, then translation.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TransformFile {
+pub struct TransformSpec {
     /// Scale factor, positive (default 1).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
@@ -853,9 +855,9 @@ pub struct TransformFile {
 /// Where the copies of an object stand: a list, or a table.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum InstancesFile {
+pub enum InstancesSpec {
     /// One transform for each copy.
-    List(Vec<TransformFile>),
+    List(Vec<TransformSpec>),
     /// A CSV file with one row for each copy.
     Table {
         /// The file, with the columns x, y, z and, if wanted, turn_deg and scale, or m00 to m23.
@@ -863,7 +865,7 @@ pub enum InstancesFile {
     },
 }
 
-impl<'de> Deserialize<'de> for InstancesFile {
+impl<'de> Deserialize<'de> for InstancesSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -872,17 +874,17 @@ impl<'de> Deserialize<'de> for InstancesFile {
         }
         struct Visitor;
         impl<'de> de::Visitor<'de> for Visitor {
-            type Value = InstancesFile;
+            type Value = InstancesSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("an array of transforms, or {\"csv\"}")
             }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<InstancesFile, A::Error> {
+            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<InstancesSpec, A::Error> {
                 let list = de::value::SeqAccessDeserializer::new(list);
-                Ok(InstancesFile::List(Vec::deserialize(list)?))
+                Ok(InstancesSpec::List(Vec::deserialize(list)?))
             }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<InstancesFile, A::Error> {
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<InstancesSpec, A::Error> {
                 let Table { csv } = Table::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                Ok(InstancesFile::Table { csv })
+                Ok(InstancesSpec::Table { csv })
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -892,7 +894,7 @@ impl<'de> Deserialize<'de> for InstancesFile {
 /// How the materials of a file in the format of Radiance are meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum DialectFile {
+pub enum DialectSpec {
     /// As Radiance reads them.
     #[default]
     Radiance,
@@ -902,10 +904,10 @@ pub enum DialectFile {
 }
 
 /// Surfaces from an OBJ file, or from one in the format of Radiance.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["rad"]}]))]
-pub struct ObjectFile {
+pub struct ObjectSpec {
     /// Name of the object (default: the file's name without extension).
     pub name: Option<String>,
     /// Whether the object is there (default true). An object that is not may come in at times, by a
@@ -916,22 +918,22 @@ pub struct ObjectFile {
     /// File in the format of Radiance, in place of a mesh.
     pub rad: Option<String>,
     /// How the materials of the `rad` file are meant (default radiance).
-    pub dialect: Option<DialectFile>,
+    pub dialect: Option<DialectSpec>,
     /// Material of all faces, in place of the materials that the file names.
     pub material: Option<String>,
     /// Whether the masks of the MTL entries (`map_d`) cut the faces of an OBJ file (default true).
     pub mask: Option<bool>,
     /// Which axis of the file points up (default z, and y in a glTF); y turns (x, y, z) to
     /// (x, -z, y) before `transform`.
-    pub up: Option<UpFile>,
+    pub up: Option<UpSpec>,
     /// Where the object stands.
-    pub transform: Option<TransformFile>,
+    pub transform: Option<TransformSpec>,
     /// Copies of the object, each placed after `transform`.
-    pub instances: Option<InstancesFile>,
+    pub instances: Option<InstancesSpec>,
     /// Whether the surfaces count light: true (one captor per OBJ group and instance), "instance"
     /// (one per instance) or "triangle" (one per triangle).
     #[serde(default)]
-    pub captor: SurfaceCaptorFile,
+    pub captor: SurfaceCaptorSpec,
     /// Name of one more group that the captors of the object belong to.
     pub group: Option<String>,
     /// Whether the object is ground below plants: layers leave it out, and results say what arrives
@@ -943,7 +945,7 @@ pub struct ObjectFile {
 /// Which axis of a file points up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum UpFile {
+pub enum UpSpec {
     /// z, as in the scene.
     Z,
     /// y, as in many modelling programs.
@@ -995,7 +997,7 @@ impl<'de> Deserialize<'de> for Patterns {
 
 /// Whether, and how finely, the surfaces of an object count light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SurfaceCaptorFile {
+pub enum SurfaceCaptorSpec {
     /// The surfaces are no captors.
     #[default]
     Off,
@@ -1007,7 +1009,7 @@ pub enum SurfaceCaptorFile {
     Instances,
 }
 
-impl JsonSchema for SurfaceCaptorFile {
+impl JsonSchema for SurfaceCaptorSpec {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "SurfaceCaptor".into()
     }
@@ -1016,21 +1018,21 @@ impl JsonSchema for SurfaceCaptorFile {
     }
 }
 
-impl<'de> Deserialize<'de> for SurfaceCaptorFile {
+impl<'de> Deserialize<'de> for SurfaceCaptorSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;
         impl de::Visitor<'_> for Visitor {
-            type Value = SurfaceCaptorFile;
+            type Value = SurfaceCaptorSpec;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("true, false, \"triangle\" or \"instance\"")
             }
             fn visit_bool<E>(self, v: bool) -> Result<Self::Value, E> {
-                Ok(if v { SurfaceCaptorFile::Groups } else { SurfaceCaptorFile::Off })
+                Ok(if v { SurfaceCaptorSpec::Groups } else { SurfaceCaptorSpec::Off })
             }
             fn visit_str<E: de::Error>(self, v: &str) -> Result<Self::Value, E> {
                 match v {
-                    "triangle" => Ok(SurfaceCaptorFile::Triangles),
-                    "instance" => Ok(SurfaceCaptorFile::Instances),
+                    "triangle" => Ok(SurfaceCaptorSpec::Triangles),
+                    "instance" => Ok(SurfaceCaptorSpec::Instances),
                     _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
                 }
             }
@@ -1041,27 +1043,27 @@ impl<'de> Deserialize<'de> for SurfaceCaptorFile {
 
 tagged! {
     /// Where photons start. `power` is the total emitted flux, per band.
-    pub enum LightFile {
+    pub enum LightSpec {
         /// A point that emits alike in all directions, or as `photometry` or `cosine` says.
-        "point" => Point(PointFile),
+        "point" => Point(PointSpec),
         /// A point with uniform intensity inside a cone.
-        "spot" => Spot(SpotFile),
+        "spot" => Spot(SpotSpec),
         /// The lateral surface of a cylinder, Lambertian; or a line.
-        "tube" => Tube(TubeFile),
+        "tube" => Tube(TubeSpec),
         /// A polygon or the faces of an OBJ file, Lambertian or as `photometry` says.
-        "area" => Area(Box<AreaFile>),
+        "area" => Area(Box<AreaSpec>),
         /// Lamps of an object that is a file in the format of Radiance.
-        "rad" => Rad(RadLightFile),
+        "rad" => Rad(RadLightSpec),
         /// The sun: a disc infinitely far away.
-        "sun" => Sun(SunFile),
+        "sun" => Sun(SunSpec),
         /// The sky above the horizon.
-        "sky" => Sky(SkyFile),
+        "sky" => Sky(SkySpec),
         /// A picture of the light that comes from all directions.
-        "environment" => Environment(EnvironmentFile),
+        "environment" => Environment(EnvironmentSpec),
     }
 }
 
-impl LightFile {
+impl LightSpec {
     /// Returns the electric power of the light, W, if it is given.
     pub fn watts(&self) -> Option<f64> {
         match self {
@@ -1083,22 +1085,22 @@ impl LightFile {
 /// Light `rad`: the lamps of one material in an object that is a file in the format of Radiance.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct RadLightFile {
+pub struct RadLightSpec {
     /// Name of the object that has the lamps.
     pub object: String,
     /// Name of the lamps' material in the object's file.
     pub material: String,
     /// Flux of all these lamps together; each emits a share of it by its area.
-    pub power: PowerFile,
+    pub power: PowerSpec,
     /// Electric power of all these lamps together, W; each has a share of it by its area.
     #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
     pub watts: Option<f64>,
 }
 
 /// Light `sun`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SunFile {
+pub struct SunSpec {
     /// Unique name (default sun).
     pub name: Option<String>,
     /// Half angle of the sun's disc, degrees (default 0.2666); 0 makes its rays parallel.
@@ -1118,14 +1120,14 @@ pub struct SunFile {
 }
 
 /// Light `sky`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SkyFile {
+pub struct SkySpec {
     /// Unique name (default sky).
     pub name: Option<String>,
     /// How the radiance is distributed over the sky (default perez).
     #[serde(default)]
-    pub model: SkyModelFile,
+    pub model: SkyModelSpec,
     /// With the model `cie`: number of the sky type, 1 to 15.
     #[schemars(range(min = 1, max = 15))]
     pub cie_type: Option<Count>,
@@ -1144,7 +1146,7 @@ pub struct SkyFile {
 /// How the radiance is distributed over the sky.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum SkyModelFile {
+pub enum SkyModelSpec {
     /// By the weather (Perez, Seals and Michalsky, 1993).
     #[default]
     Perez,
@@ -1159,7 +1161,7 @@ pub enum SkyModelFile {
 /// Light `environment`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct EnvironmentFile {
+pub struct EnvironmentSpec {
     /// Unique name (default environment).
     pub name: Option<String>,
     /// Latitude-longitude picture: a .exr or .hdr file.
@@ -1179,13 +1181,13 @@ pub struct EnvironmentFile {
 /// Light `point`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PointFile {
+pub struct PointSpec {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
     /// Position of the light.
     pub position: [f64; 3],
     /// Total emitted flux; with `photometry` also "file": the flux that the file states.
-    pub power: PowerFile,
+    pub power: PowerSpec,
     /// IES (LM-63) or EULUMDAT file of the intensity (default: alike in all directions).
     pub photometry: Option<String>,
     /// With `photometry` or `cosine`: the direction that the light aims in (default [0, 0, -1],
@@ -1214,7 +1216,7 @@ pub struct PointFile {
 /// Light `spot`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SpotFile {
+pub struct SpotSpec {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
     /// Position of the light.
@@ -1225,7 +1227,7 @@ pub struct SpotFile {
     #[schemars(range(max = 180), extend("exclusiveMinimum" = 0))]
     pub half_angle_deg: f64,
     /// Total emitted flux.
-    pub power: PowerFile,
+    pub power: PowerSpec,
     /// Electric power of the light, W.
     #[schemars(range(max = 1e9), extend("exclusiveMinimum" = 0))]
     pub watts: Option<f64>,
@@ -1234,7 +1236,7 @@ pub struct SpotFile {
 /// Light `tube`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TubeFile {
+pub struct TubeSpec {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
     /// One end of the tube's axis.
@@ -1246,9 +1248,9 @@ pub struct TubeFile {
     pub radius: f64,
     /// How the tube emits; isotropic only for a line (default lambert).
     #[serde(default)]
-    pub emission: EmissionFile,
+    pub emission: EmissionSpec,
     /// Total emitted flux.
-    pub power: PowerFile,
+    pub power: PowerSpec,
     /// With `opening_deg`: direction from the axis to the middle of the part of the circumference
     /// that emits.
     pub toward: Option<[f64; 3]>,
@@ -1265,7 +1267,7 @@ pub struct TubeFile {
 /// How a tube emits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum EmissionFile {
+pub enum EmissionSpec {
     /// Lambertian.
     #[default]
     Lambert,
@@ -1276,7 +1278,7 @@ pub enum EmissionFile {
 /// Light `area`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct AreaFile {
+pub struct AreaSpec {
     /// Unique name (default light0, light1, ...).
     pub name: Option<String>,
     /// Corners of a polygon, counter-clockwise seen from its front; in place of `obj`.
@@ -1284,12 +1286,12 @@ pub struct AreaFile {
     /// Mesh of the surface (OBJ, PLY, STL or glTF file); in place of `vertices`.
     pub obj: Option<String>,
     /// Where the surface of the OBJ file stands.
-    pub transform: Option<TransformFile>,
+    pub transform: Option<TransformSpec>,
     /// Copies of the surface of the OBJ file, each placed after `transform`.
-    pub instances: Option<Vec<TransformFile>>,
+    pub instances: Option<Vec<TransformSpec>>,
     /// Total emitted flux, in place of `radiance`; with `photometry` also "file": the flux that the
     /// file states.
-    pub power: Option<PowerFile>,
+    pub power: Option<PowerSpec>,
     /// Radiance of each emitting side, in place of `power`.
     pub radiance: Option<PerBand>,
     /// Whether the back emits too (default false).
@@ -1319,11 +1321,11 @@ pub struct AreaFile {
 }
 
 /// Captors: exactly one of `csv`, `obj`, `disc`, `sphere`, `grid` and `line`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["csv"]}, {"required": ["obj"]}, {"required": ["disc"]},
     {"required": ["sphere"]}, {"required": ["grid"]}, {"required": ["line"]}]))]
-pub struct CaptorFile {
+pub struct CaptorSpec {
     /// First part of the captors' ids (default: the file's name without extension; needed without a
     /// file).
     pub name: Option<String>,
@@ -1335,19 +1337,19 @@ pub struct CaptorFile {
     #[serde(default)]
     pub ignore: Vec<String>,
     /// A single disc.
-    pub disc: Option<DiscFile>,
+    pub disc: Option<DiscSpec>,
     /// A sphere, which counts the light that enters it: its irradiance is the fluence rate.
-    pub sphere: Option<SphereFile>,
+    pub sphere: Option<SphereSpec>,
     /// Discs in rows and columns.
-    pub grid: Option<GridFile>,
+    pub grid: Option<GridSpec>,
     /// A strip, as a line sensor has.
-    pub line: Option<LineFile>,
+    pub line: Option<LineSpec>,
     /// Pairs of an angle to the normal in degrees and the factor on light that arrives at this
     /// angle: linear between the angles, constant beyond the first and the last.
     pub response: Option<Vec<[f64; 2]>>,
     /// Which faces count (default front).
     #[serde(default)]
-    pub sides: SidesFile,
+    pub sides: SidesSpec,
     /// Name of one more group that the captors belong to.
     pub group: Option<String>,
 }
@@ -1355,7 +1357,7 @@ pub struct CaptorFile {
 /// Which faces of a virtual captor count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum SidesFile {
+pub enum SidesSpec {
     /// The front alone: light that arrives against the normal.
     #[default]
     Front,
@@ -1366,7 +1368,7 @@ pub enum SidesFile {
 /// A disc.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct DiscFile {
+pub struct DiscSpec {
     /// Centre of the disc.
     pub center: [f64; 3],
     /// Direction in which the front faces; not zero.
@@ -1379,7 +1381,7 @@ pub struct DiscFile {
 /// A sphere.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SphereFile {
+pub struct SphereSpec {
     /// Centre of the sphere.
     pub center: [f64; 3],
     /// Radius, positive.
@@ -1390,7 +1392,7 @@ pub struct SphereFile {
 /// A grid of discs, each in the middle of its cell.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct GridFile {
+pub struct GridSpec {
     /// Where the grid begins and ends along x.
     pub x: [f64; 2],
     /// Where the grid begins and ends along y.
@@ -1413,7 +1415,7 @@ pub struct GridFile {
 /// A strip, as a line sensor has.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LineFile {
+pub struct LineSpec {
     /// The middle of one end.
     pub from: [f64; 3],
     /// The middle of the other end.
@@ -1429,7 +1431,7 @@ pub struct LineFile {
 /// Defaults of a run.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SettingsFile {
+pub struct SettingsSpec {
     /// Photons to trace, or paths over all captors; at least 1 (default 1e6).
     #[schemars(extend("minimum" = 1))]
     pub photons: Option<Count>,
@@ -1463,7 +1465,7 @@ pub struct SettingsFile {
 /// The view to render.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CameraFile {
+pub struct CameraSpec {
     /// Where the camera is.
     pub position: [f64; 3],
     /// The point in the middle of the picture.
