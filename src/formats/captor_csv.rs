@@ -6,7 +6,7 @@ use std::path::Path;
 use csv::StringRecord;
 use glam::DVec3;
 
-use super::csv_table::{Place, records};
+use super::csv_table::{Head, Place, check_missing, records, twice};
 use crate::error::{Error, Result, nearest};
 use crate::formats::input::quoted;
 use crate::math::geometry::unit_vector;
@@ -73,7 +73,7 @@ pub fn parse(bytes: &[u8], path: &Path, ignore: &[String]) -> Result<Vec<CaptorR
 
 /// Positions of the columns in the rows of a file.
 struct Header {
-    names: Vec<String>,
+    head: Head,
     /// Indices of the columns in the order of [`COLUMNS`].
     numbers: [usize; 7],
     id: Option<usize>,
@@ -95,8 +95,7 @@ impl Header {
                 None => return Err(unknown(name, record, place)),
             };
             if let Some(first) = slot.replace(i) {
-                let problem = format!("columns {} and {} are both {name}", first + 1, i + 1);
-                return Err(place.error(problem).remedy("keep one of them"));
+                return Err(twice(place, name, first, i));
             }
         }
         let french = record.iter().any(|name| COLUMNS.iter().any(|names| names[1] == name));
@@ -104,39 +103,21 @@ impl Header {
             .filter(|&i| numbers[i].is_none())
             .map(|i| COLUMNS[i][usize::from(french)])
             .collect();
-        if !missing.is_empty() {
-            let s = if missing.len() == 1 { "" } else { "s" };
-            let problem = format!("column{s} {} missing", missing.join(", "));
-            return Err(place.error(problem).remedy(HEADER));
-        }
-        let names = record.iter().map(str::to_owned).collect();
-        Ok(Self { names, numbers: numbers.map(Option::unwrap_or_default), id })
+        check_missing(place, &missing, HEADER)?;
+        let numbers = numbers.map(Option::unwrap_or_default);
+        Ok(Self { head: Head::new(record), numbers, id })
     }
 
     fn row(&self, record: &StringRecord, place: &Place) -> Result<CaptorRow> {
-        let (found, expected) = (record.len(), self.names.len());
-        if found != expected {
-            let problem = format!("{found} values, but the header has {expected} columns");
-            return Err(place.error(problem).remedy("numbers take a decimal point, not a comma"));
-        }
-        if let Some(i) = (0..found).find(|&i| self.names[i].is_empty() && !record[i].is_empty()) {
-            let problem = format!("column {} has values, but no name", i + 1);
-            return Err(place.error(problem).remedy("call it `id`, or leave it out"));
-        }
+        self.head.check(record, place)?;
         let mut values = [0.0; 7];
         for (value, &i) in values.iter_mut().zip(&self.numbers) {
-            *value = match record[i].parse::<f64>() {
-                Ok(x) if x.is_finite() => x,
-                _ => {
-                    let problem =
-                        format!("{} is {}, not a finite number", self.names[i], quoted(&record[i]));
-                    return Err(place.error(problem).remedy("write it like 0.25 or 2.5e-1"));
-                }
-            };
+            *value = self.head.number(record, place, i)?;
         }
         let [x, y, z, radius, nx, ny, nz] = values;
         if radius <= 0.0 {
-            let problem = format!("{} is {radius}, must be above 0", self.names[self.numbers[3]]);
+            let problem =
+                format!("{} is {radius}, must be above 0", self.head.name(self.numbers[3]));
             return Err(place.error(problem).remedy("give the captor a size"));
         }
         let normal = DVec3::new(nx, ny, nz);

@@ -4,7 +4,10 @@ use std::{fmt::Display, path::Path};
 
 use csv::{ByteRecord, ReaderBuilder, StringRecord};
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    formats::input::quoted,
+};
 
 /// A line of a CSV file, for errors.
 pub struct Place<'a> {
@@ -18,6 +21,66 @@ impl Place<'_> {
     pub fn error(&self, problem: impl Display) -> Error {
         Error::input(format_args!("{}:{}", self.path.display(), self.line), problem)
     }
+}
+
+/// The names of the columns of a table of numbers.
+pub struct Head(Vec<String>);
+
+impl Head {
+    /// Makes the head of a table from its first record.
+    pub fn new(record: &StringRecord) -> Self {
+        Self(record.iter().map(str::to_owned).collect())
+    }
+
+    /// Refuses a row with more or fewer cells than there are names, and one with a value below no
+    /// name.
+    pub fn check(&self, record: &StringRecord, place: &Place) -> Result<()> {
+        let (found, expected) = (record.len(), self.0.len());
+        if found != expected {
+            let problem = format!("{found} values, but the header has {expected} columns");
+            return Err(place.error(problem).remedy("numbers take a decimal point, not a comma"));
+        }
+        match (0..found).find(|&i| self.0[i].is_empty() && !record[i].is_empty()) {
+            None => Ok(()),
+            Some(i) => {
+                let problem = format!("column {} has values, but no name", i + 1);
+                Err(place.error(problem).remedy("name it, or leave it out"))
+            }
+        }
+    }
+
+    /// Reads the finite number in a column of a row that was checked.
+    pub fn number(&self, record: &StringRecord, place: &Place, column: usize) -> Result<f64> {
+        match record[column].parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(x),
+            _ => {
+                let (name, cell) = (&self.0[column], quoted(&record[column]));
+                let problem = format!("{name} is {cell}, not a finite number");
+                Err(place.error(problem).remedy("write it like 0.25 or 2.5e-1"))
+            }
+        }
+    }
+
+    /// Returns the name of a column.
+    pub fn name(&self, column: usize) -> &str {
+        &self.0[column]
+    }
+}
+
+/// Returns the error for two columns, counted from 0, of one name.
+pub fn twice(place: &Place, name: &str, first: usize, second: usize) -> Error {
+    let problem = format!("columns {} and {} are both {name}", first + 1, second + 1);
+    place.error(problem).remedy("keep one of them")
+}
+
+/// Refuses a head that lacks these columns; `remedy` says which there must be.
+pub fn check_missing(place: &Place, missing: &[&str], remedy: &str) -> Result<()> {
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let s = if missing.len() == 1 { "" } else { "s" };
+    let problem = format!("column{s} {} missing", missing.join(", "));
+    Err(place.error(problem).remedy(remedy))
 }
 
 /// What to do about a row with more cells than the head has names; the remedy of an error.

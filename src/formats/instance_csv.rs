@@ -6,7 +6,7 @@ use std::path::Path;
 use csv::StringRecord;
 use glam::{DMat3, DVec3};
 
-use super::csv_table::{Place, records};
+use super::csv_table::{Head, Place, check_missing, records, twice};
 use crate::{
     error::{Error, Result, nearest},
     formats::input::quoted,
@@ -45,7 +45,7 @@ pub fn parse(bytes: &[u8], path: &Path, metres: f64) -> Result<Vec<Transform>> {
 
 /// Positions of the columns in the rows of a table.
 struct Header {
-    names: Vec<String>,
+    head: Head,
     columns: Columns,
 }
 
@@ -58,9 +58,9 @@ enum Columns {
 
 impl Header {
     fn read(record: &StringRecord, place: &Place) -> Result<Self> {
-        let names: Vec<String> = record.iter().map(str::to_owned).collect();
+        let names: Vec<&str> = record.iter().collect();
         let known = || PLACED.iter().chain(&MATRIX).copied();
-        for (i, name) in names.iter().enumerate() {
+        for (i, &name) in names.iter().enumerate() {
             // a column without a name is harmless as long as its cells are empty
             if !name.is_empty() && !known().any(|known| known == name) {
                 let error = place.error(format!("column {} is unknown", quoted(name)));
@@ -69,17 +69,14 @@ impl Header {
                     None => error.remedy(HEADER),
                 });
             }
-            if let Some(first) = names[..i].iter().position(|n| n == name && !n.is_empty()) {
-                let problem = format!("columns {} and {} are both {name}", first + 1, i + 1);
-                return Err(place.error(problem).remedy("keep one of them"));
+            if let Some(first) = names[..i].iter().position(|&n| n == name && !n.is_empty()) {
+                return Err(twice(place, name, first, i));
             }
         }
-        let at = |name: &str| names.iter().position(|n| n == name);
-        let missing = |needed: &[&str]| {
+        let at = |name: &str| names.iter().position(|&n| n == name);
+        let all_of = |needed: &[&str]| {
             let missing: Vec<&str> = needed.iter().copied().filter(|n| at(n).is_none()).collect();
-            let s = if missing.len() == 1 { "" } else { "s" };
-            let problem = format!("column{s} {} missing", missing.join(", "));
-            (!missing.is_empty()).then(|| place.error(problem).remedy(HEADER))
+            check_missing(place, &missing, HEADER)
         };
         let has = |names: &[&str]| names.iter().any(|name| at(name).is_some());
         let columns = match (has(&PLACED), has(&MATRIX)) {
@@ -87,36 +84,21 @@ impl Header {
                 let problem = "columns of a place and of a matrix";
                 return Err(place.error(problem).remedy("keep one kind"));
             }
-            (_, false) => match missing(&PLACED[..3]) {
-                Some(error) => return Err(error),
-                None => Columns::Placed(PLACED.map(at)),
-            },
-            (false, true) => match missing(&MATRIX) {
-                Some(error) => return Err(error),
-                None => Columns::Matrix(MATRIX.map(|name| at(name).unwrap_or_default())),
-            },
+            (_, false) => {
+                all_of(&PLACED[..3])?;
+                Columns::Placed(PLACED.map(at))
+            }
+            (false, true) => {
+                all_of(&MATRIX)?;
+                Columns::Matrix(MATRIX.map(|name| at(name).unwrap_or_default()))
+            }
         };
-        Ok(Self { names, columns })
+        Ok(Self { head: Head::new(record), columns })
     }
 
     fn copy(&self, record: &StringRecord, place: &Place, metres: f64) -> Result<Transform> {
-        let (found, expected) = (record.len(), self.names.len());
-        if found != expected {
-            let problem = format!("{found} values, but the header has {expected} columns");
-            return Err(place.error(problem).remedy("numbers take a decimal point, not a comma"));
-        }
-        if let Some(i) = (0..found).find(|&i| self.names[i].is_empty() && !record[i].is_empty()) {
-            let problem = format!("column {} has values, but no name", i + 1);
-            return Err(place.error(problem).remedy("name it, or leave it out"));
-        }
-        let number = |i: usize| match record[i].trim().parse::<f64>() {
-            Ok(x) if x.is_finite() => Ok(x),
-            _ => {
-                let name = &self.names[i];
-                let problem = format!("{name} is {}, not a finite number", quoted(&record[i]));
-                Err(place.error(problem).remedy("write it like 0.25 or 2.5e-1"))
-            }
-        };
+        self.head.check(record, place)?;
+        let number = |i: usize| self.head.number(record, place, i);
         match &self.columns {
             Columns::Placed(columns) => {
                 let value = |i: usize, default: f64| columns[i].map_or(Ok(default), number);

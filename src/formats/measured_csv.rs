@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::Path};
 use csv::StringRecord;
 use glam::DVec3;
 
-use super::csv_table::{Place, records};
+use super::csv_table::{Head, Place, records, twice};
 use crate::{
     error::{Error, Result, nearest},
     formats::input::quoted,
@@ -81,7 +81,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<MeasuredRow>> {
 
 /// Positions of the columns in the rows of a file.
 struct Header {
-    columns: usize,
+    head: Head,
     /// Index of each column, in the order of [`COLUMNS`]; `None` where the file does not have it.
     at: [Option<usize>; COLUMNS.len()],
 }
@@ -99,11 +99,10 @@ impl Header {
                 });
             };
             if let Some(first) = at[column].replace(i) {
-                let problem = format!("columns {} and {} are both {name}", first + 1, i + 1);
-                return Err(place.error(problem).remedy("keep one of them"));
+                return Err(twice(place, name, first, i));
             }
         }
-        let header = Self { columns: record.len(), at };
+        let header = Self { head: Head::new(record), at };
         let has = |name: &str| header.column(name).is_some();
         let by_id = has("captor");
         if by_id == ["x", "y", "z"].into_iter().any(has) {
@@ -123,11 +122,7 @@ impl Header {
     }
 
     fn row(&self, record: &StringRecord, place: &Place) -> Result<MeasuredRow> {
-        let (found, expected) = (record.len(), self.columns);
-        if found != expected {
-            let problem = format!("{found} values, but the header has {expected} columns");
-            return Err(place.error(problem).remedy("numbers take a decimal point, not a comma"));
-        }
+        self.head.check(record, place)?;
         let text = |name: &str| {
             let cell = self.column(name).map(|i| &record[i]);
             cell.filter(|text| !text.is_empty())
