@@ -16,12 +16,16 @@ from .geometry import Mesh, grid
 from .leaves import LeafSpectra, prospect
 from .result import Result, Values
 from .scene import Check, Scene
+from .studies import Calibration, Chart, Comparison
 from .sweeps import Sweep, sweep
 from .years import Year
 
 __version__ = _native.__version__
 __all__ = [
+    "Calibration",
+    "Chart",
     "Check",
+    "Comparison",
     "InputError",
     "LeafSpectra",
     "Mesh",
@@ -37,6 +41,10 @@ __all__ = [
     "prospect",
     "sweep",
 ]
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]
 
 
 def load(path: str | os.PathLike[str]) -> Scene | Result:

@@ -287,6 +287,122 @@ def bars(
     return ax
 
 
+def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options: Any) -> Any:
+    """Draws the power that surfaces absorbed in each layer of a scene with ``layers``, per area of leaf, over height, with
+    error bars of 1.98 standard errors (95 %). The title says the share that the plants take, where it is known.
+
+    Args:
+        band, ax: as for `captor_map`.
+        options: options of matplotlib's ``barh``.
+    """
+    layers = result.layers
+    if layers is None:
+        raise wrong(result.scene, "results without layers", 'give the scene `"layers": {"dz": 0.1}`')
+    name = result.bands[_band(result, band)]
+    layers = layers[(layers["band"] == name) & (layers["area"] > 0)]
+    if len(layers) == 0:
+        raise wrong(result.scene, "no surface captor in any layer", 'give the plants `"captor": true`')
+    ax = _axes(ax)
+    area, heights = layers["area"].to_numpy(), layers["to_m"].to_numpy() - layers["from_m"].to_numpy()
+    errors = 1.98 * np.nan_to_num(layers["standard_error"].to_numpy(dtype=float)) / area
+    usual = {"height": 0.9 * heights, "align": "center", "capsize": 3}
+    middles = layers["from_m"].to_numpy() + heights / 2
+    ax.barh(middles, layers["per_area"].to_numpy(), xerr=errors, **{**usual, **options})
+    unit = result.unit["irradiance"]
+    ax.set(xlabel=f"absorbed per area of leaf, {name}, {unit}", ylabel="height, m")
+    if result.canopy is not None:
+        ax.set_title(f"the plants absorb {100 * result.canopy['absorbed'][name]:.1f} % of {name}")
+    return ax
+
+
+def year_bars(
+    table: Any,
+    *,
+    column: str,
+    captors: str | Sequence[str] | None = None,
+    band: str | None = None,
+    quantity: str = "value",
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Draws daily light integrals of a year over days or months, with a line for each captor or group and error bars of
+    1.98 standard errors (95 %).
+
+    Args:
+        table: ``days`` or ``months`` of a `Year`.
+        column: ``"day"`` or ``"month"``.
+        captors: a name or names of captors or groups; if not given, the first 6.
+        band: a band or sum; if not given, the first one.
+        quantity: ``"value"`` (fronts), ``"back"`` or ``"absorbed"``.
+        ax: the axes to draw into; if not given, new ones.
+        options: options of matplotlib's ``errorbar``.
+    """
+    table, name = _of_year(table, captors, band, quantity)
+    ax = _axes(ax)
+    ticks: list[Any] = []
+    for captor, own in table.groupby("captor", sort=False):
+        ticks = list(own[column]) if column == "month" else [np.datetime64(day) for day in own[column]]
+        error = own[{"value": "standard_error"}.get(quantity, f"{quantity}_se")].to_numpy(dtype=float)
+        places = range(len(ticks)) if column == "month" else ticks
+        usual = {"fmt": "o-", "capsize": 3, "markersize": 3, "label": captor}
+        ax.errorbar(places, own[quantity].to_numpy(dtype=float), 1.98 * np.nan_to_num(error), **{**usual, **options})
+    if column == "month":
+        ax.set_xticks(range(len(ticks)), ticks)
+    what = "" if quantity == "value" else f"{quantity}, "
+    ax.set(xlabel=column, ylabel=f"daily light integral, {what}{name}, {table['unit'].iloc[0]}")
+    ax.set_ylim(bottom=0)
+    ax.legend()
+    return ax
+
+
+def year_carpet(
+    table: Any,
+    *,
+    captors: str | Sequence[str] | None = None,
+    band: str | None = None,
+    quantity: str = "value",
+    ax: Any = None,
+    **options: Any,
+) -> Any:
+    """Draws the hours of a year for one captor or group in colours: days to the right, hours of the day upwards.
+
+    Args:
+        table: ``hours`` of a `Year`.
+        captors: the captor or group; if not given, the first one.
+        band, quantity, ax: as for `year_bars`.
+        options: options of matplotlib's ``pcolormesh``.
+    """
+    table, name = _of_year(table, captors, band, quantity)
+    captor = table["captor"].iloc[0]
+    own = table[table["captor"] == captor]
+    times = np.array([np.datetime64(str(time)[:16]) for time in own["time"]])
+    days = times.astype("datetime64[D]")
+    hours = (times - days) / np.timedelta64(1, "h")
+    rows, columns = np.unique(hours), np.unique(days)
+    cells = np.full((len(rows), len(columns)), np.nan)
+    cells[np.searchsorted(rows, hours), np.searchsorted(columns, days)] = own[quantity].to_numpy(dtype=float)
+    ax = _axes(ax)
+    drawn = ax.pcolormesh(columns, rows, cells, **{"shading": "nearest", **options})
+    ax.figure.colorbar(drawn, ax=ax, label=f"{captor}, {name}")
+    ax.set(xlabel="day", ylabel="hour of the day")
+    return ax
+
+
+def _of_year(table: Any, captors: str | Sequence[str] | None, band: str | None, quantity: str) -> tuple[Any, str]:
+    """Returns the rows of a table of a year for some captors and one band, and the band."""
+    if quantity not in ("value", "back", "absorbed"):
+        raise wrong("quantity", f"no quantity `{quantity}`", "there are value, back and absorbed")
+    bands, ids = list(dict.fromkeys(table["band"])), list(dict.fromkeys(table["captor"]))
+    name = bands[0] if band is None else band
+    if name not in bands:
+        raise wrong("band", f"no band or sum `{name}`", f"there are {', '.join(bands)}")
+    wanted = ids[:6] if captors is None else [captors] if isinstance(captors, str) else list(captors)
+    for id in wanted:
+        if id not in ids:
+            raise wrong("captors", f"there is no captor or group `{id}`", f"there are {', '.join(ids[:20])}")
+    return table[table["captor"].isin(wanted) & (table["band"] == name)], name
+
+
 def _axes(ax: Any) -> Any:
     if ax is not None:
         return ax

@@ -15,12 +15,14 @@ import numpy.typing as npt
 
 from . import _native
 from .errors import missing, wrong
+from .studies import Calibration, Comparison
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 FACES = ("front", "back")
 _NOT_SPLIT, _SPLIT = "these results are not split by light", "run the scene with by_light=True"
+_NO_SCENE = "results from a file know no scene"
 _Array = TypeVar("_Array", bound=npt.NDArray[Any])
 
 
@@ -355,8 +357,8 @@ class Result:
             return None
         try:
             import pandas as pd
-        except ImportError as error:
-            raise ImportError("layers need pandas: pip install pandas") from error
+        except ImportError:
+            raise missing("pandas", "a table of layers") from None
         rows = [
             (layer["from"], layer["to"], layer["area"], band, value, np.nan if se is None else se)
             for layer in found
@@ -505,7 +507,7 @@ class Result:
         Args:
             kind: ``"map"`` (sensors over their plane, in colours with contours), ``"profile"`` (means over area at
                 each height, with error bars), ``"plants"`` (power absorbed by each plant or, with ``by="rank"``, by
-                each rank of leaves, with error bars), ``"rank"`` (values of captors in their order, with error bars),
+                each rank of leaves, with error bars), ``"canopy"`` (power absorbed by each layer), ``"rank"`` (values of captors in their order, with error bars),
                 ``"spectrum"`` (irradiance over the bands), ``"bars"`` (values with error bars by name).
         """
         from . import plots
@@ -514,6 +516,7 @@ class Result:
             "map": plots.captor_map,
             "profile": plots.profile,
             "plants": plots.plants,
+            "canopy": plots.canopy,
             "rank": plots.rank,
             "spectrum": plots.spectrum,
             "bars": plots.bars,
@@ -528,7 +531,7 @@ class Result:
         self,
         factors: Mapping[str, float | Sequence[float]] | None = None,
         *,
-        calibration: str | os.PathLike[str] | None = None,
+        calibration: Calibration | str | os.PathLike[str] | None = None,
     ) -> Result:
         """Returns the exact results that the run would have with other powers of its lights; it needs ``by_light=True``.
 
@@ -536,7 +539,8 @@ class Result:
             factors: for the name of each light, the factor on its power, at least 0: one number for all bands or a list
                 with one number per band. ``"row 1*"`` stands for all lights whose names begin with ``row 1``. Lights
                 that are not named keep their power.
-            calibration: a file of factors per band that ``phylux calibrate`` has written; `factors` multiply them.
+            calibration: what `Scene.calibrate` has found, or a file of factors per band that ``phylux calibrate`` has
+                written; `factors` multiply them.
 
         Sums over bands with different factors have no standard errors.
         """
@@ -546,6 +550,13 @@ class Result:
         ]
         if not self.lights:
             raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
+        if isinstance(calibration, Calibration):
+            import tempfile
+
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "calibration.json")
+                calibration.save(path)
+                return self.mix(factors, calibration=path)
         file = None if calibration is None else os.fspath(calibration)
         return Result(self._found.mix(given, file), self._loaded)
 
@@ -583,6 +594,32 @@ class Result:
         report: dict[str, Any] = json.loads(self._found.even(captors, watts, mean, minimum, band, list(groups)))
         return report
 
+    def compare(self, other: Result) -> Comparison:
+        """Compares these results (a) with others (b) captor by captor: do they differ by more than chance explains?
+
+        Errors: they have nothing in common; their units differ.
+        """
+        return Comparison(self._found.compare(other._found))
+
+    def export(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Writes the scene with these results for other programs; `Scene.export` has the options.
+
+        Results that were loaded from a file do not contain their scene: use ``scene.export(path, result=result)``.
+        """
+        from .scene import _export
+
+        if self._loaded is None:
+            raise wrong(self.scene, _NO_SCENE, "use scene.export(path, result=result)")
+        _export(self._loaded, path, self, **options)
+
+    def to_pyvista(self, **options: Any) -> Any:
+        """Returns the surfaces and captors with this light as PolyData of PyVista; `Scene.to_pyvista` has the options."""
+        from .scene import _to_pyvista
+
+        if self._loaded is None:
+            raise wrong(self.scene, _NO_SCENE, "use scene.to_pyvista(result=result)")
+        return _to_pyvista(self._loaded, self, **options)
+
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
 
@@ -591,7 +628,7 @@ class Result:
         from .scene import _view
 
         if self._loaded is None:
-            raise wrong(self.scene, "results from a file know no scene", "use scene.view(result=result)")
+            raise wrong(self.scene, _NO_SCENE, "use scene.view(result=result)")
         usual = {"trace": True, "threads": None, "inline": False, "width": "100%", "height": 600}
         return _view(self._loaded, Path(path), self, **{**usual, **options})
 

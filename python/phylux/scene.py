@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from . import _native, geometry
-from .errors import say, wrong
+from .commands import command
+from .errors import missing, say, wrong
 from .result import Result
+from .studies import Calibration, Chart
 from .years import Year, run_year
 
 #: keys of a scene file whose texts are not names of files
@@ -147,10 +149,40 @@ class Scene:
         """
         self._keys.setdefault("groups", {})[name] = list(patterns)
 
+    def weather(self, table: Any, *, stamp: str, **keys: Any) -> None:
+        """Takes the weather from a DataFrame, as pvlib reads it from many sources.
+
+        Args:
+            table: a DataFrame whose index has times with a time zone, with columns of irradiances, W/m2: ``ghi``
+                (global horizontal), ``dni`` (direct normal), ``dhi`` (diffuse horizontal); two of them are enough.
+                Other columns are not used. Or what pvlib's readers return: such a DataFrame, and metadata whose
+                ``latitude`` and ``longitude`` become the ``site`` of a scene that has none.
+            stamp: which moment of its interval the time of a row is: ``"start"``, ``"middle"`` or ``"end"``.
+            keys: other keys of ``weather``, such as ``shift_h``.
+
+        >>> import pandas as pd
+        >>> times = pd.date_range("2025-06-21T10:00", periods=3, freq="h", tz="Europe/Berlin")
+        >>> scene = Scene("open", quantity="umol/s", bands={"PAR": (400, 700)}, time="2025-06-21T11:30+02:00")
+        >>> scene.keys["site"] = {"latitude": 52, "longitude": 13}
+        >>> scene.weather(pd.DataFrame({"ghi": [610, 700, 760], "dhi": [150, 160, 165]}, index=times), stamp="start")
+        >>> scene.light("sun", type="sun")
+        >>> scene.keys["weather"]
+        {'file': 'table:weather', 'stamp': 'start'}
+        """
+        place: Mapping[str, Any] = {}
+        if isinstance(table, tuple):
+            table, place = table[0], table[1] if len(table) > 1 and isinstance(table[1], Mapping) else {}
+        self._tables["weather"] = _weather(table)
+        self._keys["weather"] = {"file": "table:weather", "stamp": stamp, **_plain(keys)}
+        if {"latitude", "longitude"} <= place.keys():
+            site = self._keys.setdefault("site", {})
+            if not {"latitude", "longitude"} & site.keys():
+                site.update({key: float(place[key]) for key in ("latitude", "longitude")})
+
     def check(self) -> Check:
-        """Returns the text of ``phylux check``, which describes the scene; ``.warnings`` says what looks wrong in it."""
-        text, found = self._load(quiet=True).check()
-        return Check(text, found)
+        """Returns the text of ``phylux check``, which describes the scene; ``.warnings`` says what looks wrong in it, and
+        ``.data`` has all of it as data."""
+        return Check(*self._load(quiet=True).check())
 
     def run(
         self,
@@ -276,6 +308,151 @@ class Scene:
         say(*warned)
         return year
 
+    def calibrate(
+        self,
+        readings: Any = None,
+        *,
+        even: str | None = None,
+        mean: float | None = None,
+        minimum: float | None = None,
+        band: str | None = None,
+        result: Result | None = None,
+        model: str = "auto",
+        prior: float | None = 0.2,
+        groups: Sequence[str] = (),
+        vary: Mapping[str, tuple[float, float]] | None = None,
+        photons: float | None = None,
+        seed: int | None = None,
+        tolerance: float | None = None,
+        guiding: str | None = None,
+        threads: int | None = None,
+    ) -> Calibration:
+        """Fits the powers of the lamps to readings of an instrument, or finds those that light captors evenly.
+
+        docs/calibration.md explains the readings, the models and what is found.
+
+        Args:
+            readings: a DataFrame with the columns ``captor`` (or ``x``, ``y``, ``z``), ``band``, ``value`` and, if you
+                like, ``sd``, ``face``, ``use``, ``block``; or the path of a CSV file with them.
+            even: in place of readings, a pattern of the groups or captors to light evenly, as in ``"bench*"``.
+            mean: with `even`, the mean irradiance to reach; if not given, the present one.
+            minimum: with `even`, the least irradiance of each captor, reached with the least power, in place of `mean`.
+            band: with `even`, the band or sum that counts; if not given, the only band, or the first sum.
+            result: a result of this scene with ``by_light=True``, so that nothing is traced.
+            model: how the factors may differ: ``"common"``, ``"bands"``, ``"product"``, ``"lamps"`` or ``"auto"``.
+            prior: relative standard deviation of the lamps' factors about the common one; None for no prior.
+            groups: patterns of names of lights that share their factors.
+            vary: numbers of the scene to fit, too: ``{"/materials/wall/reflectance": (0.7, 0.85)}``.
+            photons, seed, tolerance, guiding, threads: as for `run`.
+
+        >>> scene = Scene("bench", quantity="umol/s")
+        >>> for name, x in (("left", -1), ("right", 1)):
+        ...     scene.light(name, type="point", position=[x, 0, 1], power=100 if name == "left" else 50)
+        ...     scene.captor(name, disc={"center": [x, 0, 0], "normal": [0, 0, 1], "radius": 0.1}, group="bench")
+        >>> found = scene.calibrate(even="bench", mean=10, photons=4000)
+        >>> [round(found.report[when]["mean"], 6) for when in ("after",)]
+        [10.0]
+        >>> found.factors["left"][0] < found.factors["right"][0]
+        True
+        """
+        import tempfile
+
+        if (readings is None) == (even is None):
+            raise wrong("readings", "neither readings nor `even`" if even is None else "both readings and `even`", "give one of them")
+        given: dict[str, Any] = {"even": even, "mean": mean, "minimum": minimum, "band": band, "group": list(groups)}
+        given |= {"photons": photons, "seed": seed, "tolerance": tolerance, "guiding": guiding, "threads": threads}
+        if even is None:
+            ranges = [f"{place}={float(low)!r}:{float(high)!r}" for place, (low, high) in (vary or {}).items()]
+            given |= {"model": model, "prior": "none" if prior is None else prior, "vary": ranges}
+        elif vary:
+            raise wrong("vary", "goes with readings only", "leave it out")
+        with tempfile.TemporaryDirectory() as folder:
+            scene, written = Path(folder, "scene.json"), Path(folder, "calibrated.json")
+            names = self._save(scene)
+            files = [scene]
+            if readings is not None:
+                files.append(Path(folder, "readings.csv") if hasattr(readings, "to_csv") else Path(readings))
+                if hasattr(readings, "to_csv"):
+                    readings.to_csv(files[1], index=False)
+            if result is not None:
+                given["results"] = Path(folder, "result.json")
+                result.save(given["results"])
+            warned = command("calibrate", files, [*_options(given), f"--output={written}"])
+            found = self.copy()
+            own = {file: key for key, file in names.items()}
+            found._keys = _moved(_read(written), own, Path(folder), self._path.parent)
+            report = _read(Path(folder, "calibration.json"))
+        say(*warned)
+        return Calibration(report, found, warned)
+
+    def chart(
+        self,
+        output: str | os.PathLike[str],
+        *,
+        truth: str | os.PathLike[str] | None = None,
+        photons: float | None = None,
+        seed: int | None = None,
+        seeds: int | None = None,
+        k: Sequence[int] | None = None,
+        threads: int | None = None,
+    ) -> Chart:
+        """Charts the error of every estimator against its cost; docs/accuracy.md explains the charts.
+
+        Args:
+            output: a folder for the charts and their numbers, which is created.
+            truth: a table (CSV) of true irradiances; without it, a run of 16 times the largest budget stands in for it.
+            photons: photons of the largest budget.
+            seed: seed of the first run of each budget.
+            seeds: number of runs for each budget.
+            k: values of k for the k-nearest estimates.
+            threads: number of threads; 0 uses all processors.
+        """
+        import tempfile
+
+        given: dict[str, Any] = {"truth": truth, "photons": photons, "seed": seed, "seeds": seeds, "threads": threads}
+        given["k"] = None if k is None else ",".join(map(str, k))
+        with tempfile.TemporaryDirectory() as folder:
+            scene = Path(folder, "scene.json")
+            self._save(scene)
+            warned = command("chart", [scene], [*_options(given), f"--output={Path(output)}"])
+        say(*warned)
+        return Chart(output)
+
+    def export(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        result: Result | None = None,
+        trace: bool = True,
+        quantity: str | None = None,
+        band: str | None = None,
+        range: tuple[float, float] | None = None,
+        log: bool = False,
+        threads: int | None = None,
+    ) -> None:
+        """Writes the scene and its light for other programs.
+
+        Args:
+            path: the file; its ending chooses the form: ``.vtp``, ``.vtu`` (all values, for ParaView and PyVista),
+                ``.glb`` (coloured by one value, for Blender and browsers), ``.ply`` (photons).
+            result: the result of a run of this scene, for the captors; without it the scene is run first.
+            trace: False traces no rays: surfaces that are not captors then have no values.
+            quantity: what the colours of a ``.glb`` show: ``"irradiance"`` or ``"absorbed"``.
+            band: the band or sum of a ``.glb``; if not given, the first sum, or the first band.
+            range: the values at the first and the last colour of a ``.glb``.
+            log: colour a ``.glb`` by the logarithm of the values.
+            threads: number of threads; 0 uses all processors.
+        """
+        _export(self._load(), path, result, trace=trace, quantity=quantity, band=band, range=range, log=log, threads=threads)
+
+    def to_pyvista(self, *, result: Result | None = None, trace: bool = True, threads: int | None = None) -> Any:
+        """Returns the surfaces and captors with their light as PolyData of PyVista; docs/view.md lists its arrays.
+
+        Args:
+            result, trace, threads: as for `export`.
+        """
+        return _to_pyvista(self._load(), result, trace=trace, threads=threads)
+
     def render(self, *, numbers: bool = False, **options: Any) -> Any:
         """Renders a picture of the scene.
 
@@ -343,6 +520,10 @@ class Scene:
 
         ``phylux run`` with this file gives the same bytes as `run`. Files that the scene names stay where they are.
         """
+        self._save(path)
+
+    def _save(self, path: str | os.PathLike[str]) -> dict[str, str]:
+        """Saves the scene. Returns the names of the files of its meshes and tables."""
         self._load(quiet=True)
         target = Path(path)
         folder = target.parent
@@ -359,6 +540,7 @@ class Scene:
         for key, table in self._tables.items():
             (folder / names[f"table:{key}"]).write_bytes(table)
         target.write_text(text, encoding="utf-8")
+        return names
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
@@ -396,13 +578,16 @@ class Scene:
 
 
 class Check(str):
-    """The text of ``phylux check``; ``.warnings`` is a list of its warnings as sentences."""
+    """The text of ``phylux check``; ``.warnings`` is a list of its warnings as sentences, and ``.data`` all that it says as
+    the data of ``phylux check --json``: surfaces, objects, lights with their powers, captors, groups."""
 
     warnings: list[str]
+    data: dict[str, Any]
 
-    def __new__(cls, text: str, warnings: list[str]) -> Check:
+    def __new__(cls, text: str, warnings: list[str], data: str) -> Check:
         check = super().__new__(cls, text + "".join(f"warning: {warning}\n" for warning in warnings))
         check.warnings = warnings
+        check.data = json.loads(data)
         return check
 
 
@@ -471,6 +656,54 @@ def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
         lines = [f"{id},{line}" for id, line in zip(quoted, lines)]
         columns = ["id", *columns]
     return "\n".join([",".join(columns), *lines, ""]).encode()
+
+
+def _weather(table: Any) -> bytes:
+    """Returns the irradiances of a DataFrame as the bytes of a CSV file."""
+    if not hasattr(table, "columns"):
+        raise wrong("weather", "no DataFrame", "give one, or what a reader of pvlib returns")
+    columns = [column for column in ("ghi", "dni", "dhi") if column in table.columns]
+    if not columns:
+        raise wrong("weather", "no column ghi, dni or dhi", "rename the irradiances, or let pvlib do it: map_variables=True")
+    if getattr(table.index, "tz", None) is None:
+        raise wrong("weather", "an index without times of a time zone", "give it one: table.tz_localize(\"Etc/GMT-1\")")
+    cells = [["" if number != number else repr(float(number)) for number in table[column]] for column in columns]
+    rows = zip((time.isoformat() for time in table.index), *cells)
+    return "\n".join([",".join(["time", *columns]), *(",".join(row) for row in rows), ""]).encode()
+
+
+def _export(
+    loaded: _native.Loaded,
+    path: str | os.PathLike[str],
+    result: Result | None,
+    *,
+    trace: bool = True,
+    quantity: str | None = None,
+    band: str | None = None,
+    range: tuple[float, float] | None = None,
+    log: bool = False,
+    threads: int | None = None,
+) -> None:
+    """Writes a scene and its light for other programs."""
+    if quantity not in (None, "irradiance", "absorbed"):
+        raise wrong("quantity", f"no quantity `{quantity}`", "there are irradiance and absorbed")
+    absorbed = None if quantity is None else quantity == "absorbed"
+    found = None if result is None else result._found
+    loaded.export(os.fspath(path), found, trace, threads, absorbed, band, range, log)
+
+
+def _to_pyvista(loaded: _native.Loaded, result: Result | None, *, trace: bool = True, threads: int | None = None) -> Any:
+    """Returns a scene with its light as PolyData of PyVista."""
+    try:
+        import pyvista
+    except ImportError:
+        raise missing("pyvista", "PolyData") from None
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "scene.vtp")
+        _export(loaded, path, result, trace=trace, threads=threads)
+        return pyvista.read(path)
 
 
 def _free(name: str, taken: Mapping[str, Any]) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
+import inspect
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from .errors import missing, wrong
+from . import _native
+from .errors import missing
 from .result import Result
-from .scene import Scene
+from .scene import Scene, _plain
 
 
 class Sweep(Sequence[Result]):
@@ -60,8 +62,9 @@ class Sweep(Sequence[Result]):
 
 def sweep(
     build: Callable[..., Scene | Result] | Scene,
-    values: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]],
+    values: Mapping[str, Any] | Iterable[Mapping[str, Any]],
     *,
+    combine: str | Mapping[str, Any] = "grid",
     executor: Any = None,
     progress: bool | Callable[[int, int | None], object] = False,
     **options: Any,
@@ -70,9 +73,15 @@ def sweep(
 
     Args:
         build: a function that is called with the values by name and returns a `Scene` (or a `Result` of its own); or a
-            scene, in which each name is a JSON pointer such as ``"/lights/0/power"``.
-        values: ``{name: [values]}`` combines each value with each value of the other names, where the last name
-            changes first; a list of ``{name: value}`` has one entry for each run.
+            scene, in which names that begin with ``/`` are JSON pointers such as ``"/lights/0/power"``, other names are
+            options of `Scene.run`, or parameters as in a sweep file (docs/sweep.md).
+        values: for each name a list of values, or, as in a sweep file, ``{"from": 0, "to": 1, "steps": 5}``, in samples
+            ``{"from": 0, "to": 1}``, and for a scene ``{"at": ["/lights/*/position/2"], ...}``. In a scene, texts such as
+            ``"=1.2 * x + rise"`` are expressions of the number that stands there and of other parameters. Or a list of
+            ``{name: value}``, with one entry for each run.
+        combine: ``"grid"`` combines each value with each value of the other names, where the last name changes first;
+            ``"zip"`` the first values, the second ones, and so on; ``{"sample": "sobol", "count": 64, "seed": 1}`` and
+            ``{"sample": "latin-hypercube", ...}`` are samples.
         executor: an object with a ``submit`` like those of ``concurrent.futures``: a pool of processes or threads,
             joblib's loky, Dask's ``client.get_executor()``, dask-jobqueue on a cluster. Without an executor the runs
             are done one after the other.
@@ -88,23 +97,26 @@ def sweep(
     >>> found = sweep(box, {"height": [1, 2]}, photons=1000, k=0)
     >>> found.values
     [{'height': 1}, {'height': 2}]
+    >>> found = sweep(box(1), {"rise": [0, 0.5], "/lights/*/position/2": ["=x + rise"]}, photons=1000, k=0)
+    >>> found.values
+    [{'rise': 0, '/lights/*/position/2': '=x + rise'}, {'rise': 0.5, '/lights/*/position/2': '=x + rise'}]
+    >>> sample = {"sample": "sobol", "count": 4}
+    >>> len(sweep(box, {"height": {"from": 1, "to": 2}}, combine=sample, photons=1000, k=0))
+    4
     """
-    if isinstance(values, Mapping):
-        names = list(values)
-        runs = [dict(zip(names, row)) for row in itertools.product(*values.values())]
-    else:
-        runs = [dict(row) for row in values]
+    runs = _runs(build, values, combine)
     results: list[Result] = []
     from .scene import _progress
 
+    named = [values_of_run for values_of_run, _ in runs]
     with _progress(progress) as tell:
         if executor is None:
-            for values_of_run in runs:
-                results.append(_run(build, values_of_run, options))
+            for values_of_run, keys in runs:
+                results.append(_run(build, values_of_run, keys, options))
                 if tell is not None:
                     tell(len(results), len(runs))
-            return Sweep(runs, results)
-        futures = [executor.submit(_run, build, values_of_run, options) for values_of_run in runs]
+            return Sweep(named, results)
+        futures = [executor.submit(_run, build, values_of_run, keys, options) for values_of_run, keys in runs]
         try:
             for future in futures:
                 results.append(future.result())
@@ -114,37 +126,60 @@ def sweep(
             for future in futures:
                 future.cancel()
             raise
-    return Sweep(runs, results)
+    return Sweep(named, results)
 
 
-def _run(build: Any, values: Mapping[str, Any], options: Mapping[str, Any]) -> Result:
+#: the place of what is no part of the scene in the documents of runs
+_OPTIONS = "options of runs"
+
+
+def _runs(build: Any, values: Any, combine: Any) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """Returns the values of each run, and the keys of its scene (empty for a function)."""
+    if not isinstance(values, Mapping):
+        rows = [dict(row) for row in values]
+        return [(row, keys) for row in rows for _, keys in _runs(build, {name: [value] for name, value in row.items()}, "grid")]
+    if not values:
+        return [({}, dict(build.keys) if isinstance(build, Scene) else {})]
+    options = inspect.signature(Scene.run).parameters
+    scene: dict[str, Any] = {**build.keys, _OPTIONS: {}} if isinstance(build, Scene) else {_OPTIONS: {}}
+    vary: dict[str, Any] = {}
+    lists: dict[str, list[Any]] = {}
+    labels: dict[str, str] = {name: name for name in values}
+    for name, given in values.items():
+        form = dict(given) if isinstance(given, Mapping) else {"values": list(given)}
+        if not isinstance(build, Scene) or (name in options and "at" not in form):
+            # the values of arguments may be anything, and only their indices are planned
+            key = name.replace("~", "~0").replace("/", "~1")
+            form["at"], scene[_OPTIONS][name] = [f"/{_OPTIONS}/{key}"], 0
+            # the tables of a sweep have columns of some names
+            labels[name] = f"argument {name}"
+            if "values" in form:
+                lists[name] = list(form["values"])
+                form["values"] = list(range(len(lists[name])))
+        vary[labels[name]] = form
+    file = {"scene": "scene", "vary": _plain(vary), "combine": _plain(combine)}
+    runs = []
+    for text, document in _native.sweep_runs(json.dumps(file), json.dumps(scene, default=_plain)):
+        planned, keys = json.loads(text), json.loads(document)
+        del keys[_OPTIONS]
+        if "settings" not in scene:
+            # the plan names a seed, which is that of the run anyway
+            del keys["settings"]
+        elif "seed" not in scene["settings"]:
+            del keys["settings"]["seed"]
+        found = {name: planned[labels[name]] for name in values}
+        named = {name: lists[name][value] if name in lists else value for name, value in found.items()}
+        runs.append((named, keys if isinstance(build, Scene) else {}))
+    return runs
+
+
+def _run(build: Any, values: Mapping[str, Any], keys: Mapping[str, Any], options: Mapping[str, Any]) -> Result:
     """Does one run; executors call it in other processes too."""
     if isinstance(build, Scene):
-        given = {**options, **{name: value for name, value in values.items() if not name.startswith("/")}}
+        known = inspect.signature(Scene.run).parameters
         scene = build.copy()
-        for pointer, value in values.items():
-            if pointer.startswith("/"):
-                _put(scene.keys, pointer, value)
-        return scene.run(**given)
+        scene.keys.clear()
+        scene.keys.update(keys)
+        return scene.run(**{**options, **{name: value for name, value in values.items() if name in known}})
     made = build(**values)
     return made if isinstance(made, Result) else made.run(**options)
-
-
-def _put(keys: Any, pointer: str, value: Any) -> None:
-    """Puts a value at a JSON pointer, which must exist."""
-    *path, last = [part.replace("~1", "/").replace("~0", "~") for part in pointer[1:].split("/")]
-    at = keys
-    for part in [*path, last]:
-        inside, at = at, _entry(at, part, pointer)
-    if isinstance(inside, list):
-        inside[int(last)] = value
-    else:
-        inside[last] = value
-
-
-def _entry(at: Any, part: str, pointer: str) -> Any:
-    if isinstance(at, dict) and part in at:
-        return at[part]
-    if isinstance(at, list) and part.isdecimal() and int(part) < len(at):
-        return at[int(part)]
-    raise wrong(pointer, "is not in the scene", "write the default into the scene, or correct the pointer")

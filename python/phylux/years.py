@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, RunError, missing
-
-#: the command, run in a way that does not need its installed script to be on the PATH
-_COMMAND = [sys.executable, "-c", "import sys; from phylux import _cli; sys.exit(_cli())"]
+from .commands import command
+from .commands import pandas as _pandas
+from .errors import missing, wrong
 
 #: columns of numbers that may be missing
-_NUMBERS = ["x", "y", "z", "nx", "ny", "nz", "standard_error", "back", "back_se", "absorbed", "absorbed_se", "sunlit", "sunlit_se", "kwh"]
+_NUMBERS = ["x", "y", "z", "nx", "ny", "nz", "standard_error", "back", "back_se", "absorbed", "absorbed_se", "sunlit", "sunlit_se", "kwh", "front", "front_se"]
 
 
 class Year:
@@ -66,9 +62,30 @@ class Year:
         return self._table("states")
 
     @property
+    def ratios(self) -> Any:
+        """Ratios of the light of each day, each month and the whole period (``all``): captor, period, ratio, front,
+        front_se, back, absorbed."""
+        return self._table("ratios")
+
+    @property
     def captors(self) -> Any:
         """Captors and groups: captor, kind, x, y, z, nx, ny, nz, area, groups."""
         return self._table("captors")
+
+    def plot(self, kind: str = "months", **options: Any) -> Any:
+        """Draws with matplotlib and returns the axes; `phylux.plots` has the options of each kind.
+
+        Args:
+            kind: ``"months"`` or ``"days"`` (daily light integrals with error bars, a line for each captor or group),
+                ``"hours"`` (the hours of one captor in colours, over days and hours of the day).
+        """
+        from . import plots
+
+        if kind == "hours":
+            return plots.year_carpet(self.hours, **options)
+        if kind not in ("months", "days"):
+            raise wrong("kind", f"no plot `{kind}`", "there are months, days, hours")
+        return plots.year_bars(self.months if kind == "months" else self.days, column=kind[:-1], **options)
 
     def xarray(self) -> Any:
         """Returns the hours as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and their ``_se`` by time, captor
@@ -93,31 +110,6 @@ class Year:
 
 
 def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[str]]:
-    """Runs ``phylux year`` in a separate process, which Ctrl-C ends too. Returns its tables and its warnings.
-
-    In messages, the scene's file and the file of the lamps' control beside it are called ``scene`` and ``control``.
-    """
-    done = subprocess.run([*_COMMAND, "year", os.fspath(scene), "-o", os.fspath(output), *options], capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    lines = re.sub(re.escape(os.fspath(scene.parent)) + r"/(\w+)\.json", r"\1", done.stderr).splitlines()
-    said = {kind: [line.removeprefix(kind) for line in lines if line.startswith(kind)] for kind in ("error: ", "warning: ")}
-    if done.returncode != 0:
-        sentence = (said["error: "] or [done.stderr.strip() or f"phylux year ended with {done.returncode}"])[-1]
-        # the place is a file with a JSON pointer or a line in it, or an option
-        found = re.match(r"[^:]+: /[^:]*(?=: )|[^:]+:\d+(?=: )", sentence)
-        option = re.search(r"'--([\w-]+)", sentence)
-        if option is not None and found is None:
-            place = option[1].replace("-", "_")
-            known = re.search(r"\[possible values: (.*)\]", done.stderr)
-            sentence = f"{place}: {sentence}" + (f"; there are {known[1]}" if known is not None else "")
-        else:
-            place = found[0] if found is not None else sentence.split(": ")[0]
-        raise (InputError if done.returncode == 2 else RunError)(sentence, place)
-    return Year(output), said["warning: "]
-
-
-def _pandas() -> Any:
-    try:
-        import pandas as pd
-    except ImportError:
-        raise missing("pandas", "a table") from None
-    return pd
+    """Runs ``phylux year``. Returns its tables and its warnings."""
+    warned = command("year", [scene], ["-o", os.fspath(output), *options])
+    return Year(output), warned

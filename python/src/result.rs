@@ -12,8 +12,8 @@ use phylux::{
     cli::embedded::{self, Words},
     formats::{FilesRead, OutputFile, OutputFolder},
     results::{
-        Absorbed, AbsorbedByFace, ByLight, CaptorResult, FaceResult, Factor, GroupResult, Ratios,
-        Uniformity,
+        Absorbed, AbsorbedByFace, ByLight, CaptorResult, Comparison, FaceResult, Factor,
+        GroupResult, Ratios, ResultsFile, Uniformity,
     },
     studies::EvenPlan,
 };
@@ -50,7 +50,17 @@ impl Found {
         phylux::formats::write_json(&self.result, &mut bytes)?;
         Ok(bytes)
     }
+
+    /// Returns the results as they are read from their file.
+    pub fn results_file(&self) -> PyResult<ResultsFile> {
+        let bytes = self.json_bytes()?;
+        Python::attach(|py| raised(py, ResultsFile::parse(&bytes)))
+    }
 }
+
+/// Text, values as JSON, unmatched values, number of values left out, limit of |z|, whether both
+/// agree, whether they share random numbers.
+type Compared = (String, String, Vec<String>, usize, f64, bool, bool);
 
 /// One or more factors on the power of a light.
 #[derive(FromPyObject)]
@@ -239,6 +249,18 @@ impl Found {
         let plan = EvenPlan { captors, band, mean, minimum, groups };
         let found = raised(py, py.detach(|| phylux::studies::even(&self.result, &watts, &plan)))?;
         Ok(serde_json::to_string(&found).unwrap_or_default())
+    }
+
+    /// Compares these results with others. Returns the text of `phylux compare`; all values as JSON;
+    /// those that only one of them has; the number that is left out because their errors say little;
+    /// the limit of |z|; and whether both agree, and share random numbers.
+    fn compare(&self, py: Python<'_>, other: &Self) -> PyResult<Compared> {
+        let (a, b) = (self.results_file()?, other.results_file()?);
+        let (comparison, text) = raised(py, py.detach(|| embedded::compared(&a, &b)))?;
+        let agree = comparison.agrees();
+        let Comparison { differences, few_paths, unmatched, limit, dependent } = comparison;
+        let values = serde_json::to_string(&differences).unwrap_or_default();
+        Ok((text, values, unmatched, few_paths, limit, agree, dependent))
     }
 
     /// Returns the ids of the captors, or of the groups.

@@ -2,6 +2,7 @@
 
 use std::{
     collections::HashMap,
+    io::{self, Write},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -9,11 +10,10 @@ use std::{
 use glam::DVec3;
 use numpy::{PyArray1, PyReadonlyArray2};
 use phylux::{
-    Control, Error, LoadedScene, Settings,
+    Control, Error, LoadedScene, Scene, Settings,
     cli::embedded::{self, Rendering, Words},
-    formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile},
-    results::ResultsFile,
-    show::{RenderPlan, RenderedScene},
+    formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, Sweep},
+    show::{Colours, ExportFormat, RenderPlan, RenderedScene},
 };
 use pyo3::prelude::*;
 
@@ -119,11 +119,12 @@ impl Loaded {
         self.loaded.warnings.clone()
     }
 
-    /// Returns the text of `phylux check`, and its warnings.
-    fn check(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
+    /// Returns the text of `phylux check`, its warnings, and all of it as JSON.
+    fn check(&self, py: Python<'_>) -> PyResult<(String, Vec<String>, String)> {
         let loaded = self.loaded.clone();
-        let Words { text, warnings } = watched(py, None, move |_| embedded::describe(&loaded))?;
-        Ok((text, warnings))
+        let (words, json) = watched(py, None, move |_| embedded::describe(&loaded))?;
+        let Words { text, warnings } = words;
+        Ok((text, warnings, json))
     }
 
     /// Runs the scene with options of the command line.
@@ -167,26 +168,39 @@ impl Loaded {
         trace: bool,
         threads: Option<usize>,
     ) -> PyResult<()> {
-        let loaded = self.loaded.clone();
-        let results = results.map(Found::json_bytes).transpose()?;
-        watched(py, None, move |watch| {
-            phylux::show::check_view(&loaded.scene)?;
-            let file = OutputFile::create(&path)?;
-            let plan = match results {
-                Some(json) => {
-                    let results = Box::new(ResultsFile::parse(&json)?);
-                    RenderPlan::Results { results, trace }
-                }
-                None => RenderPlan::Run,
-            };
-            let own = &loaded.settings;
-            let settings = Settings { threads: threads.unwrap_or(own.threads), ..own.clone() };
-            let control = Control { stop: &watch.stop, progress: &|_| {} };
-            let rendered =
-                RenderedScene::new(&loaded.scene, &settings, plan, &control, &|_, _| {})?;
-            file.write(&FilesRead::new(&loaded.files), |writer| {
-                phylux::show::write_view(&rendered, None, writer)
-            })
+        let plan = plan(results, trace)?;
+        self.shown(py, path, plan, threads, phylux::show::check_view, |rendered, writer| {
+            phylux::show::write_view(rendered, None, writer)
+        })
+    }
+
+    /// Writes the scene and its light for another program, in the format that the ending of the
+    /// path names. The light is that of a result or of a run of its own; a `.ply` has photons.
+    #[pyo3(signature = (path, results, trace, threads, absorbed, band, range, log))]
+    #[expect(clippy::too_many_arguments, reason = "they are the options of the command")]
+    fn export(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        results: Option<&Found>,
+        trace: bool,
+        threads: Option<usize>,
+        absorbed: Option<bool>,
+        band: Option<String>,
+        range: Option<(f64, f64)>,
+        log: bool,
+    ) -> PyResult<()> {
+        let format = raised(py, ExportFormat::of(&path))?;
+        let colours = Colours { absorbed, band, range, log };
+        raised(py, colours.check(format))?;
+        let plan = match format {
+            ExportFormat::Ply => RenderPlan::Photons,
+            _ => plan(results, trace)?,
+        };
+        let of_check = colours.clone();
+        let check = move |scene: &Scene| phylux::show::check_export(scene, format, &of_check);
+        self.shown(py, path, plan, threads, check, move |rendered, writer| {
+            phylux::show::write_export(rendered, format, &colours, writer)
         })
     }
 
@@ -194,4 +208,58 @@ impl Loaded {
         let scene = &self.loaded.scene;
         format!("<scene `{}` in {}>", scene.name, self.folder.display())
     }
+}
+
+impl Loaded {
+    /// Finds the light of the scene as planned, and writes it to a file.
+    fn shown(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        plan: RenderPlan,
+        threads: Option<usize>,
+        check: impl Fn(&Scene) -> phylux::Result<()> + Send + 'static,
+        write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()> + Send + Sync + 'static,
+    ) -> PyResult<()> {
+        let loaded = self.loaded.clone();
+        watched(py, None, move |watch| {
+            check(&loaded.scene)?;
+            let file = OutputFile::create(&path)?;
+            let own = &loaded.settings;
+            let mut settings = Settings { threads: threads.unwrap_or(own.threads), ..own.clone() };
+            if matches!(plan, RenderPlan::Photons) {
+                // the number in the scene is meant for its captors, not for photons to show
+                settings.photons = None;
+            }
+            let control = Control { stop: &watch.stop, progress: &|_| {} };
+            let rendered =
+                RenderedScene::new(&loaded.scene, &settings, plan, &control, &|_, _| {})?;
+            file.write(&FilesRead::new(&loaded.files), |writer| write(&rendered, writer))
+        })
+    }
+}
+
+/// Returns where the light of a picture comes from: from a result, or from a run of its own.
+fn plan(results: Option<&Found>, trace: bool) -> PyResult<RenderPlan> {
+    let Some(found) = results else { return Ok(RenderPlan::Run) };
+    let results = found.results_file()?;
+    Ok(RenderPlan::Results { results: Box::new(results), trace })
+}
+
+/// Returns the runs of a sweep: for each, the values of its parameters and its scene, as JSON.
+/// `sweep` is the content of a sweep file, and `scene` that of its scene.
+#[pyfunction]
+pub fn sweep_runs(py: Python<'_>, sweep: &str, scene: &str) -> PyResult<Vec<(String, String)>> {
+    let read = |text: &str| {
+        serde_json::from_str(text).map_err(|e| Error::input("sweep", format!("is no JSON: {e}")))
+    };
+    let (sweep, scene) = (raised(py, read(sweep))?, raised(py, read(scene))?);
+    let sweep = raised(py, Sweep::new("sweep", sweep, scene, PathBuf::new()))?;
+    let run = |run: Run<'_>| {
+        let values = run.values.iter().map(|(parameter, value)| (&parameter.name, *value));
+        let values: serde_json::Map<_, _> =
+            values.map(|(name, value)| (name.clone(), value.clone())).collect();
+        (serde_json::Value::from(values).to_string(), sweep.document(&run).to_string())
+    };
+    Ok(sweep.runs().map(run).collect())
 }

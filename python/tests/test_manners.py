@@ -20,7 +20,7 @@ import pytest
 import phylux as px
 from conftest import ROOM_FACES, ROOM_VERTICES, chamber
 
-MODULES = ["phylux", "phylux.scene", "phylux.result", "phylux.geometry", "phylux.sweeps", "phylux.years", "phylux.plots", "phylux.errors"]
+MODULES = ["phylux", "phylux.commands", "phylux.studies", "phylux.scene", "phylux.result", "phylux.geometry", "phylux.sweeps", "phylux.years", "phylux.plots", "phylux.errors"]
 
 
 def native_threads():
@@ -138,7 +138,7 @@ def test_sweep_over_pointers(scene):
     assert told == [(1, 2), (2, 2)]
     assert found[1].seed == 5 and found[0].energy["power"][1] == 5
     assert scene.keys["lights"][0]["power"] == [20, 80]
-    with pytest.raises(px.InputError, match="is not in the scene"):
+    with pytest.raises(px.InputError, match="the scene has no `/lights/7/power`"):
         px.sweep(scene, {"/lights/7/power": [1]})
 
 
@@ -253,7 +253,9 @@ def test_types(tmp_path):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-PAGES = [path for name in ("README.md", "python/README.md", "docs/python.md") if (path := Path(__file__).parents[2] / name).is_file()]
+ROOT = Path(__file__).parents[2]
+NAMED = [ROOT / name for name in ("README.md", "python/README.md", "docs/python.md")]
+PAGES = [path for path in [*NAMED, *sorted(ROOT.glob("docs/coming-from/*.md"))] if path.is_file() and "import phylux" in path.read_text(encoding="utf-8")]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -265,7 +267,9 @@ def test_the_examples_of_the_pages_run(page, tmp_path, monkeypatch):
 
     matplotlib.use("Agg")
     text = page.read_text(encoding="utf-8")
-    blocks = [block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "phylux" in block or "px." in block]
+    # a comment stands before the blocks that need something else
+    found = re.findall(r"(-->\n\n)?```python\n(.*?)```", text, re.DOTALL)
+    blocks = [block for other, block in found if not other and ("phylux" in block or "px." in block)]
     assert blocks
     monkeypatch.chdir(tmp_path)
     run = px.Scene.run

@@ -82,3 +82,20 @@ def test_errors_of_folders(greenhouse, tmp_path):
         greenhouse.year(tmp_path / "no" / "year", photons=1000)
     assert caught.value.place.endswith("year") and "no folder" in str(caught.value)
     assert not (tmp_path / "no").exists()
+
+
+def test_plots_of_a_year(greenhouse, tmp_path):
+    pytest.importorskip("pandas")
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    year = greenhouse.year(tmp_path / "year", photons=20_000, seed=1, sun_rays=32)
+    days = year.plot("days")
+    assert days.lines[0].get_ydata()[0] == pytest.approx(float(year.days.value.iloc[0]))
+    assert "mol/m2/d" in days.get_ylabel()
+    assert year.plot().get_xlabel() == "month"
+    hours = year.plot("hours", captors=year.captors.captor.iloc[0])
+    assert hours.collections[0].get_array().size == 24
+    assert float(hours.collections[0].get_array().max()) == pytest.approx(float(year.hours.value.max()))
+    for wrong, words in (({"kind": "weeks"}, "there are months, days, hours"), ({"captors": "none"}, "no captor or group"), ({"band": "red"}, "no band")):
+        with pytest.raises(px.InputError, match=words):
+            year.plot(**wrong)

@@ -40,9 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let summary = check(&loaded)?;
     match arguments.json {
         true => {
-            let text = serde_json::to_string_pretty(&Checked::new(&loaded, &summary));
-            let text = text.map_err(|e| Error::run("check", e))?;
-            terminal::print_result(&(text + "\n"))?;
+            terminal::print_result(&(as_json(&loaded, &summary)? + "\n"))?;
         }
         false => {
             terminal::print(&describe(&loaded, &summary))?;
@@ -57,6 +55,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// Returns the JSON that `--json` prints.
+pub(super) fn as_json(loaded: &LoadedScene, summary: &SceneSummary) -> Result<String> {
+    serde_json::to_string_pretty(&Checked::new(loaded, summary)).map_err(|e| Error::run("check", e))
 }
 
 /// What `--json` prints.

@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     /// Results file (JSON) of another run with the same captors, called b
     b: PathBuf,
     /// How many values to list, worst first
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = WORST)]
     worst: usize,
     /// Also write all values as a table (CSV): captor, what, band, a, b, z
     #[arg(long, value_name = "FILE")]
@@ -38,6 +38,8 @@ pub(super) struct Arguments {
     exit_code: bool,
 }
 
+/// How many values are listed if nobody says how many.
+pub(super) const WORST: usize = 10;
 /// Exit code with `--exit-code` if the results differ.
 const DIFFERENT: u8 = 1;
 
@@ -60,14 +62,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
             table.flush()
         })?;
     }
+    super::terminal::print(&text(&a, &b, &comparison, arguments.worst))?;
+    Ok(if arguments.exit_code && !comparison.agrees() { DIFFERENT } else { 0 })
+}
+
+/// Returns the text that the command prints.
+pub(super) fn text(
+    a: &ResultsFile,
+    b: &ResultsFile,
+    comparison: &Comparison,
+    worst: usize,
+) -> String {
     let mut text = String::new();
-    for (name, file) in [("a", &a), ("b", &b)] {
+    for (name, file) in [("a", a), ("b", b)] {
         let ResultsFile { scene, photons, estimator, seed, .. } = file;
         let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
     }
-    describe(&mut text, &comparison, arguments.worst);
-    super::terminal::print(&text)?;
-    Ok(if arguments.exit_code && !comparison.agrees() { DIFFERENT } else { 0 })
+    describe(&mut text, comparison, worst);
+    text
 }
 
 fn describe(text: &mut String, comparison: &Comparison, worst: usize) {

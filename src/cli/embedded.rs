@@ -8,11 +8,15 @@ use clap::{
     error::{ContextKind, ContextValue},
 };
 
-use super::{check, mix, render, run, summary::summary};
+use super::{check, compare, mix, render, run, summary::summary};
 use crate::{
     error::{Error, Result},
     formats::scene_file::LoadedScene,
-    results::result::{Factor, RunResult},
+    results::{
+        compare::Comparison,
+        result::{Factor, RunResult},
+        saved::ResultsFile,
+    },
     show::{picture::Picture, render::Pixels},
     transport::{settings::Settings, simulate::Control},
 };
@@ -69,10 +73,19 @@ pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Res
     Ok(result)
 }
 
-/// Returns what `phylux check` says of a scene.
-pub fn describe(loaded: &LoadedScene) -> Result<Words> {
+/// Returns what `phylux check` says of a scene, and the same as the JSON of `--json`.
+pub fn describe(loaded: &LoadedScene) -> Result<(Words, String)> {
     let summary = crate::studies::check::check(loaded)?;
-    Ok(Words { text: check::describe(loaded, &summary), warnings: summary.warnings })
+    let json = check::as_json(loaded, &summary)?;
+    Ok((Words { text: check::describe(loaded, &summary), warnings: summary.warnings }, json))
+}
+
+/// Compares two results, and returns the comparison with the text that `phylux compare` prints.
+/// Errors: those of [`Comparison::new`].
+pub fn compared(a: &ResultsFile, b: &ResultsFile) -> Result<(Comparison, String)> {
+    let comparison = Comparison::new(a, b)?;
+    let text = compare::text(a, b, &comparison, compare::WORST);
+    Ok((comparison, text))
 }
 
 /// Returns the summary that `phylux run` prints at its end.

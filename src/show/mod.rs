@@ -20,7 +20,7 @@ pub(crate) mod vtk;
 pub(crate) mod xml;
 
 pub use chart::{Chart, Series, Stroke};
-pub use export::{Colours, ExportFormat};
+pub use export::{Colours, ExportFormat, check_export, write_export};
 pub use glb::Shown;
 pub use picture::{Legend, Picture, Scale};
 pub use render::{

@@ -169,6 +169,9 @@ impl Loader<'_> {
             StampSpec::End => Stamp::End,
         });
         let path = self.sibling(name);
+        if let Some(table) = name.strip_prefix("table:") {
+            return Weather::parse(self.table("/weather/file", table)?, &path, stamp);
+        }
         Weather::parse(&self.bytes("/weather/file", &path)?, &path, stamp)
     }
 

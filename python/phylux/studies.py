@@ -1,0 +1,110 @@
+"""What studies of a scene find: calibrations, comparisons of results, charts of errors against costs."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .commands import pandas
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The powers of lamps that `Scene.calibrate` has found.
+
+    Attributes:
+        report: all that was found, as docs/calibration.md lists it.
+        scene: the scene with these powers.
+        warnings: sentences to read before you trust the powers.
+    """
+
+    report: dict[str, Any]
+    scene: Scene
+    warnings: list[str]
+
+    @property
+    def factors(self) -> dict[str, list[float]]:
+        """For each light, the factor on its power in each band."""
+        return dict(self.report["factors"])
+
+    @property
+    def factors_se(self) -> dict[str, list[float | None]] | None:
+        """Standard errors of `factors`; None for the powers that light captors evenly."""
+        found: dict[str, list[float | None]] | None = self.report.get("factors_se")
+        return found
+
+    @property
+    def readings(self) -> Any:
+        """A DataFrame of the readings: captor, face, band, use, measured, simulated, calibrated, low, high (the ends of
+        the 95 % interval), leverage. It has no rows for the powers that light captors evenly."""
+        columns = ["captor", "face", "band", "use", "measured", "simulated", "calibrated", "low", "high", "leverage"]
+        rows = [{**reading, **dict(zip(("low", "high"), reading["interval"]))} for reading in self.report.get("readings", [])]
+        return pandas().DataFrame(rows, columns=columns)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the report (JSON), which ``phylux mix --calibration`` reads."""
+        Path(path).write_text(json.dumps(self.report, indent=2) + "\n", encoding="utf-8")
+
+
+class Comparison:
+    """The values of two results a and b side by side; its text is that of ``phylux compare``.
+
+    Attributes:
+        agrees: whether both have the same captors, and no value differs by more than chance explains.
+        limit: the \\|z\\| that chance exceeds anywhere among the values with odds below 1/1000.
+        unmatched: the values that only one of the results has.
+        few_paths: number of common values that are left out because their errors say little.
+        dependent: whether both have the same estimator and seed, and so share random numbers: z is then too small.
+    """
+
+    def __init__(self, found: tuple[str, str, list[str], int, float, bool, bool]) -> None:
+        self._text, values, self.unmatched, self.few_paths, self.limit, self.agrees, self.dependent = found
+        self._values: list[dict[str, Any]] = json.loads(values)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"<Comparison of {len(self._values)} values: {'they agree' if self.agrees else 'they differ'}>"
+
+    @property
+    def frame(self) -> Any:
+        """A DataFrame of the values, worst first: captor, what (``front`` or ``back``, the irradiance of that face, or
+        ``absorbed``), band, a, b, z (the difference over its standard error, NaN where that is not known)."""
+        return pandas().DataFrame(self._values, columns=["captor", "what", "band", "a", "b", "z"])
+
+
+class Chart:
+    """The error of each estimator against its cost, as `Scene.chart` has found it.
+
+    The charts (SVG) and their numbers are files in ``folder``; ``pictures`` has the paths of the charts.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder)
+
+    def __repr__(self) -> str:
+        return f"<Chart in {self.folder}>"
+
+    @property
+    def rows(self) -> Any:
+        """A DataFrame with a row for each run, as docs/accuracy.md explains it."""
+        return pandas().read_csv(self.folder / "rows.csv", keep_default_na=False, na_values=[""])
+
+    @property
+    def study(self) -> dict[str, Any]:
+        """All that was found."""
+        found: dict[str, Any] = json.loads((self.folder / "study.json").read_bytes())
+        return found
+
+    @property
+    def pictures(self) -> Sequence[Path]:
+        """The charts (SVG)."""
+        return sorted(self.folder.glob("*.svg"))
