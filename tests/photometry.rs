@@ -437,3 +437,119 @@ fn check_draws_the_distribution() {
     let output = phylux(&folder.path(""), &arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+/// Returns a file of TM-33: a flat spectrum from 380 to 780 nm, and the same photon intensity,
+/// 10 umol/s/sr, on all sides.
+fn tm33(more: &str) -> String {
+    let rows = ["0", "90", "180"].map(|v| format!("<IntData h='0' v='{v}'>10</IntData>"));
+    format!(
+        "<IESTM33><Emitter><PhotonData><MinWavelength>400</MinWavelength><MaxWavelength>700</MaxWavelength>\
+         <PhotonIntensity>{}{more}</PhotonIntensity></PhotonData><SpectralData><EmitterSpectral><PwrData w='380'>3\
+         </PwrData><PwrData w='780'>3</PwrData></EmitterSpectral></SpectralData></Emitter></IESTM33>",
+        rows.concat()
+    )
+}
+
+const TM27: &str = "<IESTM2714><SpectralDistribution><SpectralQuantity>transmittance</SpectralQuantity>\
+    <SpectralData wavelength='380'>0.1</SpectralData><SpectralData wavelength='780'>0.1</SpectralData>\
+    </SpectralDistribution></IESTM2714>";
+
+/// A TM-33 alone says the flux of each band: photons per nm of a flat spectrum grow with the
+/// wavelength, and there are 40 pi umol/s of them from 400 to 700 nm. Limits: rounding.
+#[test]
+fn a_tm33_says_the_flux_of_each_band() {
+    let scene = |quantity: &str, bands: Value, power: Value| {
+        let light = json!({ "type": "point", "position": [0, 0, 0], "photometry": "a.xml", "power": power });
+        let captor = json!({ "name": "s", "disc": { "center": [0, 0, 1], "normal": [0, 0, -1], "radius": 0.1 } });
+        let scene =
+            json!({ "quantity": quantity, "bands": bands, "lights": [light], "captors": [captor] });
+        TestScene::new(&scene.to_string(), &[("a.xml", &tm33(""))])
+    };
+    let blue = json!({ "name": "blue", "from_nm": 400, "to_nm": 500 });
+    let red = json!({ "name": "red", "from_nm": 600, "to_nm": 700 });
+    let both = json!([blue, red]);
+    let of_file = json!({ "spectrum": "a.xml", "total": "file" });
+    let power = |folder: &TestScene| {
+        let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+        loaded.scene.lights[0].power.to_vec()
+    };
+    let flux = 40.0 * PI;
+    let close = |found: &[f64], expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a / b - 1.0).abs() < 1e-9, "{found:?} {expected:?}");
+        }
+    };
+    let photons = scene("umol/s", both.clone(), of_file.clone());
+    close(&power(&photons), &[flux * 9.0 / 33.0, flux * 13.0 / 33.0]);
+    // 1 J of light of 1 nm has 1 / (N_A h c) = 8.3594e-3 umol
+    let energy = scene("W", both.clone(), of_file.clone());
+    let watts = power(&energy);
+    assert!((watts[0] / watts[1] - 1.0).abs() < 1e-9, "{watts:?}");
+    assert!((watts[0] / (flux * 119.6266 * 200.0 / 330_000.0) - 1.0).abs() < 1e-5, "{watts:?}");
+    let par = json!([{ "name": "PAR", "from_nm": 400, "to_nm": 700 }]);
+    close(&power(&scene("umol/s", par.clone(), json!("file"))), &[flux]);
+    // the irradiance below follows from the intensity: 10 over the square of the distance
+    let found = scene("umol/s", par.clone(), json!("file")).run(200_000, 1);
+    let front = front(&found, "s");
+    let (value, se) = (front.irradiance[0], front.irradiance_se[0].expect("an error"));
+    let of_disc = 20.0 * PI * (1.0 - 1.0 / 1.01_f64.sqrt()) / (PI * 0.01);
+    assert!((value - of_disc).abs() < 5.0 * se, "{value} {of_disc} {se}");
+
+    let check = |folder: TestScene, words: &[&str]| {
+        refused(&folder.path(""), &["check", "scene.json"], words);
+    };
+    check(scene("W", par.clone(), json!("file")), &["a.xml states", "count the scene in umol/s"]);
+    check(scene("umol/s", both, json!("file")), &["\"file\" for 2 bands"]);
+    check(
+        scene("umol/s", json!([blue]), json!("file")),
+        &["a.xml counts from 400 to 700 nm, band `blue` from 400 to 500"],
+    );
+    for (key, value) in [("quantity", json!("lm")), ("from_nm", json!(400)), ("to_nm", json!(700))]
+    {
+        let mut power = of_file.clone();
+        power[key] = value;
+        let words =
+            format!("/power/{key}: the file states its flux in umol/s itself; leave it out");
+        check(scene("umol/s", par.clone(), power), &[&words]);
+    }
+    let unit = json!({ "spectrum": "a.xml", "total": 1, "unit": "photons" });
+    check(scene("umol/s", par, unit), &["/power/unit: a.xml says itself that it counts energy"]);
+}
+
+/// What a surface does, and light, are told apart in the files of the IES, which a table does not
+/// say.
+#[test]
+fn spectra_of_light_and_of_surfaces_are_told_apart() {
+    let folder = |wall: &str, lamp: &str| {
+        let scene = json!({
+            "bands": [{ "name": "PAR", "from_nm": 400, "to_nm": 700 }],
+            "materials": { "wall": { "type": "lambert", "reflectance": { "spectrum": wall } } },
+            "objects": [{ "obj": "a.obj", "material": "wall", "captor": true }],
+            "lights": [{ "type": "point", "position": [0, 0, 1], "power": { "spectrum": lamp, "total": 1 } }]
+        });
+        let files = [
+            ("a.spdx", TM27),
+            ("a.xml", &tm33("")),
+            ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ];
+        TestScene::new(&scene.to_string(), &files)
+    };
+    let good = phylux::load(&folder("a.spdx", "a.xml").path("scene.json")).expect("a scene");
+    assert!((good.averages[0].means[0] - 0.1).abs() < 1e-9);
+    for (wall, lamp, words) in [
+        ("a.xml", "a.xml", "a.xml holds light, and not what a surface does"),
+        ("a.spdx", "a.spdx", "a.spdx holds what a surface does, and not light"),
+        ("a.spdx", "b.spdx", "b.spdx: there is no such file"),
+    ] {
+        refused(&folder(wall, lamp).path(""), &["check", "scene.json"], &[words]);
+    }
+    let intensities = json!({ "lights": [{ "type": "point", "position": [0, 0, 0], "power": 1,
+        "photometry": "a.spdx" }] });
+    let folder = TestScene::new(&intensities.to_string(), &[("a.spdx", TM27)]);
+    refused(
+        &folder.path(""),
+        &["check", "scene.json"],
+        &["a.spdx:1: ", "a TM-27 has a spectrum only"],
+    );
+}

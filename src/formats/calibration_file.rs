@@ -18,6 +18,15 @@ pub struct Factors {
     pub bands: Vec<String>,
     /// Factors on the powers of lights, one for each band.
     pub factors: ByLight<Vec<f64>>,
+    /// Names of the lamps: lights, or patterns of lights; empty where the powers are not measured.
+    #[serde(default)]
+    pub lamps: Vec<String>,
+    /// Names of the bands or sums in which readings were taken.
+    #[serde(default)]
+    pub measured_bands: Vec<String>,
+    /// Covariances of the factors, lamp by lamp, and for each lamp by measured band.
+    #[serde(default)]
+    pub covariance: Vec<Vec<f64>>,
 }
 
 /// Reads the calibration file at `path`. Errors: the file cannot be read, or it is not a

@@ -7,7 +7,7 @@
 //! (`sweep_file`), results
 //! (`result_file`), shards and checkpoints of a run (`shard_file`, `checkpoint_file`), tables
 //! of hours (`hours_file`), controls of lamps (`control_file`), readings and calibrations
-//! (`measured_csv`, `calibration_file`). `json`, `csv_table`, `csv_text` and [`iso8601`]
+//! (`measured_csv`, `calibration_file`). `json`, `csv_table`, `csv_text`, [`iso8601`] and `xml`
 //! serve several of them.
 //!
 //! Read `input`, `json` and `scene_file` first. Nothing here draws pictures. Every error of
@@ -44,6 +44,7 @@ pub(crate) mod sweep_file;
 pub(crate) mod unfinished;
 pub mod weather;
 pub(crate) mod written;
+pub(crate) mod xml;
 
 pub use control_file::{ControlFile, DimFile, LampControl, SeriesFile, StateControl, WhenKeys};
 pub use hours_file::HoursFile;

@@ -1,7 +1,7 @@
 //! Intensity distributions of measured lamps, in the IES format (ANSI/IES LM-63, 1986 to 2019, type
-//! C) and in EULUMDAT.
+//! C), in EULUMDAT, and in ANSI/IES TM-33 (XML).
 //!
-//! Both formats give intensities at vertical angles (0 is the direction in which the lamp aims) for
+//! All formats give intensities at vertical angles (0 is the direction in which the lamp aims) for
 //! horizontal angles C. The file of a symmetric lamp has only part of the circle of horizontal
 //! angles; `symmetry` completes it.
 
@@ -11,16 +11,17 @@ mod lm63;
 mod symmetry;
 #[cfg(test)]
 mod tests;
+mod tm33;
 
 use std::path::Path;
 
-pub use file::Photometry;
+pub use file::{FluxUnit, Photometry};
 
-use crate::error::Result;
+use crate::{error::Result, formats::xml};
 use file::File;
 
 impl Photometry {
-    /// Reads the `bytes` of the file at `path`. A file with a line that begins with `TILT=` is read
+    /// Reads the `bytes` of the file at `path`. A file of XML is read as TM-33, one with a line that begins with `TILT=` is read
     /// as LM-63, any other as EULUMDAT; a file whose name ends with `.ies` must have such a line.
     /// Lines may end in any way, and the text may be UTF-16.
     ///
@@ -29,6 +30,9 @@ impl Photometry {
     /// type C, or has a tilt in another file; numbers are missing, not finite, negative or left
     /// over; angles do not increase or do not fit the symmetry; or the lamp emits no light.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
+        if xml::is_xml(bytes) {
+            return tm33::read(bytes, path);
+        }
         let text = decoded(bytes);
         let file = File { path, lines: text.lines().collect() };
         match file.lines.iter().position(|line| lm63::tilt(line).is_some()) {

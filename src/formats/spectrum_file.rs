@@ -6,6 +6,10 @@
 //! header; where there is none, a comment just before the numbers names the columns, if it has one
 //! word for each.
 
+//!
+//! Files of XML are those of the IES: TM-27 (`.spdx`) and TM-33 (`ies`).
+
+mod ies;
 #[cfg(test)]
 mod tests;
 
@@ -14,6 +18,7 @@ use std::path::Path;
 use super::{
     csv_table::{DECIMAL_COMMAS, is_comment, number, separator},
     input::quoted,
+    xml,
 };
 use crate::{
     error::{Error, Result, nearest},
@@ -29,12 +34,43 @@ pub enum Column<'a> {
     Name(&'a str),
 }
 
+/// What the values of a spectrum are, where its file says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counts {
+    /// Energy of light per nm, in any unit.
+    Energy,
+    /// The share of the light that a surface reflects, lets through or absorbs.
+    Share,
+}
+
+/// A spectrum that was read from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The values over the wavelengths, nm.
+    pub curve: Curve,
+    /// What the values are; `None` in tables, which do not say it.
+    pub counts: Option<Counts>,
+}
+
+/// Reads a spectrum from the `bytes` of the file at `path`: a column of a table, or a spectrum of a
+/// file of the IES, in which column 2 is the first spectrum, and names are those of emitters.
+///
+/// # Errors
+/// Those of a table ([`parse_table`]), and at the line of an XML file: it is neither TM-27 nor
+/// TM-33, has no such spectrum, or one whose values or wavelengths are wrong.
+pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Measured> {
+    match xml::is_xml(bytes) {
+        true => ies::parse(bytes, path, column),
+        false => Ok(Measured { curve: parse_table(bytes, path, column)?, counts: None }),
+    }
+}
+
 /// Reads a column of the table in the `bytes` of the file at `path`.
 ///
 /// # Errors
 /// At the line of the file: there is no such column, a value is missing or not a finite number, or
 /// wavelengths are negative or do not increase. At the file: it has fewer than two rows.
-pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
+fn parse_table(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = String::from_utf8_lossy(bytes);
     let error =

@@ -128,6 +128,6 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
         let problem = "a number comes after the last intensity";
         return Err(file.error(i, problem).remedy(FETCH));
     }
-    let read = Photometry::new(file, half_planes, symmetry, &v, &scales)?;
+    let read = Photometry::new(file.path, half_planes, symmetry, &v, &scales)?;
     Ok(Photometry { usual, ..read })
 }

@@ -20,14 +20,40 @@ pub(super) const MOST: usize = 1_000_000;
 pub struct Photometry {
     /// The shape of the distribution, scaled to a flux of 1.
     pub table: Arc<IntensityTable>,
-    /// The flux that the lamp emits according to the file, lm: the integral of its intensities
-    /// (candela times the factors of the file) over all directions. An EULUMDAT file has one for
+    /// The flux that the lamp emits according to the file, in `unit`: the integral of its
+    /// intensities (times the factors of the file) over all directions. An EULUMDAT file has one for
     /// each of the lamp sets that may be in the luminaire; a set without light has 0.
     pub fluxes: Vec<f64>,
     /// Index of the first set that has lamps and light.
     pub usual: usize,
-    /// Whether the flux depends on the lamp's tilt; it is that of tilt 0.
-    pub tilted: bool,
+    /// The unit of the fluxes.
+    pub unit: FluxUnit,
+    /// Wavelengths between which they count, nm; `None` where the file does not say it.
+    pub range: Option<[f64; 2]>,
+    /// What a user of the fluxes should know of them.
+    pub notes: Vec<String>,
+}
+
+/// The unit of the flux that a file states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FluxUnit {
+    /// Lumens.
+    Lumen,
+    /// Watts of light.
+    Watt,
+    /// Photons, umol/s.
+    Micromole,
+}
+
+impl FluxUnit {
+    /// Returns the name of the unit.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lumen => "lm",
+            Self::Watt => "W",
+            Self::Micromole => "umol/s",
+        }
+    }
 }
 
 impl Photometry {
@@ -35,23 +61,30 @@ impl Photometry {
     /// flux in candela is that of the planes times one of the `scales`. Error: the angles or
     /// intensities make no distribution.
     pub(super) fn new(
-        file: &File,
+        path: &Path,
         planes: Vec<Plane>,
         symmetry: Symmetry,
         v: &[f64],
         scales: &[f64],
     ) -> Result<Self> {
         let (c, values) = round(planes, symmetry);
-        let table = IntensityTable::new(&c, v, values)
-            .map_err(|problem| problem.at(file.path.display()))?;
+        let table =
+            IntensityTable::new(&c, v, values).map_err(|problem| problem.at(path.display()))?;
         let fluxes: Vec<f64> = scales.iter().map(|scale| scale * table.flux()).collect();
         if let Some(flux) =
             fluxes.iter().find(|flux| **flux != 0.0 && !(1e-30..1e30).contains(*flux))
         {
-            let problem = format!("a flux of {flux:e} lm");
-            return Err(Error::input(file.path.display(), problem).remedy(FETCH));
+            let problem = format!("a flux of {flux:e}");
+            return Err(Error::input(path.display(), problem).remedy(FETCH));
         }
-        Ok(Self { fluxes, usual: 0, table: Arc::new(table), tilted: false })
+        Ok(Self {
+            fluxes,
+            usual: 0,
+            table: Arc::new(table),
+            unit: FluxUnit::Lumen,
+            range: None,
+            notes: Vec::new(),
+        })
     }
 }
 

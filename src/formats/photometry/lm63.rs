@@ -3,7 +3,7 @@
 
 use super::{
     file::{FETCH, File, MOST, Photometry},
-    symmetry::{Plane, Symmetry},
+    symmetry::{Plane, Symmetry, symmetry_of},
 };
 use crate::{
     error::{Error, Result},
@@ -140,31 +140,27 @@ pub(super) fn read(file: &File, at: usize) -> Result<Photometry> {
         let problem = format!("{} comes after the last intensity", quoted(word));
         return Err(numbers.error(problem).remedy(FETCH));
     }
-    let photometry = Photometry::new(file, planes, symmetry, &v, &[factor])?;
-    Ok(Photometry { tilted, ..photometry })
+    let mut photometry = Photometry::new(file.path, planes, symmetry, &v, &[factor])?;
+    if tilted {
+        photometry.notes.push(
+            "its flux depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, the \
+             position in which it was measured"
+                .into(),
+        );
+    }
+    Ok(photometry)
 }
 
-/// Returns the symmetry that the horizontal angles imply: there is one angle, or they go from 0 to
-/// 90, 180 or 360, or from 90 to 270, or all around with no larger gap between the last and the
-/// first than elsewhere.
+/// Returns the symmetry of the horizontal angles. Error: they do not rise, or have none.
 fn symmetry(numbers: &Numbers, c: &[f64]) -> Result<Symmetry> {
     if let Some(pair) = c.windows(2).find(|pair| pair[0] >= pair[1]) {
         let problem = format!("horizontal angle {} comes after {}", pair[1], pair[0]);
         return Err(numbers.error(problem).remedy(FETCH));
     }
-    let (first, last) = (c[0], c[c.len() - 1]);
-    let step = c.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-    match (first, last) {
-        _ if c.len() == 1 => Ok(Symmetry::Axial),
-        (0.0, 90.0) => Ok(Symmetry::Quadrant),
-        (0.0, 180.0) => Ok(Symmetry::At0),
-        (90.0, 270.0) => Ok(Symmetry::At90),
-        (0.0.., ..=360.0) if first + 360.0 - last <= step * (1.0 + 1e-9) => Ok(Symmetry::None),
-        _ => {
-            let problem = format!("horizontal angles from {first} to {last}");
-            let remedy = "they go from 0 to 90, 180 or 360, or from 90 to 270, or all around, or there is one; \
-                below 0 they belong to the types A and B: export it with type C coordinates";
-            Err(numbers.error(problem).remedy(remedy))
-        }
-    }
+    symmetry_of(c).ok_or_else(|| {
+        let problem = format!("horizontal angles from {} to {}", c[0], c[c.len() - 1]);
+        let remedy = "they go from 0 to 90, 180 or 360, or from 90 to 270, or all around, or there is one; \
+            below 0 they belong to the types A and B: export it with type C coordinates";
+        numbers.error(problem).remedy(remedy)
+    })
 }

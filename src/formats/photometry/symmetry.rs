@@ -22,6 +22,22 @@ pub(super) enum Symmetry {
     None,
 }
 
+/// Returns the symmetry that rising horizontal angles imply: there is one angle, or they go from 0 to
+/// 90, 180 or 360, or from 90 to 270, or all around with no larger gap between the last and the
+/// first than elsewhere. `None` for other angles, or none.
+pub(super) fn symmetry_of(c: &[f64]) -> Option<Symmetry> {
+    let (&first, &last) = (c.first()?, c.last()?);
+    let step = c.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    match (first, last) {
+        _ if c.len() == 1 => Some(Symmetry::Axial),
+        (0.0, 90.0) => Some(Symmetry::Quadrant),
+        (0.0, 180.0) => Some(Symmetry::At0),
+        (90.0, 270.0) => Some(Symmetry::At90),
+        (0.0.., ..=360.0) if first + 360.0 - last <= step * (1.0 + 1e-9) => Some(Symmetry::None),
+        _ => None,
+    }
+}
+
 /// Angles that differ by less than this are equal, degrees.
 const SAME: f64 = 1e-9;
 

@@ -199,7 +199,10 @@ fn other_forms_are_read() {
         assert!((ok(&text).fluxes[0] / flux - 1.0).abs() < 1e-12, "{text}");
     }
     let included = ok(&changed("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n0.9 0.8 0.7"));
-    assert!(included.tilted && (included.fluxes[0] / flux - 0.9).abs() < 1e-12);
+    assert!(
+        included.notes[0].contains("TILT=INCLUDE")
+            && (included.fluxes[0] / flux - 0.9).abs() < 1e-12
+    );
     for little in [true, false] {
         for mark in ["\u{feff}", ""] {
             let units = mark.encode_utf16().chain(usual.encode_utf16());
@@ -307,4 +310,134 @@ proptest! {
         let head: &[u8] = if ies { b"IESNA91\nTILT=NONE\n" } else { b"" };
         check(&[head, &bytes].concat());
     }
+}
+
+/// Returns a file of TM-33 with these horizontal angles, in umol/s per sr.
+fn tm33(c: &[f64], symmetry: Symmetry, symm: &str) -> String {
+    let mut rows = String::new();
+    for &c in c {
+        for &v in &V {
+            let value = intensity(c % 360.0, v, symmetry);
+            rows += &format!("<IntData h=\"{c}\" v=\"{v}\">{value}</IntData>\n");
+        }
+    }
+    format!(
+        "<?xml version=\"1.0\"?>\n<IESTM33-22><Version>1.1</Version>\n<Emitter><Quantity>1</Quantity>\n<PhotonData>\
+         <MinWavelength>400</MinWavelength><MaxWavelength>700</MaxWavelength>\n<PhotonIntensity>{symm}\
+         <NumberHorz>{}</NumberHorz><NumberVert>{}</NumberVert>\n{rows}</PhotonIntensity></PhotonData></Emitter></IESTM33-22>",
+        c.len(),
+        V.len()
+    )
+}
+
+/// A TM-33 is the IES file with the same intensities, but for its unit; with all symmetries.
+#[test]
+fn tm33_has_the_intensities_of_the_same_ies_file() {
+    for (symmetry, c, symm) in [
+        (Symmetry::Axial, vec![0.0], "<Symm>Symm _ Full</Symm>"),
+        (Symmetry::Quadrant, angles(0.0, 90.0), "<Symm>Symm_Quad</Symm>"),
+        (Symmetry::At0, angles(0.0, 180.0), "<Symm>Symm _ Bi _ 0</Symm>"),
+        (Symmetry::At90, angles(90.0, 270.0), "<Symm>Symm _ Bi _90</Symm>"),
+        (Symmetry::None, angles(0.0, 345.0), ""),
+    ] {
+        let (own, ies) = (ok(&tm33(&c, symmetry, symm)), ok(&ies(&c, symmetry)));
+        assert_eq!((own.unit, own.range), (FluxUnit::Micromole, Some([400.0, 700.0])));
+        assert_eq!((own.fluxes.clone(), own.notes.len()), (ies.fluxes, 0));
+        assert_eq!(format!("{:?}", own.table), format!("{:?}", ies.table));
+    }
+    let whole = tm33(&[0.0], Symmetry::Axial, "");
+    let flux = ok(&whole).fluxes[0];
+    let more = |from: &str, to: &str| ok(&whole.replace(from, to));
+    let twice = more("<NumberHorz>", "<Multiplier>2</Multiplier><NumberHorz>");
+    assert!((twice.fluxes[0] / flux - 2.0).abs() < 1e-12);
+    let stated = more("</PhotonIntensity>", "</PhotonIntensity><PhotonFlux>7</PhotonFlux>");
+    assert!(stated.fluxes[0] == flux && stated.notes[0].contains("the flux that it states is 7"));
+    let relative = whole
+        .replace("<NumberHorz>", "<Absolute>false</Absolute><NumberHorz>")
+        .replace("</PhotonIntensity>", "</PhotonIntensity><PhotonFlux>7</PhotonFlux>");
+    assert_eq!((ok(&relative).fluxes[0], ok(&relative).notes.len()), (7.0, 0));
+    let watts = more("Photon", "Radiant");
+    assert_eq!((watts.unit, watts.range), (FluxUnit::Watt, Some([400.0, 700.0])));
+    let lumens = more("Photon", "Luminous");
+    assert_eq!((lumens.unit, lumens.range), (FluxUnit::Lumen, None));
+    let many = more("<Quantity>1", "<BallastFactor>0.9</BallastFactor><Quantity>4");
+    assert_eq!(many.notes.len(), 2, "{:?}", many.notes);
+}
+
+#[test]
+fn errors_in_tm33_name_the_line() {
+    let path = Path::new("lamp.xml");
+    let whole = tm33(&[0.0], Symmetry::Axial, "");
+    for (from, to, words) in [
+        ("v=\"15\">", "v=\"15\">-", "lamp.xml:7: an intensity of -"),
+        ("v=\"15\"", "v=\"x\"", "lamp.xml:7: the angle v is `x`, not a finite"),
+        ("v=\"15\"", "v=\"0\"", "lamp.xml:5: `NumberVert` is 7, but there are 6"),
+        ("<NumberHorz>1<", "<NumberHorz>2<", "`NumberHorz` is 2, but there are 1"),
+        ("h=\"0\" v=\"15\"", "h=\"9\" v=\"15\"", "`NumberHorz` is 1, but there are 2"),
+        (
+            "<NumberHorz>1</NumberHorz>",
+            "<Symm>Symm_Quad</Symm>",
+            "`Symm` is `Symm_Quad`, which its",
+        ),
+        (
+            "<NumberHorz>1</NumberHorz>",
+            "<Symm>Symm_Arbitrary</Symm>",
+            "a `Symm` of `Symm_Arbitrary`",
+        ),
+        ("<NumberHorz>1</NumberHorz>", "<Multiplier>0</Multiplier>", "a multiplier of 0"),
+        (
+            "<NumberHorz>1</NumberHorz>",
+            "<Absolute>false</Absolute>",
+            "relative intensities, and no `Photo",
+        ),
+        ("IntData", "Data", "no `IntData` in it"),
+        ("PhotonIntensity", "Other", "no emitter with `PhotonIntensity`"),
+        (
+            "IESTM33-22",
+            "IESTM2714",
+            "lamp.xml:2: its outermost element is `IESTM2714`, not that of TM-33",
+        ),
+        (">400<", ">800<", "a flux from 800 to 700 nm"),
+        (
+            "<Emitter>",
+            "<Equipment><Gonioradiometer><Type>CIE _ B</Type></Gonioradiometer></Equipment><Emitter>",
+            "angles of the type `CIE _ B`, must be C",
+        ),
+    ] {
+        let text = whole.replace(from, to);
+        let error = Photometry::parse(text.as_bytes(), path).expect_err(words);
+        check_error(&error, path);
+        assert!(error.to_string().contains(words), "{words}: {error}");
+    }
+    let begin = whole.find("<Emitter>").unwrap();
+    let twice =
+        whole.replacen("<Emitter>", &whole[begin..].replace("</IESTM33-22>", "<Emitter>"), 1);
+    let error = Photometry::parse(twice.as_bytes(), path).unwrap_err().to_string();
+    assert!(error.contains("2 emitters with intensities of their own"), "{error}");
+    let dark = tm33(&[0.0], Symmetry::Axial, "").replace("h=\"0\" v=\"15\"", "h=\"0\" v=\"0\"");
+    let dark = dark.replace("<NumberVert>7<", "<NumberVert>6<");
+    let error = Photometry::parse(dark.as_bytes(), path).unwrap_err().to_string();
+    assert!(error.contains("two intensities at h = 0, v = 0"), "{error}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Any damaged TM-33 gives an error with its place, or a lamp with light.
+    #[test]
+    fn no_spoiled_tm33_panics(text in spoiled_tm33()) {
+        let path = Path::new("a.xml");
+        match Photometry::parse(&text, path) {
+            Err(error) => check_error(&error, path),
+            Ok(found) => prop_assert!(found.fluxes.iter().all(|flux| flux.is_finite())),
+        }
+    }
+}
+
+fn spoiled_tm33() -> impl Strategy<Value = Vec<u8>> {
+    const WORDS: [&str; 6] =
+        ["<IntData h=\"90\" v=\"0\">1</IntData>", "</Emitter>", "v=\"", "<![CDATA[", "&lt;", "-->"];
+    let file: &'static str = Box::leak(tm33(&[0.0, 90.0], Symmetry::Quadrant, "").into_boxed_str());
+    let files: &'static [&'static str] = Box::leak(Box::new([file]));
+    spoiled(files, &WORDS)
 }

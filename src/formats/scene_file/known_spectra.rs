@@ -4,7 +4,9 @@
 use std::{cell::RefCell, collections::BTreeMap, sync::Arc};
 
 use super::spec::*;
-use crate::{math::curve::Curve, scene::daylight::DaylightSource};
+use crate::{
+    formats::spectrum_file::Measured, math::curve::Curve, scene::daylight::DaylightSource,
+};
 
 /// The mean of a spectrum over each band of a scene.
 #[derive(Clone, Debug)]
@@ -25,7 +27,7 @@ pub(super) struct Spectra {
     pub(super) weight: Vec<Part>,
     /// Names of lights without a spectrum, which count as flat over each band.
     pub(super) flat: Vec<String>,
-    pub(super) curves: RefCell<BTreeMap<String, Arc<Curve>>>,
+    pub(super) curves: RefCell<BTreeMap<String, Arc<Measured>>>,
     /// Means per band of spectra that were averaged, by the text of their entry in the scene file.
     pub(super) means: RefCell<BTreeMap<String, Vec<f64>>>,
     pub(super) averages: RefCell<Vec<SpectrumAverage>>,

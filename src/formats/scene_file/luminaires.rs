@@ -5,7 +5,10 @@ use glam::DVec3;
 use super::{loader::Loader, spec::*};
 use crate::{
     error::{LISTED, Result, some},
-    formats::photometry::Photometry,
+    formats::{
+        input::quoted,
+        photometry::{FluxUnit, Photometry},
+    },
     math::{geometry::Transform, units::Quantity},
     scene::light::Intensity,
 };
@@ -64,7 +67,16 @@ impl Aim {
 /// A photometry file, and the flux that it states for the lamp set that the scene file picks.
 pub(super) struct Measured {
     photometry: Photometry,
-    pub(super) flux: f64,
+    pub(super) flux: FileFlux,
+}
+
+/// The flux that a photometry file states.
+#[derive(Clone, Copy)]
+pub(super) struct FileFlux {
+    pub(super) value: f64,
+    pub(super) unit: FluxUnit,
+    /// Wavelengths between which it counts, nm; `None` where the file does not say it.
+    pub(super) range: Option<[f64; 2]>,
 }
 
 impl Loader<'_> {
@@ -101,6 +113,7 @@ impl Loader<'_> {
             let remedy = format!("leave `set` out, which takes set {usual}, or pick another one");
             return Err(self.error(format!("{pointer}/set"), problem).remedy(remedy));
         }
+        let flux = FileFlux { value: flux, unit: photometry.unit, range: photometry.range };
         Ok(Some(Measured { photometry, flux }))
     }
 
@@ -178,7 +191,7 @@ impl Loader<'_> {
 
     /// Returns the flux of a file in the quantity of the scene, by the factor that the scene file
     /// states.
-    fn converted(&self, pointer: &str, lamp: LampFile, flux: Option<f64>) -> Result<Vec<f64>> {
+    fn converted(&self, pointer: &str, lamp: LampFile, flux: Option<FileFlux>) -> Result<Vec<f64>> {
         const SPECTRUM: &str =
             "`{ \"spectrum\": \"lamp.csv\", \"total\": \"file\" }` with the lamp's spectrum";
         let there = format!("{pointer}/power");
@@ -193,6 +206,10 @@ impl Loader<'_> {
                 "give the flux of each band, or {SPECTRUM}: a file has but one number for the whole lamp"
             )));
         }
+        if flux.unit != FluxUnit::Lumen {
+            return self.as_stated(pointer, lamp, file, flux);
+        }
+        let flux = flux.value;
         let (unit, key, usual, most) = match self.parts.quantity {
             Quantity::Watt => ("W", "lm_per_W", lamp.lm_per_w, MOST_LM_PER_W),
             Quantity::Micromole => ("umol/s", "lm_per_umol", lamp.lm_per_umol, MOST_LM_PER_UMOL),
@@ -223,10 +240,50 @@ impl Loader<'_> {
         Ok(vec![flux / factor])
     }
 
-    /// Warns where a file has more than one flux, of which one had to be chosen.
+    /// Returns the flux of a file that states it in W or umol/s, in a scene of one band. Errors: the
+    /// scene counts in the other one; a factor for lumens is given; the band has other wavelengths.
+    fn as_stated(
+        &self,
+        pointer: &str,
+        lamp: LampFile,
+        file: &str,
+        flux: FileFlux,
+    ) -> Result<Vec<f64>> {
+        let there = format!("{pointer}/power");
+        let spectrum = "give `{ \"spectrum\": ..., \"total\": \"file\" }` with the lamp's spectrum";
+        let FileFlux { value, unit, range } = flux;
+        for (key, given) in [("lm_per_W", lamp.lm_per_w), ("lm_per_umol", lamp.lm_per_umol)] {
+            if given.is_some() {
+                let problem = format!("{file} states its flux in {}, not in lumens", unit.name());
+                return Err(self.error(format!("{pointer}/{key}"), problem).remedy("leave it out"));
+            }
+        }
+        let own = self.parts.quantity.unit_names().flux;
+        if own != unit.name() {
+            let problem = format!("\"file\": {file} states {value} {}", unit.name());
+            return Err(self
+                .error(there, problem)
+                .remedy(format!("count the scene in {}, or {spectrum}", unit.name())));
+        }
+        let band = &self.parts.bands[0];
+        if let (Some([from, to]), Some(first), Some(last)) = (range, band.from_nm, band.to_nm)
+            && [from, to] != [first, last]
+        {
+            let problem = format!(
+                "\"file\": {file} counts from {from} to {to} nm, band {} from {first} to {last}",
+                quoted(&band.name)
+            );
+            return Err(self
+                .error(there, problem)
+                .remedy(format!("let both agree, or {spectrum}")));
+        }
+        Ok(vec![value])
+    }
+
+    /// Warns where a file has more than one flux, of which one had to be chosen, and of what it notes.
     fn remark_on_flux(&mut self, pointer: &str, lamp: LampFile, file: &str, measured: &Measured) {
         let place = self.place(format!("{pointer}/photometry"));
-        let Photometry { fluxes, usual, tilted, .. } = &measured.photometry;
+        let Photometry { fluxes, usual, notes, .. } = &measured.photometry;
         if lamp.set.is_none() && fluxes.len() > 1 {
             let others = fluxes.iter().enumerate().filter(|(i, _)| i != usual);
             let others = others.map(|(i, flux)| format!("set {}: {flux:.1} lm", i + 1));
@@ -243,12 +300,8 @@ impl Loader<'_> {
             );
             self.warn(&place, problem);
         }
-        if *tilted {
-            let problem = format!(
-                "the flux of {file} depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, the \
-                position in which it was measured"
-            );
-            self.warn(&place, problem);
+        for note in notes {
+            self.warn(&place, format!("{file}: {note}"));
         }
     }
 }

@@ -415,7 +415,7 @@ pub enum PerBand {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpectrumSpec {
-    /// File with a table: the first column holds wavelengths in nm, rising.
+    /// File with a table, in which the first column holds wavelengths in nm, rising; or TM-27.
     pub spectrum: String,
     /// Name or number of the column with the spectrum (default 2).
     pub column: Option<ColumnSpec>,
@@ -430,8 +430,8 @@ pub struct SpectrumSpec {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LampSpectrumSpec {
-    /// Name of a spectrum at hand, or a file with a table: the first column holds wavelengths in
-    /// nm, rising.
+    /// Name of a spectrum at hand, or a file with a table, in which the first column holds
+    /// wavelengths in nm, rising; or TM-27 or TM-33.
     #[schemars(extend("examples" = known_spectra().collect::<Vec<_>>()))]
     pub spectrum: String,
     /// Name or number of the column with the spectrum (default 2).
@@ -1188,7 +1188,7 @@ pub struct PointSpec {
     pub position: [f64; 3],
     /// Total emitted flux; with `photometry` also "file": the flux that the file states.
     pub power: PowerSpec,
-    /// IES (LM-63) or EULUMDAT file of the intensity (default: alike in all directions).
+    /// IES (LM-63), EULUMDAT or TM-33 file of the intensity (default: alike in all directions).
     pub photometry: Option<String>,
     /// With `photometry` or `cosine`: the direction that the light aims in (default [0, 0, -1],
     /// down).
@@ -1299,7 +1299,7 @@ pub struct AreaSpec {
     pub two_sided: bool,
     /// Makes the light an obstacle of this material.
     pub material: Option<String>,
-    /// IES (LM-63) or EULUMDAT file of the intensity (default: Lambertian).
+    /// IES (LM-63), EULUMDAT or TM-33 file of the intensity (default: Lambertian).
     pub photometry: Option<String>,
     /// With `photometry`: the direction that the light aims in (default: the mean normal).
     pub aim: Option<[f64; 3]>,

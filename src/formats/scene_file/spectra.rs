@@ -6,14 +6,15 @@ use std::sync::Arc;
 use super::{
     known_spectra::{Part, SpectrumAverage},
     loader::{Loader, unknown},
-    luminaires::LampFile,
+    luminaires::{FileFlux, LampFile},
     spec::*,
 };
 use crate::{
     error::Result,
     formats::{
         input::quoted,
-        spectrum_file::{self, Column},
+        photometry::FluxUnit,
+        spectrum_file::{self, Column, Counts},
     },
     math::{
         curve::{Curve, integral},
@@ -121,7 +122,12 @@ impl Loader<'_> {
 
     /// Returns a column of the table `file`, which the scene file names at `pointer`; each column
     /// is read once.
-    fn curve(&self, pointer: &str, file: &str, column: Option<&ColumnSpec>) -> Result<Arc<Curve>> {
+    fn curve(
+        &self,
+        pointer: &str,
+        file: &str,
+        column: Option<&ColumnSpec>,
+    ) -> Result<Arc<spectrum_file::Measured>> {
         let key = format!("{file} {column:?}");
         if let Some(known) = self.spectra.curves.borrow().get(&key) {
             return Ok(known.clone());
@@ -170,11 +176,18 @@ impl Loader<'_> {
         high: f64,
     ) -> Result<Vec<f64>> {
         let key = format!("{spectrum:?}");
-        let curve = self.curve(pointer, &spectrum.spectrum, spectrum.column.as_ref())?;
+        let measured = self.curve(pointer, &spectrum.spectrum, spectrum.column.as_ref())?;
+        if measured.counts == Some(Counts::Energy) {
+            let problem = format!("{} holds light, and not what a surface does", spectrum.spectrum);
+            return Err(self.error(pointer, problem).remedy(
+                "name a file of reflectance or transmittance; the spectrum of a lamp belongs to its power",
+            ));
+        }
+        let curve = &measured.curve;
         let times = spectrum.times.unwrap_or(1.0);
         self.in_range(&format!("{pointer}/times"), times, 0.0, f64::MAX)?;
         let factor = if spectrum.percent { 0.01 * times } else { times };
-        let means = self.mean(pointer, &spectrum.spectrum, &curve, factor, high)?;
+        let means = self.mean(pointer, &spectrum.spectrum, curve, factor, high)?;
         self.spectra.means.borrow_mut().insert(key, means.clone());
         Ok(means)
     }
@@ -313,15 +326,28 @@ impl Loader<'_> {
             }
             return Ok((Arc::new(curve.clone()), SpectralUnitSpec::Energy));
         }
-        let curve = self.curve(&place, name, column).map_err(|error| {
-            let is_name = !name.contains(['/', '\\', ':']) && !name.contains(".csv");
-            if !is_name || self.fetch(&self.sibling(name)).is_ok() {
+        let measured = self.curve(&place, name, column).map_err(|error| {
+            let is_file = name.contains(['/', '\\', ':'])
+                || [".csv", ".spdx", ".xml"].iter().any(|end| name.contains(end));
+            if is_file || self.fetch(&self.sibling(name)).is_ok() {
                 return error;
             }
             let problem = format!("no file {name}, and no spectrum at hand of this name");
             unknown(self.error(&place, problem), name, known_spectra())
         })?;
-        Ok((curve, unit.unwrap_or_default()))
+        let counted = match measured.counts {
+            None => unit.unwrap_or_default(),
+            Some(Counts::Energy) => SpectralUnitSpec::Energy,
+            Some(Counts::Share) => {
+                let problem = format!("{name} holds what a surface does, and not light");
+                return Err(self.error(place, problem).remedy("name the spectrum of the lamp"));
+            }
+        };
+        if unit.is_some_and(|unit| unit != counted) {
+            let problem = format!("{name} says itself that it counts energy");
+            return Err(self.error(format!("{pointer}/unit"), problem).remedy("leave it out"));
+        }
+        Ok((Arc::new(measured.curve.clone()), counted))
     }
 
     /// Returns the spectrum of a lamp, what it counts per nm, and the factor that turns its values
@@ -330,13 +356,13 @@ impl Loader<'_> {
         &self,
         pointer: &str,
         lamp: &LampSpectrumSpec,
-        of_file: Option<f64>,
+        of_file: Option<FileFlux>,
     ) -> Result<(Arc<Curve>, SpectralUnitSpec, f64)> {
         let (column, unit) = (lamp.column.as_ref(), lamp.unit);
         let (curve, unit) = self.lamp_curve(pointer, "spectrum", &lamp.spectrum, column, unit)?;
         let total = match (lamp.total, of_file) {
             (TotalSpec::Given(total), _) => total,
-            (TotalSpec::File, Some(flux)) => flux,
+            (TotalSpec::File, Some(flux)) => flux.value,
             (TotalSpec::File, None) => {
                 return Err(self
                     .error(format!("{pointer}/total"), "\"file\" without `photometry`")
@@ -345,16 +371,28 @@ impl Loader<'_> {
         };
         self.in_range(&format!("{pointer}/total"), total, 0.0, f64::MAX)?;
         let [first, last] = curve.range();
-        let of_total = match (lamp.quantity, lamp.total) {
-            (Some(TotalQuantitySpec::Watt), _) => Quantity::Watt,
-            (Some(TotalQuantitySpec::Micromole), _) => Quantity::Micromole,
-            (None, TotalSpec::Given(_)) => self.parts.quantity,
-            (Some(TotalQuantitySpec::Lumen), _) | (None, TotalSpec::File) => {
+        let stated = match (lamp.total, of_file) {
+            (TotalSpec::File, Some(flux)) if flux.unit != FluxUnit::Lumen => Some(flux),
+            _ => None,
+        };
+        if let Some(FileFlux { unit, .. }) = stated {
+            self.check_stated(pointer, lamp, unit)?;
+        }
+        let of_total = match (stated.map(|flux| flux.unit), lamp.quantity, lamp.total) {
+            (Some(FluxUnit::Micromole), ..) | (_, Some(TotalQuantitySpec::Micromole), _) => {
+                Quantity::Micromole
+            }
+            (Some(_), ..) | (_, Some(TotalQuantitySpec::Watt), _) => Quantity::Watt,
+            (_, None, TotalSpec::Given(_)) => self.parts.quantity,
+            (_, Some(TotalQuantitySpec::Lumen), _) | (_, None, TotalSpec::File) => {
                 let lumens = self.lumens(pointer, lamp, &curve, unit)?;
                 return Ok((curve, unit, total / lumens));
             }
         };
-        let (from, to) = (lamp.from_nm.unwrap_or(first), lamp.to_nm.unwrap_or(last));
+        let [first_counted, last_counted] =
+            stated.and_then(|flux| flux.range).unwrap_or([first, last]);
+        let (from, to) =
+            (lamp.from_nm.unwrap_or(first_counted), lamp.to_nm.unwrap_or(last_counted));
         if !(from < to && curve.reaches(from, to)) {
             let problem = format!(
                 "`total` counts from {from} to {to} nm, {} reaches from {first} to {last} nm",
@@ -380,6 +418,22 @@ impl Loader<'_> {
             return Err(self.error(pointer, problem).remedy("name another column or range"));
         }
         Ok((curve, unit, total / whole))
+    }
+
+    /// Checks that a lamp says nothing of its total that its photometry file says itself.
+    fn check_stated(&self, pointer: &str, lamp: &LampSpectrumSpec, unit: FluxUnit) -> Result<()> {
+        let given = [
+            ("quantity", lamp.quantity.is_some()),
+            ("from_nm", lamp.from_nm.is_some()),
+            ("to_nm", lamp.to_nm.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((key, _)) => {
+                let problem = format!("the file states its flux in {} itself", unit.name());
+                Err(self.error(format!("{pointer}/{key}"), problem).remedy("leave it out"))
+            }
+        }
     }
 
     /// Returns the integral of a lamp's table in lumens. Error: the table does not reach over the
@@ -439,7 +493,7 @@ impl Loader<'_> {
         &self,
         pointer: &str,
         lamp: &LampSpectrumSpec,
-        of_file: Option<f64>,
+        of_file: Option<FileFlux>,
     ) -> Result<Vec<f64>> {
         let (curve, unit, scale) = self.lamp(pointer, lamp, of_file)?;
         let of_band = |band: usize| {

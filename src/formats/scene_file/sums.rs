@@ -39,6 +39,11 @@ impl Loader<'_> {
             }
             self.parts.ratios.push(BandRatio { name: name.clone(), numerator, denominator });
         }
+        if self.sources.by_hour.is_some() {
+            // ratios of hours and days follow from these
+            let sums = self.parts.ratios.iter().flat_map(BandRatio::sums).collect::<Vec<_>>();
+            self.parts.sums.extend(sums);
+        }
         Ok(())
     }
 
