@@ -536,3 +536,107 @@ fn places_without_a_reading_are_predicted() {
         assert_eq!(b.measured.is_none(), purpose == "predict");
     }
 }
+
+/// A mix with a calibration has the errors of its factors. With one factor for all lamps and bands it
+/// is the same relative error for every value, which cancels in ratios; with a factor for each lamp it
+/// is that of the covariances. How even a group is does not change. Limits: rounding.
+#[test]
+fn a_mix_carries_the_covariance_of_the_factors() {
+    let scene = scene();
+    let mut file: Value =
+        serde_json::from_str(&std::fs::read_to_string(scene.path("scene.json")).expect("a scene"))
+            .expect("JSON");
+    file["ratios"] = json!({ "share": { "numerator": "red", "denominator": "both" } });
+    file["captors"][0]["group"] = json!("bench");
+    std::fs::write(scene.path("scene.json"), file.to_string()).expect("written");
+    assert_eq!(command(&scene, "run scene.json --by-light -o all.json").0, Some(0));
+    let all = phylux::formats::read_json(&scene.path("all.json")).expect("results");
+    let noise = |i: usize| 0.2 * (f64::from((7 * i % 11) as u32) / 5.0 - 1.0);
+    std::fs::write(scene.path("m.csv"), readings(&all, noise)).expect("a file");
+    let calibrate = |model: &str| {
+        let line = format!("calibrate scene.json m.csv --results all.json --model {model}");
+        let done = command(&scene, &line);
+        assert_eq!(done.0, Some(0), "{}", done.2);
+        let found = calibration(&scene.path(""));
+        let done = command(&scene, "mix all.json --calibration calibration.json -o mixed.json");
+        assert_eq!(done.0, Some(0), "{}", done.2);
+        let plain: Vec<String> =
+            found.factors.iter().map(|(light, f)| format!("{light}={}", f[0])).collect();
+        let mixed = phylux::formats::read_json(&scene.path("mixed.json")).expect("results");
+        assert!(mixed.calibrated);
+        (found, mixed, plain.join(","))
+    };
+    let (found, mixed, powers) = calibrate("common");
+    let line = ["mix", "all.json", "--power", &powers, "-o", "plain.json"];
+    assert!(phylux(&scene.path(""), &line).status.success());
+    let plain = phylux::formats::read_json(&scene.path("plain.json")).expect("results");
+    let sigma = found.factors_se["left"][0].expect("an error") / found.factors["left"][0];
+    assert!((0.01..0.2).contains(&sigma), "{sigma}");
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    let faces = |result: &RunResult| {
+        let captors = result.captors.iter().map(|captor| captor.front.clone());
+        captors.chain(result.groups.iter().map(|group| group.front.clone())).collect::<Vec<_>>()
+    };
+    for (own, before) in faces(&mixed).iter().zip(&faces(&plain)) {
+        for band in 0..3 {
+            let expected =
+                |value: f64, se: Option<f64>| (sigma * value).hypot(se.expect("an error"));
+            let irradiance = expected(before.irradiance[band], before.irradiance_se[band]);
+            close(own.irradiance_se[band].expect("an error"), irradiance);
+            close(
+                own.flux_se[band].expect("an error"),
+                expected(before.flux[band], before.flux_se[band]),
+            );
+        }
+        let ratio =
+            |face: &phylux::results::FaceResult| face.ratios.as_ref().expect("ratios").get(0);
+        let [(a, a_se), (b, b_se)] = [own, before].map(|face| ratio(face).expect("a ratio"));
+        close(a, b);
+        close(a_se.expect("an error"), b_se.expect("an error"));
+    }
+    let evenness = |result: &RunResult| {
+        let bench = result.groups.iter().find(|group| group.id == "bench").expect("a group");
+        bench.front.uniformity.clone().expect("several captors").cv_se[0].expect("an error")
+    };
+    close(evenness(&mixed), evenness(&plain));
+
+    let (found, mixed, _) = calibrate("lamps");
+    for (captor, all) in mixed.captors.iter().zip(&all.captors) {
+        for band in 0..2 {
+            let parts = all.front.by_light.as_ref().expect("by light");
+            let of = |lamp: &str| parts[lamp].irradiance[band];
+            let mut variance = 0.0;
+            for (i, a) in found.lamps.iter().enumerate() {
+                variance += (found.factors[a][band]
+                    * parts[a.as_str()].irradiance_se[band].unwrap_or(0.0))
+                .powi(2);
+                for (j, b) in found.lamps.iter().enumerate() {
+                    variance += of(a) * of(b) * found.covariance[2 * i + band][2 * j + band];
+                }
+            }
+            close(captor.front.irradiance_se[band].expect("an error"), variance.sqrt());
+        }
+        assert!(captor.front.irradiance_se[2].is_none());
+    }
+    // it is mixed once
+    let again = command(&scene, "mix mixed.json --power left=2 -o again.json");
+    assert_eq!(again.0, Some(2));
+    assert!(again.2.contains("mixed with a calibration"), "{}", again.2);
+    let both =
+        command(&scene, "mix all.json --calibration calibration.json --power left=2 -o b.json");
+    assert_eq!(both.0, Some(0), "{}", both.2);
+    let text = std::fs::read_to_string(scene.path("calibration.json")).expect("a report");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    for (key, value, words) in [
+        ("covariance", json!([[1.0]]), "its `covariance` is no table of 6 x 6 numbers"),
+        ("lamps", json!(["left", "middle", "other"]), "light `right` is none of its `lamps`"),
+        ("measured_bands", json!(["blue", "green"]), "the results have no band `green`"),
+    ] {
+        let mut report = report.clone();
+        report[key] = value;
+        std::fs::write(scene.path("bad.json"), report.to_string()).expect("written");
+        let done = command(&scene, "mix all.json --calibration bad.json -o b.json");
+        assert_eq!(done.0, Some(2), "{words}");
+        assert!(done.2.contains("bad.json: ") && done.2.contains(words), "{}", done.2);
+    }
+}

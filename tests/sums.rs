@@ -224,6 +224,41 @@ fn paths_have_ratios_too() {
     }
 }
 
+/// Weighted sums of a flat spectrum have their closed forms, within 1e-6: 1 W at the wavelength w,
+/// nm, is w / 119.6265656 umol/s (N_A h c = 0.11962656 J m / mol), and so from a to b nm a flat lamp
+/// has (b^2 - a^2) / 2 / 119.6265656 umol/s for each W per nm.
+#[test]
+fn weighted_sums_of_a_flat_spectrum_are_exact() {
+    let bands: Vec<Value> =
+        [[350, 400], [400, 500], [500, 600], [600, 640], [640, 700], [700, 750]]
+            .iter()
+            .map(|[from, to]| json!({ "name": format!("{from}"), "from_nm": from, "to_nm": to }))
+            .collect();
+    let photons = |from: f64, to: f64| (to * to - from * from) / 2.0 / 119.626_565_6;
+    for quantity in ["W", "umol/s"] {
+        let scene = scene(quantity, |scene| {
+            scene["bands"] = json!(bands);
+            scene["sums"] =
+                json!({ "PPF": "PPF", "ePAR": "ePAR", "red": { "from_nm": 600, "to_nm": 700 } });
+            scene["ratios"] = json!({});
+            scene["materials"]["grey"]["reflectance"] = json!(0.5);
+            scene["lights"] = json!([{ "name": "lamp", "type": "point", "position": [0, 0, 1],
+                "power": { "spectrum": "flat.csv", "unit": "energy", "total": 400, "quantity": "W",
+                    "from_nm": 350, "to_nm": 750 } }]);
+        });
+        std::fs::write(scene.path("flat.csv"), "nm,W\n350,1\n750,1\n").expect("a file");
+        let output = phylux(&scene.path(""), &["check", "scene.json", "--json"]);
+        let checked: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let sums = &checked["lights"][0]["sums"];
+        for (name, from, to) in
+            [("PPF", 400.0, 700.0), ("ePAR", 400.0, 750.0), ("red", 600.0, 700.0)]
+        {
+            let found = sums[name].as_f64().expect("a number") / photons(from, to);
+            assert!((found - 1.0).abs() < 1e-6, "{quantity} {name}: {found}");
+        }
+    }
+}
+
 /// Daily light integrals of sums of photons, also where the scene counts W; lumens have none.
 #[test]
 fn sums_of_photons_have_daily_light_integrals() {
@@ -233,6 +268,8 @@ fn sums_of_photons_have_daily_light_integrals() {
             scene["time"] = json!({ "from": "2025-06-21T00:00Z", "to": "2025-06-22T00:00Z" });
             scene["weather"] = json!({ "direct_normal": 500, "diffuse_horizontal": 100 });
             scene["lights"] = json!([{ "type": "sky" }]);
+            // weights ask for a sum that reaches beyond 400 to 700 nm
+            scene["sums"]["wide"] = json!({ "R": 1, "FR": 0.5 });
         });
         let output =
             phylux(&scene.path(""), &["run", "scene.json", "--photons", "2000", "--quiet"]);

@@ -13,6 +13,7 @@ use phylux::{
 use serde_json::{Value, json};
 
 mod leaves;
+mod ratios;
 mod states;
 
 use crate::{

@@ -15,8 +15,12 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::{calibration_file, output::FilesRead, result_file::read_json},
-    results::result::{ByLight, Factor, RunResult},
+    formats::{
+        calibration_file::{self, Factors},
+        output::FilesRead,
+        result_file::read_json,
+    },
+    results::result::{ByLight, Factor, FactorErrors, RunResult},
 };
 
 /// The most lights that are listed.
@@ -88,29 +92,47 @@ fn entries(texts: &[String]) -> Result<Vec<(String, f64)>> {
     Ok(entries)
 }
 
+/// The factors of a calibration, and their errors, if they were measured.
+pub(super) struct Calibrated {
+    factors: ByLight<Factor>,
+    errors: Option<FactorErrors>,
+}
+
 /// Reads the factors of a calibration. Error: its bands are not those of the results.
-pub(super) fn calibrated(file: &Path, result: &RunResult) -> Result<ByLight<Factor>> {
+pub(super) fn calibrated(file: &Path, result: &RunResult) -> Result<Calibrated> {
     let calibration = calibration_file::read(file)?;
     let names = result.bands.iter().filter(|band| band.sum_of.is_none());
     if !names.map(|band| &band.name).eq(&calibration.bands) {
         return Err(Error::input(file.display(), "its bands are not those of the results")
             .remedy("calibrate with this scene"));
     }
-    let factors = calibration.factors.into_iter();
-    Ok(factors.map(|(light, factors)| (light, Factor::Bands(factors))).collect())
+    let Factors { factors, lamps, measured_bands, covariance, .. } = calibration;
+    let errors = match measured_bands.is_empty() {
+        true => None,
+        false => Some(
+            FactorErrors::new(result, &factors, &lamps, &measured_bands, covariance)
+                .map_err(|problem| problem.at(file.display()))?,
+        ),
+    };
+    let factors = factors.into_iter().map(|(light, factors)| (light, Factor::Bands(factors)));
+    Ok(Calibrated { factors: factors.collect(), errors })
 }
 
 /// Returns the results with the factors of a calibration, if there is one, and with other factors
-/// on top.
+/// on top. Errors then include those of the calibration's factors.
 pub(super) fn mixed(
     result: &RunResult,
-    calibration: Option<&ByLight<Factor>>,
+    calibration: Option<&Calibrated>,
     factors: &ByLight<Factor>,
 ) -> Result<RunResult> {
-    match calibration {
-        Some(calibration) => result.mix_bands(calibration)?.mix_bands(factors),
-        None => result.mix_bands(factors),
-    }
+    let Some(Calibrated { factors: own, errors }) = calibration else {
+        return result.mix_bands(factors);
+    };
+    let mixed = result.mix_bands(own)?.mix_bands(factors)?;
+    Ok(match errors {
+        Some(errors) => mixed.with_errors_of(errors),
+        None => mixed,
+    })
 }
 
 /// Returns the factor of each light that is named. A name that ends with `*`, and that is not

@@ -2,9 +2,11 @@
 //! or umol/s, errors standard errors (1 sigma).
 //!
 //! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `stand`
-//! what plants do with the light as a whole, `dli` adds daily light integrals, `warnings` adds warnings, `mix` rescales lamps, and `validate`
+//! what plants do with the light as a whole, `dli` adds daily light integrals, `warnings` adds
+//! warnings, `mix` rescales lamps, `calibrated` adds the errors of a calibration, and `validate`
 //! checks results that were read from a file.
 
+mod calibrated;
 mod dli;
 mod electricity;
 mod found;
@@ -29,6 +31,7 @@ use crate::{
     transport::settings::{Estimator, Guiding},
 };
 
+pub use calibrated::FactorErrors;
 pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Shares};
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
@@ -80,6 +83,9 @@ pub struct RunResult {
     /// bands or a list with one for each band; lights that are not named have the factor 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mixed: Option<ByLight<Factor>>,
+    /// Whether the lights have factors of a calibration, and standard errors include theirs.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub calibrated: bool,
     /// The settings that decide the numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settings: Option<RunSettings>,

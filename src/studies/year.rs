@@ -46,7 +46,7 @@ use product::{Product, Wanted, daylight_at};
 use crate::{
     error::{Error, Result},
     formats::{control_file::ControlFile, scene_file::HourlyLights, weather::Slot},
-    math::{machine, pattern, units::Quantity},
+    math::{machine, pattern, stats, units::Quantity},
     results::result::{BandResult, band_results},
     scene::captor::Channel,
     transport::{direct_sun::SunRays, paths::Unseen, settings::Settings, simulate::Control},
@@ -54,6 +54,9 @@ use crate::{
 
 /// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
 const UNSEEN: f64 = 1e-3;
+
+/// The number of columns from which a ratio is found.
+const RATIO: usize = 3;
 
 /// The largest number of groups, or of captors if there are no groups, that the chart shows.
 const CHARTED: usize = 6;
@@ -194,6 +197,18 @@ impl Values<'_> {
         counts.then(|| Value::of_pair(self.values[at]))
     }
 
+    /// Returns the ratio with this index of the light of a channel of an id. `None` if the id does not
+    /// count the channel, or nothing arrived that it could be divided by.
+    pub fn ratio(&self, id: usize, channel: Channel, ratio: usize) -> Option<Value> {
+        let first = self.places.columns - RATIO * (self.places.ratios.len() - ratio);
+        let of = |part| self.light(id, channel, first + part);
+        let (over, under, both) = (of(0)?, of(1)?, of(2)?);
+        let covariance = 0.5 * (both.variance - over.variance - under.variance);
+        let covariance = [over.variance, covariance, under.variance];
+        let (mean, error) = stats::ratio([over.mean, under.mean], Some(covariance))?;
+        Some(Value { mean, variance: error.unwrap_or(0.0).powi(2) })
+    }
+
     /// Returns the fraction of the area of an id that has a straight path to the sun, on average
     /// over the time in which the sun shines. `None` if it does not shine.
     pub fn sunlit(&self, id: usize) -> Option<Value> {
@@ -225,7 +240,8 @@ impl Year {
         })?;
         let slots = hourly.slots.clone();
         let places = Places::new(scene);
-        let bands = band_results(scene);
+        let mut bands = band_results(scene);
+        bands.truncate(places.columns - RATIO * places.ratios.len());
         // a sum with a unit of its own is not in MJ
         let par = |band: &BandResult| match scene.quantity {
             Quantity::Watt => band.unit.is_none(),
@@ -310,7 +326,6 @@ impl Year {
         let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
         warnings.extend(unseen);
         warnings.extend(interpolated(found.interpolated, places.ids.len()));
-        warnings.extend(no_ratios(scene));
         let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;
         Ok(Self {
             unit: match scene.quantity {
@@ -490,17 +505,6 @@ fn unseen_sun(unseen: &Unseen) -> Option<String> {
              by one flat pane or mirror (unseen): it is interpolated between hours, so that single hours may \
              be wrong by more than their errors say where it is bright; sums over the period are right",
             100.0 * share
-        )
-    })
-}
-
-/// Returns a warning if the scene asks for ratios, which a year does not compute.
-fn no_ratios(scene: &crate::scene::world::Scene) -> Option<String> {
-    let names: Vec<&str> = scene.ratios.iter().map(|ratio| ratio.name.as_str()).collect();
-    (!names.is_empty()).then(|| {
-        format!(
-            "a year has no ratios: {} are not in its tables; divide the sums that they are made of",
-            names.join(", ")
         )
     })
 }

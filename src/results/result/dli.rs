@@ -9,12 +9,11 @@ const DAY: f64 = 24.0;
 
 impl BandResult {
     /// Returns whether it has a daily light integral: photosynthetically active radiation, a part
-    /// of it, or a sum of photons by a weighting of wavelengths, where that is not in lumens.
-    /// `photons` says whether the bands count photons.
+    /// of it, or a weighted sum of photons. `photons` says whether the bands count photons.
     pub fn has_dli(&self, bands: &[Self], photons: bool) -> bool {
         match &self.unit {
             Some(unit) => unit.flux == "umol/s",
-            None => photons && self.is_par(bands),
+            None => photons && (self.weights.is_some() || self.is_par(bands)),
         }
     }
 

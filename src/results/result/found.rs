@@ -77,6 +77,7 @@ impl RunResult {
             starved: simulation.starved,
             chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
             mixed: None,
+            calibrated: false,
             settings: Some(RunSettings::new(settings, simulation)),
             warnings: Vec::new(),
             unit,

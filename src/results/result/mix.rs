@@ -30,6 +30,11 @@ impl RunResult {
             return Err(Error::input(&self.scene, "these results are not split by light")
                 .remedy("run the scene again with --by-light"));
         };
+        if self.calibrated {
+            let problem = "these results were mixed with a calibration, and their errors are its";
+            return Err(Error::input(&self.scene, problem)
+                .remedy("mix those of the run, with --calibration and --power together"));
+        }
         for (name, factor) in factors {
             if !lights.contains_key(name) {
                 let error = Error::input(&self.scene, format!("no light `{name}`"));

@@ -130,6 +130,18 @@ impl Ratios {
         (!ratios.is_empty()).then_some(summed)
     }
 
+    /// Adds to the covariance of the sums of a ratio, where both are known.
+    pub(super) fn add_covariance(&mut self, r: usize, sums: [f64; 2], more: Option<[f64; 3]>) {
+        let own = self.covariance.as_ref().and_then(|all| all.get(r).copied()?);
+        let all = own.zip(more).map(|(own, more)| std::array::from_fn(|i| own[i] + more[i]));
+        if let Some(error) = self.ratio_se.get_mut(r) {
+            *error = ratio(sums, all).and_then(|(_, error)| error);
+        }
+        if let Some(covariance) = self.covariance.as_mut().and_then(|all| all.get_mut(r)) {
+            *covariance = all;
+        }
+    }
+
     fn push(&mut self, sums: [f64; 2], covariance: Option<[f64; 3]>) {
         let found = ratio(sums, covariance);
         self.ratio.push(found.map(|(ratio, _)| ratio));

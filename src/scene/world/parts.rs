@@ -80,6 +80,27 @@ pub struct BandRatio {
     pub denominator: BandSum,
 }
 
+impl BandRatio {
+    /// Returns the numerator, the denominator, and the sum of both, from whose variances the
+    /// covariance of the two follows.
+    pub fn sums(&self) -> [BandSum; 3] {
+        let name = |part: &str| format!("{part} of {}", self.name);
+        let (over, under) = (&self.numerator, &self.denominator);
+        let mut both = BandSum { name: name("both"), ..BandSum::default() };
+        for (band, weight) in over.weighted().chain(under.weighted()) {
+            match both.bands.iter().position(|&known| known == band) {
+                Some(i) => both.weights[i] += weight,
+                None => {
+                    both.bands.push(band);
+                    both.weights.push(weight);
+                }
+            }
+        }
+        let named = |part: &str, sum: &BandSum| BandSum { name: name(part), ..sum.clone() };
+        [named("numerator", over), named("denominator", under), both]
+    }
+}
+
 /// A material with its name.
 #[derive(Clone, Debug)]
 pub struct NamedMaterial {

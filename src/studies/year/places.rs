@@ -56,8 +56,11 @@ pub struct Places {
     pub captors: usize,
     /// Number of channels: fronts, backs, absorbed light.
     pub(super) channels: usize,
-    /// Number of bands and sums.
+    /// Number of bands and sums, and of the sums that ratios are made of.
     pub(super) columns: usize,
+    /// Names of the ratios. The last columns are the numerator, the denominator and the sum of both
+    /// for each.
+    pub ratios: Vec<String>,
     /// For each id the area that counts for each channel, m2: 0 where nothing counts.
     pub(super) areas: Vec<[f64; CHANNELS.len()]>,
     /// What each id is, and where.
@@ -108,6 +111,7 @@ impl Places {
             captors,
             channels: scene.captors.iter().map(|c| c.kind.channels()).max().unwrap_or(1),
             columns: scene.bands.len() + scene.sums.len(),
+            ratios: scene.ratios.iter().map(|ratio| ratio.name.clone()).collect(),
         }
     }
 

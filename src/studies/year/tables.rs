@@ -22,8 +22,16 @@ use crate::{
 };
 
 /// The files beside the table of hours: tables that are always CSV, and the chart.
-const OTHERS: [&str; 7] =
-    ["days.csv", "months.csv", "year.csv", "lamps.csv", CHART, "captors.csv", "states.csv"];
+const OTHERS: [&str; 8] = [
+    "days.csv",
+    "months.csv",
+    "year.csv",
+    "lamps.csv",
+    CHART,
+    "captors.csv",
+    "states.csv",
+    "ratios.csv",
+];
 const CHART: &str = "dli.svg";
 /// The record of these files in their folder, and what to do about one that is not of it.
 const RECORD: &str = "year.written.json";
@@ -104,6 +112,7 @@ pub fn write(
     complete.push(table(next()?, &CAPTORS, false, |file| captors(year, file))?);
     let columns = [("state", Kind::Text), ("month", Kind::Text), ("hours", Kind::Number)];
     complete.push(table(next()?, &columns, false, |file| states(year, file))?);
+    complete.push(table(next()?, &RATIOS, false, |file| ratios(year, file))?);
     written.put(complete)
 }
 
@@ -310,6 +319,42 @@ fn states<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> 
             let hours = slots.iter().map(|&s| shares[s] * year.slots[s].length).sum();
             let cells = [Cell::Text(name), Cell::Text(when), Cell::Number(hours)];
             table.row(&cells).map_err(unwritten)?;
+        }
+    }
+    Ok(())
+}
+
+const RATIOS: [(&str, Kind); 9] = [
+    ("captor", Kind::Text),
+    ("period", Kind::Text),
+    ("ratio", Kind::Text),
+    ("front", Kind::Number),
+    ("front_se", Kind::Number),
+    ("back", Kind::Number),
+    ("back_se", Kind::Number),
+    ("absorbed", Kind::Number),
+    ("absorbed_se", Kind::Number),
+];
+
+/// Adds the ratios of the light of each day, then of each month, then of the whole period.
+fn ratios<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+    if year.places.ratios.is_empty() {
+        return Ok(());
+    }
+    let days = year.days.keys().enumerate().map(|(d, name)| (name.as_str(), year.day(d)));
+    let months = year.months.keys().enumerate().map(|(m, name)| (name.as_str(), year.month(m)));
+    for (when, values) in days.chain(months).chain(std::iter::once(("all", year.whole()))) {
+        let values = values?;
+        for (id, name) in year.places.ids.iter().enumerate() {
+            for (r, ratio) in year.places.ratios.iter().enumerate() {
+                let mut cells = vec![Cell::Text(name), Cell::Text(when), Cell::Text(ratio)];
+                for channel in [Channel::Front, Channel::Back, Channel::Absorbed] {
+                    let found = values.ratio(id, channel, r);
+                    cells.push(Cell::number(found.map(|found| found.mean)));
+                    cells.push(Cell::number(found.map(|found| found.variance.sqrt())));
+                }
+                table.row(&cells).map_err(unwritten)?;
+            }
         }
     }
     Ok(())
