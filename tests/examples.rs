@@ -15,7 +15,7 @@ use crate::common::binary;
 /// from each face of the box.
 const PHOTONS: &str = "2000";
 /// The endings of the files that phylux reads.
-const ENDINGS: [&str; 7] = [".json", ".csv", ".obj", ".mtl", ".stl", ".ies", ".rad"];
+const ENDINGS: [&str; 8] = [".json", ".csv", ".obj", ".mtl", ".stl", ".ies", ".rad", ".xml"];
 
 /// A code block of a page, fenced or indented.
 struct Block<'a> {
@@ -204,10 +204,21 @@ fn try_page(page: &Path) -> (usize, usize) {
     (files.len(), commands.len())
 }
 
+/// Returns the files that the text of a page shows, by their names without a folder.
+pub fn files_of(text: &str) -> Vec<(String, String)> {
+    let shown = |block: &Block| block.name().filter(|_| block.language.is_some());
+    let blocks = Block::all(text).into_iter();
+    let files = blocks.filter_map(|block| {
+        let name = shown(&block)?.file_name()?.to_string_lossy().into_owned();
+        Some((name, block.lines.join("\n")))
+    });
+    files.collect()
+}
+
 /// Every example must succeed. The test does not depend on chance.
 #[test]
 fn examples_of_all_pages_work() {
-    let docs = ["docs", "docs/notes"].into_iter().flat_map(|folder| {
+    let docs = ["docs", "docs/notes", "docs/coming-from"].into_iter().flat_map(|folder| {
         let entries = fs::read_dir(root().join(folder)).expect(folder);
         entries.map(move |entry| Path::new(folder).join(entry.expect("an entry").file_name()))
     });

@@ -14,6 +14,7 @@ mod calibrate;
 mod check;
 mod checkpoint;
 mod closed_forms;
+mod coming_from;
 mod common;
 mod compare;
 mod contract;
