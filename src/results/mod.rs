@@ -20,8 +20,8 @@ pub use compare::{Comparison, Difference};
 pub use flat::FlatResult;
 pub use result::{
     Absorbed, AbsorbedByFace, BandResult, ByLight, CanopyResult, CaptorResult, DarkResult,
-    Electricity, Energy, FaceResult, Factor, GroupElectricity, GroupResult, LampElectricity,
-    LayerResult, MapResult, NearestResult, RatioResult, Ratios, RunResult, RunSettings, Share,
-    Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
+    Electricity, Energy, FaceResult, Factor, FactorErrors, GroupElectricity, GroupResult,
+    LampElectricity, LayerResult, MapResult, NearestResult, RatioResult, Ratios, RunResult,
+    RunSettings, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
 };
 pub use saved::ResultsFile;
