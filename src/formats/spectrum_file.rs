@@ -10,10 +10,13 @@
 //! Files of XML are those of the IES: TM-27 (`.spdx`) and TM-33 (`ies`).
 
 mod ies;
+mod kinds;
 #[cfg(test)]
 mod tests;
 
 use std::path::Path;
+
+pub use kinds::{Column, Counts, Measured};
 
 use super::{
     csv_table::{DECIMAL_COMMAS, is_comment, number, separator},
@@ -24,33 +27,6 @@ use crate::{
     error::{Error, Result, nearest},
     math::curve::Curve,
 };
-
-/// A column of a table.
-#[derive(Clone, Copy, Debug)]
-pub enum Column<'a> {
-    /// The number of the column, from 1; column 1 holds the wavelengths.
-    Number(u64),
-    /// The name of the column in the header.
-    Name(&'a str),
-}
-
-/// What the values of a spectrum are, where its file says it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Counts {
-    /// Energy of light per nm, in any unit.
-    Energy,
-    /// The share of the light that a surface reflects, lets through or absorbs.
-    Share,
-}
-
-/// A spectrum that was read from a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
-    /// The values over the wavelengths, nm.
-    pub curve: Curve,
-    /// What the values are; `None` in tables, which do not say it.
-    pub counts: Option<Counts>,
-}
 
 /// Reads a spectrum from the `bytes` of the file at `path`: a column of a table, or a spectrum of a
 /// file of the IES, in which column 2 is the first spectrum, and names are those of emitters.

@@ -151,6 +151,9 @@ impl Planes {
             angles
         };
         let (c, v) = (sorted(|row| row.0), sorted(|row| row.1));
+        if c.is_empty() {
+            return Err(error("no `IntData` in it".into()));
+        }
         if c.len().saturating_mul(v.len()) > MOST {
             let problem = format!("{} x {} angles, more than {MOST} intensities", c.len(), v.len());
             return Err(error(problem));
@@ -162,9 +165,6 @@ impl Planes {
                 let problem = format!("`{name}` is {}, but there are {}", count.text, angles.len());
                 return Err(count.error(path, problem).remedy(FETCH));
             }
-        }
-        if c.is_empty() {
-            return Err(error("no `IntData` in it".into()));
         }
         rows.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let mut planes = Vec::with_capacity(c.len());

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::{Column, Counts, Measured};
+use super::kinds::{Column, Counts, Measured};
 use crate::{
     error::{Error, Result, nearest},
     formats::{

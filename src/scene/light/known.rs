@@ -22,6 +22,9 @@ const DIODES: [(&str, &[[f64; 3]]); 4] = [
     ("LED-white-450-580", &[[450.0, 20.0, 1.0], [580.0, 130.0, 0.6]]),
 ];
 
+/// The part of its peak below which a diode by formula is dark.
+const DARK: f64 = 1e-9;
+
 /// Full width at half of the maximum of Ohno's peak, in units of its parameter.
 const OHNO: f64 = 0.921_82;
 
@@ -54,7 +57,9 @@ static KNOWN: LazyLock<Vec<(&'static str, Curve)>> = LazyLock::new(|| {
                         (-4.0 * std::f64::consts::LN_2 * place * place).exp()
                     }
             };
-            [nm, peaks.iter().map(of_peak).sum()]
+            let value: f64 = peaks.iter().map(of_peak).sum();
+            // far from its peaks a diode is dark, and not only nearly so
+            [nm, if value < DARK { 0.0 } else { value }]
         })
     };
     let daylight = |sun: f64, sky: f64| {
