@@ -5,7 +5,8 @@
 
 writes beside itself and in ../captors, always the same bytes. The scene files
 (JSON) are written by hand and are not touched, but greenhouse-day.json and
-greenhouse-year.json, which are greenhouse.json under another light, and their weather.
+greenhouse-year.json, which are greenhouse.json under another light, and their weather,
+and the glasshouse by day and by night.
 
 Lengths are metres, or centimetres where a function says so (the growth chamber);
 angles are degrees; z is up. The front of a triangle is its counter-clockwise side: the
@@ -428,6 +429,207 @@ def crop_captors():
     write_discs(CAPTORS / "crop-grid.csv", rows)
 
 
+# ------------------------------------------------------------------ a glasshouse in a meadow
+# The glasshouse (m): its floor begins at the origin, its ridge runs along x. The meadow around it.
+HOUSE_LENGTH, HOUSE_WIDTH, HOUSE_EAVE, HOUSE_RIDGE, WALL = 12.8, 6.4, 2.7, 4.3, 0.35
+TABLES_Y, TABLE_TOP, TABLE_WIDTH = (1.30, 5.10), 0.76, 1.9
+MEADOW = (-7.0, 27.0, -13.0, 19.4)
+
+
+def relief(x, y):
+    """Height of the meadow, m: even below the house, uneven around it, and a bank far away."""
+    low_x, high_x, low_y, high_y = MEADOW
+    away = math.hypot(max(-x, 0, x - HOUSE_LENGTH), max(-y, 0, y - HOUSE_WIDTH))
+    rough = 0.05 * math.sin(1.3 * x + 0.4 * y) + 0.06 * math.sin(0.9 * y - 0.5 * x + 1) + 0.03 * math.sin(2.3 * y + x)
+    bank = max(0, away - 5.5) / 6.5
+    height = min(1, bank) ** 2 * (2.0 + 0.5 * math.sin(0.35 * x + 0.8) + 0.4 * math.sin(0.42 * y + 2))
+    return -0.03 + min(1, away) * (rough - 0.08) + height
+
+
+def meadow():
+    """The ground, and a tuft of grass with the places where it stands, denser near the house."""
+    low_x, high_x, low_y, high_y = MEADOW
+    columns, rows = 34, 32
+    xs = [low_x + (high_x - low_x) * i / columns for i in range(columns + 1)]
+    ys = [low_y + (high_y - low_y) * j / rows for j in range(rows + 1)]
+    parts = {("meadow", "turf"): loft([[(x, y, relief(x, y)) for x in xs] for y in ys])}
+    write_obj(SCENES / "meadow.obj", "meadow around the glasshouse, m; normals up", parts, decimals=2)
+
+    blades = defaultdict(list)
+    for i in range(46):
+        turn, spread = GOLDEN_ANGLE * i, 0.26 * math.sqrt((i + 0.5) / 46)
+        foot = (spread * math.cos(math.radians(turn)), spread * math.sin(math.radians(turn)), -0.02)
+        start = Frame(foot).turned(yaw=turn + 70 * wobble(i), pitch=72 + 14 * wobble(3 * i))
+        length, bend = 0.17 + 0.07 * wobble(2 * i + 1), 150 + 120 * wobble(5 * i)
+        ends = [start.along(length * t, bend) for t in (0, 0.5, 1)]
+        left, right = ([end.point(0, side * w, 0) for end, w in zip(ends, (0.004, 0.003))] for side in (1, -1))
+        blades["blades", "grass"] += polygon(right[0], right[1], left[1], left[0])
+        blades["blades", "grass"] += polygon(right[1], ends[2].origin, left[1])
+    write_obj(SCENES / "grass.obj", "tuft of grass, m; origin at its foot", blades, decimals=3)
+
+    lines, i = ["x,y,z,turn_deg,scale"], 0
+    for i in range(4200):
+        # evenly spread over the meadow (a Kronecker sequence with the plastic number), thinner far away
+        u, v = (i * 0.7548776662 + 0.5) % 1, (i * 0.5698402910 + 0.5) % 1
+        x, y = low_x + 0.4 + (high_x - low_x - 0.8) * u, low_y + 0.4 + (high_y - low_y - 0.8) * v
+        away = math.hypot(max(-x, 0, x - HOUSE_LENGTH), max(-y, 0, y - HOUSE_WIDTH))
+        if 0.35 < away < 11 and (i * 0.618034) % 1 > away / 14:
+            lines.append(f"{x:.2f},{y:.2f},{relief(x, y):.2f},{137 * i % 360},{1 + 0.35 * wobble(i) + 0.04 * away:.2f}")
+    save(SCENES / "grass.csv", lines)
+
+    # a hedge on the bank: tomato plants as large as shrubs
+    lines, count = ["x,y,z,turn_deg,scale"], 96
+    corners = [(low_x + 1.5, 16.5), (24.5, 16.5), (24.5, -10.5), (low_x + 1.5, -10.5)]
+    for i in range(count):
+        side, along = int(4 * i / count), 4 * i / count % 1
+        (x, y), (X, Y) = corners[side], corners[(side + 1) % 4]
+        x, y = x + (X - x) * along + 0.8 * wobble(i), y + (Y - y) * along + 0.8 * wobble(3 * i + 1)
+        scale = 3.4 + 0.9 * wobble(2 * i)
+        lines.append(f"{x:.2f},{y:.2f},{relief(x, y) - 0.16 * scale:.2f},{137 * i % 360},{scale:.2f}")
+    save(SCENES / "bushes.csv", lines)
+
+
+def glasshouse():
+    """The house: wall, floor, white steel frame, panes between its bars; and a table of slats."""
+    parts, middle = defaultdict(list), HOUSE_WIDTH / 2
+    parts["floor", "gravel"] += box((0, 0, -0.3), (HOUSE_LENGTH, HOUSE_WIDTH, 0.0))
+    for k in range(16):  # flagstones of the path
+        x = 0.05 + 0.8 * k
+        parts["path", "stone"] += box((x, middle - 0.62, -0.02), (x + 0.78, middle + 0.62, 0.02))
+    for y in (0, HOUSE_WIDTH):
+        parts["wall", "brick"] += box((-0.1, y - 0.1, -0.4), (HOUSE_LENGTH + 0.1, y + 0.1, WALL))
+    for x in (0, HOUSE_LENGTH):
+        parts["wall", "brick"] += box((x - 0.1, 0.1, -0.4), (x + 0.1, HOUSE_WIDTH - 0.1, WALL))
+
+    def roof(y):
+        return HOUSE_EAVE + (HOUSE_RIDGE - HOUSE_EAVE) * (1 - abs(y - middle) / middle)
+
+    sill, bays = WALL - 0.03, 16
+    stations = [HOUSE_LENGTH * k / bays for k in range(bays + 1)]
+    for y, z, width in ((0, HOUSE_EAVE, 0.10), (middle, HOUSE_RIDGE, 0.09), (HOUSE_WIDTH, HOUSE_EAVE, 0.10)):
+        parts["frame", "paint"] += bar((-0.06, y, z), (HOUSE_LENGTH + 0.06, y, z), width)
+    for y in (middle / 2, 1.5 * middle):
+        parts["frame", "paint"] += bar((0, y, roof(y) - 0.05), (HOUSE_LENGTH, y, roof(y) - 0.05), 0.045)
+    for k, x in enumerate(stations):
+        main = k % 4 == 0
+        for y in (0, HOUSE_WIDTH):
+            parts["frame", "paint"] += bar((x, y, sill), (x, y, HOUSE_EAVE), 0.075 if main else 0.035)
+            parts["frame", "paint"] += bar((x, y, HOUSE_EAVE), (x, middle, HOUSE_RIDGE), 0.075 if main else 0.035)
+        if main and 0 < k < bays:  # a truss
+            parts["frame", "paint"] += bar((x, 0, HOUSE_EAVE), (x, HOUSE_WIDTH, HOUSE_EAVE), 0.05)
+            for y in (middle / 2, middle, 1.5 * middle):
+                parts["frame", "paint"] += bar((x, y, HOUSE_EAVE), (x, y, roof(y) - 0.05), 0.03)
+    for y in (0, HOUSE_WIDTH):
+        for x, X in zip(stations, stations[1:]):
+            for (v, z), (V, Z) in (((y, sill), (y, HOUSE_EAVE)), ((y, HOUSE_EAVE), (middle, HOUSE_RIDGE))):
+                parts["panes", "glass"] += polygon((x, v, z), (X, v, z), (X, V, Z), (x, V, Z))
+    posts = [HOUSE_WIDTH * k / 8 for k in range(9)]
+    for x in (0, HOUSE_LENGTH):
+        parts["frame", "paint"] += bar((x, 0, HOUSE_EAVE), (x, HOUSE_WIDTH, HOUSE_EAVE), 0.06)
+        for y in posts[1:-1]:
+            parts["frame", "paint"] += bar((x, y, sill), (x, y, roof(y)), 0.06 if y in (posts[3], posts[5]) else 0.035)
+        for y, Y in zip(posts, posts[1:]):
+            parts["panes", "glass"] += polygon((x, y, sill), (x, Y, sill), (x, Y, roof(Y)), (x, y, roof(y)))
+    write_obj(SCENES / "glasshouse.obj", "glasshouse, 12.8 x 6.4 x 4.3 m; a corner of its floor at the origin", parts, 3)
+
+    parts, x, y = defaultdict(list), 5.6, TABLE_WIDTH / 2
+    for k in range(13):
+        v = -y + TABLE_WIDTH * k / 13
+        parts["slats", "wood"] += box((-x, v + 0.012, TABLE_TOP - 0.025), (x, v + 0.134, TABLE_TOP))
+    for k in range(7):
+        u = -x + 0.3 + (2 * x - 0.6) * k / 6
+        parts["rails", "wood"] += box((u - 0.03, -y + 0.05, TABLE_TOP - 0.09), (u + 0.03, y - 0.05, TABLE_TOP - 0.024))
+        for v in (-y + 0.12, y - 0.12):
+            parts["legs", "aluminium"] += bar((u, v, -0.02), (u, v, TABLE_TOP - 0.08), 0.05)
+    write_obj(SCENES / "table.obj", "table of slats, 11.2 x 1.9 x 0.76 m; origin on the floor below its centre", parts, 3)
+
+    # plants in pots on the tables: four rows, by turns, each turned and grown otherwise
+    tables = {name: ["x,y,z,turn_deg,scale"] for name in ("house-pots", "house-tomatoes", "house-cucumbers")}
+    for side, y in enumerate(TABLES_Y):
+        for row in range(3):
+            for k in range(15):
+                i = k + 15 * row + 45 * side
+                x, v = 1.3 + 0.72 * k + 0.36 * (row % 2) + 0.05 * wobble(i), y + 0.6 * (row - 1) + 0.05 * wobble(2 * i)
+                tables["house-pots"].append(f"{x:.3f},{v:.3f},{TABLE_TOP + 0.001},0,1.3")
+                kind = "house-cucumbers" if side else "house-tomatoes"
+                tables[kind].append(f"{x:.3f},{v:.3f},{TABLE_TOP + 0.131:.3f},{GOLDEN_ANGLE * i % 360:.0f},{1.75 + 0.3 * wobble(3 * i):.2f}")
+    for name, lines in tables.items():
+        save(SCENES / f"{name}.csv", lines)
+
+
+# Light of a deep blue sky in the same bands, umol per J of its whole light: the sun's spectrum scattered by air (three quarters at 550 nm,
+# by Rayleigh's law as wavelength to the -4) and by fine haze (to the -1.3, after Angstrom), with as much of it visible as
+# of the standard's clear sky.
+CLEAR_SKY = [0.515, 0.521, 0.414, 0.334, 0.271, 0.216]
+# Optical values of bands of 50 nm from 400 to 700 nm. Those of leaves are what PROSPECT-D makes of 32 and 24 ug/cm2 of
+# chlorophyll.
+HOUSE_MATERIALS = {
+    "leaf": {"type": "leaf", "reflectance": [0.042, 0.045, 0.137, 0.137, 0.077, 0.056],
+             "transmittance": [0.002, 0.012, 0.131, 0.137, 0.071, 0.038]},
+    "grass": {"type": "leaf", "reflectance": [0.043, 0.050, 0.160, 0.170, 0.101, 0.069],
+              "transmittance": [0.004, 0.020, 0.156, 0.174, 0.101, 0.058]},
+    "stem": {"type": "lambert", "reflectance": [0.07, 0.08, 0.18, 0.20, 0.14, 0.10]},
+    "turf": {"type": "lambert", "reflectance": [0.03, 0.04, 0.08, 0.09, 0.07, 0.06]},
+    "soil": {"type": "lambert", "reflectance": [0.04, 0.05, 0.07, 0.09, 0.11, 0.12]},
+    "pot": {"type": "lambert", "reflectance": [0.08, 0.10, 0.14, 0.24, 0.38, 0.42]},
+    "brick": {"type": "lambert", "reflectance": [0.10, 0.11, 0.14, 0.22, 0.33, 0.36]},
+    "stone": {"type": "lambert", "reflectance": [0.22, 0.24, 0.26, 0.27, 0.28, 0.28]},
+    "gravel": {"type": "lambert", "reflectance": [0.16, 0.17, 0.19, 0.21, 0.22, 0.23]},
+    "wood": {"type": "lambert", "reflectance": [0.20, 0.23, 0.27, 0.31, 0.34, 0.36]},
+    "paint": {"type": "lambert", "reflectance": [0.70, 0.80, 0.82, 0.82, 0.81, 0.81]},
+    "aluminium": {"type": "phong", "reflectance": 0.3, "specular": 0.45, "exponent": 20},
+    "glass": {"type": "transparent", "ior": 1.52, "tint": [0.975, 0.98, 0.985, 0.985, 0.98, 0.97], "thin": True},
+}
+
+
+def glasshouses():
+    """The glasshouse at noon on a clear day in June, and at night under rows of red and blue diodes."""
+    edges = range(400, 701, 50)
+    bands = [{"name": str(low), "from_nm": low, "to_nm": low + 50} for low in edges[:-1]]
+    scene = {
+        "name": "", "unit": "m", "quantity": "umol/s", "bands": bands,
+        "sums": {"PAR": [band["name"] for band in bands]},
+        "materials": HOUSE_MATERIALS,
+        "objects": [
+            {"name": "house", "obj": "glasshouse.obj"},
+            {"name": "tables", "obj": "table.obj",
+             "instances": [{"translate": [HOUSE_LENGTH / 2, y, 0]} for y in TABLES_Y]},
+            {"name": "pots", "obj": "pot.obj", "instances": {"csv": "house-pots.csv"}},
+            {"name": "tomato", "obj": "tomato.obj", "instances": {"csv": "house-tomatoes.csv"}, "captor": "instance"},
+            {"name": "cucumber", "obj": "cucumber.obj", "instances": {"csv": "house-cucumbers.csv"}, "captor": "instance"},
+        ],
+        "lights": [],
+        "captors": [
+            {"name": f"table {name}",
+             "grid": {"x": [1, 11.8], "y": [y - 0.8, y + 0.8], "nx": 13, "ny": 3, "z": 1.7, "radius": 0.05}}
+            for name, y in zip("AB", TABLES_Y)],
+        "camera": {"position": [0.75, 3.45, 1.95], "look_at": [8.0, 3.05, 1.45], "up": [0, 0, 1], "fov_deg": 74,
+                   "width": 1600, "height": 900},
+        "settings": {"photons": 4000000, "seed": 1},
+    }
+    outside = [
+        {"name": "meadow", "obj": "meadow.obj"},
+        {"name": "grass", "obj": "grass.obj", "instances": {"csv": "grass.csv"}},
+        {"name": "bushes", "obj": "tomato.obj", "instances": {"csv": "bushes.csv"}},
+    ]
+    noon = {
+        "name": "glasshouse at noon in June", "objects": scene["objects"] + outside,
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T13:46+02:00",
+        "weather": {"direct_normal": 880, "diffuse_horizontal": 95},
+        "lights": [{"type": "sun", "ground": 0.1}, {"type": "sky", "share": CLEAR_SKY, "ground": 0.1}],
+    }
+    save_scene(SCENES / "glasshouse-noon.json", {**scene, **noon})
+    # bars of 1.5 m with 150 umol/s: 20 % blue around 450 nm, 80 % red around 660 nm
+    lamps = [
+        {"type": "area", "name": f"bar {row}{k + 1}", "power": [15, 15, 0, 0, 6, 114],
+         "vertices": [[1.2 + 1.8 * k, y - 0.02, 2.45], [1.2 + 1.8 * k, y + 0.02, 2.45],
+                      [2.7 + 1.8 * k, y + 0.02, 2.45], [2.7 + 1.8 * k, y - 0.02, 2.45]]}
+        for row, y in zip("abcd", (0.85, 1.75, 4.65, 5.55)) for k in range(6)]
+    indoors = {name: keys for name, keys in HOUSE_MATERIALS.items() if name not in ("grass", "turf")}
+    night = {"name": "glasshouse by night under diodes", "materials": indoors, "lights": lamps}
+    save_scene(SCENES / "glasshouse-night.json", {**scene, **night})
+
+
 # ------------------------------------------------------------------------------------ daylight
 LATITUDE, LONGITUDE = 43.61, 3.88
 # How much of the light above the air comes down, day after day, in turns: in the mean of December and of
@@ -541,7 +743,8 @@ def main():
     """Write every file."""
     CAPTORS.mkdir(exist_ok=True)
     for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker, rows,
-                 greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day):
+                 greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day,
+                 meadow, glasshouse, glasshouses):
         make()
 
 

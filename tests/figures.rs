@@ -124,6 +124,8 @@ fn readme_quotes_its_own_run() {
     let first = first.split_once("among them").expect("its end").0;
     let captors = results["captors"].as_array().expect("captors").len();
     let lamps = checked["lights"].as_array().expect("lights").len();
+    let fast = format!("{captors} captors of a greenhouse bay with {} plants in less", 24 + 12);
+    assert!(readme.replace('\n', " ").contains(&fast), "README's first lines do not say: {fast}");
     let counts = [lamps as u64, 24 + 12, triangles, 4, captors as u64];
     assert_eq!(numbers(first), counts.map(|count| count.to_string()));
     assert_eq!(results["photons"], 4_000_000);

@@ -47,6 +47,10 @@ fn results() -> TestScene {
     TestScene::new("{}", &[("r.json", &result.to_string())])
 }
 
+/// Radii of marks and of dots in the SVG, whose units are 1/384 inch.
+const MARK: f64 = 10.0;
+const DOT: f64 = 6.0;
+
 /// Plots the results. Returns the texts of the SVG picture, and the whole picture.
 fn plotted(scene: &TestScene, more: &[&str]) -> (Vec<String>, String) {
     let folder = scene.path("");
@@ -145,13 +149,13 @@ fn a_profile_joins_means_of_heights() {
             "surfaces, absorbed",
         ],
     );
-    // pale dots of radius 2 are captors, and marks of radius 3 are means: 2 heights of sensors, 3
+    // pale dots are captors, and the larger marks are means: 2 heights of sensors, 3
     // of leaves
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
-    let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 3.0).collect();
+    let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == MARK).collect();
     assert_eq!((circles.len() - marks.len(), marks.len()), (18, 5));
     // the marks of the sensors come first; they are at 200 and at 50 on an axis that begins at 0
-    let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 2.0).collect();
+    let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == DOT).collect();
     let (at_100, at_300) = (dots[0][0], dots[2][0]);
     let pixels_of = |value: f64| at_100 + (value - 100.0) * (at_300 - at_100) / 200.0;
     assert!((marks[0][0] - pixels_of(200.0)).abs() < 1.5, "{marks:?}");
@@ -175,19 +179,19 @@ fn plants_and_ranks_absorb_what_their_leaves_do() {
         ],
     );
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
-    let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 3.0).collect();
+    let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == MARK).collect();
     assert_eq!((circles.len() - marks.len(), marks.len()), (6, 5));
     let (plants, ranks) = marks.split_at(2);
     assert!(plants[0][1] > plants[1][1], "the second plant absorbs more: {plants:?}");
     assert!(ranks[0][1] > ranks[1][1] && ranks[1][1] > ranks[2][1], "{ranks:?}");
     // rank 1 of the two plants absorbs 0.1 and 1.1, so their mean is half way between the dots
-    let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == 2.0).collect();
+    let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == DOT).collect();
     let of_first: Vec<&&Vec<f64>> = dots.iter().filter(|dot| dot[0] == ranks[0][0]).collect();
     assert_eq!(of_first.len(), 2);
     assert!((ranks[0][1] - 0.5 * (of_first[0][1] + of_first[1][1])).abs() <= 1.0, "{circles:?}");
     // the bar of the second plant: 0.1 x (1.1, 1.2, 1.3), added in squares, reaches 0.208 to either
     // side of 3.6
-    let bars = svg.split("<polyline").filter(|line| line.contains("stroke-width=\"2\"")).count();
+    let bars = svg.split("<polyline").filter(|line| line.contains("stroke-width=\"6\"")).count();
     assert!(bars >= 5, "{bars}");
 }
 
@@ -239,21 +243,35 @@ fn plots_begin_at_0_and_have_their_legend_inside() {
         let right = |line: &Vec<f64>| line[0].max(line[1]);
         let lines = place(&svg, "<line", &["x1", "x2"]);
         let most = lines.iter().map(right).fold(0.0, f64::max);
-        assert!(x < most - 20.0 && most > 800.0, "{kind}: {x} {most}");
+        assert!(x < most - 80.0 && most > 2500.0, "{kind}: {x} {most}");
     }
 }
 
-/// PNG pictures have twice the pixels of SVG pictures, and something is drawn in them.
+/// Plots are 7 or 3.5 inches wide; PNG pictures of them have 300 pixels to the inch, and something
+/// is drawn in them.
 #[test]
-fn png_pictures_are_drawn_too() {
+fn pictures_have_the_width_of_a_page_or_of_a_column() {
     let scene = results();
-    for (show, size) in [
-        ("map", (1220, 840)),
-        ("profile", (1720, 960)),
-        ("plants", (1720, 1920)),
-        ("spectrum", (1720, 960)),
+    for (show, width, size) in [
+        ("map", "7", (2100, 1538)),
+        ("map", "3.5", (1050, 863)),
+        ("profile", "7", (2100, 1188)),
+        ("plants", "7", (2100, 2375)),
+        ("plants", "3.5", (1050, 1625)),
+        ("spectrum", "3.5", (1050, 813)),
     ] {
-        let output = phylux(&scene.path(""), &["plot", "r.json", "--show", show, "-o", "p.png"]);
+        let (_, svg) = plotted(&scene, &["--show", show, "--width", width]);
+        let inches = |pixels: u32| f64::from(pixels) / 300.0;
+        let [across, down] = [" width=\"", " height=\""].map(|name| {
+            let (_, rest) = svg.split_once(name).expect("a size");
+            rest.split_once("in\"").and_then(|(n, _)| n.parse::<f64>().ok()).expect("inches")
+        });
+        assert!((across - inches(size.0)).abs() < 0.01, "{show}: {across} inches wide");
+        assert!((down - inches(size.1)).abs() < 0.01, "{show}: {down} inches high");
+        let output = phylux(
+            &scene.path(""),
+            &["plot", "r.json", "--show", show, "--width", width, "-o", "p.png"],
+        );
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let file = fs::File::open(scene.path("p.png")).expect("a picture");
         let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("PNG");
@@ -277,6 +295,7 @@ fn what_cannot_be_plotted_is_refused() {
         (&["--show", "plants", "--captors", "grid/*"], &["no surface that is a captor"]),
         (&["--show", "profile", "--range", "0:1"], &["--range", "--show map"]),
         (&["--range", "2:1"], &["2 to 1"]),
+        (&["--width", "5"], &["--width", "3.5, 7"]),
         (&["-o", "r.json"], &["r.json"]),
     ] {
         refused(&folder, &[&["plot", "r.json"], more].concat(), words);

@@ -10,7 +10,7 @@ import os
 import sys
 from pathlib import Path
 
-from . import _native
+from . import _native, plots
 from .errors import InputError, RunError, SceneWarning
 from .geometry import Mesh, grid
 from .leaves import LeafSpectra, prospect
@@ -38,6 +38,7 @@ __all__ = [
     "Year",
     "grid",
     "load",
+    "plots",
     "prospect",
     "sweep",
 ]

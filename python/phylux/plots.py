@@ -1,9 +1,15 @@
-"""Plots of results with matplotlib; each function returns the axes that it has drawn into."""
+"""Plots of results with matplotlib; each function returns the axes that it has drawn into.
+
+New axes have the style of ``phylux plot``: the width of a page, or that of a column within ``with style(3.5):``.
+"""
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +19,54 @@ from .errors import missing, wrong
 if TYPE_CHECKING:
     from .result import Result
 
+# Colours that colour-blind readers can tell apart (Okabe and Ito 2008), letters of 8 points, no frame, pale lines at the
+# numbers of the y axis.
+_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5a5a5a"]
+_STYLE = {
+    "font.family": "sans-serif", "font.sans-serif": ["Arial", "Helvetica", "Arimo", "Liberation Sans", "DejaVu Sans"],
+    "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 9, "axes.titlelocation": "left", "xtick.labelsize": 8,
+    "ytick.labelsize": 8, "legend.fontsize": 8, "legend.frameon": False, "axes.spines.top": False,
+    "axes.spines.right": False, "axes.linewidth": 0.75, "axes.grid": True, "axes.grid.axis": "y", "axes.grid.which": "major",
+    "axes.axisbelow": True, "grid.color": "#e6e6e6", "grid.linewidth": 0.75, "lines.linewidth": 1.1, "lines.markersize": 4,
+    "savefig.dpi": 300, "figure.dpi": 110, "svg.fonttype": "none", "pdf.fonttype": 42,
+}
+_WIDTH: ContextVar[float] = ContextVar("width", default=7.0)
 
+
+@contextmanager
+def style(width: float = 7.0) -> Iterator[None]:
+    """Gives plots that are made within it the style of ``phylux plot``, your own plots of matplotlib too.
+
+    Args:
+        width: of new figures, inches; a page of a journal has some 7, a column 3.5.
+    """
+    if not 1 <= width <= 50:
+        raise wrong("width", f"{width} inches", "give 1 to 50; a page has some 7, a column 3.5")
+    plt = _pyplot()
+    height = width * (0.57 if width > 5 else 0.77)
+    more = {"figure.figsize": (width, height), "axes.prop_cycle": plt.cycler(color=_COLOURS)}
+    token = _WIDTH.set(width)
+    try:
+        with plt.rc_context({**_STYLE, **more}):
+            yield
+    finally:
+        _WIDTH.reset(token)
+
+
+def _styled(draw: Callable[..., Any]) -> Callable[..., Any]:
+    """Lets a plot have the style where it makes its own axes."""
+
+    @functools.wraps(draw)
+    def drawn(*arguments: Any, ax: Any = None, **options: Any) -> Any:
+        if ax is not None:
+            return draw(*arguments, ax=ax, **options)
+        with style(_WIDTH.get()):
+            return draw(*arguments, **options)
+
+    return drawn
+
+
+@_styled
 def captor_map(
     result: Result,
     *,
@@ -67,6 +120,7 @@ def captor_map(
         drawn = ax.scatter(x, y, c=values, **options)
     ax.figure.colorbar(drawn, ax=ax, label=_label(result, column), **({"ticks": lines.levels} if contours else {}))
     ax.set(xlabel=f"{axes[0]}, m", ylabel=f"{axes[1]}, m", aspect="equal")
+    ax.grid(visible=False)
     return ax
 
 
@@ -79,6 +133,7 @@ def _spans(x: Any, y: Any) -> bool:
     return bool(sizes[1] > 1e-6 * sizes[0])
 
 
+@_styled
 def profile(
     result: Result,
     *,
@@ -127,9 +182,11 @@ def profile(
     if quantity == "absorbed":
         label = f"absorbed per area, {result.bands[column]}, {result.unit['irradiance']}"
     ax.set(xlabel=label, ylabel="height z, m")
+    ax.set_xlim(left=0)
     return ax
 
 
+@_styled
 def rank(
     result: Result,
     *,
@@ -155,9 +212,11 @@ def rank(
     ranks = np.arange(1, len(rows) + 1)
     ax.errorbar(ranks, values[rows, column], 1.98 * errors[rows, column], **{**usual, **options})
     ax.set(xlabel="rank", ylabel=_label(result, column, quantity))
+    ax.set_ylim(bottom=0)
     return ax
 
 
+@_styled
 def plants(
     result: Result,
     *,
@@ -226,6 +285,7 @@ def plants(
 _ORGAN = re.compile(r"(?P<object>[^/]*)(/.*?(?P<rank>\d*)(#(?P<instance>\d+)(/\d+)?)?)?", re.DOTALL)
 
 
+@_styled
 def spectrum(
     result: Result,
     *,
@@ -256,10 +316,12 @@ def spectrum(
     ax.legend()
     if not known:
         ax.set_xticks(columns, [result.bands[i] for i in columns])
+    ax.set_ylim(bottom=0)
     ax.set(xlabel="wavelength, nm" if known else "band", ylabel=f"irradiance, {result.unit['irradiance']}")
     return ax
 
 
+@_styled
 def bars(
     result: Result,
     *,
@@ -284,6 +346,8 @@ def bars(
     ax.barh(names, values[rows, column], xerr=1.98 * errors[rows, column], **options)
     ax.invert_yaxis()
     ax.set(xlabel=_label(result, column, quantity))
+    ax.set_xlim(left=0)
+    ax.grid(visible=False)
     return ax
 
 
@@ -406,11 +470,15 @@ def _of_year(table: Any, captors: str | Sequence[str] | None, band: str | None, 
 def _axes(ax: Any) -> Any:
     if ax is not None:
         return ax
+    return _pyplot().subplots(layout="constrained")[1]
+
+
+def _pyplot() -> Any:
     try:
         import matplotlib.pyplot as plt
     except ImportError:
         raise missing("matplotlib", "a plot") from None
-    return plt.subplots(layout="constrained")[1]
+    return plt
 
 
 def _rows(result: Result, captors: str | Sequence[str] | None) -> list[int]:

@@ -52,6 +52,47 @@ def test_the_plant_without_plantgl(few_photons):
     assert found.ids == ["plant/1"] and found.absorbed[0, 0] > 0
 
 
+@pytest.fixture
+def drawing(tmp_path, monkeypatch):
+    """A folder for the pictures of examples."""
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    matplotlib.pyplot.close("all")
+
+
+def test_calibration(drawing):
+    """The true factors are within 5 standard errors of those found: odds below 1e-5 for the seeds, which are fixed."""
+    module = example("calibration")
+    factors, errors = module.main(photons=300_000)
+    assert (abs(factors - list(module.TRUE.values())) < 5 * errors).all() and (errors < 0.1).all()
+    assert (drawing / "calibration.png").stat().st_size > 10_000
+
+
+def test_lamp_height(drawing):
+    """Light gets less and more even with height, up to where the sides shade."""
+    mean, even = example("lamp_height").main(photons=50_000)
+    assert (mean[:-1] > mean[1:]).all() and even[4] > even[0]
+    assert (drawing / "lamp_height.png").stat().st_size > 10_000
+
+
+def test_leaf_spectra(drawing):
+    """Green light tells pale leaves from dark ones, red light hardly does."""
+    shares = example("leaf_spectra").main(photons=50_000)
+    pale, green, dark = (shares[name] for name in ("pale", "green", "dark"))
+    assert (pale[4:8] < green[4:8]).all() and (green[4:8] < dark[4:8]).all()
+    assert (dark - pale)[4:8].mean() > 2 * (dark - pale)[10:11].mean()
+    assert (drawing / "leaf_spectra.png").stat().st_size > 10_000
+
+
+def test_panels(drawing):
+    """Some of the light is taken, most where the panels stand, and no place has more than the open field."""
+    for tilt, share in example("panels").main(photons=5_000).items():
+        assert 0.5 < share.mean() < 0.9 and share.max() < 1.1, tilt
+    assert (drawing / "panels.png").stat().st_size > 10_000
+
+
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)
 def test_notebooks(path, few_photons, tmp_path, monkeypatch):
     """The cells of the notebooks run in order, with few photons. Stored outputs come from more photons and are not

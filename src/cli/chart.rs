@@ -14,6 +14,7 @@ use super::{
     outputs,
     progress::{during, show, terminal_bar},
     run,
+    style::Style,
     tracing::TracingArguments,
 };
 use crate::{
@@ -71,6 +72,8 @@ pub(super) struct Arguments {
     /// Values of k for the k-nearest estimates, separated by commas
     #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
     k: Vec<usize>,
+    #[command(flatten)]
+    style: Style,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -151,7 +154,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     study.push(b'\n');
     write(STUDY, &study)?;
     for (name, chart) in found.charts() {
-        let svg = chart.svg().map_err(|e| Error::run(name, e))?;
+        let svg = chart.svg(arguments.style.width()).map_err(|e| Error::run(name, e))?;
         write(&format!("{name}.svg"), svg.as_bytes())?;
     }
     written.put(complete)?;

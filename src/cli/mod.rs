@@ -19,6 +19,7 @@ mod rendered;
 mod run;
 mod schema;
 mod shell;
+mod style;
 mod summary;
 mod sweep;
 mod terminal;

@@ -8,6 +8,7 @@ use super::{
     interrupt::{Interrupt, STANDARD_OUTPUT},
     outputs::{check_places, place_of},
     render,
+    style::Style,
 };
 use crate::{
     error::{Error, Result},
@@ -19,8 +20,7 @@ use crate::{
 pub(super) struct Arguments {
     /// Results file (JSON) of `phylux run` or `phylux mix`
     results: PathBuf,
-    /// Picture: .svg (also `-`, the standard output), or .png with twice as many pixels in each
-    /// direction
+    /// Picture: .svg (also `-`, the standard output), or .png with 300 pixels to the inch
     #[arg(short, long, value_name = "FILE", default_value = "plot.svg")]
     output: PathBuf,
     /// What to plot
@@ -36,6 +36,8 @@ pub(super) struct Arguments {
     /// With --show map: values at the ends of the colour bar [default: chosen for the sensors]
     #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_negative_numbers = true)]
     range: Option<(f64, f64)>,
+    #[command(flatten)]
+    style: Style,
 }
 
 /// Kind of plot.
@@ -90,11 +92,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     })?;
     match png {
         true => {
-            let picture = plot.picture()?;
+            let picture = plot.picture(arguments.style.width())?;
             file.write(&read, |writer| picture.write_png(writer))?;
         }
         false => {
-            let svg = plot.svg()?;
+            let svg = plot.svg(arguments.style.width())?;
             file.write(&read, |writer| writer.write_all(svg.as_bytes()))?;
         }
     }

@@ -1,5 +1,5 @@
 //! Charts: draws rows of numbers as lines, dots and bars on logarithmic or linear axes (plotters),
-//! as SVG or on any other backend of plotters.
+//! as SVG in the sizes of printed columns. All plots have the style of this file.
 
 use std::ops::Range;
 
@@ -12,25 +12,74 @@ use plotters::{
     },
     element::{Circle, PathElement, Rectangle, Text},
     prelude::{
-        Cartesian2d, Color, DrawingArea, DrawingBackend, IntoDrawingArea, RGBColor, SVGBackend,
-        ShapeStyle,
+        Cartesian2d, Color, DrawingArea, IntoDrawingArea, RGBColor, SVGBackend, ShapeStyle,
+        TextStyle,
     },
     series::{DashedLineSeries, LineSeries},
-    style::{BLACK, IntoFont, WHITE},
+    style::{
+        BLACK, FontDesc, FontFamily, FontStyle, WHITE,
+        text_anchor::{HPos, Pos, VPos},
+    },
 };
 
 use super::xml::allowed;
 
-/// Width and height of a chart, pixels.
-pub(super) const SIZE: (u32, u32) = (860, 480);
-/// Width of the part to the left of the legend, pixels.
-const PLOT: i32 = 640;
-/// Height of the title above a chart, and width of the numbers to the left of it, pixels.
-const TOP: i32 = 44;
-const LEFT: u32 = 72;
-/// Height of a line of the legend, pixels, and the limit on the number of lines that are inside.
-const ROW: i32 = 20;
+/// The width of a plot on paper.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Width {
+    /// That of a column of a journal, 3.5 inches.
+    Column,
+    /// That of a page, 7 inches.
+    #[default]
+    Page,
+}
+
+impl Width {
+    /// Returns the width in layout units.
+    pub(super) fn units(self) -> i32 {
+        match self {
+            Self::Column => px(336),
+            Self::Page => px(672),
+        }
+    }
+
+    /// Returns the height of a chart in layout units.
+    fn height(self) -> i32 {
+        match self {
+            Self::Column => px(260),
+            Self::Page => px(380),
+        }
+    }
+}
+
+/// The number of layout units in a pixel of 1/96 inch, in which CSS measures. Places are whole
+/// numbers of units, so lines are smooth in print.
+const UNITS: i32 = 4;
+
+/// Returns a length in layout units, from pixels of 1/96 inch.
+pub(super) const fn px(pixels: i32) -> i32 {
+    UNITS * pixels
+}
+
+/// Height of the title above a chart, and width of the numbers to the left of it.
+const TOP: i32 = px(34);
+const LEFT: i32 = px(58);
+/// Height of a line of the legend, and the limit on the number of lines that are inside.
+const ROW: i32 = px(15);
 const MOST_INSIDE: usize = 8;
+/// Length of a stroke in the legend, and the distance from its start to the name.
+const SWATCH: i32 = px(18);
+const NAME: i32 = px(23);
+/// Sizes of the letters of numbers and labels, and of titles: 8 and 9 points in print.
+pub(super) const SMALL: i32 = px(11);
+pub(super) const LARGE: i32 = px(12);
+/// Width of the lines of series.
+const LINE: u32 = px(1) as u32 * 3 / 2;
+/// Radii of marks, and of pale dots.
+const MARK: i32 = px(5) / 2;
+const DOT: i32 = px(3) / 2;
+/// The letters: those that journals ask for.
+const LETTERS: &str = "Arial, Helvetica, sans-serif";
 /// Colour of horizontal lines.
 const LEVEL: RGBColor = RGBColor(130, 130, 130);
 /// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
@@ -117,35 +166,50 @@ pub enum Stroke {
 /// The reason why a backend could not draw.
 pub(super) type Failure = Box<dyn std::error::Error>;
 /// A part of a picture.
-pub(super) type Area<D> = DrawingArea<D, Shift>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// A backend of plotters whose errors can be reported.
-pub(super) trait Backend: DrawingBackend<ErrorType: 'static> {}
-impl<D: DrawingBackend<ErrorType: 'static>> Backend for D {}
+/// Returns what `draw` draws on white paper of this width and height in layout units, as SVG text
+/// that says how large it is in print.
+pub(super) fn drawn(
+    (width, height): (i32, i32),
+    draw: impl FnOnce(&Area) -> Result<(), Failure>,
+) -> Result<String, Failure> {
+    let mut text = String::new();
+    let area =
+        SVGBackend::with_string(&mut text, (width as u32, height as u32)).into_drawing_area();
+    area.fill(&WHITE)?;
+    draw(&area)?;
+    area.present()?;
+    drop(area);
+    let [across, down] = [width, height].map(|side| f64::from(side) / f64::from(px(96)));
+    let units = format!("width=\"{width}\" height=\"{height}\"");
+    let inches = format!("width=\"{across:.3}in\" height=\"{down:.3}in\"");
+    Ok(allowed(&text.replacen(&units, &inches, 1)).into_owned())
+}
 
 impl Chart {
     /// Returns the chart as SVG text; where there is nothing to draw, the chart says so. Errors:
     /// none that input can cause.
-    pub fn svg(&self) -> Result<String, String> {
-        let mut text = String::new();
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        let drawn = area.fill(&WHITE).map_err(Failure::from).and_then(|()| self.draw(&area));
-        let done = drawn.and_then(|()| Ok(area.present()?));
-        drop(area);
-        done.map(|()| allowed(&text).into_owned()).map_err(|e| e.to_string())
+    pub fn svg(&self, width: Width) -> Result<String, String> {
+        drawn(Self::size(width), |area| self.draw(area)).map_err(|e| e.to_string())
+    }
+
+    /// Returns the width and height of a chart in layout units.
+    pub(super) fn size(width: Width) -> (i32, i32) {
+        (width.units(), width.height())
     }
 
     /// Draws the chart on an area.
-    pub(super) fn draw<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
+    pub(super) fn draw(&self, area: &Area) -> Result<(), Failure> {
         let shown: Vec<Series> = self.series.iter().map(|series| self.visible(series)).collect();
         let points = || shown.iter().flat_map(|series| &series.points);
         let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && y.is_finite());
         let spans = (span(points().map(|p| p.0)), span(points().map(|p| p.1).chain(levels)));
         let (Some(x), Some(y)) = spans else {
-            let note = Text::new(format!("{}: nothing to draw", self.title), (40, 40), font(16));
-            return Ok(area.draw(&note)?);
+            let note = format!("{}: nothing to draw", self.title);
+            return Ok(area.draw(&Text::new(note, (px(40), px(40)), font(LARGE)))?);
         };
-        let plot = |area: &Area<D>, inside: bool| {
+        let plot = |inside: bool| {
             let (x, y) = (x.clone(), y.clone());
             let room = x.start..x.end * 1.02 + 1e-9;
             // amounts begin at 0, so that lengths compare as the amounts do
@@ -157,10 +221,8 @@ impl Chart {
                 _ => self.plot(area, &shown, roomy(x).log_scale(), roomy(y).log_scale(), inside),
             }
         };
-        if !plot(area, true)? {
-            let (left, right) = area.split_horizontally(PLOT);
-            plot(&left, false)?;
-            self.draw_legend(&right, (0, TOP + 16))?;
+        if !plot(true)? {
+            plot(false)?;
         }
         Ok(())
     }
@@ -175,11 +237,11 @@ impl Chart {
         Series { points: series.points.iter().filter(fits).copied().collect(), ..series.clone() }
     }
 
-    /// Draws the chart with its legend inside, if that is wanted; returns false, and draws nothing,
-    /// if there is no room for the legend.
-    fn plot<D: Backend, X, Y>(
+    /// Draws the chart with its legend inside, or else between the title and the axes; returns
+    /// false, and draws nothing, if there is no room for the legend inside.
+    fn plot<X, Y>(
         &self,
-        area: &Area<D>,
+        area: &Area,
         shown: &[Series],
         x: impl AsRangedCoord<CoordDescType = X, Value = f64>,
         y: impl AsRangedCoord<CoordDescType = Y, Value = f64>,
@@ -189,8 +251,12 @@ impl Chart {
         X: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
+        let (width, _) = area.dim_in_pixel();
+        let above = if inside { Vec::new() } else { self.rows_above(width as i32 - LEFT - px(20)) };
+        let top = TOP + above.last().map_or(0, |(_, (_, y))| y + ROW);
         let mut builder = ChartBuilder::on(area);
-        builder.margin(14).margin_top(TOP).x_label_area_size(48).y_label_area_size(LEFT);
+        builder.margin(px(10)).margin_top(top);
+        builder.x_label_area_size(px(40)).y_label_area_size(LEFT - px(10));
         let mut chart = builder.build_cartesian_2d(x, y)?;
         let legend = match inside {
             true => self.room_for_legend(area, &chart, shown),
@@ -199,16 +265,16 @@ impl Chart {
         if inside && legend.is_none() && !self.entries().is_empty() {
             return Ok(false);
         }
-        area.draw(&Text::new(self.title.as_str(), (LEFT as i32 + 14, 12), font(17)))?;
+        area.draw(&Text::new(self.title.as_str(), (LEFT, px(10)), font(LARGE)))?;
         let mut mesh = chart.configure_mesh();
-        mesh.x_desc(&self.x).y_desc(&self.y).label_style(font(13)).axis_desc_style(font(14));
+        mesh.x_desc(&self.x).y_desc(&self.y).label_style(font(SMALL)).axis_desc_style(font(SMALL));
         let x_tick = |v: &f64| if self.x_names.is_empty() { tick(*v) } else { String::new() };
         mesh.x_label_formatter(&x_tick).y_label_formatter(&|v| tick(*v));
-        if !self.x_names.is_empty() {
-            mesh.disable_x_mesh();
-        }
-        // no lines between those that have numbers
-        mesh.bold_line_style(BLACK.mix(0.12)).light_line_style(BLACK.mix(0.0)).draw()?;
+        mesh.x_labels(if width < px(500) as u32 { 5 } else { 9 }).y_labels(6);
+        mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
+        // pale lines at the numbers of the y axis alone
+        mesh.disable_x_mesh().light_line_style(BLACK.mix(0.0));
+        mesh.bold_line_style(BLACK.mix(0.1).stroke_width(px(1) as u32)).draw()?;
         self.draw_x_names(area, &chart)?;
         self.draw_levels(&mut chart)?;
         for series in shown {
@@ -216,38 +282,63 @@ impl Chart {
         }
         if let Some((x, y)) = legend {
             let [width, height] = self.size_of_legend();
-            let paper = [(x - 6, y - 12), (x - 6 + width, y - 12 + height)];
+            let corner = (x - px(6), y - px(9));
+            let paper = [corner, (corner.0 + width, corner.1 + height)];
             area.draw(&Rectangle::new(paper, WHITE.mix(0.85).filled()))?;
-            self.draw_legend(area, (x, y))?;
+            let entries = self.entries();
+            for (i, entry) in entries.iter().enumerate() {
+                draw_entry(area, entry, (x, y + ROW * i as i32))?;
+            }
+        }
+        let entries = self.entries();
+        for (i, (x, y)) in above {
+            draw_entry(area, &entries[i], (LEFT + x, TOP - px(2) + y))?;
         }
         Ok(true)
     }
 
+    /// Arranges the entries of the legend in rows of this width: their indices, and how far right
+    /// and down they are.
+    fn rows_above(&self, width: i32) -> Vec<(usize, (i32, i32))> {
+        let (mut x, mut y) = (0, 0);
+        let mut rows = Vec::new();
+        for (i, (name, ..)) in self.entries().into_iter().enumerate() {
+            let own = NAME + length(name) + px(14);
+            if x > 0 && x + own > width {
+                (x, y) = (0, y + ROW);
+            }
+            rows.push((i, (x, y)));
+            x += own;
+        }
+        rows
+    }
+
     /// Draws the names of places on the x axis.
-    fn draw_x_names<D: Backend, X, Y>(
+    fn draw_x_names<X, Y>(
         &self,
-        area: &Area<D>,
-        chart: &ChartContext<D, Cartesian2d<X, Y>>,
+        area: &Area,
+        chart: &ChartContext<SVGBackend, Cartesian2d<X, Y>>,
     ) -> Result<(), Failure>
     where
         X: Ranged<ValueType = f64>,
         Y: Ranged<ValueType = f64>,
     {
         let (left, top) = area.get_base_pixel();
+        let style = font(SMALL).pos(Pos::new(HPos::Center, VPos::Top));
         for (x, name) in &self.x_names {
             let at = chart.backend_coord(&(*x, chart.y_range().start));
-            let start = at.0 - left - 7 * name.chars().count() as i32 / 2;
-            area.draw(&Text::new(name.as_str(), (start, at.1 - top + 8), font(13)))?;
+            let place = (at.0 - left, at.1 - top + px(7));
+            area.draw(&Text::new(name.as_str(), place, style.clone()))?;
         }
         Ok(())
     }
 
     /// Returns the place of the legend's first line in a corner where nothing is drawn, if there is
     /// one.
-    fn room_for_legend<D: Backend, X, Y>(
+    fn room_for_legend<X, Y>(
         &self,
-        area: &Area<D>,
-        chart: &ChartContext<D, Cartesian2d<X, Y>>,
+        area: &Area,
+        chart: &ChartContext<SVGBackend, Cartesian2d<X, Y>>,
         shown: &[Series],
     ) -> Option<(i32, i32)>
     where
@@ -261,7 +352,7 @@ impl Chart {
         };
         let mut drawn: Vec<(i32, i32)> = Vec::new();
         let mut join = |from: (i32, i32), to: (i32, i32)| {
-            let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()) / 4 + 1;
+            let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()) / px(4) + 1;
             let at = |from: i32, to: i32, i: i32| from + (to - from) * i / steps;
             drawn.extend((0..=steps).map(|i| (at(from.0, to.0, i), at(from.1, to.1, i))));
         };
@@ -284,29 +375,30 @@ impl Chart {
         }
         let (across, down) = chart.plotting_area().get_pixel_range();
         let [width, height] = self.size_of_legend();
-        let (right, bottom) = (across.end - left - width - 4, down.end - top - height - 8);
-        let (first, highest) = (across.start - left + 12, down.start - top + 8);
+        let (right, bottom) = (across.end - left - width - px(4), down.end - top - height - px(8));
+        let (first, highest) = (across.start - left + px(12), down.start - top + px(4));
         let places = [(right, highest), (first, highest), (right, bottom), (first, bottom)];
         let is_free = |&(x, y): &(i32, i32)| {
             let inside = |p: &(i32, i32)| {
-                (x - 8..x + width + 4).contains(&p.0) && (y - 4..y + height + 4).contains(&p.1)
+                (x - px(6)..x + width + px(4)).contains(&p.0)
+                    && (y - px(4)..y + height + px(4)).contains(&p.1)
             };
             !drawn.iter().any(inside)
         };
         let fits = right > first && bottom > highest && self.entries().len() <= MOST_INSIDE;
-        places.into_iter().find(is_free).filter(|_| fits).map(|(x, y)| (x + 6, y + 12))
+        places.into_iter().find(is_free).filter(|_| fits).map(|(x, y)| (x + px(6), y + px(9)))
     }
 
-    /// Returns the width and height of the legend, pixels.
+    /// Returns the width and height of the legend.
     fn size_of_legend(&self) -> [i32; 2] {
         let entries = self.entries();
-        let longest = entries.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(0);
-        [40 + 8 * longest as i32, ROW * entries.len() as i32 + 4]
+        let longest = entries.iter().map(|(name, ..)| length(name)).max().unwrap_or(0);
+        [NAME + longest + px(12), ROW * entries.len() as i32 + px(3)]
     }
 
-    fn draw_levels<D: Backend, X, Y>(
+    fn draw_levels<X, Y>(
         &self,
-        chart: &mut ChartContext<D, Cartesian2d<X, Y>>,
+        chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
     ) -> Result<(), Failure>
     where
         X: Ranged<ValueType = f64>,
@@ -314,7 +406,12 @@ impl Chart {
     {
         let Range { start, end } = chart.x_range();
         for (_, y) in self.levels.iter().filter(|(_, y)| *y > 0.0 && y.is_finite()) {
-            let line = DashedLineSeries::new([(start, *y), (end, *y)], 2, 4, LEVEL.into());
+            let line = DashedLineSeries::new(
+                [(start, *y), (end, *y)],
+                px(2),
+                px(3),
+                LEVEL.stroke_width(px(1) as u32),
+            );
             chart.draw_series(line)?;
         }
         Ok(())
@@ -329,23 +426,26 @@ impl Chart {
         let levels = self.levels.iter().map(|(name, _)| (name.as_str(), LEVEL, true));
         series.chain(levels).collect()
     }
-
-    /// Draws the legend: names beside strokes.
-    fn draw_legend<D: Backend>(&self, area: &Area<D>, at: (i32, i32)) -> Result<(), Failure> {
-        for (i, (name, colour, dashed)) in self.entries().into_iter().enumerate() {
-            let (x, y) = (at.0, at.1 + ROW * i as i32);
-            let style = ShapeStyle::from(&colour).stroke_width(2);
-            for (from, to) in if dashed { vec![(0, 7), (12, 19)] } else { vec![(0, 19)] } {
-                area.draw(&PathElement::new(vec![(x + from, y), (x + to, y)], style))?;
-            }
-            area.draw(&Text::new(name, (x + 26, y - 6), font(13)))?;
-        }
-        Ok(())
-    }
 }
 
-fn draw_series<D: Backend, X, Y>(
-    chart: &mut ChartContext<D, Cartesian2d<X, Y>>,
+/// Draws an entry of a legend: a name beside a stroke in its colour, which may be dashed.
+fn draw_entry(
+    area: &Area,
+    (name, colour, dashed): &(&str, RGBColor, bool),
+    (x, y): (i32, i32),
+) -> Result<(), Failure> {
+    let style = ShapeStyle::from(colour).stroke_width(LINE);
+    let third = SWATCH / 5;
+    let parts = if *dashed { vec![(0, 2 * third), (3 * third, SWATCH)] } else { vec![(0, SWATCH)] };
+    for (from, to) in parts {
+        area.draw(&PathElement::new(vec![(x + from, y), (x + to, y)], style))?;
+    }
+    let beside = font(SMALL).pos(Pos::new(HPos::Left, VPos::Center));
+    Ok(area.draw(&Text::new(*name, (x + NAME, y), beside))?)
+}
+
+fn draw_series<X, Y>(
+    chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
     series: &Series,
 ) -> Result<(), Failure>
 where
@@ -354,10 +454,10 @@ where
 {
     let colour = series.colour();
     let points = || series.points.iter().copied();
-    let stroke = ShapeStyle::from(&colour).stroke_width(2);
+    let stroke = ShapeStyle::from(&colour).stroke_width(LINE);
     match series.stroke {
         Stroke::Line | Stroke::Marks => {
-            let marks = points().map(|p| Circle::new(p, 3, colour.filled()));
+            let marks = points().map(|p| Circle::new(p, MARK, colour.filled()));
             chart.draw_series(marks)?;
             if series.stroke == Stroke::Line {
                 chart.draw_series(LineSeries::new(points(), stroke))?;
@@ -367,7 +467,7 @@ where
             chart.draw_series(LineSeries::new(points(), stroke))?;
         }
         Stroke::Dashed => {
-            chart.draw_series(DashedLineSeries::new(points(), 6, 5, stroke))?;
+            chart.draw_series(DashedLineSeries::new(points(), px(5), px(4), stroke))?;
         }
         Stroke::Bars => {
             let bars = series.points.chunks_exact(2);
@@ -382,14 +482,22 @@ where
         }
         Stroke::Dots => {
             let pale = colour.mix(0.35).filled();
-            chart.draw_series(points().map(|p| Circle::new(p, 2, pale)))?;
+            chart.draw_series(points().map(|p| Circle::new(p, DOT, pale)))?;
         }
     }
     Ok(())
 }
 
-pub(super) fn font(size: u32) -> plotters::style::FontDesc<'static> {
-    ("sans-serif", size).into_font()
+/// Returns letters whose capitals and accents fit into `size` layout units.
+pub(super) fn font(size: i32) -> TextStyle<'static> {
+    // the backend writes font sizes as if they contained the space between lines
+    let size = f64::from(size) * 1.24;
+    FontDesc::new(FontFamily::Name(LETTERS), size, FontStyle::Normal).into()
+}
+
+/// Returns about how long a text of small letters is.
+pub(super) fn length(text: &str) -> i32 {
+    text.chars().count() as i32 * SMALL * 53 / 100
 }
 
 /// Returns the range from the least to the greatest value; `None` without values.

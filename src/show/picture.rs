@@ -1,23 +1,21 @@
 //! Pictures: coloured pixels, text on them, and files (PNG; EXR for numbers).
 //!
-//! `spectral` and `scale` turn values into colours, `glow` spreads bright light, `bar` adds a
-//! colour bar, and `canvas` lets charts be drawn on a picture.
+//! `spectral` and `scale` turn values into colours, `glow` spreads bright light, `raster` makes
+//! pixels of drawings, and `bar` adds a colour bar.
 
 mod bar;
-mod canvas;
 #[cfg(feature = "exr")]
 mod exr_file;
 mod glow;
+mod raster;
 mod scale;
 mod spectral;
 
 use std::io::{self, Write};
 
 use glam::Vec3;
-use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 pub use bar::Legend;
-pub(super) use canvas::Canvas;
 #[cfg(feature = "exr")]
 pub use exr_file::write_exr;
 pub use glow::with_glow;
@@ -37,7 +35,6 @@ pub struct Picture {
 
 /// The colour of the background, sRGB.
 pub const PAPER: Vec3 = Vec3::ONE;
-const INK: Vec3 = Vec3::splat(0.1);
 
 impl Picture {
     /// Makes a picture of sRGB colours in [0, 1], row by row from the upper left.
@@ -59,32 +56,16 @@ impl Picture {
         }
     }
 
-    /// Returns the picture with background added to the right, `by` pixels wide, and below, up to a
-    /// height of at least `least`.
-    fn widened(&self, by: usize, least: usize) -> Self {
-        let (width, height) = (self.width + by, self.height.max(least));
-        let paper = std::iter::repeat_n(PAPER, width * height);
-        let mut wide = Self::new(width, paper);
-        for (y, row) in self.rgb.chunks(3 * self.width).enumerate() {
-            wide.rgb[3 * y * width..][..row.len()].copy_from_slice(row);
-        }
-        wide
-    }
-
-    /// Writes a line of text with its upper left corner at `x`, `y`.
-    fn text(&mut self, x: usize, y: usize, size: TextSize, text: &str) {
-        for (i, c) in text.chars().enumerate() {
-            let known = |c| get_raster(c, FontWeight::Regular, size.0);
-            let Some(raster) = known(c).or_else(|| known('?')) else { continue };
-            for (row, pixels) in raster.rows().enumerate() {
-                for (column, &ink) in pixels.iter().enumerate() {
-                    let colour = PAPER.lerp(INK, f32::from(ink) / 255.0);
-                    if ink > 0 {
-                        self.set(x + i * raster.width() + column, y + row, colour);
-                    }
-                }
+    /// Returns the picture with another to its right; what is below the lower of both is background.
+    fn beside(&self, other: &Self) -> Self {
+        let (width, height) = (self.width + other.width, self.height.max(other.height));
+        let mut both = Self::new(width, std::iter::repeat_n(PAPER, width * height));
+        for (picture, left) in [(self, 0), (other, self.width)] {
+            for (y, row) in picture.rgb.chunks(3 * picture.width).enumerate() {
+                both.rgb[3 * (y * width + left)..][..row.len()].copy_from_slice(row);
             }
         }
+        both
     }
 
     /// Writes the picture as PNG.
@@ -99,25 +80,6 @@ impl Picture {
         writer.write_image_data(&self.rgb)?;
         writer.finish()?;
         Ok(())
-    }
-}
-
-/// A height of letters.
-#[derive(Clone, Copy, Debug)]
-struct TextSize(RasterHeight);
-
-impl TextSize {
-    /// Chooses the letters for a picture of this height in pixels.
-    fn of(height: usize) -> Self {
-        Self(if height > 1100 { RasterHeight::Size24 } else { RasterHeight::Size16 })
-    }
-
-    fn height(self) -> usize {
-        self.0.val()
-    }
-
-    fn width(self) -> usize {
-        get_raster_width(FontWeight::Regular, self.0)
     }
 }
 

@@ -41,7 +41,7 @@ impl Task<'_> {
         })?;
         let [_, unit] = self.scene.units(self.band.index.unwrap_or(0));
         let legend = self.legend("irradiance", &unit, scale);
-        Ok(Made { picture: picture.with_bar(&legend), pixels: None, words })
+        Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
     }
 
     /// Runs the scene as `phylux run` would, and returns the irradiances of its captors with a line

@@ -50,7 +50,7 @@ impl Task<'_> {
             _ => "irradiance",
         };
         let unit = self.scene.quantity.unit_names().irradiance;
-        let picture = self.in_colours(&pixels, value, what, &unit);
+        let picture = self.in_colours(&pixels, value, what, &unit)?;
         Ok(Made {
             picture,
             pixels: Some(pixels),
@@ -64,7 +64,7 @@ impl Task<'_> {
         let fragments = self.fragments(&light, Show::Error { bands: &self.band.bands })?;
         let pixels = fragments.errors(self.sampling.threads, self.denoises())?;
         let value = |i: usize| 100.0 * f64::from(pixels.pixel(i)[0]);
-        let picture = self.in_colours(&pixels, value, "error", "%");
+        let picture = self.in_colours(&pixels, value, "error", "%")?;
         Ok(Made {
             picture,
             pixels: Some(pixels),
@@ -79,7 +79,7 @@ impl Task<'_> {
         value: impl Fn(usize) -> f64,
         what: &str,
         unit: &str,
-    ) -> Picture {
+    ) -> Result<Picture> {
         let count = pixels.covered.len();
         let seen = (0..count).filter(|&i| pixels.covered[i] > 0.0);
         // the brightest 5 % of the pixels do not stretch the scale, for lamp housings are small and

@@ -64,6 +64,6 @@ impl Task<'_> {
             scale,
         };
         let words = format!("{}, {} of them seen\n", photons(&light), dots.len());
-        Ok(Made { picture: picture.with_bar(&legend), pixels: None, words })
+        Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
     }
 }

@@ -1,9 +1,12 @@
 //! The colour bar beside a picture.
 
+use std::fmt::Write;
+
 use super::{
-    INK, Picture, Scale, TextSize,
+    Picture, Scale,
     scale::{colour_at, label},
 };
+use crate::error::Result;
 
 /// The text and the scale of a colour bar.
 #[derive(Clone, Debug)]
@@ -16,40 +19,55 @@ pub struct Legend {
 
 /// Least height of a picture with a bar, pixels.
 const LEAST_HEIGHT: usize = 200;
+/// Width of a letter, at most, as a fraction of its height.
+const WIDTH: f64 = 0.6;
+/// Pixels to the inch at which a pixel of the drawing is one of the picture.
+const SAME: f32 = 96.0;
 
 impl Picture {
-    /// Returns the picture with a colour bar to its right.
-    pub fn with_bar(&self, legend: &Legend) -> Self {
-        let size = TextSize::of(self.height);
-        let (em, line) = (size.width(), size.height() + size.height() / 8);
-        let most = (self.height.max(LEAST_HEIGHT)) / (3 * line);
-        let ticks: Vec<(f64, String)> =
-            legend.scale.ticks(most.min(10)).into_iter().map(|tick| (tick, label(tick))).collect();
-        let bar = 2 * em;
-        let (margin, tick) = (2 * em, em / 2 + 1);
-        let letters = |text: &String| text.chars().count();
-        let labels = ticks.iter().map(|(_, text)| letters(text)).max().unwrap_or(0) * em;
-        let title = legend.title.iter().map(letters).max().unwrap_or(0) * em;
-        let inner = title.max(bar + 2 * tick + labels);
-        let mut picture = self.widened(inner + 2 * margin, LEAST_HEIGHT);
+    /// Returns the picture with a colour bar to its right. Error: it would be too large.
+    pub fn with_bar(&self, legend: &Legend) -> Result<Self> {
+        let height = self.height.max(LEAST_HEIGHT) as f64;
+        let em = (height / 38.0).clamp(13.0, 32.0).round();
+        let line = (1.3 * em).round();
+        let ticks = legend.scale.ticks(((height / (3.0 * line)) as usize).clamp(2, 10));
+        let ticks: Vec<(f64, String)> = ticks.into_iter().map(|tick| (tick, label(tick))).collect();
+        let longest = |texts: &mut dyn Iterator<Item = &String>| {
+            texts.map(|text| text.chars().count()).max().unwrap_or(0) as f64 * WIDTH * em
+        };
+        let (bar, mark, margin) = (1.2 * em, 0.4 * em, em);
+        let numbers = longest(&mut ticks.iter().map(|(_, text)| text));
+        let inner = longest(&mut legend.title.iter()).max(bar + 2.0 * mark + numbers);
+        let width = (inner + 2.0 * margin).round();
 
-        let left = self.width + margin;
-        for (i, text) in legend.title.iter().enumerate() {
-            picture.text(left, line / 2 + i * line, size, text);
+        let mut svg = format!(
+            "<svg width=\"{width}\" height=\"{height}\" xmlns=\"http://www.w3.org/2000/svg\" \
+             font-family=\"sans-serif\" font-size=\"{em}\" fill=\"#1a1a1a\">"
+        );
+        let mut text = |x: f64, y: f64, text: &str| {
+            let text = quick_xml::escape::escape(text);
+            let _ = write!(svg, "<text x=\"{x}\" y=\"{y}\">{text}</text>");
+        };
+        for (i, title) in legend.title.iter().enumerate() {
+            text(margin, line * (i as f64 + 1.2), title);
         }
-        let top = line * (legend.title.len() + 1) + line / 2;
-        let bottom = picture.height.saturating_sub(line);
-        let height = bottom.saturating_sub(top).max(2);
-        for y in 0..height {
-            let colour = colour_at(1.0 - y as f64 / (height - 1) as f64);
-            (0..bar).for_each(|x| picture.set(left + x, top + y, colour));
+        let top = line * (legend.title.len() as f64 + 1.2);
+        let length = (height - line - top).max(2.0);
+        for (value, number) in &ticks {
+            let y = top + (1.0 - legend.scale.place(*value)) * length;
+            text(margin + bar + 2.0 * mark, y + 0.36 * em, number);
         }
-        for (value, text) in ticks {
-            let y =
-                top + ((1.0 - legend.scale.place(value)) * (height - 1) as f64).round() as usize;
-            (0..tick).for_each(|x| picture.set(left + bar + x, y, INK));
-            picture.text(left + bar + 2 * tick, y.saturating_sub(size.height() / 2), size, &text);
+        for (value, _) in &ticks {
+            let (x, y) = (margin + bar, top + (1.0 - legend.scale.place(*value)) * length);
+            let _ = write!(svg, "<path d=\"M{x} {y}h{mark}\" stroke=\"#1a1a1a\"/>");
         }
-        picture
+        svg.push_str("</svg>");
+        let mut beside = Self::of_svg(&svg, SAME)?;
+        let [left, right, top, rows] = [margin, margin + bar, top, length].map(|v| v as usize);
+        for y in 0..rows {
+            let colour = colour_at(1.0 - y as f64 / (rows - 1).max(1) as f64);
+            (left..right).for_each(|x| beside.set(x, top + y, colour));
+        }
+        Ok(self.beside(&beside))
     }
 }

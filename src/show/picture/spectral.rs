@@ -86,9 +86,6 @@ fn matching(nm: f32) -> Vec3 {
     )
 }
 
-/// Fraction of white up to which values are shown unchanged; brighter values approach white.
-const SHOULDER: f64 = 2.0 / 3.0;
-
 /// The exposure of a picture: a value of 2^-stops is about white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
@@ -97,37 +94,36 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// Chooses the exposure for linear colours: all but the brightest 5 % of the lit pixels are at
-    /// most two thirds of white.
+    /// Chooses the exposure for linear colours: all but the brightest tenth of the lit pixels are
+    /// at most two thirds of white: lamps may fill some of it.
     pub fn of(colours: &[Vec3]) -> Self {
         let mut brightest: Vec<f32> =
             colours.iter().map(|c| c.max_element()).filter(|c| *c > 0.0).collect();
         if brightest.is_empty() {
             return Self { stops: 0.0 };
         }
-        let place = (0.95 * (brightest.len() - 1) as f64) as usize;
+        let place = (0.9 * (brightest.len() - 1) as f64) as usize;
         let (_, white, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
         // to a tenth of a stop, as it is reported to the user
         Self { stops: (-10.0 * f64::from(1.5 * *white).log2()).round() / 10.0 }
     }
 
-    /// Returns the sRGB colour of a linear one. Values up to two thirds of white stay unchanged;
-    /// brighter ones approach white, as on film, so that lamps and surfaces close to them keep
-    /// their shapes.
+    /// Returns the sRGB colour of a linear one, as film shows it: shadows are deep, middle tones are
+    /// bright, and lights approach white without an edge, so that lamps and surfaces close to them
+    /// keep their shapes.
     pub fn srgb(self, linear: Vec3) -> Vec3 {
         let exposed = linear.as_dvec3() * self.stops.exp2();
-        Vec3::from_array(exposed.to_array().map(|value| encode(softened(value) as f32)))
+        Vec3::from_array(exposed.to_array().map(|value| encode(filmic(value) as f32)))
     }
 }
 
-/// Maps a value relative to white into [0, 1]: unchanged up to the shoulder, from there on an
-/// exponential with the same slope.
-fn softened(value: f64) -> f64 {
-    let (value, rest) = (value.max(0.0), 1.0 - SHOULDER);
-    if value <= SHOULDER {
-        return value;
-    }
-    SHOULDER + rest * (1.0 - (-(value - SHOULDER) / rest).exp())
+/// Maps a value relative to white into [0, 1] by the S-shaped curve of films (Narkowicz 2016, a fit
+/// to the reference rendering transform of the Academy Color Encoding System), which is cut off at
+/// white.
+fn filmic(value: f64) -> f64 {
+    // greater values are white
+    let v = value.clamp(0.0, 1e3);
+    (v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14)).min(1.0)
 }
 
 /// Applies the transfer function of sRGB (IEC 61966-2-1).
@@ -192,14 +188,15 @@ mod tests {
         let white = exposure.stops.exp2() * 3.0;
         assert!((0.6..0.75).contains(&white), "{white}");
         let at = |value: f32| Exposure { stops: 1.0 }.srgb(Vec3::splat(value)).x;
-        // a value of 1 relative to white becomes 2/3 + (1 - 1/e)/3 = 0.8774; there is no step, the
-        // limit is white, and a greater value is never darker
-        assert!((at(0.5) - encode(0.8774)).abs() < 1e-4, "{}", at(0.5));
-        assert!((at(0.3334) - at(0.3333)).abs() < 1e-3);
-        assert!(at(10.0) > 0.9999 && at(f32::INFINITY) > 0.9999);
+        // a value of 1 relative to white becomes 2.54 / 3.16 = 0.8038; the limit is white, and a
+        // greater value is never darker
+        assert!((at(0.5) - encode(0.8038)).abs() < 1e-4, "{}", at(0.5));
+        assert!(at(10.0) > 0.999 && at(f32::INFINITY) == 1.0);
         let values: Vec<f32> = (0..200).map(|i| at(i as f32 / 100.0)).collect();
         assert!(values.is_sorted() && values[150] < values[199], "{values:?}");
-        assert!((Exposure { stops: 0.0 }.srgb(Vec3::splat(0.2140)).x - 0.5).abs() < 1e-3);
+        // deeper shadows and brighter middle tones than those of the light itself
+        let plain = |value: f32| Exposure { stops: 0.0 }.srgb(Vec3::splat(value)).x - encode(value);
+        assert!(plain(0.01) < -0.02 && plain(0.2) > 0.03, "{} {}", plain(0.01), plain(0.2));
         assert_eq!(Exposure::of(&[Vec3::ZERO]), Exposure { stops: 0.0 });
     }
 }

@@ -1,26 +1,27 @@
 //! Draws values at points of a plane as colours with contours; between points they are linear over
 //! the triangles of a Delaunay triangulation.
 
-use std::ops::Range;
-
 use plotters::{
     chart::ChartBuilder,
     element::{Circle, PathElement, Polygon, Rectangle, Text},
     prelude::{Color, RGBColor, ShapeStyle},
-    style::{BLACK, WHITE},
+    style::{
+        BLACK, WHITE,
+        text_anchor::{HPos, Pos, VPos},
+    },
 };
 
 use crate::show::{
-    chart::{Area, Backend, Failure, font, tick},
+    chart::{Area, Failure, LARGE, SMALL, Width, drawn, font, length, px, tick},
     picture::{Scale, label},
 };
 
-/// Width and height of a map, pixels.
-const MAP: (u32, u32) = (460, 420);
-/// Margins around the drawn map: left, right, above, below, pixels.
-const ROOM: (i32, i32, i32, i32) = (70, 14, 40, 48);
-/// Width of the colour bar with its numbers, pixels.
-const BAR: u32 = 150;
+/// The greatest height of the colours of a map, layout units.
+const HIGHEST: i32 = px(420);
+/// Margins around the colours of a map: left, right, above, below, layout units.
+const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), px(42));
+/// Width of the colour bar with its numbers, layout units.
+const BAR: i32 = px(92);
 /// Number of colours between the ends of the bar: finer than the eye can distinguish.
 const STEPS: usize = 32;
 
@@ -48,41 +49,63 @@ pub(super) struct HeatMaps {
 type Corner = (f64, f64, f64);
 
 impl HeatMaps {
-    fn columns(&self) -> usize {
-        self.maps.len().min(if self.maps.len() == 4 { 2 } else { 3 })
+    /// Returns how many maps are side by side in a picture of this width.
+    fn columns(&self, width: Width) -> usize {
+        let most = match width {
+            Width::Column => 1,
+            Width::Page if self.maps.len() == 4 => 2,
+            Width::Page => 3,
+        };
+        self.maps.len().clamp(1, most)
     }
 
-    pub fn size(&self) -> (u32, u32) {
-        let columns = self.columns().max(1);
+    /// Returns the maps with their colour bar as SVG text. A map is as high as its plane is wide and
+    /// high.
+    pub fn svg(&self, width: Width) -> Result<String, Failure> {
+        let columns = self.columns(width);
+        let (left, right, above, below) = ROOM;
+        let across = (width.units() - BAR) / columns as i32;
+        let steepest = |most: f64, map: &HeatMap| {
+            let [(x, to_x), (y, to_y)] = ends_of(&map.spread());
+            most.max((to_y - y) / (to_x - x).max(f64::MIN_POSITIVE))
+        };
+        let ratio = self.maps.iter().fold(0.0, steepest);
+        let room = f64::from(across - left - right);
+        let colours = (room * ratio).clamp(room / 4.0, f64::from(HIGHEST)) as i32;
+        let down = colours.max(px(150)) + above + below;
+        // the colour bar stands beside a map that is narrower than its place
+        let wide = (f64::from(colours) / ratio.max(f64::MIN_POSITIVE)).min(room) as i32;
+        let across = if columns == 1 { left + wide + right } else { across };
         let rows = self.maps.len().div_ceil(columns).max(1);
-        (MAP.0 * columns as u32 + BAR, MAP.1 * rows as u32)
+        drawn((width.units(), down * rows as i32), |area| {
+            let (maps, bar) = area.split_horizontally(across * columns as i32);
+            let parts = maps.split_evenly((rows, columns));
+            for (map, part) in self.maps.iter().zip(&parts) {
+                map.draw(part, &self.scale)?;
+            }
+            self.draw_bar(&bar, down)
+        })
     }
 
-    pub fn draw<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
-        let columns = self.columns().max(1);
-        let (maps, bar) = area.split_horizontally((MAP.0 as usize * columns) as i32);
-        let parts = maps.split_evenly((self.maps.len().div_ceil(columns), columns));
-        for (map, part) in self.maps.iter().zip(&parts) {
-            map.draw(part, &self.scale)?;
-        }
-        self.draw_bar(&bar)
-    }
-
-    fn draw_bar<D: Backend>(&self, area: &Area<D>) -> Result<(), Failure> {
+    fn draw_bar(&self, area: &Area, height: i32) -> Result<(), Failure> {
         for (i, line) in self.legend.iter().enumerate() {
-            let short: String = line.chars().take(18).collect();
-            area.draw(&Text::new(short, (6, 20 + 18 * i as i32), font(13)))?;
+            let short: String = line.chars().take(16).collect();
+            area.draw(&Text::new(short, (px(4), px(10) + px(14) * i as i32), font(SMALL)))?;
         }
-        let (top, bottom) = (90, MAP.1 as i32 - ROOM.3);
-        for y in top..bottom {
+        let (top, bottom) = (px(60), height - ROOM.3);
+        let most = ((bottom - top) / px(28)).clamp(2, 8) as usize;
+        for y in (top..bottom).step_by(px(1) as usize) {
             let value = self.at(1.0 - f64::from(y - top) / f64::from(bottom - top - 1));
-            let row = [(6, y), (26, y + 1)];
+            // rows overlap, so that no seam is seen between them
+            let row = [(px(4), y), (px(18), (y + px(2)).min(bottom))];
             area.draw(&Rectangle::new(row, colour(&self.scale, value).filled()))?;
         }
-        for value in self.scale.ticks(8) {
+        let beside = font(SMALL).pos(Pos::new(HPos::Left, VPos::Center));
+        for value in self.scale.ticks(most) {
             let y = bottom - (self.scale.place(value) * f64::from(bottom - top)).round() as i32;
-            area.draw(&PathElement::new(vec![(26, y), (32, y)], BLACK))?;
-            area.draw(&Text::new(label(value), (36, y - 6), font(13)))?;
+            let line = BLACK.stroke_width(px(1) as u32);
+            area.draw(&PathElement::new(vec![(px(18), y), (px(22), y)], line))?;
+            area.draw(&Text::new(label(value), (px(25), y), beside.clone()))?;
         }
         Ok(())
     }
@@ -102,18 +125,27 @@ impl HeatMap {
         found.as_chunks::<3>().0.iter().map(|t| t.map(corner)).collect()
     }
 
-    fn draw<D: Backend>(&self, area: &Area<D>, scale: &Scale) -> Result<(), Failure> {
+    fn draw(&self, area: &Area, scale: &Scale) -> Result<(), Failure> {
         let triangles = self.spread();
-        let [across, up] = ranges(&triangles, area.dim_in_pixel());
-        let mut builder = ChartBuilder::on(area);
         let (left, right, above, below) = ROOM;
-        area.draw(&Text::new(self.title.as_str(), (left, above - 24), font(16)))?;
-        builder.margin_right(right).margin_top(above);
-        builder.margin_left(8).x_label_area_size(below).y_label_area_size(left - 8);
-        let mut chart = builder.build_cartesian_2d(across, up)?;
+        let (width, height) = area.dim_in_pixel();
+        let room = [width as i32 - left - right, height as i32 - above - below];
+        // a metre is equally long on both axes, and colours reach to the ends of both
+        let [x, y] = ends_of(&triangles);
+        let metre = (f64::from(room[0]) / (x.1 - x.0)).min(f64::from(room[1]) / (y.1 - y.0));
+        let sides = [x, y].map(|(from, to)| ((to - from) * metre).round() as i32);
+        let mut builder = ChartBuilder::on(area);
+        area.draw(&Text::new(self.title.as_str(), (left, px(10)), font(LARGE)))?;
+        builder.margin_right(right + room[0] - sides[0]).margin_top(above);
+        builder.margin_bottom(room[1] - sides[1]);
+        builder.x_label_area_size(below).y_label_area_size(left);
+        let mut chart = builder.build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+        let labels = |side: i32| (side / px(44)).clamp(2, 7) as usize;
         let mut mesh = chart.configure_mesh();
         mesh.disable_mesh().x_desc(&self.axes[0]).y_desc(&self.axes[1]);
-        mesh.label_style(font(13)).axis_desc_style(font(14)).x_labels(6).y_labels(6);
+        mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
+        mesh.label_style(font(SMALL)).axis_desc_style(font(SMALL));
+        mesh.x_labels(labels(sides[0])).y_labels(labels(sides[1]));
         mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v)).draw()?;
 
         let step = (scale.high - scale.low) / STEPS as f64;
@@ -136,10 +168,10 @@ impl HeatMap {
                 chart.draw_series([Polygon::new(outline.clone(), colour.filled())])?;
                 outline.push(outline[0]);
                 // an outline of the same colour leaves no gap to the neighbouring part
-                chart.draw_series([PathElement::new(outline, colour.stroke_width(1))])?;
+                chart.draw_series([PathElement::new(outline, colour.stroke_width(2))])?;
             }
         }
-        let line = ShapeStyle::from(&BLACK.mix(0.55)).stroke_width(1);
+        let line = ShapeStyle::from(&BLACK.mix(0.55)).stroke_width(px(1) as u32);
         let mut numbers: Vec<(i32, i32)> = Vec::new();
         for level in scale.ticks(8) {
             let segments: Vec<[(f64, f64); 2]> =
@@ -149,13 +181,13 @@ impl HeatMap {
                 let (left, top) = area.get_base_pixel();
                 (at.0 - left, at.1 - top)
             };
-            let (width, height) = area.dim_in_pixel();
             let fits = |&(x, y): &(i32, i32)| {
-                let inside = x > left + 24
-                    && x < width as i32 - right - 24
-                    && y > above + 12
-                    && y < height as i32 - below - 12;
-                inside && numbers.iter().all(|n| (n.0 - x).abs() > 40 || (n.1 - y).abs() > 16)
+                let inside = x > left + px(18)
+                    && x < left + sides[0] - px(18)
+                    && y > above + px(9)
+                    && y < above + sides[1] - px(9);
+                let free = |n: &(i32, i32)| (n.0 - x).abs() > px(34) || (n.1 - y).abs() > px(14);
+                inside && numbers.iter().all(free)
             };
             // from the middle of the line to its ends
             let order = (segments.len() / 2..segments.len()).chain(0..segments.len() / 2);
@@ -164,14 +196,16 @@ impl HeatMap {
             chart.draw_series(paths)?;
             if let Some((x, y)) = number {
                 let text = label(level);
-                let half = (7 * text.chars().count() as i32) / 2;
-                let paper = [(x - half - 1, y - 7), (x + half + 1, y + 7)];
+                let half = length(&text) / 2 + px(1);
+                let paper = [(x - half, y - px(6)), (x + half, y + px(6))];
                 area.draw(&Rectangle::new(paper, WHITE.mix(0.6).filled()))?;
-                area.draw(&Text::new(text, (x - half, y - 6), font(12)))?;
+                let style = font(SMALL).pos(Pos::new(HPos::Center, VPos::Center));
+                area.draw(&Text::new(text, (x, y), style))?;
                 numbers.push((x, y));
             }
         }
-        let marks = self.points.iter().map(|&point| Circle::new(point, 2, BLACK.mix(0.7).filled()));
+        let dot = |&point: &(f64, f64)| Circle::new(point, px(3) / 2, BLACK.mix(0.7).filled());
+        let marks = self.points.iter().map(dot);
         chart.draw_series(marks)?;
         Ok(())
     }
@@ -228,17 +262,10 @@ fn ends(points: &[(f64, f64)]) -> [(f64, f64); 2] {
     })
 }
 
-/// Returns ranges of both axes around triangles such that a metre is equally long on both.
-fn ranges(triangles: &[[Corner; 3]], (width, height): (u32, u32)) -> [Range<f64>; 2] {
-    let (left, right, above, below) = ROOM;
-    let room = [width as i32 - left - right, height as i32 - above - below].map(f64::from);
+/// Returns the same for the corners of triangles; a span of 0 is widened.
+fn ends_of(triangles: &[[Corner; 3]]) -> [(f64, f64); 2] {
     let points: Vec<(f64, f64)> = triangles.as_flattened().iter().map(|c| (c.0, c.1)).collect();
-    let ends = ends(&points);
-    let pixel = (0..2).map(|i| (ends[i].1 - ends[i].0) / room[i]).fold(0.0, f64::max);
-    [0, 1].map(|i| {
-        let (middle, half) = ((ends[i].0 + ends[i].1) / 2.0, pixel * room[i] / 2.0);
-        middle - half..middle + half
-    })
+    ends(&points).map(|(low, high)| if high > low { (low, high) } else { (low - 0.5, low + 0.5) })
 }
 
 fn colour(scale: &Scale, value: f64) -> RGBColor {

@@ -360,3 +360,25 @@ fn a_closed_room_is_seen_from_inside() {
         assert!((200..900).contains(&seen), "{seen} of 1200 pixels");
     }
 }
+
+/// Of a closed rack with two floors, seen from above, the roof is cut away, and no floor.
+#[test]
+fn the_floors_of_a_rack_stay() {
+    let walls = inside_out(cuboid([0.0; 3], [1.2, 0.6, 2.0]));
+    let lying = |z: f64| [[[0.0, 0.0, z], [1.2, 0.0, z], [1.2, 0.6, z], [0.0, 0.6, z]]];
+    let scene = json!({
+        "materials": { "a": { "type": "lambert", "reflectance": 0.5 } },
+        "lights": [{ "type": "point", "name": "lamp", "position": [0.6, 0.3, 1.9], "power": 1 }],
+    });
+    let (low, high) = (lying(0.4), lying(1.3));
+    let loaded = load(scene, &[("walls", "a", &walls), ("low", "a", &low), ("high", "a", &high)]);
+    let view = Viewpoint::choose_view(&loaded.scene, (40, 30)).unwrap_or_else(|e| panic!("{e}"));
+    let viewpoint = Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}"));
+    let viewpoint = viewpoint.cut_open();
+    let above = |z: f64| (glam::DVec3::new(0.6, 0.3, z) - loaded.scene.center).as_vec3();
+    // the upper floor hides the middle of the lower one, and nothing hides the upper one
+    assert!(viewpoint.sees(above(1.31)) && viewpoint.sees(above(1.9)));
+    let down = crate::math::geometry::Ray { origin: above(2.5), direction: -glam::Vec3::Z };
+    let first = viewpoint.opaque(&down).expect("a floor");
+    assert!((first.t - 1.2).abs() < 0.01, "the upper floor is {} m below", first.t);
+}

@@ -41,6 +41,11 @@ pub enum FirstVisible {
 /// The least area of a smooth piece of surface that may be cut away, as a fraction of the
 /// cross-section of the ball around all surfaces.
 const LARGE: f64 = 0.02;
+/// A surface whose normal has a greater z than this, up or down, lies: things stand on it.
+const LYING: f32 = 0.7;
+/// A lying surface is the roof if it reaches to within this fraction of the scene's height from the
+/// top.
+const TOPMOST: f32 = 0.1;
 /// The largest distance of a viewpoint from the centre of the scene, in radii of the scene.
 const FARTHEST: f64 = 1e4;
 
@@ -73,6 +78,7 @@ impl<'a> Viewpoint<'a> {
 
     /// Returns the same viewpoint, but without the large surfaces whose plane lies between the
     /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it.
+    /// Of surfaces that lie only the topmost are left out, as the floors of a rack carry something.
     pub fn cut_open(mut self) -> Self {
         let scene = self.scene;
         let extent = Extent::of_triangles(scene.triangles());
@@ -80,10 +86,19 @@ impl<'a> Viewpoint<'a> {
         let (middle, from) = (extent.center(), self.camera.position);
         let radius = f64::from(0.5 * extent.size().length());
         let large = LARGE * std::f64::consts::PI * radius * radius;
+        let mut tops = vec![f32::NEG_INFINITY; patches.count()];
+        for (triangle, corners) in scene.triangles().iter().enumerate() {
+            let top = &mut tops[patches.of(triangle)];
+            *top = top.max(corners.a.z).max(corners.b.z).max(corners.c.z);
+        }
+        let roof = extent.max.z - TOPMOST * extent.size().z;
         let parts = |triangle: usize| {
             let (corner, normal) = (scene.triangles()[triangle].a, scene.surface(triangle).normal);
             let side = |point: Vec3| (point - corner).dot(normal);
-            side(from) * side(middle) < 0.0 && patches.area(patches.of(triangle)) >= large
+            let patch = patches.of(triangle);
+            side(from) * side(middle) < 0.0
+                && patches.area(patch) >= large
+                && (normal.z.abs() < LYING || tops[patch] >= roof)
         };
         self.cut = (0..scene.triangles().len()).map(parts).collect();
         self

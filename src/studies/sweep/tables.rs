@@ -17,6 +17,7 @@ use crate::{
     },
     results::result::Uniformity,
     results::saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
+    show::chart::Width,
     studies::table::{Cell, Kind},
 };
 
@@ -134,7 +135,7 @@ pub fn write(
     let charts = responses.charts(sweep);
     let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), "svg");
     for ((_, chart), name) in charts.iter().zip(pictures) {
-        let svg = chart.svg().map_err(|e| Error::run(&name, e))?;
+        let svg = chart.svg(Width::Page).map_err(|e| Error::run(&name, e))?;
         let mut file = folder.picture(&name)?;
         file.write_all(svg.as_bytes())
             .map_err(|e| Error::run(&name, format!("cannot be written: {e}")))?;

@@ -17,7 +17,7 @@ use crate::{
         written::{CompleteOwn, OwnFile, Written},
     },
     scene::captor::Channel,
-    show::chart::{Chart, Series, Stroke},
+    show::chart::{Chart, Series, Stroke, Width},
     studies::table::{Cell, Kind, TableFile},
 };
 
@@ -284,7 +284,7 @@ fn chart(year: &Year) -> Result<String> {
             };
         }
     }
-    chart.svg().map_err(|e| Error::run(CHART, e))
+    chart.svg(Width::Page).map_err(|e| Error::run(CHART, e))
 }
 
 fn at((value, x): (&f64, i32)) -> (f64, f64) {

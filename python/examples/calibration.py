@@ -1,0 +1,71 @@
+"""Finds the powers of four lamps from the readings of a sensor, and says how sure they are.
+
+    python calibration.py
+
+The "instrument" is a run of the same room with lamps of other powers, read to 3 %: so the right answer is known.
+"""
+
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import phylux as px
+
+TRUE = {"lamp 1": 0.82, "lamp 2": 1.05, "lamp 3": 0.93, "lamp 4": 1.12}
+
+
+def room():
+    """A room of 3 x 2 x 2 m with grey walls, four lamps of 200 umol/s, and 24 places to measure at."""
+    s = px.Scene("room", quantity="umol/s", bands={"PAR": (400, 700)})
+    s.material("wall", type="lambert", reflectance=0.4)
+    corner = np.array([[x, y, z] for x in (0, 3) for y in (0, 2) for z in (0, 2)], float)
+    walls = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]]
+    s.add("walls", (corner, [t for a, b, c, d in walls for t in ([a, b, c], [a, c, d])]), material="wall")
+    for i, (x, y) in enumerate([(0.75, 0.5), (0.75, 1.5), (2.25, 0.5), (2.25, 1.5)], start=1):
+        s.light(f"lamp {i}", type="area", vertices=[[x - 0.2, y - 0.1, 1.9], [x - 0.2, y + 0.1, 1.9], [x + 0.2, y + 0.1, 1.9],
+                                                     [x + 0.2, y - 0.1, 1.9]], power=200)
+    s.captor("grid", discs=px.grid(np.linspace(0.25, 2.75, 6), np.linspace(0.25, 1.75, 4), 0.5, radius=0.05))
+    return s
+
+
+def main(photons=2e6):
+    """Returns the factors on the powers and their standard errors; draws them beside the true ones."""
+    import matplotlib.pyplot as plt
+
+    s = room()
+    r = s.run(photons=photons, k=0, seed=1, by_light=True)
+    # the instrument: the same lamps at other powers, another seed, and an error of 3 % in each reading
+    seen = s.run(photons=photons, k=0, seed=2, by_light=True).mix(TRUE)
+    readings = seen.irradiance[:, 0, 0] * np.random.default_rng(3).normal(1, 0.03, len(seen.ids))
+    with tempfile.TemporaryDirectory() as folder:
+        at = Path(folder)
+        s.save(at / "room.json")
+        r.save(at / "all.json")
+        with open(at / "measured.csv", "w", newline="") as file:
+            rows = [(captor, value, 0.03 * value) for captor, value in zip(r.ids, readings)]
+            csv.writer(file).writerows([("captor", "value", "sd"), *rows])
+        # the command that the package brings
+        command = str(Path(sys.executable).parent / "phylux")
+        subprocess.run([command, "calibrate", "room.json", "measured.csv", "--results", "all.json", "--model", "lamps",
+                        "-o", "calibrated.json"], cwd=at, check=True)
+        found = json.loads((at / "calibration.json").read_text())
+    factors, errors = ([found[key][lamp][0] for lamp in TRUE] for key in ("factors", "factors_se"))
+
+    with px.plots.style(3.5):
+        fig, ax = plt.subplots(layout="constrained")
+        ax.errorbar(list(TRUE), factors, 1.98 * np.array(errors), fmt="o", capsize=3, label="found, 95 %")
+        ax.plot(list(TRUE), list(TRUE.values()), "_", markersize=16, color="C1", label="true")
+        ax.set(ylabel="power / power of the data sheet", ylim=(0, 1.4))
+        ax.legend(loc="lower right")
+        fig.savefig("calibration.png")
+    return np.array(factors), np.array(errors)
+
+
+if __name__ == "__main__":
+    for lamp, factor, error in zip(TRUE, *main()):
+        print(f"{lamp}: {factor:.3f} ± {error:.3f} (true: {TRUE[lamp]})")
